@@ -1,0 +1,268 @@
+//! Findings: what is wrong, where, why, and the way out.
+//!
+//! Every stage collects [`Diagnostic`]s into a [`Diagnostics`] and goes on as far as it can, so that a user sees all
+//! findings of a file at once. A diagnostic is plain data; turning it into terminal text, JSON or another format is
+//! the business of [`render`]. A finding that only follows from another one is not reported: a stage that cannot
+//! know (a pass that failed to decode) leaves a gap instead of guessing.
+
+mod code;
+pub mod codes;
+pub mod render;
+
+pub use code::Code;
+
+use crate::source::Span;
+
+/// How bad a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// The pipeline cannot be used.
+    Error,
+    /// The pipeline works, but probably not as meant.
+    Warning,
+    /// Something worth knowing.
+    Note,
+}
+
+/// Where a finding belongs.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Place {
+    /// A range of a registered text.
+    Span(Span),
+    /// A file that has no text to point into (binary, or unreadable), and a JSON pointer or another locator in it.
+    File {
+        /// The path as the user wrote it.
+        path: String,
+        /// Where in the file: a JSON pointer into a glTF document, for one. Empty for the file as a whole.
+        locator: String,
+    },
+    /// No place: the finding is about the machine (no adapter), not about an input.
+    Nowhere,
+}
+
+impl From<Span> for Place {
+    fn from(span: Span) -> Self {
+        Place::Span(span)
+    }
+}
+
+/// A further place that belongs to a finding.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Related {
+    /// Where.
+    pub place: Place,
+    /// What is to be seen there.
+    pub message: String,
+}
+
+/// A replacement of text that mends a finding, given only where there is exactly one sensible way.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Fix {
+    /// The text to replace.
+    pub span: Span,
+    /// What stands there afterwards.
+    pub replacement: String,
+}
+
+/// One finding.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Diagnostic {
+    /// Its stable code.
+    pub code: Code,
+    /// How bad it is.
+    pub severity: Severity,
+    /// What is wrong, in one sentence without a full stop, with the offending name in it.
+    pub message: String,
+    /// Where.
+    pub place: Place,
+    /// The JSON pointer of the offending value, where the place is in a document; else empty.
+    pub pointer: String,
+    /// Further places, each with what is to be seen there.
+    pub related: Vec<Related>,
+    /// The way out, one sentence.
+    pub help: Option<String>,
+    /// The one machine-applicable way out.
+    pub fix: Option<Fix>,
+}
+
+impl Diagnostic {
+    /// An error at a place.
+    pub fn error(code: Code, place: impl Into<Place>, message: impl Into<String>) -> Self {
+        Self {
+            code,
+            severity: Severity::Error,
+            message: message.into(),
+            place: place.into(),
+            pointer: String::new(),
+            related: Vec::new(),
+            help: None,
+            fix: None,
+        }
+    }
+
+    /// A warning at a place.
+    pub fn warning(code: Code, place: impl Into<Place>, message: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, ..Self::error(code, place, message) }
+    }
+
+    /// An error about a file without a text to point into.
+    pub fn in_file(
+        code: Code,
+        path: impl Into<String>,
+        locator: impl Into<String>,
+        message: impl Into<String>,
+    ) -> Self {
+        Self::error(code, Place::File { path: path.into(), locator: locator.into() }, message)
+    }
+
+    /// Adds the way out.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(help.into());
+        self
+    }
+
+    /// Adds the JSON pointer of the offending value.
+    #[must_use]
+    pub fn pointer(mut self, pointer: impl Into<String>) -> Self {
+        self.pointer = pointer.into();
+        self
+    }
+
+    /// Adds a related place.
+    #[must_use]
+    pub fn related(mut self, place: impl Into<Place>, message: impl Into<String>) -> Self {
+        self.related.push(Related { place: place.into(), message: message.into() });
+        self
+    }
+
+    /// Adds the machine-applicable fix.
+    #[must_use]
+    pub fn fix(mut self, span: Span, replacement: impl Into<String>) -> Self {
+        self.fix = Some(Fix { span, replacement: replacement.into() });
+        self
+    }
+}
+
+/// The findings of one run, in the order in which they were made.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Diagnostics {
+    list: Vec<Diagnostic>,
+}
+
+impl Diagnostics {
+    /// No findings.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a finding; the very same finding twice is kept once.
+    pub fn push(&mut self, diagnostic: Diagnostic) {
+        if !self.list.contains(&diagnostic) {
+            self.list.push(diagnostic);
+        }
+    }
+
+    /// Adds all findings of another run.
+    pub fn extend(&mut self, other: impl IntoIterator<Item = Diagnostic>) {
+        for diagnostic in other {
+            self.push(diagnostic);
+        }
+    }
+
+    /// Whether there is an error among the findings.
+    pub fn has_errors(&self) -> bool {
+        self.list.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
+    }
+
+    /// The number of errors.
+    pub fn error_count(&self) -> usize {
+        self.list.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count()
+    }
+
+    /// Whether there are no findings at all.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// The number of findings.
+    pub fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// The findings in the order in which they were made.
+    pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
+        self.list.iter()
+    }
+
+    /// Sorts by place (file, offset), then severity, code and message, so that output does not depend on the order
+    /// of the checks.
+    pub fn sort(&mut self) {
+        self.list.sort_by(|a, b| {
+            (&a.place, a.severity, a.code.id, &a.message).cmp(&(&b.place, b.severity, b.code.id, &b.message))
+        });
+    }
+}
+
+impl IntoIterator for Diagnostics {
+    type Item = Diagnostic;
+    type IntoIter = std::vec::IntoIter<Diagnostic>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.list.into_iter()
+    }
+}
+
+impl<'a> IntoIterator for &'a Diagnostics {
+    type Item = &'a Diagnostic;
+    type IntoIter = std::slice::Iter<'a, Diagnostic>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.list.iter()
+    }
+}
+
+impl From<Diagnostic> for Diagnostics {
+    fn from(diagnostic: Diagnostic) -> Self {
+        Self { list: vec![diagnostic] }
+    }
+}
+
+impl FromIterator<Diagnostic> for Diagnostics {
+    fn from_iter<I: IntoIterator<Item = Diagnostic>>(iter: I) -> Self {
+        let mut diagnostics = Self::new();
+        diagnostics.extend(iter);
+        diagnostics
+    }
+}
+
+/// The closest of `candidates` to a misspelt `name`, where one is close enough to be meant.
+///
+/// Distance is Damerau–Levenshtein on the names as written; a candidate is close when it is within a third of the
+/// longer name's length (at least one edit). Ties go to the alphabetically first.
+pub fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let lower = name.to_lowercase();
+    candidates
+        .into_iter()
+        .filter_map(|candidate| {
+            let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
+            let allowed = (name.chars().count().max(candidate.chars().count()) / 3).max(1);
+            (distance <= allowed).then_some((distance, candidate))
+        })
+        .min()
+        .map(|(_, candidate)| candidate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::did_you_mean;
+
+    #[test]
+    fn a_close_name_is_proposed_and_a_far_one_is_not() {
+        let names = ["format", "layers", "size"];
+        assert_eq!(did_you_mean("fromat", names), Some("format"));
+        assert_eq!(did_you_mean("Size", names), Some("size"));
+        assert_eq!(did_you_mean("colour", names), None);
+    }
+}

@@ -1,0 +1,142 @@
+//! Findings as text: for people (with the source line and a mark under the place) and as JSON.
+//!
+//! The layout for people is codespan's. Output has no colours here; a caller that writes to a terminal adds them.
+
+use codespan_reporting::diagnostic as report;
+use codespan_reporting::files::{Error, Files};
+use codespan_reporting::term;
+use std::ops::Range;
+
+use super::{Diagnostic, Place, Severity};
+use crate::source::{FileId, Sources};
+
+/// One finding for people: message, source line with a mark, related places, help.
+///
+/// ```
+/// use umbragraph_graph::diagnostic::{codes, render, Diagnostic};
+/// use umbragraph_graph::source::{Sources, Span};
+///
+/// let mut sources = Sources::new();
+/// let file = sources.add("a.json", "{ \"naem\": 1 }");
+/// let finding = Diagnostic::error(codes::UNKNOWN_KEY, Span::new(file, 2..8), "unknown key \"naem\"")
+///     .help("did you mean \"name\"?");
+/// let text = render::human(&finding, &sources);
+/// assert!(text.contains("a.json:1:3"));
+/// ```
+pub fn human(diagnostic: &Diagnostic, sources: &Sources) -> String {
+    let severity = match diagnostic.severity {
+        Severity::Error => report::Severity::Error,
+        Severity::Warning => report::Severity::Warning,
+        Severity::Note => report::Severity::Note,
+    };
+    let mut labels = Vec::new();
+    let mut notes = Vec::new();
+    match &diagnostic.place {
+        Place::Span(span) => labels.push(report::Label::primary(span.file, span.range())),
+        Place::File { path, locator } if locator.is_empty() => notes.push(format!("in {path}")),
+        Place::File { path, locator } => notes.push(format!("in {path} at {locator}")),
+        Place::Nowhere => {}
+    }
+    for related in &diagnostic.related {
+        match &related.place {
+            Place::Span(span) => {
+                labels.push(report::Label::secondary(span.file, span.range()).with_message(&related.message));
+            }
+            Place::File { path, locator } => notes.push(format!("{}: {path} {locator}", related.message)),
+            Place::Nowhere => notes.push(related.message.clone()),
+        }
+    }
+    notes.extend(diagnostic.help.iter().map(|help| format!("help: {help}")));
+    let report = report::Diagnostic::new(severity)
+        .with_code(diagnostic.code.id)
+        .with_message(&diagnostic.message)
+        .with_labels(labels)
+        .with_notes(notes);
+    let config = term::Config { chars: term::Chars::ascii(), ..term::Config::default() };
+    term::emit_into_string(&config, &View(sources), &report)
+        .unwrap_or_else(|_| format!("{}: {}\n", diagnostic.code, diagnostic.message))
+}
+
+/// All findings for people, one after the other, and a closing line that counts them.
+pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sources: &Sources) -> String {
+    let mut text = String::new();
+    let (mut errors, mut warnings) = (0, 0);
+    for diagnostic in diagnostics {
+        text.push_str(&human(diagnostic, sources));
+        match diagnostic.severity {
+            Severity::Error => errors += 1,
+            Severity::Warning => warnings += 1,
+            Severity::Note => {}
+        }
+    }
+    let count = |number: usize, noun: &str| format!("{number} {noun}{}", if number == 1 { "" } else { "s" });
+    match (errors, warnings) {
+        (0, 0) => {}
+        (_, 0) => text.push_str(&format!("{}\n", count(errors, "error"))),
+        (0, _) => text.push_str(&format!("{}\n", count(warnings, "warning"))),
+        _ => text.push_str(&format!("{}, {}\n", count(errors, "error"), count(warnings, "warning"))),
+    }
+    text
+}
+
+/// One finding as a JSON object: `code`, `severity`, `message`, `place` (`file`, `line`, `column`, `end_line`,
+/// `end_column`, `pointer`), `related`, `help`, `fix`.
+pub fn json(diagnostic: &Diagnostic, sources: &Sources) -> serde_json::Value {
+    serde_json::json!({
+        "code": diagnostic.code.id,
+        "title": diagnostic.code.title,
+        "severity": diagnostic.severity,
+        "message": diagnostic.message,
+        "place": json_place(&diagnostic.place, &diagnostic.pointer, sources),
+        "related": diagnostic.related.iter().map(|related| serde_json::json!({
+            "place": json_place(&related.place, "", sources),
+            "message": related.message,
+        })).collect::<Vec<_>>(),
+        "help": diagnostic.help,
+        "fix": diagnostic.fix.as_ref().map(|fix| serde_json::json!({
+            "place": json_place(&Place::Span(fix.span), "", sources),
+            "replacement": fix.replacement,
+        })),
+    })
+}
+
+fn json_place(place: &Place, pointer: &str, sources: &Sources) -> serde_json::Value {
+    match place {
+        Place::Span(span) => {
+            let Some(file) = sources.get(span.file) else { return serde_json::Value::Null };
+            let (start, end) = (file.line_column(span.start), file.line_column(span.end));
+            serde_json::json!({
+                "file": file.name(), "line": start.line, "column": start.column,
+                "end_line": end.line, "end_column": end.column, "pointer": pointer,
+            })
+        }
+        Place::File { path, locator } => serde_json::json!({ "file": path, "pointer": locator }),
+        Place::Nowhere => serde_json::Value::Null,
+    }
+}
+
+/// [`Sources`] as codespan wants to see them; offsets are clamped, so that no finding can make rendering fail.
+struct View<'a>(&'a Sources);
+
+impl<'a> Files<'a> for View<'a> {
+    type FileId = FileId;
+    type Name = &'a str;
+    type Source = &'a str;
+
+    fn name(&'a self, id: FileId) -> Result<&'a str, Error> {
+        self.0.get(id).map(|file| file.name()).ok_or(Error::FileMissing)
+    }
+
+    fn source(&'a self, id: FileId) -> Result<&'a str, Error> {
+        self.0.get(id).map(|file| &**file.text()).ok_or(Error::FileMissing)
+    }
+
+    fn line_index(&'a self, id: FileId, byte_index: usize) -> Result<usize, Error> {
+        let file = self.0.get(id).ok_or(Error::FileMissing)?;
+        Ok(file.line_column(u32::try_from(byte_index).unwrap_or(u32::MAX)).line as usize - 1)
+    }
+
+    fn line_range(&'a self, id: FileId, line_index: usize) -> Result<Range<usize>, Error> {
+        self.0.get(id).and_then(|file| file.line_range(line_index)).ok_or(Error::FileMissing)
+    }
+}

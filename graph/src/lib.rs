@@ -1,0 +1,4 @@
+//! graph
+pub mod diagnostic;
+pub mod frame;
+pub mod source;
