@@ -1,0 +1,155 @@
+//! Text to a tree in which every value knows where it stands.
+//!
+//! A [`Document`] is strict JSON with comments, parsed by `jsonc-parser` with all its leniencies switched off: no
+//! trailing commas, no single quotes, no bare words, no hexadecimal, no NaN. Keys that stand twice in one object are
+//! findings. Numbers keep their exact value where JSON's does (64-bit integers, else `f64`); a number beyond `f64` is a
+//! finding, never infinity.
+//!
+//! Limits: nesting to 512 levels (the parser's own guard), texts to [`crate::source::MAXIMUM_FILE_BYTES`].
+
+mod parse;
+pub mod schema;
+
+pub use parse::parse;
+
+use crate::source::Span;
+
+/// A parsed text.
+#[derive(Clone, Debug)]
+pub struct Document {
+    /// The one value that the text consists of.
+    pub root: Value,
+}
+
+/// A JSON value and its place.
+#[derive(Clone, Debug)]
+pub struct Value {
+    /// Where the value stands.
+    pub span: Span,
+    /// What it is.
+    pub kind: Kind,
+}
+
+/// What a JSON value is.
+#[derive(Clone, Debug)]
+pub enum Kind {
+    /// `null`
+    Null,
+    /// `true` or `false`
+    Bool(bool),
+    /// A number.
+    Number(serde_json::Number),
+    /// A string, unescaped.
+    Text(String),
+    /// An array.
+    Array(Vec<Value>),
+    /// An object, in the order of the text.
+    Object(Vec<Entry>),
+}
+
+/// One member of an object.
+#[derive(Clone, Debug)]
+pub struct Entry {
+    /// The key, unescaped.
+    pub key: String,
+    /// Where the key stands, quotes included.
+    pub key_span: Span,
+    /// The value.
+    pub value: Value,
+}
+
+impl Value {
+    /// The members, if this is an object.
+    pub fn entries(&self) -> Option<&[Entry]> {
+        match &self.kind {
+            Kind::Object(entries) => Some(entries),
+            _ => None,
+        }
+    }
+
+    /// The elements, if this is an array.
+    pub fn elements(&self) -> Option<&[Value]> {
+        match &self.kind {
+            Kind::Array(elements) => Some(elements),
+            _ => None,
+        }
+    }
+
+    /// The text, if this is a string.
+    pub fn text(&self) -> Option<&str> {
+        match &self.kind {
+            Kind::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    /// The member `key`, if this is an object that has one.
+    pub fn get(&self, key: &str) -> Option<&Value> {
+        self.entry(key).map(|entry| &entry.value)
+    }
+
+    /// The member `key` with its key's place.
+    pub fn entry(&self, key: &str) -> Option<&Entry> {
+        self.entries()?.iter().find(|entry| entry.key == key)
+    }
+
+    /// What kind of value this is, as a JSON author would say it.
+    pub fn kind_name(&self) -> &'static str {
+        match &self.kind {
+            Kind::Null => "null",
+            Kind::Bool(_) => "a boolean",
+            Kind::Number(_) => "a number",
+            Kind::Text(_) => "a string",
+            Kind::Array(_) => "an array",
+            Kind::Object(_) => "an object",
+        }
+    }
+
+    /// The deepest value on the way of a JSON pointer that exists, starting here. A finding about a value that is not
+    /// there (a default, a missing key) so falls on the object that lacks it.
+    pub fn nearest(&self, pointer: &str) -> &Value {
+        let mut value = self;
+        for token in pointer.split('/').skip(1) {
+            let token = token.replace("~1", "/").replace("~0", "~");
+            let next = match &value.kind {
+                Kind::Object(_) => value.get(&token),
+                Kind::Array(elements) => token.parse::<usize>().ok().and_then(|at| elements.get(at)),
+                _ => None,
+            };
+            match next {
+                Some(next) => value = next,
+                None => break,
+            }
+        }
+        value
+    }
+
+    /// The same value without its places.
+    pub fn to_json(&self) -> serde_json::Value {
+        match &self.kind {
+            Kind::Null => serde_json::Value::Null,
+            Kind::Bool(value) => (*value).into(),
+            Kind::Number(number) => number.clone().into(),
+            Kind::Text(text) => text.as_str().into(),
+            Kind::Array(elements) => elements.iter().map(Value::to_json).collect(),
+            Kind::Object(entries) => {
+                serde_json::Value::Object(entries.iter().map(|entry| (entry.key.clone(), entry.value.to_json())).collect())
+            }
+        }
+    }
+
+    /// Calls `visit` with every string in this value, depth first.
+    pub fn for_each_text<'a>(&'a self, visit: &mut impl FnMut(&'a str)) {
+        match &self.kind {
+            Kind::Text(text) => visit(text),
+            Kind::Array(elements) => elements.iter().for_each(|element| element.for_each_text(visit)),
+            Kind::Object(entries) => entries.iter().for_each(|entry| entry.value.for_each_text(visit)),
+            _ => {}
+        }
+    }
+}
+
+/// Appends one key to a JSON pointer, escaped as RFC 6901 wants it.
+pub fn pointer_join(pointer: &str, key: &str) -> String {
+    format!("{pointer}/{}", key.replace('~', "~0").replace('/', "~1"))
+}

@@ -1,0 +1,241 @@
+//! The parser of expressions: a precedence climber over a hand-written scanner.
+//!
+//! Precedence, loosest first: `?:`, `||`, `&&`, comparisons (which do not chain), `+ -`, `* / %`, unary, postfix.
+
+use std::ops::Range;
+
+use super::{BinaryOperator, Expression, ExpressionError, ExpressionKind, Fault, UnaryOperator, Value};
+
+const MAXIMUM_DEPTH: usize = 64;
+const MAXIMUM_BYTES: usize = 4096;
+
+/// Parses the text of an expression.
+///
+/// # Errors
+/// The first syntax error.
+pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
+    if text.len() > MAXIMUM_BYTES {
+        return Err(syntax(0..text.len(), format!("an expression has at most {MAXIMUM_BYTES} bytes")));
+    }
+    let mut parser = Parser { text, at: 0, depth: 0 };
+    let expression = parser.conditional()?;
+    parser.blank();
+    if parser.at < text.len() {
+        return Err(syntax(parser.at..text.len(), "the expression should end here"));
+    }
+    Ok(expression)
+}
+
+fn syntax(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
+    ExpressionError { range, fault: Fault::Syntax, message: message.into(), help: None }
+}
+
+struct Parser<'a> {
+    text: &'a str,
+    at: usize,
+    depth: usize,
+}
+
+/// The binary operators, one row for each level of precedence, loosest first; longer spellings before their prefixes.
+const LEVELS: &[&[(&str, BinaryOperator)]] = &[
+    &[("||", BinaryOperator::Or)],
+    &[("&&", BinaryOperator::And)],
+    &[
+        ("==", BinaryOperator::Equal),
+        ("!=", BinaryOperator::NotEqual),
+        ("<=", BinaryOperator::LessEqual),
+        (">=", BinaryOperator::GreaterEqual),
+        ("<", BinaryOperator::Less),
+        (">", BinaryOperator::Greater),
+    ],
+    &[("+", BinaryOperator::Add), ("-", BinaryOperator::Subtract)],
+    &[("*", BinaryOperator::Multiply), ("/", BinaryOperator::Divide), ("%", BinaryOperator::Remainder)],
+];
+
+impl Parser<'_> {
+    fn conditional(&mut self) -> Result<Expression, ExpressionError> {
+        self.depth += 1;
+        if self.depth > MAXIMUM_DEPTH {
+            return Err(syntax(self.at..self.text.len(), format!("expressions nest to {MAXIMUM_DEPTH} levels at most")));
+        }
+        let condition = self.binary(0)?;
+        let expression = if self.take("?") {
+            let yes = self.conditional()?;
+            if !self.take(":") {
+                return Err(self.expected("\":\" of the condition"));
+            }
+            let no = self.conditional()?;
+            Expression {
+                range: condition.range.start..no.range.end,
+                kind: ExpressionKind::Conditional(Box::new(condition), Box::new(yes), Box::new(no)),
+            }
+        } else {
+            condition
+        };
+        self.depth -= 1;
+        Ok(expression)
+    }
+
+    fn binary(&mut self, level: usize) -> Result<Expression, ExpressionError> {
+        let Some(operators) = LEVELS.get(level) else { return self.unary() };
+        let mut left = self.binary(level + 1)?;
+        while let Some((_, operator)) = operators.iter().find(|(spelling, _)| self.take(spelling)) {
+            let right = self.binary(level + 1)?;
+            left = Expression {
+                range: left.range.start..right.range.end,
+                kind: ExpressionKind::Binary(*operator, Box::new(left), Box::new(right)),
+            };
+        }
+        Ok(left)
+    }
+
+    fn unary(&mut self) -> Result<Expression, ExpressionError> {
+        self.blank();
+        let start = self.at;
+        let operator = if self.take("-") {
+            UnaryOperator::Negate
+        } else if !self.text[self.at..].starts_with("!=") && self.take("!") {
+            UnaryOperator::Not
+        } else {
+            return self.postfix();
+        };
+        self.depth += 1;
+        if self.depth > MAXIMUM_DEPTH {
+            return Err(syntax(start..self.at, format!("expressions nest to {MAXIMUM_DEPTH} levels at most")));
+        }
+        let operand = self.unary()?;
+        self.depth -= 1;
+        Ok(Expression { range: start..operand.range.end, kind: ExpressionKind::Unary(operator, Box::new(operand)) })
+    }
+
+    fn postfix(&mut self) -> Result<Expression, ExpressionError> {
+        let mut expression = self.primary()?;
+        while self.take("[") {
+            let index = self.conditional()?;
+            if !self.take("]") {
+                return Err(self.expected("\"]\" of the index"));
+            }
+            expression = Expression {
+                range: expression.range.start..self.at,
+                kind: ExpressionKind::Index(Box::new(expression), Box::new(index)),
+            };
+        }
+        Ok(expression)
+    }
+
+    fn primary(&mut self) -> Result<Expression, ExpressionError> {
+        self.blank();
+        let start = self.at;
+        let rest = &self.text[start..];
+        let Some(first) = rest.chars().next() else { return Err(self.expected("a value")) };
+        if first.is_ascii_digit() {
+            return self.number();
+        }
+        if first.is_ascii_alphabetic() || first == '_' {
+            return self.name();
+        }
+        if first == '\'' {
+            let Some(length) = rest[1..].find('\'') else {
+                return Err(syntax(start..self.text.len(), "the text is not closed by '"));
+            };
+            self.at += length + 2;
+            let text = rest[1..=length].to_owned();
+            return Ok(Expression { range: start..self.at, kind: ExpressionKind::Literal(Value::Text(text)) });
+        }
+        if self.take("(") {
+            let inner = self.conditional()?;
+            if !self.take(")") {
+                return Err(self.expected("\")\""));
+            }
+            return Ok(Expression { range: start..self.at, kind: inner.kind });
+        }
+        if self.take("[") {
+            let elements = self.arguments("]")?;
+            return Ok(Expression { range: start..self.at, kind: ExpressionKind::List(elements) });
+        }
+        Err(self.expected("a value"))
+    }
+
+    fn number(&mut self) -> Result<Expression, ExpressionError> {
+        let start = self.at;
+        let bytes = self.text.as_bytes();
+        let digits = |mut at: usize| {
+            while bytes.get(at).is_some_and(u8::is_ascii_digit) {
+                at += 1;
+            }
+            at
+        };
+        self.at = digits(self.at);
+        if bytes.get(self.at) == Some(&b'.') && bytes.get(self.at + 1).is_some_and(u8::is_ascii_digit) {
+            self.at = digits(self.at + 1);
+        }
+        if matches!(bytes.get(self.at), Some(b'e' | b'E')) {
+            let sign = usize::from(matches!(bytes.get(self.at + 1), Some(b'+' | b'-')));
+            if bytes.get(self.at + 1 + sign).is_some_and(u8::is_ascii_digit) {
+                self.at = digits(self.at + 1 + sign);
+            }
+        }
+        let range = start..self.at;
+        match self.text[range.clone()].parse::<f64>() {
+            Ok(number) if number.is_finite() => {
+                Ok(Expression { range, kind: ExpressionKind::Literal(Value::Number(number)) })
+            }
+            _ => Err(syntax(range, "the number cannot be represented")),
+        }
+    }
+
+    fn name(&mut self) -> Result<Expression, ExpressionError> {
+        let start = self.at;
+        let end = self.text[start..]
+            .find(|c: char| !(c.is_ascii_alphanumeric() || c == '_' || c == '.'))
+            .map_or(self.text.len(), |length| start + length);
+        self.at = end;
+        let name = &self.text[start..end];
+        if self.take("(") {
+            let arguments = self.arguments(")")?;
+            return Ok(Expression { range: start..self.at, kind: ExpressionKind::Call(name.to_owned(), arguments) });
+        }
+        let kind = match name {
+            "true" => ExpressionKind::Literal(Value::Bool(true)),
+            "false" => ExpressionKind::Literal(Value::Bool(false)),
+            _ => ExpressionKind::Name(name.to_owned()),
+        };
+        Ok(Expression { range: start..end, kind })
+    }
+
+    fn arguments(&mut self, close: &str) -> Result<Vec<Expression>, ExpressionError> {
+        let mut arguments = Vec::new();
+        if self.take(close) {
+            return Ok(arguments);
+        }
+        loop {
+            arguments.push(self.conditional()?);
+            if self.take(close) {
+                return Ok(arguments);
+            }
+            if !self.take(",") {
+                return Err(self.expected(&format!("\",\" or \"{close}\"")));
+            }
+        }
+    }
+
+    fn take(&mut self, spelling: &str) -> bool {
+        self.blank();
+        let found = self.text[self.at..].starts_with(spelling);
+        if found {
+            self.at += spelling.len();
+        }
+        found
+    }
+
+    fn blank(&mut self) {
+        let rest = &self.text[self.at..];
+        self.at += rest.len() - rest.trim_start().len();
+    }
+
+    fn expected(&self, what: &str) -> ExpressionError {
+        let end = self.text[self.at..].chars().next().map_or(self.at, |c| self.at + c.len_utf8());
+        let found = if self.at == end { "the end".to_owned() } else { format!("\"{}\"", &self.text[self.at..end]) };
+        syntax(self.at..end, format!("expected {what}, found {found}"))
+    }
+}
