@@ -1,1 +1,46 @@
-//! scene
+//! glTF 2.0 scenes as a source of draws, lights and cameras.
+//!
+//! A scene file is decoded once into plain data on the CPU ([`Scene`]): triangles with positions, normals and texture
+//! coordinates, materials, decoded images, a node hierarchy with transforms in `f64`, cameras, lights, skins and
+//! animations. Everything that varies over time is computed from that data into a [`Pose`]; what a frame needs to know
+//! apart from its draws is a [`FrameInput`](umbragraph_graph::frame::FrameInput), made by [`Scene::frame_input`].
+//!
+//! ```no_run
+//! let scene = umbragraph_scene::load("courtyard.glb".as_ref()).expect("a readable scene");
+//! let frame = scene.frame_input(16.0 / 9.0, 0.0);
+//! for draw in scene.draws() {
+//!     let primitive = scene.primitive(draw);
+//!     println!("{} triangles of {}", primitive.indices.len() / 3, scene.node(draw.node).name);
+//! }
+//! # let _ = frame;
+//! ```
+//!
+//! Conventions are glTF's, which are also the engine's: right-handed, Y up, metres, radians, front faces
+//! counter-clockwise, cameras and lights look along −Z of their own space, texture v points down.
+//!
+//! A file is not trusted. Loading collects all findings of a file as
+//! [`Diagnostics`](umbragraph_graph::diagnostic::Diagnostics) (codes UG0700 to UG0799, see [`codes`]), each placed by a
+//! JSON pointer into the document; it never panics, follows no cycle, and stays within the limits of [`load::limits`].
+//!
+//! Not read: morph targets, vertex colours, tangents, and the textures of materials other than base colour; points and
+//! lines are left out with a warning. Of glTF's extensions, `KHR_lights_punctual` and `KHR_mesh_quantization` are
+//! understood; a document that *requires* another one is refused.
+
+pub mod animation;
+pub mod codes;
+pub mod default_view;
+pub mod light;
+pub mod load;
+pub mod material;
+pub mod mesh;
+pub mod mipmap;
+pub mod node;
+pub mod pose;
+pub mod scene;
+pub mod skin;
+pub mod texture;
+pub mod view;
+
+pub use load::{Folder, NoFiles, ResolveError, Resolver, from_slice, load};
+pub use pose::Pose;
+pub use scene::{Draw, Scene};

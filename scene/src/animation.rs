@@ -1,0 +1,154 @@
+//! Key-frame animation of node transforms.
+//!
+//! A channel moves one property of one node through key frames, interpolated as glTF 2.0 (appendix C) defines: held,
+//! linear (spherical for rotations), or by a cubic Hermite spline whose tangents the file gives. Before its first key
+//! and after its last one a channel holds the value there. Evaluation is a binary search and one interpolation.
+
+use glam::{DQuat, DVec3, DVec4};
+
+use crate::node::NodeId;
+
+/// A set of channels that play together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Animation {
+    /// The name in the file; may be empty or not unique.
+    pub name: String,
+    /// The channels, in the order of the file.
+    pub channels: Vec<Channel>,
+    /// The time of the last key, in seconds.
+    pub duration: f64,
+}
+
+/// The property of a node that a channel moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Property {
+    /// Its translation, in metres.
+    Translation,
+    /// Its rotation, a unit quaternion.
+    Rotation,
+    /// Its scale.
+    Scale,
+}
+
+/// What happens between two keys.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// The value of the earlier key stays.
+    Step,
+    /// A straight line, for rotations the shorter arc.
+    Linear,
+    /// A cubic Hermite spline.
+    CubicSpline,
+}
+
+/// One property of one node over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// The node that moves.
+    pub node: NodeId,
+    /// What of it.
+    pub property: Property,
+    /// How values between keys are found.
+    pub interpolation: Interpolation,
+    /// The times of the keys in seconds, strictly increasing, at least one.
+    pub times: Vec<f32>,
+    /// A value for each key (x, y, z and, for rotations, w); for splines three: tangent in, value, tangent out.
+    pub values: Vec<[f32; 4]>,
+}
+
+impl Channel {
+    /// The value at a time in seconds.
+    pub fn sample(&self, time: f64) -> DVec4 {
+        let after = self.times.partition_point(|key| f64::from(*key) <= time);
+        let (Some(before), true) = (after.checked_sub(1), after < self.times.len()) else {
+            return self.finished(self.value(after.min(self.times.len().saturating_sub(1))));
+        };
+        let (start, end) = (f64::from(self.times[before]), f64::from(self.times[after]));
+        let span = end - start;
+        let t = (time - start) / span;
+        match self.interpolation {
+            Interpolation::Step => self.finished(self.value(before)),
+            Interpolation::Linear if self.property == Property::Rotation => {
+                let rotation = |key| DQuat::from_vec4(self.value(key)).normalize();
+                DVec4::from(rotation(before).slerp(rotation(after), t))
+            }
+            Interpolation::Linear => self.value(before).lerp(self.value(after), t),
+            Interpolation::CubicSpline => {
+                let (t2, t3) = (t * t, t * t * t);
+                self.finished(
+                    self.value(before) * (2.0 * t3 - 3.0 * t2 + 1.0)
+                        + self.raw(before * 3 + 2) * (span * (t3 - 2.0 * t2 + t))
+                        + self.value(after) * (3.0 * t2 - 2.0 * t3)
+                        + self.raw(after * 3) * (span * (t3 - t2)),
+                )
+            }
+        }
+    }
+
+    /// The value at a key, without its tangents.
+    fn value(&self, key: usize) -> DVec4 {
+        self.raw(if self.interpolation == Interpolation::CubicSpline { key * 3 + 1 } else { key })
+    }
+
+    fn raw(&self, at: usize) -> DVec4 {
+        self.values.get(at).map_or(DVec4::ZERO, |value| DVec4::from_array(value.map(f64::from)))
+    }
+
+    /// A rotation made of unit length; other values as they are.
+    fn finished(&self, value: DVec4) -> DVec4 {
+        match self.property {
+            Property::Rotation => value.try_normalize().unwrap_or(DVec4::W),
+            Property::Translation | Property::Scale => value,
+        }
+    }
+
+    /// The three components of a translation or scale at a time in seconds.
+    pub fn sample_vector(&self, time: f64) -> DVec3 {
+        self.sample(time).truncate()
+    }
+
+    /// The rotation at a time in seconds; of unit length.
+    pub fn sample_rotation(&self, time: f64) -> DQuat {
+        DQuat::from_vec4(self.sample(time))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::f64::consts::FRAC_PI_2;
+
+    fn channel(property: Property, interpolation: Interpolation, values: Vec<[f32; 4]>) -> Channel {
+        Channel { node: NodeId(0), property, interpolation, times: vec![1.0, 3.0], values }
+    }
+
+    #[test]
+    fn a_step_holds_the_earlier_key() {
+        let channel = channel(
+            Property::Translation,
+            Interpolation::Step,
+            vec![[1.0, 0.0, 0.0, 0.0], [5.0, 0.0, 0.0, 0.0]],
+        );
+        assert_eq!([0.0, 1.0, 2.999, 3.0, 9.0].map(|time| channel.sample(time).x), [1.0, 1.0, 1.0, 5.0, 5.0]);
+    }
+
+    #[test]
+    fn linear_rotations_turn_at_constant_speed_along_the_shorter_arc() {
+        let end = DQuat::from_rotation_y(FRAC_PI_2).as_quat().to_array();
+        for values in [vec![[0.0, 0.0, 0.0, 1.0], end], vec![[0.0, 0.0, 0.0, 1.0], end.map(|part| -part)]] {
+            let half = channel(Property::Rotation, Interpolation::Linear, values).sample_rotation(2.0);
+            assert!(half.angle_between(DQuat::from_rotation_y(FRAC_PI_2 / 2.0)) < 1e-3);
+        }
+    }
+
+    #[test]
+    fn a_spline_passes_its_keys_and_follows_its_tangents() {
+        let zero = [0.0; 4];
+        let slope = [1.0, 0.0, 0.0, 0.0];
+        let values = vec![slope, zero, slope, slope, [2.0, 0.0, 0.0, 0.0], slope];
+        let channel = channel(Property::Translation, Interpolation::CubicSpline, values);
+        for (time, x) in [(0.0, 0.0), (1.0, 0.0), (1.5, 0.5), (2.0, 1.0), (3.0, 2.0), (4.0, 2.0)] {
+            assert!((channel.sample(time).x - x).abs() < 1e-12, "at {time}");
+        }
+    }
+}

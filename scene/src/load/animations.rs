@@ -1,0 +1,142 @@
+//! Animations: key times and values of every channel, checked.
+
+use gltf::json::animation::{
+    Animation as JsonAnimation, Channel as JsonChannel, Interpolation as JsonInterpolation,
+    Property as JsonProperty,
+};
+use gltf::json::validation::Checked;
+
+use super::accessor::Accessors;
+use super::hierarchy::Hierarchy;
+use super::report::Report;
+use crate::animation::{Animation, Channel, Interpolation, Property};
+use crate::codes;
+use crate::node::{LocalTransform, NodeId};
+
+/// All animations, without the channels that move morph targets.
+pub(super) fn read(accessors: &Accessors<'_>, hierarchy: &Hierarchy, report: &mut Report) -> Vec<Animation> {
+    let mut animations = Vec::with_capacity(accessors.root.animations.len());
+    for (index, json) in accessors.root.animations.iter().enumerate() {
+        if index == 1 {
+            let message = "only the first animation is played";
+            report.warning(codes::LEFT_OUT, "/animations/1", message, "put the animation to be played first");
+        }
+        let mut channels = Vec::with_capacity(json.channels.len());
+        for (place, channel) in json.channels.iter().enumerate() {
+            let at = format!("/animations/{index}/channels/{place}");
+            channels.extend(Reader { accessors, hierarchy, json, index, at: &at }.channel(channel, report));
+        }
+        let last = channels.iter().filter_map(|channel| channel.times.last().copied()).fold(0.0, f32::max);
+        let name = json.name.clone().unwrap_or_default();
+        animations.push(Animation { name, channels, duration: f64::from(last) });
+    }
+    animations
+}
+
+struct Reader<'a> {
+    accessors: &'a Accessors<'a>,
+    hierarchy: &'a Hierarchy,
+    json: &'a JsonAnimation,
+    index: usize,
+    at: &'a str,
+}
+
+impl Reader<'_> {
+    fn channel(&self, json: &JsonChannel, report: &mut Report) -> Option<Channel> {
+        let at = self.at;
+        let property = match &json.target.path {
+            Checked::Valid(JsonProperty::Translation) => Property::Translation,
+            Checked::Valid(JsonProperty::Rotation) => Property::Rotation,
+            Checked::Valid(JsonProperty::Scale) => Property::Scale,
+            Checked::Valid(JsonProperty::MorphTargetWeights) => {
+                report.warning(
+                    codes::LEFT_OUT,
+                    at,
+                    "morph targets are not animated",
+                    "the rest shape is drawn",
+                );
+                return None;
+            }
+            Checked::Invalid => {
+                let help = "it is translation, rotation, scale or weights";
+                report.error(
+                    codes::BAD_VALUE,
+                    &format!("{at}/target/path"),
+                    "the channel moves an unknown property",
+                    help,
+                );
+                return None;
+            }
+        };
+        let node = json.target.node.value();
+        let target = report.lookup(&self.hierarchy.nodes, node, "node", &format!("{at}/target/node"))?;
+        if matches!(target.local, LocalTransform::Matrix(_)) {
+            let message = format!("node {node} has a matrix, so its {property:?} cannot be animated");
+            report.error(
+                codes::BAD_ANIMATION,
+                at,
+                message,
+                "give the node translation, rotation and scale instead",
+            );
+            return None;
+        }
+        let sampler =
+            report.lookup(&self.json.samplers, json.sampler.value(), "sampler", &format!("{at}/sampler"))?;
+        let sampler_at = format!("/animations/{}/samplers/{}", self.index, json.sampler.value());
+        let interpolation = match &sampler.interpolation {
+            Checked::Valid(JsonInterpolation::Step) => Interpolation::Step,
+            Checked::Valid(JsonInterpolation::Linear) => Interpolation::Linear,
+            Checked::Valid(JsonInterpolation::CubicSpline) => Interpolation::CubicSpline,
+            Checked::Invalid => {
+                let at = format!("{sampler_at}/interpolation");
+                report.error(
+                    codes::BAD_VALUE,
+                    &at,
+                    "the interpolation is unknown",
+                    "it is STEP, LINEAR or CUBICSPLINE",
+                );
+                return None;
+            }
+        };
+        let times =
+            self.accessors.read::<f32, 1>(sampler.input.value(), &format!("{sampler_at}/input"), report);
+        let output = format!("{sampler_at}/output");
+        let values: Option<Vec<[f32; 4]>> = match property {
+            Property::Rotation => self.accessors.read::<f32, 4>(sampler.output.value(), &output, report),
+            Property::Translation | Property::Scale => {
+                let values = self.accessors.read::<f32, 3>(sampler.output.value(), &output, report);
+                values.map(|values| values.into_iter().map(|[x, y, z]| [x, y, z, 0.0]).collect())
+            }
+        };
+        let times: Vec<f32> = times?.into_iter().map(|[time]| time).collect();
+        let values = values?;
+        let increasing = times.windows(2).all(|pair| pair[0] < pair[1]) && times[0] >= 0.0;
+        if !increasing || !times.iter().all(|time| time.is_finite()) {
+            let message = "the key times do not increase from zero on";
+            report.error(
+                codes::BAD_ANIMATION,
+                &format!("{sampler_at}/input"),
+                message,
+                "export the animation again",
+            );
+            return None;
+        }
+        let wanted = times.len() * if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        if values.len() != wanted {
+            let message =
+                format!("{} values stand for {} keys, where {wanted} are needed", values.len(), times.len());
+            report.error(codes::BAD_ANIMATION, &output, message, "export the animation again");
+            return None;
+        }
+        if let Some(first) = values.iter().position(|value| !value.iter().all(|part| part.is_finite())) {
+            report.error(
+                codes::NOT_FINITE,
+                &output,
+                format!("value {first} is not finite"),
+                "export the animation again",
+            );
+            return None;
+        }
+        Some(Channel { node: NodeId(node as u32), property, interpolation, times, values })
+    }
+}

@@ -1,0 +1,53 @@
+//! The bytes of a document's buffers.
+
+use gltf::json::Root;
+
+use super::report::Report;
+use super::resource::{Resolver, resolve};
+use crate::codes;
+
+/// For each buffer its bytes, cut to its declared length; `None` after a finding.
+pub(super) fn read(
+    root: &Root,
+    binary: Option<&[u8]>,
+    resolver: &dyn Resolver,
+    report: &mut Report,
+) -> Vec<Option<Vec<u8>>> {
+    let mut one = |(index, buffer): (usize, &gltf::json::Buffer)| {
+        let at = format!("/buffers/{index}");
+        let mut bytes = match (&buffer.uri, binary) {
+            (Some(uri), _) => match resolve(uri, resolver) {
+                Ok(bytes) => bytes,
+                Err(error) => {
+                    let help = "put the file beside the document, or export the scene as one .glb file";
+                    report.error(
+                        codes::MISSING_BUFFER,
+                        &format!("{at}/uri"),
+                        format!("buffer {index}: {error}"),
+                        help,
+                    );
+                    return None;
+                }
+            },
+            (None, Some(binary)) if index == 0 => binary.to_vec(),
+            (None, _) => {
+                let message = format!("buffer {index} has no URI, and there is no binary chunk for it");
+                report.error(codes::MISSING_BUFFER, &at, message, "export the scene as one .glb file");
+                return None;
+            }
+        };
+        let length = buffer.byte_length.0;
+        if (bytes.len() as u64) < length {
+            report.error(
+                codes::BUFFER_TOO_SHORT,
+                &at,
+                format!("buffer {index} should have {length} bytes, but has {}", bytes.len()),
+                "the file was probably cut off; copy or export it again",
+            );
+            return None;
+        }
+        bytes.truncate(length as usize);
+        report.charge(length, &at).then_some(bytes)
+    };
+    root.buffers.iter().enumerate().map(&mut one).collect()
+}

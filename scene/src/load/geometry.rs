@@ -1,0 +1,273 @@
+//! Meshes: attributes and indices of every primitive, checked and completed.
+
+use gltf::json::mesh::{Mode, Primitive as JsonPrimitive, Semantic};
+use gltf::json::validation::Checked;
+
+use super::accessor::Accessors;
+use super::extras::ObjectExtras;
+use super::report::Report;
+use crate::codes;
+use crate::mesh::{JointWeights, Mesh, Primitive, bounds_of, face_normal, fan_to_list, strip_to_list};
+
+/// All meshes; primitives that are no triangles are left out with a warning.
+pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Mesh> {
+    let mut meshes = Vec::with_capacity(accessors.root.meshes.len());
+    for (index, json) in accessors.root.meshes.iter().enumerate() {
+        let at = format!("/meshes/{index}");
+        let extras = ObjectExtras::new(&json.extras, &at);
+        let mut primitives = Vec::with_capacity(json.primitives.len());
+        for (part, json) in json.primitives.iter().enumerate() {
+            let at = format!("{at}/primitives/{part}");
+            primitives.extend(Reader { accessors, json, at: &at }.primitive(report));
+        }
+        meshes.push(Mesh {
+            name: json.name.clone().unwrap_or_default(),
+            primitives,
+            cast_shadow: extras.boolean("castShadow", report).unwrap_or(true),
+            receive_shadow: extras.boolean("receiveShadow", report).unwrap_or(true),
+        });
+    }
+    meshes
+}
+
+struct Reader<'a> {
+    accessors: &'a Accessors<'a>,
+    json: &'a JsonPrimitive,
+    at: &'a str,
+}
+
+impl Reader<'_> {
+    fn primitive(&self, report: &mut Report) -> Option<Primitive> {
+        let (json, at) = (self.json, self.at);
+        let mode = match &json.mode {
+            Checked::Valid(mode @ (Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan)) => *mode,
+            Checked::Valid(_) => {
+                report.warning(
+                    codes::LEFT_OUT,
+                    at,
+                    "points and lines are not drawn",
+                    "make thin triangles of them",
+                );
+                return None;
+            }
+            Checked::Invalid => {
+                report.error(
+                    codes::BAD_VALUE,
+                    &format!("{at}/mode"),
+                    "unknown primitive mode",
+                    "it is 0 to 6; triangles are 4",
+                );
+                return None;
+            }
+        };
+        if json.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
+            report.warning(
+                codes::LEFT_OUT,
+                &format!("{at}/targets"),
+                "morph targets are not read",
+                "the rest shape is drawn",
+            );
+        }
+        let material = self.material(report);
+        if !json.attributes.contains_key(&Checked::Valid(Semantic::Positions)) {
+            report.error(
+                codes::INCOMPLETE_PRIMITIVE,
+                at,
+                "the primitive has no POSITION",
+                "export the mesh with positions",
+            );
+            return None;
+        }
+        let texcoord_set = self.texcoord_set(material);
+        // All attributes are read before any is given up, so that each of them gets its findings.
+        let positions = self.attribute::<f32, 3>(&Semantic::Positions, "position", report);
+        let normals = self.attribute::<f32, 3>(&Semantic::Normals, "normal", report);
+        let texcoords =
+            self.attribute::<f32, 2>(&Semantic::TexCoords(texcoord_set), "texture coordinate", report);
+        let joints = self.attribute::<u32, 4>(&Semantic::Joints(0), "joint", report);
+        let weights = self.attribute::<f32, 4>(&Semantic::Weights(0), "weight", report);
+        let indices = self.indices(report);
+        let (positions, normals, texcoords) = (positions.ok()??, normals.ok()?, texcoords.ok()?);
+        let (joints, weights, indices) = (joints.ok()?, weights.ok()?, indices.ok()?);
+        let count = positions.len();
+        let lengths = [
+            ("NORMAL".to_owned(), normals.as_ref().map(Vec::len)),
+            (format!("TEXCOORD_{texcoord_set}"), texcoords.as_ref().map(Vec::len)),
+            ("JOINTS_0".to_owned(), joints.as_ref().map(Vec::len)),
+            ("WEIGHTS_0".to_owned(), weights.as_ref().map(Vec::len)),
+        ];
+        for (attribute, length) in lengths {
+            if let Some(length) = length.filter(|length| *length != count) {
+                report.error(
+                    codes::INCOMPLETE_PRIMITIVE,
+                    &format!("{at}/attributes/{attribute}"),
+                    format!("{attribute} has {length} elements, but POSITION has {count}"),
+                    "export the mesh again: all attributes have one element for each vertex",
+                );
+                return None;
+            }
+        }
+        let indices = indices.unwrap_or_else(|| (0..count as u32).collect());
+        if let Some(place) = indices.iter().position(|index| *index as usize >= count) {
+            report.error(
+                codes::INDEX_OUT_OF_RANGE,
+                &format!("{at}/indices"),
+                format!("index {} (at place {place}) is beyond the {count} vertices", indices[place]),
+                "export the mesh again",
+            );
+            return None;
+        }
+        let mut indices = match mode {
+            Mode::TriangleStrip => strip_to_list(&indices),
+            Mode::TriangleFan => fan_to_list(&indices),
+            _ => indices,
+        };
+        let whole = indices.len() / 3 * 3;
+        if whole != indices.len() || whole == 0 {
+            report.warning(
+                codes::LEFT_OUT,
+                at,
+                "the primitive ends with an incomplete triangle",
+                "it is not drawn",
+            );
+            indices.truncate(whole);
+        }
+        let joints = match (joints, weights) {
+            (Some(joints), Some(weights)) => Some(join(&joints, &weights)),
+            (None, None) => None,
+            _ => {
+                let message = "JOINTS_0 and WEIGHTS_0 belong together, but only one of them is there";
+                report.error(
+                    codes::INCOMPLETE_PRIMITIVE,
+                    &format!("{at}/attributes"),
+                    message,
+                    "export the mesh again",
+                );
+                return None;
+            }
+        };
+        let bounds = bounds_of(&positions);
+        let texcoords = texcoords.unwrap_or_else(|| vec![[0.0; 2]; count]);
+        let smooth = normals.map(|normals| normals.into_iter().map(unit).collect());
+        let primitive =
+            Primitive { positions, normals: Vec::new(), texcoords, joints, indices, material, bounds };
+        match smooth {
+            Some(normals) => Some(Primitive { normals, ..primitive }),
+            None => {
+                report.charge(primitive.indices.len() as u64 * 60, at).then(|| with_flat_normals(&primitive))
+            }
+        }
+    }
+
+    /// The index of the material, glTF's default material where there is none.
+    fn material(&self, report: &mut Report) -> usize {
+        let materials = &self.accessors.root.materials;
+        let named = self.json.material.map(|material| material.value());
+        let found = named.filter(|named| {
+            report.lookup(materials, *named, "material", &format!("{}/material", self.at)).is_some()
+        });
+        found.unwrap_or(materials.len())
+    }
+
+    /// The set of texture coordinates that the material's base colour texture wants.
+    fn texcoord_set(&self, material: usize) -> u32 {
+        let material = self.accessors.root.materials.get(material);
+        let texture =
+            material.and_then(|material| material.pbr_metallic_roughness.base_color_texture.as_ref());
+        texture.map_or(0, |texture| texture.tex_coord)
+    }
+
+    /// An attribute; `Ok(None)` where the primitive does not have it.
+    fn attribute<T: Finite, const N: usize>(
+        &self,
+        semantic: &Semantic,
+        noun: &str,
+        report: &mut Report,
+    ) -> Result<Option<Vec<[T; N]>>, Reported> {
+        let Some(accessor) = self.json.attributes.get(&Checked::Valid(semantic.clone())) else {
+            return Ok(None);
+        };
+        let at = format!("{}/attributes/{}", self.at, semantic.to_string());
+        let values = self.accessors.read::<T, N>(accessor.value(), &at, report).ok_or(Reported)?;
+        let broken = |value: &[T; N]| !value.iter().all(Finite::is_finite);
+        if let Some(first) = values.iter().position(broken) {
+            let count = values.iter().filter(|value| broken(value)).count();
+            report.error(
+                codes::NOT_FINITE,
+                &at,
+                format!("the {noun} of vertex {first} is not finite ({count} of {} are not)", values.len()),
+                "mend the mesh in the program that made it, and export it again",
+            );
+            return Err(Reported);
+        }
+        Ok(Some(values))
+    }
+
+    fn indices(&self, report: &mut Report) -> Result<Option<Vec<u32>>, Reported> {
+        let Some(accessor) = self.json.indices else { return Ok(None) };
+        let at = format!("{}/indices", self.at);
+        let indices = self.accessors.read::<u32, 1>(accessor.value(), &at, report).ok_or(Reported)?;
+        Ok(Some(indices.into_iter().map(|[index]| index).collect()))
+    }
+}
+
+/// A finding has been made.
+struct Reported;
+
+/// Components that can be asked whether they are finite.
+trait Finite: super::accessor::Component {
+    fn is_finite(&self) -> bool;
+}
+
+impl Finite for f32 {
+    fn is_finite(&self) -> bool {
+        f32::is_finite(*self)
+    }
+}
+
+impl Finite for u32 {
+    fn is_finite(&self) -> bool {
+        true
+    }
+}
+
+/// A normal of unit length; +Y for one of length zero.
+fn unit(normal: [f32; 3]) -> [f32; 3] {
+    glam::Vec3::from_array(normal).as_dvec3().try_normalize().unwrap_or(glam::DVec3::Y).as_vec3().to_array()
+}
+
+/// Joints and weights with weights that add up to 1. A vertex that no joint moves moves with its first joint. Joints
+/// beyond `u16` are kept beyond every skin, where they are found.
+fn join(joints: &[[u32; 4]], weights: &[[f32; 4]]) -> JointWeights {
+    let joints =
+        joints.iter().map(|four| four.map(|joint| u16::try_from(joint).unwrap_or(u16::MAX))).collect();
+    let normalized = |four: &[f32; 4]| {
+        let four = four.map(|weight| weight.max(0.0));
+        let sum: f32 = four.iter().sum();
+        if sum > 0.0 && sum.is_finite() { four.map(|weight| weight / sum) } else { [1.0, 0.0, 0.0, 0.0] }
+    };
+    JointWeights { joints, weights: weights.iter().map(normalized).collect() }
+}
+
+/// The primitive with its triangles taken apart and a flat normal on each.
+fn with_flat_normals(shared: &Primitive) -> Primitive {
+    fn gather<T: Copy>(values: &[T], indices: &[u32]) -> Vec<T> {
+        indices.iter().filter_map(|index| values.get(*index as usize).copied()).collect()
+    }
+    let positions: Vec<[f32; 3]> = gather(&shared.positions, &shared.indices);
+    let normals = positions
+        .chunks_exact(3)
+        .flat_map(|corners| [face_normal([corners[0], corners[1], corners[2]]); 3])
+        .collect();
+    Primitive {
+        normals,
+        texcoords: gather(&shared.texcoords, &shared.indices),
+        joints: shared.joints.as_ref().map(|shared_joints| JointWeights {
+            joints: gather(&shared_joints.joints, &shared.indices),
+            weights: gather(&shared_joints.weights, &shared.indices),
+        }),
+        indices: (0..positions.len() as u32).collect(),
+        positions,
+        ..*shared
+    }
+}

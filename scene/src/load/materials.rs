@@ -1,0 +1,90 @@
+//! Materials, and which textures they use.
+
+use gltf::json::material::AlphaMode as JsonAlphaMode;
+use gltf::json::validation::Checked;
+use gltf::json::{Material as JsonMaterial, Root};
+use std::collections::BTreeMap;
+
+use super::extras::ObjectExtras;
+use super::report::Report;
+use crate::codes;
+use crate::material::{AlphaMode, Material};
+
+/// The alpha below which masked surfaces have holes, where the file does not say.
+const DEFAULT_CUTOFF: f32 = 0.5;
+
+/// The materials with glTF's default one added last, and the indices (in the document) of the textures that they use:
+/// a material's `base_color_texture` is an index into that second list.
+pub(super) fn read(root: &Root, report: &mut Report) -> (Vec<Material>, Vec<usize>) {
+    let mut textures = Textures::default();
+    let mut materials = Vec::with_capacity(root.materials.len() + 1);
+    for (index, material) in root.materials.iter().enumerate() {
+        materials.push(one(root, index, material, &mut textures, report));
+    }
+    materials.push(Material::default());
+    (materials, textures.list)
+}
+
+/// The textures in use, each once, in the order of their first use.
+#[derive(Default)]
+struct Textures {
+    list: Vec<usize>,
+    places: BTreeMap<usize, usize>,
+}
+
+fn one(
+    root: &Root,
+    index: usize,
+    json: &JsonMaterial,
+    textures: &mut Textures,
+    report: &mut Report,
+) -> Material {
+    let at = format!("/materials/{index}");
+    let extras = ObjectExtras::new(&json.extras, &at);
+    let surface = &json.pbr_metallic_roughness;
+    let (base_color, emissive) = (surface.base_color_factor.0, json.emissive_factor.0);
+    let cutoff = json.alpha_cutoff.map_or(DEFAULT_CUTOFF, |cutoff| cutoff.0);
+    let mut check = |values: &[f32], property: &str| {
+        if !values.iter().all(|value| value.is_finite() && *value >= 0.0) {
+            let message = format!("a factor of material {index} is negative or not finite: {values:?}");
+            report.error(codes::BAD_MATERIAL, &format!("{at}/{property}"), message, "set it between 0 and 1");
+        }
+    };
+    check(&base_color, "pbrMetallicRoughness/baseColorFactor");
+    check(&emissive, "emissiveFactor");
+    check(&[cutoff], "alphaCutoff");
+    let alpha_mode = match &json.alpha_mode {
+        Checked::Valid(JsonAlphaMode::Opaque) => AlphaMode::Opaque,
+        Checked::Valid(JsonAlphaMode::Mask) => AlphaMode::Mask { cutoff },
+        Checked::Valid(JsonAlphaMode::Blend) => AlphaMode::Blend,
+        Checked::Invalid => {
+            let message = format!("material {index} has an unknown alpha mode");
+            report.error(
+                codes::BAD_VALUE,
+                &format!("{at}/alphaMode"),
+                message,
+                "it is OPAQUE, MASK or BLEND",
+            );
+            AlphaMode::Opaque
+        }
+    };
+    let base_color_texture = surface.base_color_texture.as_ref().and_then(|texture| {
+        let at = format!("{at}/pbrMetallicRoughness/baseColorTexture/index");
+        let wanted = texture.index.value();
+        report.lookup(&root.textures, wanted, "texture", &at)?;
+        Some(*textures.places.entry(wanted).or_insert_with(|| {
+            textures.list.push(wanted);
+            textures.list.len() - 1
+        }))
+    });
+    Material {
+        name: json.name.clone().unwrap_or_default(),
+        base_color,
+        base_color_texture,
+        emissive,
+        alpha_mode,
+        double_sided: json.double_sided,
+        cast_shadow: extras.boolean("castShadow", report).unwrap_or(true),
+        receive_shadow: extras.boolean("receiveShadow", report).unwrap_or(true),
+    }
+}

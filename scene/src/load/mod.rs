@@ -1,0 +1,115 @@
+//! Loading: bytes to a checked [`Scene`].
+//!
+//! The document is parsed by the `gltf` crate into its plain JSON types; everything beyond parsing happens here, because
+//! the crate's own readers stop at the first finding, or panic on a reference to nothing. Each step below turns one part
+//! of the document into its part of the scene and reports what it finds on the way; a part that cannot be read becomes a
+//! gap, and the next step goes on, so that all findings of a file come at once. What is reachable from a mesh, a node, a
+//! skin or an animation is checked; accessors and images that nothing uses are not even looked at.
+//!
+//! Order: container ([`container`]), buffers ([`buffers`]), images and materials, geometry, hierarchy, cameras and
+//! lights, skins, animations, draws.
+//!
+//! Limits: parsing stops at the first value of a wrong JSON type (as opposed to a wrong value), and a document whose
+//! container or JSON is broken has no further findings.
+
+mod accessor;
+mod animations;
+mod buffers;
+mod container;
+mod draws;
+mod extras;
+mod geometry;
+mod hierarchy;
+mod images;
+pub mod limits;
+mod materials;
+mod placement;
+mod report;
+mod resource;
+mod skins;
+
+pub use resource::{Folder, NoFiles, ResolveError, Resolver};
+
+use std::path::{Path, PathBuf};
+use umbragraph_graph::diagnostic::Diagnostics;
+
+use crate::codes;
+use crate::scene::Scene;
+use accessor::Accessors;
+use report::Report;
+
+/// Loads a `.glb` or `.gltf` file, with the buffers and images that lie beside it.
+///
+/// # Errors
+/// All findings of the file, at least one of them an error.
+pub fn load(path: &Path) -> Result<Scene, Diagnostics> {
+    let name = path.display().to_string();
+    match resource::read_file(path, &name) {
+        Ok(bytes) => {
+            let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
+            from_slice(&name, &bytes, &Folder(folder))
+        }
+        Err(error) => {
+            let mut report = Report::new(&name);
+            let (code, help) = match &error {
+                ResolveError::TooLarge(_) => (codes::TOO_LARGE, "at most 1 GiB is read"),
+                ResolveError::NotFound(_) => {
+                    (codes::SCENE_UNREADABLE, "paths are relative to the current folder")
+                }
+                _ => (codes::SCENE_UNREADABLE, "name a .glb or .gltf file that may be read"),
+            };
+            report.error(code, "", format!("the scene {error}"), help);
+            Err(report.finish().err().unwrap_or_default())
+        }
+    }
+}
+
+/// Loads a scene from the bytes of a `.glb` or `.gltf` file. Findings call it `name`; what the document names by a
+/// relative URI comes from `resolver`.
+///
+/// # Errors
+/// All findings of the file, at least one of them an error.
+pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Scene, Diagnostics> {
+    let mut report = Report::new(name);
+    let scene = read(name, bytes, resolver, &mut report);
+    let warnings = report.finish()?;
+    // A scene is missing only after an error.
+    scene.map(|scene| Scene { warnings, ..scene }).ok_or_else(Diagnostics::new)
+}
+
+fn read(name: &str, bytes: &[u8], resolver: &dyn Resolver, report: &mut Report) -> Option<Scene> {
+    let container = container::open(bytes, report)?;
+    let root = &container.root;
+    let buffers = buffers::read(root, container.binary, resolver, report);
+    let accessors = Accessors { root, buffers: &buffers };
+    let (materials, textures) = materials::read(root, report);
+    let (images, textures) = images::read(&accessors, &textures, resolver, report);
+    let meshes = geometry::read(&accessors, report);
+    let hierarchy = hierarchy::read(root, report)?;
+    let skins = skins::read(&accessors, report);
+    let animations = animations::read(&accessors, &hierarchy, report);
+    let mut scene = Scene {
+        name: name.to_owned(),
+        meshes,
+        materials,
+        textures,
+        images,
+        nodes: hierarchy.nodes,
+        cameras: Vec::new(),
+        lights: Vec::new(),
+        skins,
+        animations,
+        warnings: Diagnostics::new(),
+        order: hierarchy.order,
+        draws: Vec::new(),
+        joint_bounds: Vec::new(),
+    };
+    hierarchy::mark_animated(&mut scene);
+    let pose = scene.rest_pose();
+    placement::cameras(root, &mut scene, &pose, report);
+    placement::lights(root, &mut scene, &pose, report);
+    if !report.has_errors() {
+        draws::collect(&mut scene, &pose, report);
+    }
+    Some(scene)
+}

@@ -1,0 +1,130 @@
+//! Findings while a scene is loaded, and the budget that they share.
+
+use umbragraph_graph::diagnostic::{Code, Diagnostic, Diagnostics};
+
+use super::limits::{MAXIMUM_DECODED_BYTES, MAXIMUM_FINDINGS};
+use crate::codes;
+
+/// Collects the findings of one file, and counts what has been decoded.
+pub(super) struct Report {
+    file: String,
+    errors: Diagnostics,
+    warnings: Diagnostics,
+    unlisted: usize,
+    decoded_bytes: u64,
+}
+
+impl Report {
+    pub(super) fn new(file: &str) -> Self {
+        Self {
+            file: file.to_owned(),
+            errors: Diagnostics::new(),
+            warnings: Diagnostics::new(),
+            unlisted: 0,
+            decoded_bytes: 0,
+        }
+    }
+
+    pub(super) fn error(
+        &mut self,
+        code: Code,
+        at: &str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        if self.errors.len() >= MAXIMUM_FINDINGS {
+            self.unlisted += 1;
+            return;
+        }
+        self.errors.push(Diagnostic::in_file(code, &*self.file, at, message).help(help));
+    }
+
+    pub(super) fn warning(
+        &mut self,
+        code: Code,
+        at: &str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        if self.warnings.len() < MAXIMUM_FINDINGS {
+            let mut finding = Diagnostic::in_file(code, &*self.file, at, message).help(help);
+            finding.severity = umbragraph_graph::diagnostic::Severity::Warning;
+            self.warnings.push(finding);
+        }
+    }
+
+    pub(super) fn has_errors(&self) -> bool {
+        !self.errors.is_empty()
+    }
+
+    /// Takes `bytes` from the budget; says so and returns `false` where that is more than is left.
+    pub(super) fn charge(&mut self, bytes: u64, at: &str) -> bool {
+        let total = self.decoded_bytes.saturating_add(bytes);
+        if total > MAXIMUM_DECODED_BYTES {
+            let limit = MAXIMUM_DECODED_BYTES >> 20;
+            self.error(
+                codes::TOO_LARGE,
+                at,
+                format!("decoding this would take the scene beyond {limit} MiB"),
+                "simplify the scene, or share accessors and images instead of repeating them",
+            );
+            return false;
+        }
+        self.decoded_bytes = total;
+        true
+    }
+
+    /// The element `index` of a list of the document; says so where it does not exist.
+    pub(super) fn lookup<'a, T>(
+        &mut self,
+        list: &'a [T],
+        index: usize,
+        noun: &str,
+        at: &str,
+    ) -> Option<&'a T> {
+        let found = list.get(index);
+        if found.is_none() {
+            let help = match list.len() {
+                0 => format!("the document has no {noun}s"),
+                1 => format!("the document has one {noun}, number 0"),
+                count => format!("the document has {count} {noun}s, numbered 0 to {}", count - 1),
+            };
+            let message = match u32::try_from(index) {
+                Ok(u32::MAX) => format!("no {noun} is named here"),
+                _ => format!("{noun} {index} does not exist"),
+            };
+            self.error(codes::DANGLING_REFERENCE, at, message, help);
+        }
+        found
+    }
+
+    /// The findings: errors where there is any, else the warnings.
+    pub(super) fn finish(mut self) -> Result<Diagnostics, Diagnostics> {
+        if self.errors.is_empty() {
+            return Ok(self.warnings);
+        }
+        if self.unlisted > 0 {
+            let message = format!("{} further errors are not listed", self.unlisted);
+            let finding = Diagnostic::in_file(codes::MORE_FINDINGS, &*self.file, "", message);
+            self.errors
+                .push(finding.help("mend the listed ones first; the others are often of the same kind"));
+        }
+        self.errors.extend(self.warnings);
+        Err(self.errors)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_budget_is_shared_and_a_refused_charge_takes_nothing() {
+        let mut report = Report::new("a.glb");
+        assert!(report.charge(MAXIMUM_DECODED_BYTES - 10, "/a"));
+        assert!(!report.charge(11, "/b") && !report.charge(u64::MAX, "/b"));
+        assert!(report.charge(10, "/c"));
+        let found = report.finish().unwrap_err();
+        assert_eq!(found.iter().map(|finding| finding.code).collect::<Vec<_>>(), [codes::TOO_LARGE]);
+    }
+}

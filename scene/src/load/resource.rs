@@ -1,0 +1,133 @@
+//! What a document names by URI: buffers and images.
+//!
+//! A `data:` URI carries its bytes itself (base64 only, as glTF asks). Any other URI has to be a relative path, which a
+//! [`Resolver`] turns into bytes: [`Folder`] reads files beside the document, [`NoFiles`] refuses (a document from
+//! memory), and a host with an archive or a network of its own writes its own. Nothing is ever fetched here.
+
+use base64::Engine;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use super::limits::MAXIMUM_FILE_BYTES;
+
+/// Why a URI did not become bytes.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ResolveError {
+    /// There is nothing under this name.
+    #[error("{0:?} does not exist")]
+    NotFound(String),
+    /// There is something, but it cannot be read.
+    #[error("{name:?} cannot be read: {reason}")]
+    Unreadable {
+        /// The name, as the document has it.
+        name: String,
+        /// What the system says.
+        reason: String,
+    },
+    /// It is larger than [`MAXIMUM_FILE_BYTES`](super::limits::MAXIMUM_FILE_BYTES).
+    #[error("{0:?} is larger than a scene file may be")]
+    TooLarge(String),
+    /// The URI has a scheme or is absolute.
+    #[error("{0:?} is not a relative path")]
+    NotRelative(String),
+    /// A `data:` URI that is not base64.
+    #[error("the data URI is not valid base64")]
+    BrokenData,
+    /// Names cannot be resolved at all.
+    #[error("{0:?} is a file of its own, and this scene is read from memory alone")]
+    NoFiles(String),
+}
+
+/// Turns the relative paths in a document into bytes.
+pub trait Resolver {
+    /// The bytes of `path`, which is relative, percent-decoded, and has `/` between its parts.
+    fn read(&self, path: &str) -> Result<Vec<u8>, ResolveError>;
+}
+
+/// Finds nothing: for documents that carry everything themselves.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoFiles;
+
+impl Resolver for NoFiles {
+    fn read(&self, path: &str) -> Result<Vec<u8>, ResolveError> {
+        Err(ResolveError::NoFiles(path.to_owned()))
+    }
+}
+
+/// Reads files relative to a folder.
+#[derive(Clone, Debug)]
+pub struct Folder(pub PathBuf);
+
+impl Resolver for Folder {
+    fn read(&self, path: &str) -> Result<Vec<u8>, ResolveError> {
+        read_file(&self.0.join(path), path)
+    }
+}
+
+/// The bytes of a file of bounded size; `name` is what findings call it.
+pub(super) fn read_file(path: &Path, name: &str) -> Result<Vec<u8>, ResolveError> {
+    let failed = |error: std::io::Error| match error.kind() {
+        std::io::ErrorKind::NotFound => ResolveError::NotFound(name.to_owned()),
+        _ => ResolveError::Unreadable { name: name.to_owned(), reason: error.to_string() },
+    };
+    let mut bytes = Vec::new();
+    let file = std::fs::File::open(path).map_err(failed)?;
+    file.take(MAXIMUM_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
+    if bytes.len() as u64 > MAXIMUM_FILE_BYTES {
+        return Err(ResolveError::TooLarge(name.to_owned()));
+    }
+    Ok(bytes)
+}
+
+/// The bytes that a URI of a document stands for.
+pub(super) fn resolve(uri: &str, resolver: &dyn Resolver) -> Result<Vec<u8>, ResolveError> {
+    if let Some(data) = uri.strip_prefix("data:") {
+        let encoded = data.split_once(";base64,").ok_or(ResolveError::BrokenData)?.1;
+        return base64::engine::general_purpose::STANDARD
+            .decode(encoded)
+            .map_err(|_| ResolveError::BrokenData);
+    }
+    let path = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
+    let has_scheme = path.split('/').next().is_some_and(|first| first.contains(':'));
+    if path.is_empty() || path.starts_with(['/', '\\']) || has_scheme || path.contains('\0') {
+        return Err(ResolveError::NotRelative(shortened(uri)));
+    }
+    resolver.read(&path)
+}
+
+/// A URI short enough to be shown.
+fn shortened(uri: &str) -> String {
+    match uri.char_indices().nth(80) {
+        Some((end, _)) => format!("{}…", &uri[..end]),
+        None => uri.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Echo;
+    impl Resolver for Echo {
+        fn read(&self, path: &str) -> Result<Vec<u8>, ResolveError> {
+            Ok(path.as_bytes().to_vec())
+        }
+    }
+
+    #[test]
+    fn paths_are_percent_decoded_and_data_is_decoded() {
+        assert_eq!(resolve("my%20textures/stone.png", &Echo).unwrap(), b"my textures/stone.png");
+        assert_eq!(resolve("data:application/octet-stream;base64,AAEC/w==", &Echo).unwrap(), [0, 1, 2, 255]);
+    }
+
+    #[test]
+    fn only_relative_paths_reach_the_resolver() {
+        for uri in ["/etc/hosts", "https://example.org/a.bin", "C:/a.bin", "%2Fetc/hosts", "", "a%00b"] {
+            assert!(matches!(resolve(uri, &Echo), Err(ResolveError::NotRelative(_))), "{uri}");
+        }
+        for uri in ["data:,plain", "data:;base64,***"] {
+            assert_eq!(resolve(uri, &Echo), Err(ResolveError::BrokenData), "{uri}");
+        }
+    }
+}

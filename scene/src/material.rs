@@ -1,0 +1,52 @@
+//! Surfaces: what of a glTF material the engine uses.
+
+/// How a material's alpha is understood.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum AlphaMode {
+    /// Alpha is ignored.
+    Opaque,
+    /// Where alpha is below the cutoff, there is nothing.
+    Mask {
+        /// The smallest alpha that is drawn.
+        cutoff: f32,
+    },
+    /// Alpha is coverage: drawn over what is behind, from back to front.
+    Blend,
+}
+
+/// A surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Material {
+    /// The name in the file; may be empty or not unique.
+    pub name: String,
+    /// Linear base colour and alpha, multiplied with the texture's.
+    pub base_color: [f32; 4],
+    /// The index of the base colour texture in [`Scene::textures`](crate::Scene::textures).
+    pub base_color_texture: Option<usize>,
+    /// Linear colour that the surface emits.
+    pub emissive: [f32; 3],
+    /// What alpha means.
+    pub alpha_mode: AlphaMode,
+    /// Whether back faces are drawn, lit by the reversed normal.
+    pub double_sided: bool,
+    /// Whether the surface casts shadows (`extras.castShadow`, true where absent).
+    pub cast_shadow: bool,
+    /// Whether the surface receives shadows (`extras.receiveShadow`, true where absent).
+    pub receive_shadow: bool,
+}
+
+impl Default for Material {
+    /// glTF's default material: white, opaque, one-sided.
+    fn default() -> Self {
+        Self {
+            name: String::new(),
+            base_color: [1.0; 4],
+            base_color_texture: None,
+            emissive: [0.0; 3],
+            alpha_mode: AlphaMode::Opaque,
+            double_sided: false,
+            cast_shadow: true,
+            receive_shadow: true,
+        }
+    }
+}

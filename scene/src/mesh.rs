@@ -1,0 +1,106 @@
+//! Triangles: meshes, their primitives, and flat normals.
+//!
+//! A primitive is an indexed triangle list whose vertex streams all have the same length. Strips and fans become lists,
+//! and a primitive without indices gets them, so that nobody downstream has two cases. Where a file gives no normals,
+//! glTF asks for flat ones: the vertices are then taken apart, three for each triangle.
+
+use glam::{DVec3, Vec3};
+use umbragraph_graph::frame::Bounds;
+
+/// A group of primitives that a node places together.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    /// The name in the file; may be empty or not unique.
+    pub name: String,
+    /// The primitives, in the order of the file.
+    pub primitives: Vec<Primitive>,
+    /// Whether the mesh casts shadows (`extras.castShadow`, true where absent).
+    pub cast_shadow: bool,
+    /// Whether the mesh receives shadows (`extras.receiveShadow`, true where absent).
+    pub receive_shadow: bool,
+}
+
+/// Triangles with one material.
+#[derive(Clone, Debug)]
+pub struct Primitive {
+    /// Positions in metres, in the space of the mesh.
+    pub positions: Vec<[f32; 3]>,
+    /// Unit normals, pointing outward.
+    pub normals: Vec<[f32; 3]>,
+    /// The texture coordinates that the base colour texture uses; zero where the file has none.
+    pub texcoords: Vec<[f32; 2]>,
+    /// The joints that move each vertex, in a primitive that can be skinned.
+    pub joints: Option<JointWeights>,
+    /// Three vertices for each triangle, counter-clockwise seen from its front; every index is below the number of
+    /// vertices.
+    pub indices: Vec<u32>,
+    /// The index of the material in [`Scene::materials`](crate::Scene::materials).
+    pub material: usize,
+    /// The box around the positions, in the space of the mesh.
+    pub bounds: Bounds,
+}
+
+/// For each vertex of a primitive, up to four joints and how much each of them moves it.
+#[derive(Clone, Debug)]
+pub struct JointWeights {
+    /// Indices into the joints of the skin with which the mesh is drawn.
+    pub joints: Vec<[u16; 4]>,
+    /// Weights, not negative, with the sum 1.
+    pub weights: Vec<[f32; 4]>,
+}
+
+/// The box around positions; empty for none.
+pub fn bounds_of(positions: &[[f32; 3]]) -> Bounds {
+    positions
+        .iter()
+        .fold(Bounds::EMPTY, |bounds, position| bounds.with(Vec3::from_array(*position).as_dvec3()))
+}
+
+/// The unit normal of a triangle whose corners are counter-clockwise seen from its front; +Y for a triangle without
+/// area. Computed in `f64`, so that small triangles far from the origin keep their direction.
+pub fn face_normal(corners: [[f32; 3]; 3]) -> [f32; 3] {
+    let [a, b, c] = corners.map(|corner| Vec3::from_array(corner).as_dvec3());
+    (b - a).cross(c - a).try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array()
+}
+
+/// The indices of the triangles of a strip: every further vertex makes a triangle with the two before it, and every
+/// second one is turned around to keep the winding.
+pub fn strip_to_list(strip: &[u32]) -> Vec<u32> {
+    let triangle = |(at, corners): (usize, &[u32])| {
+        if at % 2 == 0 { [corners[0], corners[1], corners[2]] } else { [corners[0], corners[2], corners[1]] }
+    };
+    strip.windows(3).enumerate().flat_map(triangle).collect()
+}
+
+/// The indices of the triangles of a fan: every further vertex makes a triangle with the one before it and the first.
+pub fn fan_to_list(fan: &[u32]) -> Vec<u32> {
+    let Some((first, rest)) = fan.split_first() else { return Vec::new() };
+    rest.windows(2).flat_map(|pair| [pair[0], pair[1], *first]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_triangle_counter_clockwise_from_above_faces_up() {
+        assert_eq!(face_normal([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]), [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_triangle_without_area_gets_a_normal_that_is_finite() {
+        assert_eq!(face_normal([[1.0; 3]; 3]), [0.0, 1.0, 0.0]);
+    }
+
+    #[test]
+    fn a_strip_keeps_its_winding() {
+        assert_eq!(strip_to_list(&[0, 1, 2, 3, 4]), [0, 1, 2, 1, 3, 2, 2, 3, 4]);
+        assert!(strip_to_list(&[0, 1]).is_empty());
+    }
+
+    #[test]
+    fn a_fan_turns_around_its_first_vertex() {
+        assert_eq!(fan_to_list(&[7, 1, 2, 3]), [1, 2, 7, 2, 3, 7]);
+        assert!(fan_to_list(&[]).is_empty());
+    }
+}

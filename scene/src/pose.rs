@@ -1,0 +1,124 @@
+//! Poses: where every node stands at one time.
+//!
+//! World transforms are products along the hierarchy, computed parents first in `f64` without recursion. A pose belongs
+//! to the scene that made it.
+
+use glam::{DMat4, DVec3, Mat4};
+use umbragraph_graph::frame::Bounds;
+
+use crate::animation::Property;
+use crate::node::{LocalTransform, NodeId};
+use crate::scene::{Draw, Scene};
+
+/// Where every node of a scene stands at one time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    local: Vec<LocalTransform>,
+    world: Vec<DMat4>,
+}
+
+impl Pose {
+    /// The transform from a node's space to the world.
+    pub fn world(&self, node: NodeId) -> DMat4 {
+        self.world.get(node.index()).copied().unwrap_or(DMat4::IDENTITY)
+    }
+}
+
+impl Scene {
+    /// Every node where the file puts it, no animation applied.
+    pub fn rest_pose(&self) -> Pose {
+        let mut pose = Pose {
+            local: self.nodes.iter().map(|node| node.local).collect(),
+            world: vec![DMat4::IDENTITY; self.nodes.len()],
+        };
+        self.update_world(&mut pose);
+        pose
+    }
+
+    /// Every node at a time in seconds; the scene's first animation plays in a loop. A time that is not finite is 0.
+    pub fn pose(&self, time: f64) -> Pose {
+        let mut pose = self.rest_pose();
+        self.pose_into(time, &mut pose);
+        pose
+    }
+
+    /// As [`Scene::pose`], into a pose of this scene that already exists, without allocating.
+    /// (A pose of another scene is replaced.)
+    pub fn pose_into(&self, time: f64, pose: &mut Pose) {
+        if pose.world.len() != self.nodes.len() {
+            *pose = self.rest_pose();
+        }
+        let Some(animation) = self.animations.first() else { return };
+        let time = if time.is_finite() && animation.duration > 0.0 {
+            time.rem_euclid(animation.duration)
+        } else {
+            0.0
+        };
+        for channel in &animation.channels {
+            let Some(LocalTransform::Parts { translation, rotation, scale }) =
+                pose.local.get_mut(channel.node.index())
+            else {
+                continue;
+            };
+            match channel.property {
+                Property::Translation => *translation = channel.sample_vector(time),
+                Property::Rotation => *rotation = channel.sample_rotation(time),
+                Property::Scale => *scale = channel.sample_vector(time),
+            }
+        }
+        self.update_world(pose);
+    }
+
+    fn update_world(&self, pose: &mut Pose) {
+        for id in &self.order {
+            let at = id.index();
+            let parent = self.nodes[at].parent.map_or(DMat4::IDENTITY, |parent| pose.world[parent.index()]);
+            pose.world[at] = parent * pose.local[at].matrix();
+        }
+    }
+
+    /// For each joint of the skin of a node, the transform from mesh space to the world; nothing for a node without
+    /// one. A skinned mesh is placed by these alone: glTF ignores the transform of the node that shows it.
+    pub fn joint_transforms<'a>(&'a self, node: NodeId, pose: &'a Pose) -> impl Iterator<Item = DMat4> + 'a {
+        let skin =
+            self.nodes.get(node.index()).and_then(|node| node.skin).and_then(|skin| self.skins.get(skin));
+        skin.into_iter()
+            .flat_map(|skin| skin.joints.iter().zip(&skin.inverse_bind))
+            .map(|(joint, inverse_bind)| pose.world(*joint) * *inverse_bind)
+    }
+
+    /// As [`Scene::joint_transforms`], as the GPU wants them.
+    pub fn joint_matrices<'a>(&'a self, node: NodeId, pose: &'a Pose) -> impl Iterator<Item = Mat4> + 'a {
+        self.joint_transforms(node, pose).map(|transform| transform.as_mat4())
+    }
+
+    /// The world box around a draw in a pose. For a skinned draw it is the box around what each of the joints could
+    /// move the vertices to that it moves at all; since a skinned vertex is a mean of these, the box holds it.
+    pub fn draw_bounds(&self, draw: Draw, pose: &Pose) -> Bounds {
+        match draw.joint_bounds.and_then(|at| self.joint_bounds.get(at)) {
+            Some(boxes) => self
+                .joint_transforms(draw.node, pose)
+                .zip(boxes)
+                .fold(Bounds::EMPTY, |all, (transform, bounds)| all.union(bounds.transformed(&transform))),
+            None => self.primitive(draw).bounds.transformed(&pose.world(draw.node)),
+        }
+    }
+}
+
+/// For each of the first `joints` joints, the box around the positions that it moves.
+pub(crate) fn joint_bounds(
+    positions: &[[f32; 3]],
+    weights: &crate::mesh::JointWeights,
+    joints: usize,
+) -> Vec<Bounds> {
+    let mut bounds = vec![Bounds::EMPTY; joints];
+    for ((position, joints), weights) in positions.iter().zip(&weights.joints).zip(&weights.weights) {
+        let position = DVec3::from_array(position.map(f64::from));
+        for (joint, weight) in joints.iter().zip(weights) {
+            if let (Some(bounds), true) = (bounds.get_mut(usize::from(*joint)), *weight > 0.0) {
+                *bounds = bounds.with(position);
+            }
+        }
+    }
+    bounds
+}

@@ -1,0 +1,150 @@
+//! A scene: everything that a file says, decoded and checked.
+//!
+//! The lists are public for reading; the loader has checked that every index in them is valid, and the few accessors
+//! below rely on it. A scene without a camera gets one framed on its bounds, a scene without a light gets a sun
+//! ([`default_view`](crate::default_view)).
+
+use umbragraph_graph::diagnostic::Diagnostics;
+use umbragraph_graph::frame::{Bounds, FrameInput, Light};
+
+use crate::animation::Animation;
+use crate::default_view;
+use crate::light::SceneLight;
+use crate::material::{AlphaMode, Material};
+use crate::mesh::{Mesh, Primitive};
+use crate::node::{Node, NodeId};
+use crate::pose::Pose;
+use crate::skin::Skin;
+use crate::texture::{Image, Texture};
+use crate::view::SceneCamera;
+
+/// A loaded scene. Made by [`load`](crate::load()) and [`from_slice`](crate::from_slice) only.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Scene {
+    /// The name under which it was loaded.
+    pub name: String,
+    /// All meshes of the file.
+    pub meshes: Vec<Mesh>,
+    /// All materials of the file and, last, glTF's default material.
+    pub materials: Vec<Material>,
+    /// All textures that materials use as base colour.
+    pub textures: Vec<Texture>,
+    /// The images of those textures, decoded.
+    pub images: Vec<Image>,
+    /// All nodes of the file.
+    pub nodes: Vec<Node>,
+    /// The cameras of the shown nodes, parents before children, in the order of the file.
+    pub cameras: Vec<SceneCamera>,
+    /// The lights of the shown nodes, parents before children, in the order of the file.
+    pub lights: Vec<SceneLight>,
+    /// All skins of the file.
+    pub skins: Vec<Skin>,
+    /// All animations of the file.
+    pub animations: Vec<Animation>,
+    /// What is odd about the file, but no error.
+    pub warnings: Diagnostics,
+    /// Nodes, parents before children.
+    pub(crate) order: Vec<NodeId>,
+    /// What is drawn.
+    pub(crate) draws: Vec<Draw>,
+    /// For each skinned draw, the boxes around what each joint moves.
+    pub(crate) joint_bounds: Vec<Vec<Bounds>>,
+}
+
+/// One primitive of one node: the unit that is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Draw {
+    /// The node that places it.
+    pub node: NodeId,
+    /// The index of the mesh in [`Scene::meshes`].
+    pub mesh: usize,
+    /// The index of the primitive in [`Mesh::primitives`].
+    pub primitive: usize,
+    /// The index of the material in [`Scene::materials`].
+    pub material: usize,
+    /// The index of the skin in [`Scene::skins`], for a skinned draw.
+    pub skin: Option<usize>,
+    /// Whether it casts shadows: node, mesh and material all agree, and the material is not blended.
+    pub cast_shadow: bool,
+    /// Whether it receives shadows: node, mesh and material all agree.
+    pub receive_shadow: bool,
+    /// Whether it can move or change its shape from frame to frame.
+    pub dynamic: bool,
+    /// Where its boxes by joint are, for a skinned draw.
+    pub(crate) joint_bounds: Option<usize>,
+}
+
+impl Scene {
+    /// What is drawn, in the order of the hierarchy.
+    pub fn draws(&self) -> impl ExactSizeIterator<Item = Draw> + '_ {
+        self.draws.iter().copied()
+    }
+
+    /// The triangles of a draw of this scene.
+    pub fn primitive(&self, draw: Draw) -> &Primitive {
+        &self.meshes[draw.mesh].primitives[draw.primitive]
+    }
+
+    /// The surface of a draw of this scene.
+    pub fn material(&self, draw: Draw) -> &Material {
+        &self.materials[draw.material]
+    }
+
+    /// A node of this scene.
+    pub fn node(&self, node: NodeId) -> &Node {
+        &self.nodes[node.index()]
+    }
+
+    /// Whether a draw needs the fragment stage to decide what is there.
+    pub fn is_alpha_masked(&self, draw: Draw) -> bool {
+        matches!(self.material(draw).alpha_mode, AlphaMode::Mask { .. })
+    }
+
+    /// The world box around everything that is drawn in a pose.
+    pub fn bounds(&self, pose: &Pose) -> Bounds {
+        self.bounds_where(pose, |_| true)
+    }
+
+    /// The world box around everything that casts shadows in a pose.
+    pub fn caster_bounds(&self, pose: &Pose) -> Bounds {
+        self.bounds_where(pose, |draw| draw.cast_shadow)
+    }
+
+    fn bounds_where(&self, pose: &Pose, wanted: impl Fn(Draw) -> bool) -> Bounds {
+        let draws = self.draws().filter(|draw| wanted(*draw));
+        draws.fold(Bounds::EMPTY, |bounds, draw| bounds.union(self.draw_bounds(draw, pose)))
+    }
+
+    /// The lights in a pose; the default sun where the file has none.
+    pub fn placed_lights(&self, pose: &Pose) -> Vec<Light> {
+        if self.lights.is_empty() {
+            return vec![default_view::sun()];
+        }
+        self.lights.iter().map(|light| light.placed(&pose.world(light.node))).collect()
+    }
+
+    /// What a frame needs to know of the scene at a time in seconds: its first camera with the picture's `aspect`
+    /// (width over height), all lights and the bounds. The frame's index is 0; a host that draws more than one frame
+    /// counts them itself.
+    pub fn frame_input(&self, aspect: f64, time: f64) -> FrameInput {
+        self.frame_input_of(&self.pose(time), aspect, time)
+    }
+
+    /// As [`Scene::frame_input`], in a pose that the caller has already.
+    pub fn frame_input_of(&self, pose: &Pose, aspect: f64, time: f64) -> FrameInput {
+        let scene_bounds = self.bounds(pose);
+        let camera = match self.cameras.first() {
+            Some(camera) => camera.placed(&pose.world(camera.node), &scene_bounds, aspect),
+            None => default_view::camera(&scene_bounds, aspect),
+        };
+        FrameInput {
+            camera,
+            lights: self.placed_lights(pose),
+            caster_bounds: self.caster_bounds(pose),
+            scene_bounds,
+            time,
+            index: 0,
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Cameras of a scene.
+
+use glam::{DMat3, DMat4, DQuat, DVec3};
+use umbragraph_graph::frame::{Bounds, Camera, Projection};
+
+use crate::node::NodeId;
+
+/// A camera and the node that places it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneCamera {
+    /// The name of the camera, or of its node.
+    pub name: String,
+    /// The node along whose −Z axis the camera looks.
+    pub node: NodeId,
+    /// The projection. Its far plane is infinite where the file gives none.
+    pub projection: Projection,
+}
+
+impl SceneCamera {
+    /// The camera under the world transform of its node.
+    ///
+    /// Scale, shear and mirroring are taken out of the transform: a camera has only a place and a rotation. A far
+    /// plane at infinity is drawn in to just behind `bounds`. `aspect` is the picture's width over its height; the
+    /// file's own aspect ratio is a hint that is not followed, since the vertical field of view is what it fixes.
+    pub fn placed(&self, world: &DMat4, bounds: &Bounds, aspect: f64) -> Camera {
+        let position = world.w_axis.truncate();
+        let rotation = rotation_of(world).unwrap_or(DQuat::IDENTITY);
+        let forward = rotation * DVec3::NEG_Z;
+        let farthest = || {
+            let depth = |corner: DVec3| (corner - position).dot(forward);
+            let depths = (!bounds.is_empty()).then(|| bounds.corners().map(depth));
+            depths.into_iter().flatten().fold(0.0, f64::max) * 1.001
+        };
+        let projection = match self.projection {
+            Projection::Perspective { vertical_fov, near, far } if far.is_infinite() => {
+                Projection::Perspective { vertical_fov, near, far: farthest().max(near * 10.0) }
+            }
+            other => other,
+        };
+        Camera { position, rotation, projection, aspect }
+    }
+}
+
+/// The rotation nearest in view to a transform: its −Z axis stays where it points, its +Y axis as near as possible.
+/// `None` where the transform has no such axes.
+pub(crate) fn rotation_of(world: &DMat4) -> Option<DQuat> {
+    let back = world.z_axis.truncate().try_normalize()?;
+    let right = world.y_axis.truncate().try_normalize()?.cross(back).try_normalize()?;
+    let up = back.cross(right);
+    let rotation = DQuat::from_mat3(&DMat3::from_cols(right, up, back)).normalize();
+    rotation.is_finite().then_some(rotation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scale_and_mirroring_leave_the_view_direction() {
+        let rotation = DQuat::from_rotation_y(0.7) * DQuat::from_rotation_x(-0.3);
+        for scale in [DVec3::ONE, DVec3::new(3.0, 2.0, 0.5), DVec3::new(-1.0, 1.0, 1.0)] {
+            let world = DMat4::from_scale_rotation_translation(scale, rotation, DVec3::ZERO);
+            let found = rotation_of(&world).unwrap();
+            assert!((found * DVec3::NEG_Z).abs_diff_eq(rotation * DVec3::NEG_Z, 1e-12), "{scale}");
+            assert!((found * DVec3::Y).abs_diff_eq(rotation * DVec3::Y, 1e-12), "{scale}");
+        }
+        assert_eq!(rotation_of(&DMat4::from_scale(DVec3::new(1.0, 1.0, 0.0))), None);
+    }
+
+    #[test]
+    fn an_infinite_far_plane_is_drawn_in_to_the_scene() {
+        let camera = SceneCamera {
+            name: String::new(),
+            node: NodeId(0),
+            projection: Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: f64::INFINITY },
+        };
+        let bounds = Bounds { minimum: DVec3::new(-1.0, -1.0, -50.0), maximum: DVec3::new(1.0, 1.0, -5.0) };
+        let (near, far) = camera.placed(&DMat4::IDENTITY, &bounds, 1.0).projection.depth_range();
+        assert_eq!(near, 0.1);
+        assert!(far > 50.0 && far < 51.0, "{far}");
+        let (_, far) = camera.placed(&DMat4::IDENTITY, &Bounds::EMPTY, 1.0).projection.depth_range();
+        assert_eq!(far, 1.0, "nothing in view: still a depth range");
+    }
+}

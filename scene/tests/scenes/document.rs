@@ -1,0 +1,140 @@
+//! A small writer of glTF documents for tests: JSON values beside a growing binary chunk.
+
+use serde_json::{Value, json};
+use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place};
+use umbragraph_scene::{NoFiles, Scene, from_slice};
+
+/// A document under construction: change `json` at will.
+pub(crate) struct Document {
+    pub(crate) json: Value,
+    pub(crate) binary: Vec<u8>,
+}
+
+impl Document {
+    /// No objects but an empty scene.
+    pub(crate) fn new() -> Self {
+        let json = json!({
+            "asset": { "version": "2.0" },
+            "scenes": [{ "nodes": [] }],
+            "nodes": [], "meshes": [], "materials": [], "accessors": [], "bufferViews": [], "buffers": [{}],
+        });
+        Self { json, binary: Vec::new() }
+    }
+
+    /// One triangle in the plane z = 0, seen from +Z, shown by node 0.
+    pub(crate) fn triangle() -> Self {
+        let mut document = Self::new();
+        let positions = document.floats("VEC3", &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);
+        let mesh =
+            document.push("meshes", json!({ "primitives": [{ "attributes": { "POSITION": positions } }] }));
+        document.node(json!({ "mesh": mesh }));
+        document
+    }
+
+    /// Adds an object to a list, and gives its index.
+    pub(crate) fn push(&mut self, list: &str, object: Value) -> usize {
+        if self.json.get(list).is_none() {
+            self.json[list] = json!([]);
+        }
+        let list = self.json[list].as_array_mut().expect("a list");
+        list.push(object);
+        list.len() - 1
+    }
+
+    /// Adds a node to the scene.
+    pub(crate) fn node(&mut self, node: Value) -> usize {
+        let index = self.push("nodes", node);
+        self.json["scenes"][0]["nodes"].as_array_mut().expect("a list").push(json!(index));
+        index
+    }
+
+    /// Adds bytes, and gives the index of their buffer view.
+    pub(crate) fn view(&mut self, bytes: &[u8]) -> usize {
+        self.binary.resize(self.binary.len().next_multiple_of(4), 0);
+        let offset = self.binary.len();
+        self.binary.extend(bytes);
+        self.push("bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": bytes.len() }))
+    }
+
+    /// Adds an accessor of floats.
+    pub(crate) fn floats(&mut self, kind: &str, values: &[f32]) -> usize {
+        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        let view = self.view(&bytes);
+        let parts = match kind {
+            "SCALAR" => 1,
+            "VEC2" => 2,
+            "VEC3" => 3,
+            "VEC4" => 4,
+            _ => 16,
+        };
+        let count = values.len() / parts;
+        self.push(
+            "accessors",
+            json!({ "bufferView": view, "componentType": 5126, "count": count, "type": kind }),
+        )
+    }
+
+    /// Adds an accessor of 16-bit integers.
+    pub(crate) fn shorts(&mut self, kind: &str, values: &[u16]) -> usize {
+        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
+        let view = self.view(&bytes);
+        let count = values.len() / if kind == "VEC4" { 4 } else { 1 };
+        self.push(
+            "accessors",
+            json!({ "bufferView": view, "componentType": 5123, "count": count, "type": kind }),
+        )
+    }
+
+    /// The attribute of the first primitive.
+    pub(crate) fn attribute(&mut self, name: &str, accessor: usize) {
+        self.json["meshes"][0]["primitives"][0]["attributes"][name] = json!(accessor);
+    }
+
+    /// A binary glTF of what there is.
+    pub(crate) fn glb(&self) -> Vec<u8> {
+        let mut json = self.json.clone();
+        json["buffers"][0]["byteLength"] = json!(self.binary.len());
+        glb(&json, &self.binary)
+    }
+
+    pub(crate) fn load(&self) -> Result<Scene, Diagnostics> {
+        from_slice("test.glb", &self.glb(), &NoFiles)
+    }
+}
+
+pub(crate) fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
+    let mut json = json.to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut binary = binary.to_vec();
+    binary.resize(binary.len().next_multiple_of(4), 0);
+    let total = 12 + 8 + json.len() + 8 + binary.len();
+    let mut bytes = b"glTF".to_vec();
+    for word in [2, total as u32, json.len() as u32] {
+        bytes.extend(word.to_le_bytes());
+    }
+    bytes.extend(b"JSON");
+    bytes.extend(json);
+    bytes.extend((binary.len() as u32).to_le_bytes());
+    bytes.extend(b"BIN\0");
+    bytes.extend(binary);
+    bytes
+}
+
+/// A finding in one line: `UG0712 /meshes/0: message (help)`.
+pub(crate) fn line(finding: &Diagnostic) -> String {
+    let Place::File { path, locator } = &finding.place else {
+        panic!("a finding without a file: {finding:?}")
+    };
+    assert_eq!(path, "test.glb");
+    format!(
+        "{} {locator}: {} ({})",
+        finding.code,
+        finding.message,
+        finding.help.as_deref().expect("a help line")
+    )
+}
+
+/// All findings of a file that cannot be loaded, one line each.
+pub(crate) fn findings(loaded: Result<Scene, Diagnostics>) -> Vec<String> {
+    loaded.expect_err("findings").iter().map(line).collect()
+}

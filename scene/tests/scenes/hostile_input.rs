@@ -1,0 +1,210 @@
+//! Files made to hurt: no panic, no hang, no memory beyond the limits.
+
+use proptest::prelude::*;
+use serde_json::{Value, json};
+use umbragraph_scene::load::limits;
+use umbragraph_scene::{NoFiles, Scene, from_slice};
+
+use crate::document::{Document, findings};
+
+/// A document in which everything that the loader reads occurs.
+fn rich() -> Document {
+    let mut document = Document::triangle();
+    let normals = document.floats("VEC3", &[0., 0., 1., 0., 0., 1., 0., 0., 1.]);
+    let texcoords = document.floats("VEC2", &[0., 0., 1., 0., 0., 1.]);
+    let joints = document.shorts("VEC4", &[0; 12]);
+    let weights = document.floats("VEC4", &[0.25; 12]);
+    let indices = document.shorts("SCALAR", &[0, 1, 2]);
+    for (name, accessor) in
+        [("NORMAL", normals), ("TEXCOORD_0", texcoords), ("JOINTS_0", joints), ("WEIGHTS_0", weights)]
+    {
+        document.attribute(name, accessor);
+    }
+    let mut png = Vec::new();
+    let texels = image::RgbaImage::from_pixel(2, 2, image::Rgba([1, 2, 3, 4]));
+    texels.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
+    let view = document.view(&png);
+    document.push("images", json!({ "bufferView": view }));
+    document.push("samplers", json!({ "wrapS": 33071 }));
+    document.push("textures", json!({ "source": 0, "sampler": 0 }));
+    document.push(
+        "materials",
+        json!({ "alphaMode": "MASK", "pbrMetallicRoughness": { "baseColorTexture": { "index": 0 } } }),
+    );
+    document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    document.json["meshes"][0]["primitives"][0]["indices"] = json!(indices);
+    let matrices = document.floats("MAT4", &[1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1.]);
+    document.push("skins", json!({ "joints": [1], "inverseBindMatrices": matrices }));
+    document.json["nodes"][0]["skin"] = json!(0);
+    document.node(json!({ "rotation": [0, 0, 0, 1], "scale": [1, 1, 1] }));
+    document.push("cameras", json!({ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }));
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([{ "type": "spot", "spot": {} }]);
+    document.node(json!({ "camera": 0, "extensions": { "KHR_lights_punctual": { "light": 0 } } }));
+    let times = document.floats("SCALAR", &[0.0, 1.0]);
+    let turns = document.floats("VEC4", &[0., 0., 0., 1., 0., 1., 0., 0.]);
+    document.push(
+        "animations",
+        json!({
+            "samplers": [{ "input": times, "output": turns }],
+            "channels": [{ "sampler": 0, "target": { "node": 1, "path": "rotation" } }],
+        }),
+    );
+    document
+}
+
+/// Uses everything that a host would use.
+fn exercise(scene: &Scene) {
+    let frame = scene.frame_input(1.5, 0.3);
+    assert_eq!(frame.camera.check(), None);
+    assert!(frame.lights.iter().all(|light| light.check().is_none()));
+    for draw in scene.draws() {
+        let primitive = scene.primitive(draw);
+        assert!(primitive.indices.iter().all(|index| (*index as usize) < primitive.positions.len()));
+        assert_eq!(primitive.positions.len(), primitive.normals.len());
+        assert_eq!(primitive.positions.len(), primitive.texcoords.len());
+        assert!(primitive.normals.iter().flatten().all(|part| part.is_finite()));
+        if let Some(texture) = scene.material(draw).base_color_texture {
+            assert!(scene.textures[texture].image < scene.images.len());
+        }
+        let _ = scene.joint_matrices(draw.node, &scene.rest_pose()).count();
+    }
+}
+
+#[test]
+fn the_rich_document_itself_loads() {
+    let scene = rich().load().unwrap();
+    assert!(scene.warnings.is_empty());
+    exercise(&scene);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn changed_bytes_give_findings_or_a_usable_scene(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12)) {
+        let mut bytes = rich().glb();
+        for (at, value) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        if let Ok(scene) = from_slice("test.glb", &bytes, &NoFiles) {
+            exercise(&scene);
+        }
+    }
+
+    #[test]
+    fn changed_values_give_findings_or_a_usable_scene(
+        place in any::<prop::sample::Index>(),
+        value in prop::sample::select(vec![
+            json!(null), json!(-1), json!(0), json!(1), json!(2), json!(1e39), json!(u64::MAX), json!(1_u64 << 32),
+            json!(0.5), json!(""), json!("POINTS"), json!([]), json!({}), json!(false), json!([0]), json!([1e39, 0, 0]),
+        ]),
+    ) {
+        let mut document = rich();
+        let count = values(&mut document.json).len();
+        if let Some(changed) = values(&mut document.json).into_iter().nth(place.index(count)) {
+            document.json.pointer_mut(&changed).map(|old| *old = value).unwrap_or_default();
+        }
+        if let Ok(scene) = document.load() {
+            exercise(&scene);
+        }
+    }
+}
+
+/// JSON pointers to all values of a document, apart from its buffers (which are filled in when it is written).
+fn values(json: &mut Value) -> Vec<String> {
+    let (mut found, mut open) = (Vec::new(), vec![(String::new(), &*json)]);
+    while let Some((at, value)) = open.pop() {
+        match value {
+            Value::Object(members) => {
+                open.extend(members.iter().map(|(key, value)| (format!("{at}/{key}"), value)));
+            }
+            Value::Array(elements) => {
+                open.extend(elements.iter().enumerate().map(|(key, value)| (format!("{at}/{key}"), value)));
+            }
+            _ => {}
+        }
+        if !at.is_empty() && !at.starts_with("/buffers") {
+            found.push(at);
+        }
+    }
+    found
+}
+
+#[test]
+fn a_huge_count_without_bytes_is_refused_before_it_is_allocated() {
+    let mut document = Document::triangle();
+    document.json["accessors"][0] = json!({
+        "componentType": 5126, "count": 1_u64 << 60, "type": "VEC3",
+        "sparse": { "count": 1, "indices": { "bufferView": 0, "componentType": 5125 }, "values": { "bufferView": 0 } },
+    });
+    assert_eq!(
+        findings(document.load()),
+        [
+            "UG0715 /meshes/0/primitives/0/attributes/POSITION: decoding this would take the scene beyond 3072 MiB \
+          (simplify the scene, or share accessors and images instead of repeating them)"
+        ]
+    );
+}
+
+#[test]
+fn too_many_objects_and_too_many_draws_are_refused() {
+    let mut json = String::from("{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{}");
+    json.extend(std::iter::repeat_n(",{}", limits::MAXIMUM_OBJECTS));
+    json.push_str("]}");
+    let found = findings(from_slice("test.glb", json.as_bytes(), &NoFiles));
+    assert!(found[0].starts_with("UG0715 : the document has "), "{found:?}");
+
+    let mut document = Document::triangle();
+    let primitive = document.json["meshes"][0]["primitives"][0].clone();
+    document.json["meshes"][0]["primitives"] = Value::Array(vec![primitive; 2000]);
+    document.json["nodes"] = Value::Array(vec![json!({ "mesh": 0 }); 2000]);
+    document.json["scenes"] = json!([]);
+    assert_eq!(
+        findings(document.load()),
+        ["UG0715 /nodes/524: the scene has more than 1048576 draws (join primitives that share a material)"]
+    );
+}
+
+#[test]
+fn a_cycle_of_a_hundred_thousand_nodes_is_followed_once() {
+    let count = 100_000;
+    let nodes: Vec<Value> = (0..count).map(|index| json!({ "children": [(index + 1) % count] })).collect();
+    let json = json!({ "asset": { "version": "2.0" }, "nodes": nodes });
+    let found = findings(from_slice("test.glb", json.to_string().as_bytes(), &NoFiles));
+    assert_eq!(found.len(), 1);
+    assert!(found[0].starts_with("UG0714 ") && found[0].contains("(100000 nodes)"), "{}", found[0]);
+}
+
+#[test]
+fn a_chain_of_a_hundred_thousand_nodes_needs_no_stack() {
+    let count = 100_000;
+    let nodes: Vec<Value> = (0..count)
+        .map(|index| if index + 1 < count { json!({ "children": [index + 1] }) } else { json!({}) })
+        .collect();
+    let json = json!({ "asset": { "version": "2.0" }, "nodes": nodes });
+    assert!(from_slice("test.glb", json.to_string().as_bytes(), &NoFiles).is_ok());
+}
+
+#[test]
+fn an_image_that_claims_a_huge_size_is_refused_before_it_is_decoded() {
+    let mut document = rich();
+    let at = document.binary.windows(4).position(|bytes| bytes == b"IHDR").unwrap() + 4;
+    document.binary[at..at + 4].copy_from_slice(&2_000_000_u32.to_be_bytes());
+    // The checksum of the header, so that the size is believed.
+    let checksum = crc32(&document.binary[at - 4..at + 13]);
+    document.binary[at + 13..at + 17].copy_from_slice(&checksum.to_be_bytes());
+    assert_eq!(
+        findings(document.load()),
+        ["UG0715 /images/0: image 0 has 2000000 × 2 texels (at most 16384 texels a side are read)"]
+    );
+}
+
+fn crc32(bytes: &[u8]) -> u32 {
+    !bytes.iter().fold(u32::MAX, |sum, byte| {
+        (0..8).fold(
+            sum ^ u32::from(*byte),
+            |sum, _| if sum & 1 == 1 { sum >> 1 ^ 0xedb8_8320 } else { sum >> 1 },
+        )
+    })
+}

@@ -1,0 +1,347 @@
+//! What a valid document becomes.
+
+use crate::document::{Document, line};
+use glam::{DVec3, Vec3};
+use serde_json::json;
+use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+use umbragraph_graph::frame::{LightKind, Projection};
+use umbragraph_scene::material::AlphaMode;
+use umbragraph_scene::texture::{Filter, Wrap};
+use umbragraph_scene::{Folder, NoFiles, from_slice};
+
+fn close(a: DVec3, b: DVec3) -> bool {
+    a.abs_diff_eq(b, 1e-6)
+}
+
+#[test]
+fn a_triangle_without_normals_or_indices_gets_flat_normals_and_indices() {
+    let scene = Document::triangle().load().unwrap();
+    let draw = scene.draws().next().unwrap();
+    let primitive = scene.primitive(draw);
+    assert_eq!(primitive.indices, [0, 1, 2]);
+    assert_eq!(primitive.normals, [[0.0, 0.0, 1.0]; 3]);
+    assert_eq!(primitive.texcoords, [[0.0; 2]; 3]);
+    assert!(draw.cast_shadow && draw.receive_shadow && !draw.dynamic);
+    assert_eq!(scene.material(draw).base_color, [1.0; 4]);
+    assert!(scene.warnings.is_empty());
+}
+
+#[test]
+fn missing_normals_are_flat_also_where_triangles_share_vertices() {
+    let mut document = Document::new();
+    // A ridge: two triangles that share an edge, facing different ways.
+    let positions = document.floats("VEC3", &[-1., 0., 0., 0., 1., 1., 0., 1., -1., 1., 0., 0.]);
+    let indices = document.shorts("SCALAR", &[0, 1, 2, 2, 1, 3]);
+    let primitive = json!({ "attributes": { "POSITION": positions }, "indices": indices });
+    document.push("meshes", json!({ "primitives": [primitive] }));
+    document.node(json!({ "mesh": 0 }));
+    let scene = document.load().unwrap();
+    let primitive = scene.primitive(scene.draws().next().unwrap());
+    assert_eq!((primitive.positions.len(), primitive.indices.len()), (6, 6));
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    assert!(Vec3::from_array(primitive.normals[0]).abs_diff_eq(Vec3::new(-half, half, 0.0), 1e-6));
+    assert!(Vec3::from_array(primitive.normals[3]).abs_diff_eq(Vec3::new(half, half, 0.0), 1e-6));
+}
+
+#[test]
+fn strips_keep_their_winding_and_points_are_left_out_with_a_warning() {
+    let mut document = Document::triangle();
+    let quad = document.floats("VEC3", &[0., 0., 0., 1., 0., 0., 0., 1., 0., 1., 1., 0.]);
+    let primitives = json!([
+        { "attributes": { "POSITION": quad }, "mode": 5 },
+        { "attributes": { "POSITION": quad }, "mode": 0 },
+    ]);
+    document.json["meshes"][0]["primitives"] = primitives;
+    let scene = document.load().unwrap();
+    assert_eq!(scene.draws().len(), 1);
+    let primitive = scene.primitive(scene.draws().next().unwrap());
+    assert_eq!(primitive.normals, [[0.0, 0.0, 1.0]; 6]);
+    let warnings: Vec<String> = scene.warnings.iter().map(line).collect();
+    assert_eq!(
+        warnings,
+        ["UG0722 /meshes/0/primitives/1: points and lines are not drawn (make thin triangles of them)"]
+    );
+}
+
+#[test]
+fn transforms_multiply_along_the_hierarchy_in_f64() {
+    let mut document = Document::triangle();
+    document.json["nodes"][0]["translation"] = json!([0, 1, 0]);
+    let parent = document.push("nodes", json!({
+        "children": [0], "translation": [1000000, 0, 0], "rotation": [0, FRAC_1_SQRT_2, 0, FRAC_1_SQRT_2], "scale": [2, 2, 2],
+    }));
+    document.json["scenes"][0]["nodes"] = json!([parent]);
+    let scene = document.load().unwrap();
+    let draw = scene.draws().next().unwrap();
+    let world = scene.rest_pose().world(draw.node);
+    assert!(close(world.transform_point3(DVec3::new(0.25, 0.0, 0.0)), DVec3::new(1e6, 2.0, -0.5)));
+    let bounds = scene.bounds(&scene.rest_pose());
+    assert!(close(bounds.minimum, DVec3::new(1e6, 2.0, -2.0)), "{bounds:?}");
+    assert!(close(bounds.maximum, DVec3::new(1e6, 4.0, 0.0)), "{bounds:?}");
+}
+
+#[test]
+fn only_the_default_scene_is_drawn() {
+    let mut document = Document::triangle();
+    document.push("nodes", json!({ "mesh": 0, "translation": [5, 0, 0] }));
+    document.push("scenes", json!({ "nodes": [1] }));
+    document.json["scene"] = json!(1);
+    let scene = document.load().unwrap();
+    assert_eq!(scene.draws().map(|draw| draw.node.index()).collect::<Vec<_>>(), [1]);
+}
+
+#[test]
+fn shadow_switches_of_node_mesh_and_material_are_combined() {
+    for place in ["node", "mesh", "material"] {
+        let mut document = Document::triangle();
+        document.push("materials", json!({}));
+        document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+        let list = match place {
+            "node" => "nodes",
+            "mesh" => "meshes",
+            _ => "materials",
+        };
+        document.json[list][0]["extras"] = json!({ "castShadow": false, "note": "free text" });
+        let scene = document.load().unwrap();
+        let draw = scene.draws().next().unwrap();
+        assert!(!draw.cast_shadow && draw.receive_shadow, "{place}");
+        assert!(scene.caster_bounds(&scene.rest_pose()).is_empty());
+        assert!(!scene.bounds(&scene.rest_pose()).is_empty());
+        document.json[list][0]["extras"] = json!({ "receiveShadow": false });
+        let scene = document.load().unwrap();
+        let draw = scene.draws().next().unwrap();
+        assert!(draw.cast_shadow && !draw.receive_shadow, "{place}");
+    }
+}
+
+#[test]
+fn materials_textures_and_samplers_are_read_and_unused_images_are_not_decoded() {
+    let mut document = Document::triangle();
+    let mut png = Vec::new();
+    let texels = image::RgbaImage::from_fn(2, 1, |x, _| image::Rgba([x as u8 * 200, 10, 20, 128]));
+    texels.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
+    let view = document.view(&png);
+    document.push("images", json!({ "uri": "missing-but-unused.png" }));
+    document.push("images", json!({ "bufferView": view, "mimeType": "image/png", "name": "two texels" }));
+    document
+        .push("samplers", json!({ "wrapS": 33071, "wrapT": 33648, "magFilter": 9728, "minFilter": 9985 }));
+    document.push("textures", json!({ "source": 0 }));
+    document.push("textures", json!({ "source": 1, "sampler": 0 }));
+    document.push("materials", json!({
+        "name": "leaf", "doubleSided": true, "alphaMode": "MASK", "alphaCutoff": 0.25, "emissiveFactor": [0, 0.5, 0],
+        "pbrMetallicRoughness": { "baseColorFactor": [0.5, 0.6, 0.7, 1], "baseColorTexture": { "index": 1, "texCoord": 1 } },
+    }));
+    document.json["meshes"][0]["primitives"][0]["material"] = json!(0);
+    let texcoords = document.floats("VEC2", &[0.0, 0.0, 1.0, 0.0, 0.0, 1.0]);
+    document.attribute("TEXCOORD_1", texcoords);
+    let scene = document.load().unwrap();
+    let draw = scene.draws().next().unwrap();
+    let material = scene.material(draw);
+    assert_eq!(material.name, "leaf");
+    assert_eq!(material.base_color, [0.5, 0.6, 0.7, 1.0]);
+    assert_eq!(material.emissive, [0.0, 0.5, 0.0]);
+    assert_eq!(material.alpha_mode, AlphaMode::Mask { cutoff: 0.25 });
+    assert!(material.double_sided && scene.is_alpha_masked(draw));
+    let texture = scene.textures[material.base_color_texture.unwrap()];
+    assert_eq!((texture.sampler.wrap_u, texture.sampler.wrap_v), (Wrap::ClampToEdge, Wrap::MirroredRepeat));
+    assert_eq!((texture.sampler.magnify, texture.sampler.minify), (Filter::Nearest, Filter::Linear));
+    assert_eq!(texture.sampler.mipmap, Some(Filter::Nearest));
+    let image = &scene.images[texture.image];
+    assert_eq!((image.width, image.height, scene.images.len()), (2, 1, 1));
+    assert_eq!(image.rgba, [0, 10, 20, 128, 200, 10, 20, 128]);
+    assert_eq!(scene.primitive(draw).texcoords[1], [1.0, 0.0], "the set that the texture names");
+}
+
+#[test]
+fn normalized_integers_and_sparse_accessors_are_decoded() {
+    let mut document = Document::triangle();
+    let texcoords = document.shorts("SCALAR", &[0, 0, 65535, 0, 0, 32768]);
+    document.json["accessors"][texcoords]["type"] = json!("VEC2");
+    document.json["accessors"][texcoords]["count"] = json!(3);
+    document.json["accessors"][texcoords]["normalized"] = json!(true);
+    document.attribute("TEXCOORD_0", texcoords);
+    let (indices, values) = (document.view(&[1]), document.view(&[0, 0, 0, 64, 0, 0, 0, 0, 0, 0, 0, 0]));
+    document.json["accessors"][0]["sparse"] = json!({
+        "count": 1, "indices": { "bufferView": indices, "componentType": 5121 }, "values": { "bufferView": values },
+    });
+    let scene = document.load().unwrap();
+    let primitive = scene.primitive(scene.draws().next().unwrap());
+    assert_eq!(primitive.texcoords[1], [1.0, 0.0]);
+    assert!((primitive.texcoords[2][1] - 0.5).abs() < 1e-4);
+    assert_eq!(primitive.positions[1], [2.0, 0.0, 0.0]);
+    assert_eq!(primitive.positions[2], [0.0, 1.0, 0.0]);
+}
+
+#[test]
+fn all_three_kinds_of_light_are_placed_by_their_nodes() {
+    let mut document = Document::triangle();
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([
+        { "type": "directional", "name": "sun", "color": [1, 0.5, 0], "intensity": 3, "extras": { "angular_diameter_deg": 4 } },
+        { "type": "spot", "range": 9, "spot": { "innerConeAngle": 0.2, "outerConeAngle": 0.6 } },
+        { "type": "point", "intensity": 60, "extras": { "radius": 0.15, "castShadow": true } },
+    ]);
+    let light = |index: usize| json!({ "KHR_lights_punctual": { "light": index } });
+    let down = json!([-FRAC_1_SQRT_2, 0, 0, FRAC_1_SQRT_2]);
+    document.node(json!({ "extensions": light(0), "rotation": down, "scale": [2, 3, 4] }));
+    document
+        .node(json!({ "extensions": light(1), "rotation": down, "translation": [0, 5, 0], "name": "lamp" }));
+    document
+        .node(json!({ "extensions": light(2), "translation": [1, 2, 3], "extras": { "castShadow": false } }));
+    let lights = document.load().unwrap().frame_input(1.0, 0.0).lights;
+    assert!(lights.iter().all(|light| light.check().is_none()));
+    assert_eq!(lights.iter().map(|light| &*light.name).collect::<Vec<_>>(), ["sun", "lamp", "light 2"]);
+    assert_eq!(lights[0].kind, LightKind::Directional);
+    assert!(close(lights[0].direction, DVec3::NEG_Y));
+    assert_eq!((lights[0].intensity, lights[0].angular_diameter_deg), (3.0, 4.0));
+    assert_eq!(lights[0].color, Vec3::new(1.0, 0.5, 0.0));
+    assert_eq!(lights[1].kind, LightKind::Spot { inner_angle: 0.2, outer_angle: 0.6 });
+    assert!(close(lights[1].position, DVec3::new(0.0, 5.0, 0.0)) && close(lights[1].direction, DVec3::NEG_Y));
+    assert_eq!((lights[1].range, lights[2].range), (9.0, f32::INFINITY));
+    assert_eq!((lights[2].kind, lights[2].radius, lights[2].cast_shadow), (LightKind::Point, 0.15, false));
+    assert!(close(lights[2].position, DVec3::new(1.0, 2.0, 3.0)));
+}
+
+#[test]
+fn a_camera_is_placed_by_its_node_and_takes_the_aspect_of_the_picture() {
+    let mut document = Document::triangle();
+    document.push("cameras", json!({
+        "type": "perspective", "perspective": { "yfov": 0.7, "znear": 0.05, "zfar": 30, "aspectRatio": 9 },
+    }));
+    document.push(
+        "cameras",
+        json!({
+            "type": "orthographic", "orthographic": { "xmag": 4, "ymag": 3, "znear": 0, "zfar": 10 },
+        }),
+    );
+    let quarter = json!([0, FRAC_1_SQRT_2, 0, FRAC_1_SQRT_2]);
+    document.node(json!({ "camera": 0, "translation": [4, 1, 0], "rotation": quarter }));
+    document.node(json!({ "camera": 1 }));
+    let mut scene = document.load().unwrap();
+    let camera = scene.frame_input(1.5, 0.0).camera;
+    assert_eq!(camera.check(), None);
+    assert_eq!(camera.aspect, 1.5);
+    assert_eq!(camera.position, DVec3::new(4.0, 1.0, 0.0));
+    assert!(close(camera.forward(), DVec3::NEG_X));
+    let far = f64::from(30.0_f32);
+    assert_eq!(
+        camera.projection,
+        Projection::Perspective { vertical_fov: f64::from(0.7_f32), near: f64::from(0.05_f32), far }
+    );
+    scene.cameras.remove(0);
+    let camera = scene.frame_input(1.5, 0.0).camera;
+    assert_eq!(camera.check(), None);
+    assert_eq!(camera.projection, Projection::Orthographic { half_height: 3.0, near: 0.0, far: 10.0 });
+}
+
+#[test]
+fn a_scene_without_camera_and_light_gets_both() {
+    let frame = Document::triangle().load().unwrap().frame_input(2.0, 0.0);
+    assert_eq!(frame.camera.check(), None);
+    let clip = frame.camera.clip(false) * frame.camera.view();
+    for corner in frame.scene_bounds.corners() {
+        let seen = clip.project_point3(corner);
+        assert!(
+            seen.x.abs() <= 1.0 && seen.y.abs() <= 1.0 && (0.0..=1.0).contains(&seen.z),
+            "{corner} at {seen}"
+        );
+    }
+    assert_eq!(frame.lights.len(), 1);
+    assert_eq!((&*frame.lights[0].name, frame.lights[0].kind), ("sun", LightKind::Directional));
+    assert_eq!(frame.lights[0].check(), None);
+}
+
+#[test]
+fn an_empty_document_loads_with_a_warning_and_has_a_usable_frame() {
+    let document = serde_json::to_vec(&json!({ "asset": { "version": "2.0" } })).unwrap();
+    let scene = from_slice("test.glb", &document, &NoFiles).unwrap();
+    let warnings: Vec<String> = scene.warnings.iter().map(line).collect();
+    assert_eq!(
+        warnings,
+        [
+            "UG0723 : the scene has no triangles (check which scene the document shows by default, and that its nodes have meshes)"
+        ]
+    );
+    let frame = scene.frame_input(1.0, f64::NAN);
+    assert_eq!(frame.camera.check(), None);
+    assert!(frame.caster_bounds.is_empty());
+}
+
+#[test]
+fn text_documents_find_their_buffers_beside_them_and_in_data_uris() {
+    let document = Document::triangle();
+    let folder = std::env::temp_dir().join(format!("umbragraph-scene-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join("a b.bin"), &document.binary).unwrap();
+    let mut json = document.json.clone();
+    json["buffers"] = json!([{ "uri": "a%20b.bin", "byteLength": document.binary.len() }]);
+    std::fs::write(folder.join("scene.gltf"), json.to_string()).unwrap();
+    let beside = umbragraph_scene::load(&folder.join("scene.gltf"));
+    let nowhere = from_slice("scene.gltf", json.to_string().as_bytes(), &Folder(folder.join("elsewhere")));
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert_eq!(beside.unwrap().draws().len(), 1);
+    assert!(nowhere.is_err());
+    let data = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
+    json["buffers"][0]["uri"] = json!(data);
+    let scene = from_slice("scene.gltf", json.to_string().as_bytes(), &NoFiles).unwrap();
+    assert_eq!(scene.bounds(&scene.rest_pose()).maximum, DVec3::new(1.0, 1.0, 0.0));
+}
+
+#[test]
+fn an_animation_moves_nodes_cameras_and_bounds_and_loops() {
+    let mut document = Document::triangle();
+    let times = document.floats("SCALAR", &[0.0, 2.0]);
+    let moves = document.floats("VEC3", &[0.0, 0.0, 0.0, 4.0, 0.0, 0.0]);
+    let half = (FRAC_PI_2 / 2.0).sin() as f32;
+    let turns = document.floats("VEC4", &[0.0, 0.0, 0.0, 1.0, 0.0, half, 0.0, half]);
+    document.push(
+        "animations",
+        json!({
+            "channels": [
+                { "sampler": 0, "target": { "node": 0, "path": "translation" } },
+                { "sampler": 1, "target": { "node": 0, "path": "rotation" } },
+            ],
+            "samplers": [{ "input": times, "output": moves }, { "input": times, "output": turns }],
+        }),
+    );
+    let scene = document.load().unwrap();
+    let draw = scene.draws().next().unwrap();
+    assert!(draw.dynamic);
+    for time in [1.0, 3.0, -1.0] {
+        let world = scene.pose(time).world(draw.node);
+        assert!(close(world.w_axis.truncate(), DVec3::new(2.0, 0.0, 0.0)), "at {time}");
+        assert!(
+            close(world.transform_vector3(DVec3::X), DVec3::new(1.0, 0.0, -1.0).normalize()),
+            "at {time}"
+        );
+    }
+    assert!(scene.frame_input(1.0, 1.0).caster_bounds.minimum.x > 1.5);
+    let mut pose = scene.rest_pose();
+    scene.pose_into(1.0, &mut pose);
+    assert_eq!(pose, scene.pose(1.0));
+}
+
+#[test]
+fn a_skinned_mesh_follows_its_joints_and_not_its_node() {
+    let mut document = Document::triangle();
+    let joints = document.shorts("VEC4", &[0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0]);
+    let weights = document.floats("VEC4", &[1., 0., 0., 0., 1., 1., 0., 0., 2., 0., 0., 0.]);
+    document.attribute("JOINTS_0", joints);
+    document.attribute("WEIGHTS_0", weights);
+    document.json["nodes"][0]["translation"] = json!([100, 0, 0]);
+    document.json["nodes"][0]["skin"] = json!(0);
+    let root = document.node(json!({}));
+    let tip = document.node(json!({ "translation": [0, 0, 3] }));
+    document.push("skins", json!({ "joints": [root, tip] }));
+    let scene = document.load().unwrap();
+    let draw = scene.draws().next().unwrap();
+    assert_eq!(draw.skin, Some(0));
+    assert!(draw.dynamic);
+    let primitive = scene.primitive(draw);
+    assert_eq!(primitive.joints.as_ref().unwrap().weights[1..], [[0.5, 0.5, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]);
+    let pose = scene.rest_pose();
+    let matrices: Vec<_> = scene.joint_transforms(draw.node, &pose).collect();
+    assert_eq!(matrices.len(), 2);
+    assert_eq!(matrices[1].transform_point3(DVec3::ZERO), DVec3::new(0.0, 0.0, 3.0));
+    let bounds = scene.draw_bounds(draw, &pose);
+    assert_eq!((bounds.minimum, bounds.maximum), (DVec3::ZERO, DVec3::new(1.0, 1.0, 3.0)));
+}

@@ -1,0 +1,6 @@
+//! Scenes from documents that the tests build themselves.
+
+mod bad_input;
+mod document;
+mod hostile_input;
+mod loading;
