@@ -39,4 +39,72 @@ crate::codes! {
     /// A value outside the limits of the schema.
     OUT_OF_BOUNDS = "UG0108", "value out of bounds",
         "A number, or the length of a list, is outside what its place allows.";
+    /// A name that cannot be a name.
+    BAD_NAME = "UG0201", "bad name",
+        "Names of parameters, features, resources and passes start with a letter and go on with letters, digits and underscores, so that expressions can use them. `viewport`, `true` and `false` are taken, and a feature and a parameter cannot share a name.";
+    /// A setting that the pipeline does not have.
+    UNKNOWN_SETTING = "UG0202", "unknown parameter or feature",
+        "A value is given for a parameter or feature that the pipeline does not declare, or a feature requires or excludes one that is not there.";
+    /// A value of the wrong type for a setting.
+    SETTING_TYPE = "UG0203", "wrong type of setting",
+        "The value of a parameter or feature is not of the type that the pipeline declares.";
+    /// A value outside the range of a setting.
+    SETTING_RANGE = "UG0204", "setting out of range",
+        "The value of a parameter is outside the range that the pipeline declares, or a list has too few or too many elements.";
+    /// A list whose elements do not follow one another as declared.
+    SETTING_ORDER = "UG0205", "list out of order",
+        "The elements of a list parameter have to increase (or decrease) strictly; far distances of cascades, for one.";
+    /// Two features that contradict one another.
+    FEATURE_CONFLICT = "UG0206", "features contradict",
+        "A feature that is on requires one that is off, or excludes one that is on.";
+    /// A pass that is not there.
+    UNKNOWN_PASS = "UG0207", "unknown pass",
+        "`after`, or the version of a reference (`name@pass`), names a pass that the pipeline does not have, that is switched off, or that does not write the resource.";
+    /// A text that is no reference.
+    BAD_REFERENCE = "UG0208", "bad reference",
+        "A reference is the name of a resource, or `name@pass` for the version that a pass wrote.";
+    /// A geometry contract that is not there.
+    UNKNOWN_GEOMETRY = "UG0209", "unknown geometry",
+        "A pass draws with a contract that \"geometry\" does not declare.";
+    /// A resource that is not there.
+    UNKNOWN_RESOURCE = "UG0301", "unknown resource",
+        "A reference names a resource that \"resources\" does not declare.";
+    /// A resource of the wrong kind.
+    WRONG_RESOURCE = "UG0302", "wrong kind of resource",
+        "A place that takes a texture, a buffer, a sampler or host data is given another of them.";
+    /// Host data that nobody publishes.
+    NOT_PUBLISHED = "UG0303", "data is not published",
+        "A pass reads host data that no pass publishes. Host passes (a camera, a cascade fit) name what they publish under `to`.";
+    /// Host data that is published twice.
+    PUBLISHED_TWICE = "UG0304", "data is published twice", "Two passes publish host data under one name.";
+    /// A text that is no expression.
+    EXPRESSION_SYNTAX = "UG0310", "not an expression",
+        "An expression cannot be parsed. Expressions have numbers, names, `+ - * / %`, comparisons, `&& || !`, `a ? b : c`, `[lists]`, `list[index]` and functions.";
+    /// A name that expressions do not know.
+    EXPRESSION_NAME = "UG0311", "unknown name in an expression",
+        "Expressions know parameters, features, the functions of the language and, where sizes are known, resources (`maps`, `maps.width`) and `viewport`.";
+    /// An operand or result of the wrong type.
+    EXPRESSION_TYPE = "UG0312", "wrong type in an expression",
+        "Numbers, booleans, texts and lists do not turn into one another. Arithmetic works on numbers and, element by element, on lists of numbers.";
+    /// Arithmetic without a result.
+    EXPRESSION_ARITHMETIC = "UG0313", "no result",
+        "A division by zero, a root of a negative number, an overflow or an index outside its list: there is no finite result.";
+    /// An axis that the template does not have.
+    UNKNOWN_AXIS = "UG0602", "unknown axis",
+        "A pass chooses a value for an axis that the template does not declare. Axes stand in `NAME.axes.json` beside the template.";
+    /// A binding that the shader does not have.
+    UNKNOWN_BINDING = "UG0603", "unknown binding",
+        "`bind` has a name that the shader does not declare, or `values` one that the block does not have.";
+    /// A binding that nothing fills.
+    UNBOUND = "UG0604", "binding without a value",
+        "The shader declares a binding, or a member of a block, for which the pass gives nothing.";
+    /// Host data that does not fit the shader's block.
+    BLOCK_MISMATCH = "UG0605", "block does not fit",
+        "A uniform or storage block has a member for which the bound host data publishes no value of that name and type. Offsets never matter: they come from the shader.";
+    /// Variants with different interfaces.
+    VARIANT_INTERFACE = "UG0606", "variants disagree",
+        "Two variants of a program, or two programs that share host data, declare one binding differently.";
+    /// A shader that wants more of the host than the pipeline promises.
+    HOST_CONTRACT = "UG0607", "geometry contract",
+        "A shader that draws the host's meshes reads a vertex input, or a binding of group 2 or 3, that the pipeline's `geometry` does not provide, or not of that type.";
 }

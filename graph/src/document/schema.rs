@@ -158,7 +158,13 @@ impl Checker<'_> {
     }
 
     fn alternatives(&mut self, value: &Value, branches: &[Json], pointer: &str, depth: usize) {
-        let branches: Vec<&Json> = branches.iter().filter_map(|branch| resolve(branch, self.root)).collect();
+        let mut flat = Vec::new();
+        flatten(branches, self.root, &mut flat, 0);
+        let is_expression = |branch: &&Json| branch.get("pattern").and_then(Json::as_str) == Some("^=");
+        if flat.iter().any(is_expression) && value.text().is_some_and(|text| text.starts_with('=')) {
+            return;
+        }
+        let branches: Vec<&Json> = flat.into_iter().filter(|branch| !is_expression(branch)).collect();
         let typed: Vec<&Json> = branches.iter().copied().filter(|branch| could_be(value, branch, self.root, 0)).collect();
         if typed.is_empty() {
             let mut names: Vec<String> = Vec::new();
@@ -245,6 +251,19 @@ fn resolve<'a>(schema: &'a Json, root: &'a Json) -> Option<&'a Json> {
         }
     }
     None
+}
+
+/// The branches of alternatives, with alternatives inside them and references taken apart.
+fn flatten<'a>(branches: &'a [Json], root: &'a Json, flat: &mut Vec<&'a Json>, depth: usize) {
+    for branch in branches.iter().filter_map(|branch| resolve(branch, root)) {
+        let inner = ["oneOf", "anyOf"].iter().find_map(|word| branch.get(word).and_then(Json::as_array));
+        match inner {
+            Some(inner) if !branch.as_object().is_some_and(|rules| rules.contains_key("properties")) && depth < 32 => {
+                flatten(inner, root, flat, depth + 1);
+            }
+            _ => flat.push(branch),
+        }
+    }
 }
 
 fn type_matches(value: &Value, types: &Json) -> bool {

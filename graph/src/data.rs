@@ -1,0 +1,308 @@
+//! Host data: what nodes compute on the CPU and shaders read by name.
+//!
+//! A host node publishes a data resource: named, typed values ([`DataShape`]) and, where draws are to be made from
+//! them, views. Values reach shaders through uniform or storage blocks of any layout: every member of a block is
+//! matched *by its name* with a published value, its type is compared when the pipeline is checked, and the offsets
+//! come from the shader's own reflection. So there is no struct that has to be kept alike on two sides.
+//!
+//! Values are kept as 32-bit words without padding, columns of matrices one after the other; the padding of a block
+//! is applied when it is packed.
+
+use glam::{DMat4, Mat4, Vec3, Vec4};
+
+/// The component type of a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Component {
+    /// 32-bit floating point.
+    F32,
+    /// 32-bit unsigned.
+    U32,
+    /// 32-bit signed.
+    I32,
+}
+
+impl std::fmt::Display for Component {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Component::F32 => "f32",
+            Component::U32 => "u32",
+            Component::I32 => "i32",
+        })
+    }
+}
+
+/// The type of a published value: a scalar, vector or matrix, or an array of such.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+pub struct ValueType {
+    /// The component type.
+    pub component: Component,
+    /// The rows: 1 for a scalar, 2 to 4 for vectors and matrices.
+    pub rows: u32,
+    /// The columns: 1 for scalars and vectors.
+    pub columns: u32,
+    /// The number of elements of an array; `None` for a single value.
+    pub count: Option<u32>,
+}
+
+impl ValueType {
+    /// `f32`
+    pub const F32: Self = Self::vector(Component::F32, 1);
+    /// `u32`
+    pub const U32: Self = Self::vector(Component::U32, 1);
+    /// `vec2<f32>`
+    pub const VEC2: Self = Self::vector(Component::F32, 2);
+    /// `vec3<f32>`
+    pub const VEC3: Self = Self::vector(Component::F32, 3);
+    /// `vec4<f32>`
+    pub const VEC4: Self = Self::vector(Component::F32, 4);
+    /// `mat4x4<f32>`
+    pub const MAT4: Self = Self { component: Component::F32, rows: 4, columns: 4, count: None };
+
+    /// A scalar (one row) or vector.
+    pub const fn vector(component: Component, rows: u32) -> Self {
+        Self { component, rows, columns: 1, count: None }
+    }
+
+    /// An array of `count` such values.
+    #[must_use]
+    pub const fn array(self, count: u32) -> Self {
+        Self { count: Some(count), ..self }
+    }
+
+    /// The number of 32-bit words of one element.
+    pub const fn element_words(self) -> usize {
+        (self.rows * self.columns) as usize
+    }
+
+    /// The number of 32-bit words of the whole value.
+    pub fn words(self) -> usize {
+        self.element_words() * self.count.unwrap_or(1) as usize
+    }
+}
+
+impl std::fmt::Display for ValueType {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { component, rows, columns, .. } = self;
+        let element = match (rows, columns) {
+            (1, 1) => component.to_string(),
+            (_, 1) => format!("vec{rows}<{component}>"),
+            _ => format!("mat{columns}x{rows}<{component}>"),
+        };
+        match self.count {
+            Some(count) => write!(f, "array<{element}, {count}>"),
+            None => f.write_str(&element),
+        }
+    }
+}
+
+/// What a data resource consists of.
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
+pub struct DataShape {
+    /// The published values in the order in which they were declared.
+    pub values: Vec<(String, ValueType)>,
+    /// The most views that a frame can have.
+    pub maximum_views: u32,
+}
+
+impl DataShape {
+    /// Nothing published yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a value.
+    #[must_use]
+    pub fn value(mut self, name: &str, value_type: ValueType) -> Self {
+        self.values.push((name.to_owned(), value_type));
+        self
+    }
+
+    /// States the most views.
+    #[must_use]
+    pub fn views(mut self, maximum: u32) -> Self {
+        self.maximum_views = maximum;
+        self
+    }
+
+    /// Where a value stands: its index.
+    pub fn find(&self, name: &str) -> Option<usize> {
+        self.values.iter().position(|(known, _)| known == name)
+    }
+}
+
+/// A point of view from which draws are made.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// World to clip space, depth 0..1 (or 1..0 where `reverse`).
+    pub clip_from_world: DMat4,
+    /// World to view space (looks along −Z).
+    pub view_from_world: DMat4,
+    /// Where the view stands, in world metres; for an orthographic view any point on its near plane.
+    pub position: glam::DVec3,
+    /// The unit direction in which it looks.
+    pub forward: glam::DVec3,
+    /// Whether depth runs from 1 (near) to 0 (far).
+    pub reverse: bool,
+    /// The layer of the attachments that the view draws into.
+    pub layer: u32,
+    /// The texels that the view draws into: x, y, width, height from the top left; `None` for the whole attachment.
+    pub viewport: Option<[u32; 4]>,
+}
+
+impl View {
+    /// The values of the block `view` that each draw sees.
+    pub fn shape() -> DataShape {
+        DataShape::new()
+            .value("clip_from_world", ValueType::MAT4)
+            .value("view_from_world", ValueType::MAT4)
+            .value("position", ValueType::VEC3)
+            .value("forward", ValueType::VEC3)
+    }
+
+    /// Writes the values of [`View::shape`].
+    pub fn publish(&self, data: &mut HostData) {
+        data.set_matrix("clip_from_world", &self.clip_from_world);
+        data.set_matrix("view_from_world", &self.view_from_world);
+        data.set_vec3("position", self.position.as_vec3());
+        data.set_vec3("forward", self.forward.as_vec3());
+    }
+}
+
+/// The data that a host node publishes for one frame. Its storage is kept from frame to frame.
+#[derive(Clone, Debug)]
+pub struct HostData {
+    shape: DataShape,
+    offsets: Vec<usize>,
+    words: Vec<u32>,
+    views: Vec<View>,
+    refused: Option<String>,
+}
+
+impl HostData {
+    /// All values zero, no views.
+    pub fn new(shape: DataShape) -> Self {
+        let mut offsets = Vec::with_capacity(shape.values.len());
+        let mut length = 0;
+        for (_, value_type) in &shape.values {
+            offsets.push(length);
+            length += value_type.words();
+        }
+        let views = Vec::with_capacity(shape.maximum_views as usize);
+        Self { shape, offsets, words: vec![0; length], views, refused: None }
+    }
+
+    /// What the data consists of.
+    pub fn shape(&self) -> &DataShape {
+        &self.shape
+    }
+
+    /// The views of this frame.
+    pub fn views(&self) -> &[View] {
+        &self.views
+    }
+
+    /// Sets all values to zero and removes the views.
+    pub fn clear(&mut self) {
+        self.words.fill(0);
+        self.views.clear();
+        self.refused = None;
+    }
+
+    /// Adds a view. Beyond the declared maximum it is refused, which [`HostData::refused`] tells.
+    pub fn push_view(&mut self, view: View) {
+        if self.views.len() < self.shape.maximum_views as usize {
+            self.views.push(view);
+        } else {
+            self.refused = Some(format!("more than the {} declared views", self.shape.maximum_views));
+        }
+    }
+
+    /// Why something that was set did not fit what was declared: a name, a type or a count.
+    pub fn refused(&self) -> Option<&str> {
+        self.refused.as_deref()
+    }
+
+    /// The words of a value, or `None` if there is none of that name.
+    pub fn words(&self, name: &str) -> Option<&[u32]> {
+        self.shape.find(name).and_then(|at| self.words_at(at))
+    }
+
+    /// The words of the value at an index of the shape.
+    pub fn words_at(&self, index: usize) -> Option<&[u32]> {
+        let start = *self.offsets.get(index)?;
+        self.words.get(start..start + self.shape.values[index].1.words())
+    }
+
+    /// Sets a value from its words. An array may be set in part, from its start.
+    pub fn set_words(&mut self, name: &str, words: impl IntoIterator<Item = u32>) {
+        let Some(at) = self.shape.find(name) else {
+            self.refused = Some(format!("the value \"{name}\", which was not declared"));
+            return;
+        };
+        let start = self.offsets[at];
+        let length = self.shape.values[at].1.words();
+        let mut count = 0;
+        for word in words {
+            if count == length {
+                self.refused = Some(format!("more than the declared {} for \"{name}\"", self.shape.values[at].1));
+                return;
+            }
+            self.words[start + count] = word;
+            count += 1;
+        }
+    }
+
+    /// Sets an `f32`, or an array of them.
+    pub fn set_f32s(&mut self, name: &str, values: impl IntoIterator<Item = f32>) {
+        self.set_words(name, values.into_iter().map(f32::to_bits));
+    }
+
+    /// Sets an `f32`.
+    pub fn set_f32(&mut self, name: &str, value: f32) {
+        self.set_f32s(name, [value]);
+    }
+
+    /// Sets a `u32`.
+    pub fn set_u32(&mut self, name: &str, value: u32) {
+        self.set_words(name, [value]);
+    }
+
+    /// Sets a `vec3<f32>`.
+    pub fn set_vec3(&mut self, name: &str, value: Vec3) {
+        self.set_f32s(name, value.to_array());
+    }
+
+    /// Sets an array of `vec4<f32>`.
+    pub fn set_vec4s(&mut self, name: &str, values: impl IntoIterator<Item = Vec4>) {
+        self.set_f32s(name, values.into_iter().flat_map(|value| value.to_array()));
+    }
+
+    /// Sets a `mat4x4<f32>`, rounded from `f64`.
+    pub fn set_matrix(&mut self, name: &str, value: &DMat4) {
+        self.set_matrices(name, [*value]);
+    }
+
+    /// Sets an array of `mat4x4<f32>`, rounded from `f64`.
+    pub fn set_matrices(&mut self, name: &str, values: impl IntoIterator<Item = DMat4>) {
+        self.set_f32s(name, values.into_iter().flat_map(|value| Mat4::to_cols_array(&value.as_mat4())));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_not_declared_is_refused_and_said() {
+        let mut data = HostData::new(DataShape::new().value("a", ValueType::F32.array(2)).views(0));
+        data.set_f32s("a", [1.0, 2.0]);
+        assert_eq!(data.words("a"), Some([1f32.to_bits(), 2f32.to_bits()].as_slice()));
+        assert_eq!(data.refused(), None);
+        data.set_f32s("a", [1.0, 2.0, 3.0]);
+        assert!(data.refused().unwrap().contains("array<f32, 2>"));
+        data.clear();
+        data.set_f32("b", 1.0);
+        assert!(data.refused().unwrap().contains("\"b\""));
+    }
+}

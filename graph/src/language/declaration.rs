@@ -1,0 +1,194 @@
+//! Declarations at the top of a pipeline, and what every pass can say.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{Expr, ResourceDeclaration};
+
+/// A pipeline: passes over named resources, and the parameters and features that choose among their forms.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PipelineDeclaration {
+    /// Where editors find the schema.
+    #[serde(rename = "$schema", default)]
+    pub schema: Option<String>,
+    /// The version of the language: 1.
+    #[schemars(range(min = 1, max = 1))]
+    pub format: u32,
+    /// The pipeline's name.
+    pub name: String,
+    /// What it is, for people.
+    #[serde(default)]
+    pub description: Option<String>,
+    /// The target profiles that the pipeline claims to run on, such as "webgpu".
+    #[serde(default)]
+    pub profiles: Vec<String>,
+    /// Named values that a user can set.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, ParameterDeclaration>,
+    /// Named switches that choose shader variants and passes.
+    #[serde(default)]
+    pub features: BTreeMap<String, FeatureDeclaration>,
+    /// What the host's draws provide.
+    #[serde(default)]
+    pub geometry: BTreeMap<String, GeometryDeclaration>,
+    /// Textures and buffers.
+    #[serde(default)]
+    pub resources: BTreeMap<String, ResourceDeclaration>,
+    /// The passes: each has one key that names its node kind, and may have common keys beside it.
+    pub passes: BTreeMap<String, serde_json::Value>,
+}
+
+/// A named value that a user can set.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ParameterDeclaration {
+    /// The type.
+    #[serde(rename = "type")]
+    pub parameter_type: ParameterType,
+    /// The value where nobody sets one.
+    pub default: serde_json::Value,
+    /// The least value (of each element).
+    #[serde(default)]
+    pub min: Option<f64>,
+    /// The greatest value (of each element).
+    #[serde(default)]
+    pub max: Option<f64>,
+    /// The fewest elements of a list.
+    #[serde(default)]
+    pub min_length: Option<u32>,
+    /// The most elements of a list.
+    #[serde(default)]
+    pub max_length: Option<u32>,
+    /// How the elements of a list follow one another.
+    #[serde(default)]
+    pub order: Option<Order>,
+    /// The words of an enumeration.
+    #[serde(default)]
+    pub values: Vec<String>,
+    /// The unit, such as "m", "texel", "ndc", "degree", "1" for a plain number.
+    #[serde(default)]
+    pub unit: Option<String>,
+    /// What it does, for people.
+    #[serde(default)]
+    pub description: Option<String>,
+}
+
+/// The type of a parameter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
+pub enum ParameterType {
+    /// A number.
+    #[serde(rename = "f32")]
+    F32,
+    /// A whole number from 0.
+    #[serde(rename = "u32")]
+    U32,
+    /// A whole number.
+    #[serde(rename = "i32")]
+    I32,
+    /// true or false.
+    #[serde(rename = "bool")]
+    Bool,
+    /// One of the words under "values".
+    #[serde(rename = "enum")]
+    Enum,
+    /// A list of numbers.
+    #[serde(rename = "f32[]")]
+    F32List,
+    /// A list of whole numbers from 0.
+    #[serde(rename = "u32[]")]
+    U32List,
+}
+
+/// How the elements of a list follow one another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Order {
+    /// Each element is greater than the one before.
+    StrictlyIncreasing,
+    /// Each element is smaller than the one before.
+    StrictlyDecreasing,
+}
+
+/// A named switch.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FeatureDeclaration {
+    /// The type.
+    #[serde(rename = "type")]
+    pub feature_type: FeatureType,
+    /// The value where nobody sets one.
+    pub default: serde_json::Value,
+    /// The words of an enumeration.
+    #[serde(default)]
+    pub values: Vec<String>,
+    /// Features that have to be on where this one is.
+    #[serde(default)]
+    pub requires: Vec<String>,
+    /// Features that have to be off where this one is on.
+    #[serde(default)]
+    pub excludes: Vec<String>,
+    /// What it does, for people.
+    #[serde(default)]
+    pub description: Option<String>,
+}
+
+/// The type of a feature.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum FeatureType {
+    /// On or off.
+    Bool,
+    /// One of the words under "values".
+    Enum,
+}
+
+/// What the host's draws provide: the contract between pipeline and application. Shaders see these names only.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GeometryDeclaration {
+    /// Vertex inputs by name, each with its vertex format, such as "float32x3".
+    pub vertex: BTreeMap<String, VertexFormatName>,
+    /// Bindings of bind group 2, which change from material to material.
+    #[serde(default)]
+    pub material: BTreeMap<String, HostBinding>,
+    /// Bindings of bind group 3, which change from object to object.
+    #[serde(default)]
+    pub object: BTreeMap<String, HostBinding>,
+    /// Properties of meshes and materials that choose a shader variant, such as "alpha_masked"; boolean.
+    #[serde(default)]
+    pub variants: Vec<String>,
+}
+
+/// The name of a vertex format.
+pub type VertexFormatName = String;
+
+/// A binding that the host fills.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum HostBinding {
+    /// A texture or sampler, by its WGSL type.
+    Opaque(String),
+    /// A uniform block: the names of its members, each with its WGSL type, in any order.
+    Block(BTreeMap<String, String>),
+}
+
+/// What every pass can say beside its node kind.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PassCommon {
+    /// What it does, for people.
+    #[serde(default)]
+    pub description: Option<String>,
+    /// Whether the pass is there at all: an expression over parameters and features.
+    #[serde(default)]
+    pub when: Option<Expr>,
+    /// Passes that have to run before this one, where no data says so.
+    #[serde(default)]
+    pub after: Vec<String>,
+    /// Whether the pass is kept even if nothing reads what it writes.
+    #[serde(default)]
+    pub side_effect: bool,
+}

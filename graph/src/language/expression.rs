@@ -1,0 +1,63 @@
+//! [`Expr`]: the place of an expression in a document.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Serialize};
+
+use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Value};
+
+/// A JSON value that stands for an expression: a number, a boolean, a string in the expression language, or a list
+/// of expressions.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Expr(pub serde_json::Value);
+
+impl Expr {
+    /// The parsed expression.
+    ///
+    /// # Errors
+    /// A syntax error, with its place relative to the string.
+    pub fn parse(&self) -> Result<Expression, ExpressionError> {
+        let literal = |value| Expression { range: 0..0, kind: ExpressionKind::Literal(value) };
+        match &self.0 {
+            serde_json::Value::Bool(value) => Ok(literal(Value::Bool(*value))),
+            serde_json::Value::Number(value) => Ok(literal(Value::Number(value.as_f64().unwrap_or(f64::MAX)))),
+            serde_json::Value::String(text) => expression::parse(text),
+            serde_json::Value::Array(elements) => {
+                let elements = elements.iter().map(|element| Expr(element.clone()).parse()).collect::<Result<_, _>>()?;
+                Ok(Expression { range: 0..0, kind: ExpressionKind::List(elements) })
+            }
+            _ => Err(ExpressionError {
+                range: 0..0,
+                fault: expression::Fault::Type,
+                message: "an expression is a number, a boolean, a string or a list".to_owned(),
+                help: None,
+            }),
+        }
+    }
+}
+
+impl From<f64> for Expr {
+    fn from(value: f64) -> Self {
+        Expr(value.into())
+    }
+}
+
+impl From<&str> for Expr {
+    fn from(text: &str) -> Self {
+        Expr(text.into())
+    }
+}
+
+impl JsonSchema for Expr {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Expression".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "An expression: a number, a boolean, a string such as \"ceil(viewport.width / 16)\" or \"len(far)\", or a list of expressions.",
+            "type": ["number", "boolean", "string", "array"],
+            "items": { "$ref": "#/$defs/Expression" },
+        })
+    }
+}

@@ -1,0 +1,21 @@
+//! The pipeline language: the types that a document is checked against and decoded into.
+//!
+//! The JSON Schema of these types (doc comments are its descriptions) is both what editors complete with and what
+//! [`crate::document::schema`] checks, so grammar, checker and decoder cannot drift apart. A pass is the one place
+//! where a document names code: its one key beside the common ones is the name of a registered node kind, and the
+//! value its settings.
+
+mod declaration;
+mod expression;
+mod reference;
+mod resource;
+mod word;
+
+pub use declaration::{
+    FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Order, ParameterDeclaration, ParameterType,
+    PassCommon, PipelineDeclaration, VertexFormatName,
+};
+pub use expression::Expr;
+pub use reference::{Reference, ReferenceError};
+pub use resource::{BufferDeclaration, FormatCandidates, Lifetime, ResourceDeclaration, TextureDeclaration, TextureShape};
+pub use word::Word;

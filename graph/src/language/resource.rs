@@ -1,0 +1,112 @@
+//! Declarations of textures and buffers.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::Expr;
+
+/// A resource: a texture or a buffer. Host data needs no declaration: the pass that publishes it names it.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ResourceDeclaration {
+    /// A texture.
+    Texture(TextureDeclaration),
+    /// A buffer.
+    Buffer(BufferDeclaration),
+}
+
+/// A texture.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TextureDeclaration {
+    /// A texture format of the WebGPU specification, or several: the first that supports every use is taken.
+    pub format: FormatCandidates,
+    /// Width and height in texels (rounded down to whole ones): a list of two, or another size such as "viewport",
+    /// "maps" or "maps / 2".
+    pub size: Expr,
+    /// The number of array layers.
+    #[serde(default)]
+    pub layers: Option<Expr>,
+    /// The number of mip levels.
+    #[serde(default)]
+    pub mips: Option<Expr>,
+    /// The number of samples of each texel: 1 or 4.
+    #[serde(default)]
+    pub samples: Option<Expr>,
+    /// How a shader sees the whole texture; without it "2d" for one layer and "2d-array" for more.
+    #[serde(default)]
+    pub view: Option<TextureShape>,
+    /// How long the texture lives.
+    #[serde(default)]
+    pub lifetime: Lifetime,
+    /// What it is for.
+    #[serde(default)]
+    pub description: Option<String>,
+}
+
+/// A buffer.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BufferDeclaration {
+    /// The size in bytes.
+    pub size: Expr,
+    /// How long the buffer lives.
+    #[serde(default)]
+    pub lifetime: Lifetime,
+    /// What it is for.
+    #[serde(default)]
+    pub description: Option<String>,
+}
+
+/// One format, or several in the order of preference.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum FormatCandidates {
+    /// The format.
+    One(String),
+    /// The candidates, the best first.
+    Several(#[schemars(length(min = 1))] Vec<String>),
+}
+
+impl FormatCandidates {
+    /// The names in the order of preference.
+    pub fn names(&self) -> &[String] {
+        match self {
+            FormatCandidates::One(name) => std::slice::from_ref(name),
+            FormatCandidates::Several(names) => names,
+        }
+    }
+}
+
+/// How a shader sees a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, serde::Serialize, JsonSchema)]
+pub enum TextureShape {
+    /// One layer.
+    #[serde(rename = "2d")]
+    D2,
+    /// Layers.
+    #[serde(rename = "2d-array")]
+    D2Array,
+    /// Six layers as the faces +X −X +Y −Y +Z −Z.
+    #[serde(rename = "cube")]
+    Cube,
+    /// Six layers for each cube.
+    #[serde(rename = "cube-array")]
+    CubeArray,
+    /// The layers are the depth of a volume.
+    #[serde(rename = "3d")]
+    D3,
+}
+
+/// How long a resource lives.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, serde::Serialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Lifetime {
+    /// Within one frame; its memory is shared with others whose lifetimes do not touch it.
+    #[default]
+    Transient,
+    /// From frame to frame.
+    Persistent,
+    /// The host's own; what is written to it is what the pipeline is for.
+    Imported,
+}

@@ -1,0 +1,45 @@
+//! [`Word`]: the place of one of a few words, or of an expression that yields one.
+
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::{DeserializeOwned, Error};
+use serde::{Deserialize, Deserializer};
+
+use super::Expr;
+
+/// A word such as `"less-equal"`, or, after an equals sign, an expression that yields one:
+/// `"=reverse_z ? 'greater-equal' : 'less-equal'"`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Word<T> {
+    /// The word.
+    Is(T),
+    /// The expression after the equals sign.
+    Computed(Expr),
+}
+
+impl<'de, T: DeserializeOwned> Deserialize<'de> for Word<T> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        match text.strip_prefix('=') {
+            Some(expression) => Ok(Word::Computed(Expr(expression.into()))),
+            None => serde_json::from_value(text.into()).map(Word::Is).map_err(D::Error::custom),
+        }
+    }
+}
+
+impl<T: JsonSchema> JsonSchema for Word<T> {
+    fn schema_name() -> Cow<'static, str> {
+        format!("{}OrExpression", T::schema_name()).into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let word = generator.subschema_for::<T>();
+        json_schema!({
+            "anyOf": [
+                word,
+                { "type": "string", "pattern": "^=", "description": "An expression after an equals sign: \"=reverse_z ? 'greater-equal' : 'less-equal'\"." },
+            ]
+        })
+    }
+}

@@ -1,0 +1,118 @@
+//! The contract between a shader and the host's draws, checked without the host.
+//!
+//! Groups 2 (material) and 3 (object) of a program that draws the host's meshes, and its vertex inputs, must be among
+//! what the pipeline's `geometry` says the host provides. The host's own buffers are compared with the same shaders
+//! when an executor is made.
+
+use super::{PassBuilder, Program};
+use crate::diagnostic::{codes, did_you_mean};
+use crate::language::HostBinding;
+use crate::shader::{Stage, TypeLayout};
+
+/// Checks a program against a contract; reports, and says whether it fits.
+pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Program, pointer: &str) -> bool {
+    let Some(contract) = pass.shared.geometry.get(geometry).cloned() else { return false };
+    let at = format!("{pointer}/shader");
+    let template = &program.template;
+    let mut fine = true;
+    let mut report = |pass: &mut PassBuilder<'_>, message: String, help: String| {
+        pass.report(codes::HOST_CONTRACT, &at, message, help);
+        fine = false;
+    };
+    for variant in &program.variants {
+        for input in variant.entry_point(Stage::Vertex).map(|entry| entry.inputs.as_slice()).unwrap_or_default() {
+            let Some(format) = contract.vertex.get(&input.name) else {
+                let help = suggestion(&input.name, contract.vertex.keys(), "vertex");
+                report(pass, format!("{template} reads the vertex input \"{}\", which \"{geometry}\" does not provide", input.name), help);
+                continue;
+            };
+            match parse_format(format) {
+                Some(format) if compatible(format, input.format) => {}
+                Some(_) => report(
+                    pass,
+                    format!("{template} reads \"{}\" as {}, \"{geometry}\" provides {format}", input.name, format_name(input.format)),
+                    "change the template's type, or the format that the host provides".to_owned(),
+                ),
+                None => report(
+                    pass,
+                    format!("\"{format}\" of the vertex input \"{}\" is no vertex format", input.name),
+                    "the formats are those of WebGPU, such as float32x3, unorm8x4, uint16x4".to_owned(),
+                ),
+            }
+        }
+    }
+    for binding in program.bindings.iter().filter(|binding| binding.group >= 2) {
+        let (section, provided) = if binding.group == 2 { ("material", &contract.material) } else { ("object", &contract.object) };
+        match (provided.get(&binding.name), &binding.block) {
+            (None, _) => {
+                let help = suggestion(&binding.name, provided.keys(), section);
+                let message = format!(
+                    "{template} binds \"{}\" in group {}, which \"{geometry}\" does not provide",
+                    binding.name, binding.group
+                );
+                report(pass, message, help);
+            }
+            (Some(HostBinding::Opaque(type_name)), None) if *type_name == binding.type_name => {}
+            (Some(HostBinding::Block(members)), Some(TypeLayout::Struct { members: wanted, .. })) => {
+                for member in wanted {
+                    match members.get(&member.name) {
+                        Some(type_name) if *type_name == member.layout.spelling() => {}
+                        Some(type_name) => report(
+                            pass,
+                            format!(
+                                "{template} reads \"{}.{}\" as {}, \"{geometry}\" provides {type_name}",
+                                binding.name,
+                                member.name,
+                                member.layout.spelling()
+                            ),
+                            "change the template's type, or what the host provides".to_owned(),
+                        ),
+                        None => report(
+                            pass,
+                            format!("{template} reads \"{}.{}\", which \"{geometry}\" does not provide", binding.name, member.name),
+                            suggestion(&member.name, members.keys(), &format!("{section}.{}", binding.name)),
+                        ),
+                    }
+                }
+            }
+            (Some(_), _) => report(
+                pass,
+                format!("{template} declares \"{}\" as {}, \"{geometry}\" provides something else", binding.name, binding.type_name),
+                "write textures and samplers as their WGSL type, blocks as an object of members".to_owned(),
+            ),
+        }
+    }
+    fine
+}
+
+fn suggestion<'a>(name: &str, known: impl Iterator<Item = &'a String>, section: &str) -> String {
+    match did_you_mean(name, known.map(String::as_str)) {
+        Some(meant) => format!("did the template mean \"{meant}\"?"),
+        None => format!("declare \"{name}\" under \"{section}\" of the geometry"),
+    }
+}
+
+/// A vertex format by its WebGPU name.
+pub(crate) fn parse_format(name: &str) -> Option<wgpu_types::VertexFormat> {
+    serde_json::from_value(name.into()).ok()
+}
+
+fn format_name(format: wgpu_types::VertexFormat) -> String {
+    serde_json::to_value(format).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+/// Whether a buffer of format `have` can feed a shader input whose natural format is `want`: the same component type
+/// in the shader. A missing component is filled with 0 (alpha: 1), a surplus one is dropped, as WebGPU has it.
+fn compatible(have: wgpu_types::VertexFormat, want: wgpu_types::VertexFormat) -> bool {
+    let class = |format: wgpu_types::VertexFormat| {
+        let name = format_name(format);
+        if name.starts_with("uint") {
+            1
+        } else if name.starts_with("sint") {
+            2
+        } else {
+            0
+        }
+    };
+    class(have) == class(want)
+}

@@ -1,0 +1,577 @@
+//! Document to pipeline.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use super::builder::{PassBuilder, expression_finding};
+use super::{
+    Choice, Pass, Pipeline, Program, ProgramVariant, Resource, ResourceKind, StaticScope, binding, schema, setting,
+};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::document::{self, Document, Entry, pointer_join};
+use crate::expression::{Expression, ExpressionError, ExpressionKind, Fault, Scope as _, Value};
+use crate::language::{GeometryDeclaration, PassCommon, PipelineDeclaration, ResourceDeclaration};
+use crate::node::Registry;
+use crate::shader::{self, AxisValue, AxisValues, ShaderModule, TargetProfile, TemplateSet};
+use crate::source::{Sources, Span};
+use crate::work::{BoundSlot, Draw, PassHandle, ProgramHandle, ResourceHandle, SlotSource, Work};
+
+/// Names that are no parameters or features, because expressions know them already.
+const RESERVED: &[&str] = &["viewport", "true", "false"];
+
+/// Makes the pipeline that a document describes, in the configuration that `choice` names.
+///
+/// Findings go to `diagnostics`; the result is `None` only where the document is too broken to have passes at all. A
+/// pipeline with errors is good for further checks, not for use.
+pub fn load(
+    document: &Document,
+    registry: &Registry,
+    templates: &Arc<TemplateSet>,
+    profile: &TargetProfile,
+    choice: &Choice,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Option<Pipeline> {
+    let schema = schema(registry);
+    let mut schema_findings = Diagnostics::new();
+    document::schema::check(&document.root, &schema, &schema, "", &mut schema_findings);
+    let broken: BTreeSet<String> = schema_findings.iter().map(|finding| finding.pointer.clone()).collect();
+    diagnostics.extend(schema_findings);
+    let is_broken = |pointer: &str| broken.iter().any(|at| at == pointer || at.starts_with(&format!("{pointer}/")));
+
+    let section = |name: &str| document.root.get(name).and_then(document::Value::entries).unwrap_or_default();
+    let decoded = decode_sound_parts(document, &is_broken)?;
+
+    for entry in section("parameters").iter().chain(section("features")) {
+        if RESERVED.contains(&entry.key.as_str()) || !is_name(&entry.key) {
+            diagnostics.push(bad_name(entry));
+        }
+    }
+    let parameters = setting::parameters(&decoded.parameters, section("parameters"), &choice.parameters, diagnostics);
+    let features = setting::features(&decoded.features, section("features"), &choice.features, diagnostics);
+    for entry in section("features") {
+        if let Some(twin) = section("parameters").iter().find(|other| other.key == entry.key) {
+            diagnostics.push(
+                Diagnostic::error(codes::BAD_NAME, entry.key_span, format!("\"{}\" is a feature and a parameter", entry.key))
+                    .related(twin.key_span, "the parameter")
+                    .help("give one of the two another name"),
+            );
+        }
+    }
+
+    let mut shared = Shared {
+        scope: StaticScope::new(&parameters, &features),
+        resources: Vec::new(),
+        geometry: decoded.geometry,
+        programs: Vec::new(),
+        program_keys: BTreeMap::new(),
+        modules: BTreeMap::new(),
+        templates: templates.clone(),
+        profile: profile.clone(),
+        diagnostics: Diagnostics::new(),
+        sources: sources.clone(),
+        broken_settings: decoded
+            .parameters
+            .keys()
+            .filter(|name| !parameters.contains_key(*name))
+            .chain(decoded.features.keys().filter(|name| !features.contains_key(*name)))
+            .cloned()
+            .chain(section("parameters").iter().chain(section("features")).map(|entry| entry.key.clone()))
+            .filter(|name| !parameters.contains_key(name) && !features.contains_key(name))
+            .collect(),
+    };
+    for entry in section("resources") {
+        if !is_name(&entry.key) || RESERVED.contains(&entry.key.as_str()) {
+            shared.diagnostics.push(bad_name(entry));
+        }
+        let pointer = pointer_join("/resources", &entry.key);
+        let kind = match decoded.resources.get(&entry.key) {
+            Some(ResourceDeclaration::Texture(texture)) => ResourceKind::Texture(texture.clone()),
+            Some(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(buffer.clone()),
+            None => continue,
+        };
+        shared.resources.push(Resource { name: entry.key.clone(), place: entry.key_span, pointer, kind });
+    }
+    let missing_resources: BTreeSet<&str> = section("resources")
+        .iter()
+        .map(|entry| entry.key.as_str())
+        .filter(|name| !decoded.resources.contains_key(*name))
+        .collect();
+
+    let mut passes: Vec<Pass> = Vec::new();
+    let mut after: Vec<(usize, Vec<String>, &Entry)> = Vec::new();
+    let mut absent: BTreeSet<&str> = BTreeSet::new();
+    let mut gaps: Vec<&Entry> = Vec::new();
+    for entry in section("passes") {
+        let pointer = pointer_join("/passes", &entry.key);
+        if !is_name(&entry.key) {
+            shared.diagnostics.push(bad_name(entry));
+        }
+        if is_broken(&pointer) {
+            gaps.push(entry);
+            continue;
+        }
+        let Some((kind, common)) = take_apart(entry, registry) else {
+            gaps.push(entry);
+            continue;
+        };
+        let Some(node) = registry.get(&kind.key) else { continue };
+        let handle = PassHandle(passes.len() as u32);
+        let mut builder = PassBuilder {
+            name: &entry.key,
+            kind: &kind.key,
+            settings: &entry.value,
+            pointer: pointer.clone(),
+            uses: Vec::new(),
+            handle,
+            shared: &mut shared,
+        };
+        match common.when.as_ref().map_or(Some(true), |when| builder.boolean(when, "/when")) {
+            Some(true) => {}
+            Some(false) => {
+                absent.insert(&entry.key);
+                continue;
+            }
+            None => {
+                gaps.push(entry);
+                continue;
+            }
+        }
+        builder.settings = &kind.value;
+        builder.pointer = pointer_join(&pointer, &kind.key);
+        let before = builder.shared.diagnostics.error_count();
+        let produced = node.declare(kind.value.to_json(), &mut builder);
+        let uses = std::mem::take(&mut builder.uses);
+        match produced {
+            Some(produced) if shared.diagnostics.error_count() == before => {
+                after.push((passes.len(), common.after, entry));
+                passes.push(Pass {
+                    name: entry.key.clone(),
+                    kind: kind.key.clone(),
+                    place: entry.key_span,
+                    pointer,
+                    uses,
+                    after: Vec::new(),
+                    side_effect: common.side_effect,
+                    work: produced.0,
+                });
+            }
+            _ => gaps.push(entry),
+        }
+    }
+    let names: Vec<String> = passes.iter().map(|pass| pass.name.clone()).collect();
+    for (at, wanted, entry) in after {
+        for (position, name) in wanted.iter().enumerate() {
+            if let Some(index) = names.iter().position(|known| known == name) {
+                passes[at].after.push(PassHandle(index as u32));
+            } else if !absent.contains(name.as_str()) && !gaps.iter().any(|gap| gap.key == *name) {
+                let pointer = format!("{}/after/{position}", passes[at].pointer);
+                let place = entry.value.nearest(&format!("/after/{position}")).span;
+                shared.diagnostics.push(unknown_pass(name, &names, place).pointer(pointer));
+            }
+        }
+    }
+    let uncertain = uncertain(&gaps, &missing_resources, &shared);
+    connect(&mut passes, &uncertain, &mut shared);
+    check_versions(&passes, &absent, &gaps, &mut shared);
+    diagnostics.extend(shared.diagnostics);
+    Some(Pipeline {
+        name: document.root.get("name").and_then(document::Value::text).unwrap_or_default().to_owned(),
+        profile: profile.clone(),
+        parameters,
+        features,
+        geometry: shared.geometry,
+        resources: shared.resources,
+        passes,
+        programs: shared.programs,
+        uncertain,
+    })
+}
+
+/// What all passes of one pipeline share while they are declared.
+pub(super) struct Shared {
+    pub(super) scope: StaticScope,
+    pub(super) resources: Vec<Resource>,
+    pub(super) geometry: BTreeMap<String, GeometryDeclaration>,
+    pub(super) programs: Vec<Program>,
+    program_keys: BTreeMap<(String, AxisValues, Vec<String>), Option<ProgramHandle>>,
+    modules: BTreeMap<(String, AxisValues), Option<Arc<ShaderModule>>>,
+    pub(super) templates: Arc<TemplateSet>,
+    pub(super) profile: TargetProfile,
+    pub(super) diagnostics: Diagnostics,
+    sources: Sources,
+    /// Declared settings that have no value because of findings of their own.
+    broken_settings: BTreeSet<String>,
+}
+
+impl Shared {
+    pub(super) fn find(&self, name: &str) -> Option<ResourceHandle> {
+        self.resources.iter().position(|resource| resource.name == name).map(|at| ResourceHandle(at as u32))
+    }
+
+    pub(super) fn intern_data(&mut self, name: &str, place: Span, pointer: &str) -> ResourceHandle {
+        self.find(name).unwrap_or_else(|| {
+            let kind = ResourceKind::Data(None);
+            self.resources.push(Resource { name: name.to_owned(), place, pointer: pointer.to_owned(), kind });
+            ResourceHandle(self.resources.len() as u32 - 1)
+        })
+    }
+
+    pub(super) fn sources_text(&self, span: Span) -> String {
+        self.sources.text(span).to_owned()
+    }
+
+    /// Whether the text of a template, or of any that it could include, has the word: a binding that this variant does
+    /// not have, another may.
+    pub(super) fn is_mentioned(&self, template: &str, word: &str) -> bool {
+        let text_of = |name: &str| {
+            let file = self.templates.file(name).and_then(|file| self.sources.get(file));
+            file.map(|file| file.text().clone()).unwrap_or_else(|| "".into())
+        };
+        let mut reached = vec![template.to_owned()];
+        let mut at = 0;
+        while let Some(name) = reached.get(at) {
+            let text = text_of(name);
+            if has_word(&text, word) {
+                return true;
+            }
+            let quoted = |name: &str| text.contains(&format!("\"{name}\"")) || text.contains(&format!("'{name}'"));
+            let included: Vec<String> = self.templates.names().filter(|name| quoted(name)).map(str::to_owned).collect();
+            reached.extend(included.into_iter().filter(|name| !reached.contains(name)).collect::<Vec<_>>());
+            at += 1;
+        }
+        false
+    }
+
+    /// The first name of a deferred expression that nothing will ever define.
+    pub(super) fn unknown_name(&self, expression: &Expression) -> Option<ExpressionError> {
+        match &expression.kind {
+            ExpressionKind::Name(name) => {
+                let head = name.split('.').next().unwrap_or(name);
+                let known = self.scope.lookup(name).is_some()
+                    || head == "viewport"
+                    || self.find(head).is_some()
+                    || self.broken_settings.contains(name);
+                (!known).then(|| {
+                    let mut names = self.scope.names();
+                    names.extend(self.resources.iter().map(|resource| resource.name.clone()));
+                    names.push("viewport".to_owned());
+                    ExpressionError {
+                        range: expression.range.clone(),
+                        fault: Fault::UnknownName,
+                        message: format!("there is no \"{name}\""),
+                        help: did_you_mean(name, names.iter().map(String::as_str)).map(|meant| format!("did you mean \"{meant}\"?")),
+                    }
+                })
+            }
+            ExpressionKind::Unary(_, a) => self.unknown_name(a),
+            ExpressionKind::Binary(_, a, b) | ExpressionKind::Index(a, b) => {
+                self.unknown_name(a).or_else(|| self.unknown_name(b))
+            }
+            ExpressionKind::Conditional(a, b, c) => {
+                self.unknown_name(a).or_else(|| self.unknown_name(b)).or_else(|| self.unknown_name(c))
+            }
+            ExpressionKind::Call(_, list) | ExpressionKind::List(list) => list.iter().find_map(|item| self.unknown_name(item)),
+            ExpressionKind::Literal(_) => None,
+        }
+    }
+
+    /// The program of a template with chosen axes, in every combination of the mesh properties.
+    pub(super) fn program(
+        &mut self,
+        template: &str,
+        axes: AxisValues,
+        properties: Vec<String>,
+        place: Span,
+        pointer: &str,
+    ) -> Option<ProgramHandle> {
+        let key = (template.to_owned(), axes.clone(), properties.clone());
+        if let Some(known) = self.program_keys.get(&key) {
+            return *known;
+        }
+        let handle = self.new_program(template, axes, &properties, place, pointer);
+        self.program_keys.insert(key, handle);
+        handle
+    }
+
+    fn new_program(
+        &mut self,
+        template: &str,
+        axes: AxisValues,
+        properties: &[String],
+        place: Span,
+        pointer: &str,
+    ) -> Option<ProgramHandle> {
+        let mut variants = Vec::new();
+        for mask in 0..1u32 << properties.len().min(8) {
+            let mut active: Vec<String> = Vec::new();
+            let mut values = axes.clone();
+            for (bit, name) in properties.iter().enumerate() {
+                let on = mask & (1 << bit) != 0;
+                values.insert(name.clone(), AxisValue::Bool(on));
+                if on {
+                    active.push(name.clone());
+                }
+            }
+            active.sort();
+            let module = self.module(template, values, place, pointer)?;
+            variants.push(ProgramVariant { properties: active, module });
+        }
+        match Program::new(template.to_owned(), axes, variants, place) {
+            Ok(program) => {
+                self.programs.push(program);
+                Some(ProgramHandle(self.programs.len() as u32 - 1))
+            }
+            Err(findings) => {
+                self.diagnostics.extend(findings.into_iter().map(|finding| finding.pointer(pointer)));
+                None
+            }
+        }
+    }
+
+    fn module(&mut self, template: &str, values: AxisValues, place: Span, pointer: &str) -> Option<Arc<ShaderModule>> {
+        let key = (template.to_owned(), values);
+        if let Some(known) = self.modules.get(&key) {
+            return known.clone();
+        }
+        let module = match shader::compile(&self.templates, template, &key.1, &self.profile) {
+            Ok(module) => Some(Arc::new(module)),
+            Err(findings) => {
+                for mut finding in findings {
+                    if finding.place == crate::diagnostic::Place::Nowhere {
+                        finding.place = place.into();
+                        finding.pointer = pointer.to_owned();
+                    } else {
+                        finding = finding.related(place, "used by this pass");
+                    }
+                    // The same fault in a second variant, or a second pass, is the same fault.
+                    let known = self.diagnostics.iter().any(|known| {
+                        (known.code, &known.place, &known.message) == (finding.code, &finding.place, &finding.message)
+                    });
+                    if !known {
+                        self.diagnostics.push(finding);
+                    }
+                }
+                None
+            }
+        };
+        self.modules.insert(key, module.clone());
+        module
+    }
+}
+
+/// The parts of a document that fit the schema, decoded; what does not fit has its findings already.
+struct Decoded {
+    parameters: BTreeMap<String, crate::language::ParameterDeclaration>,
+    features: BTreeMap<String, crate::language::FeatureDeclaration>,
+    geometry: BTreeMap<String, GeometryDeclaration>,
+    resources: BTreeMap<String, ResourceDeclaration>,
+}
+
+fn decode_sound_parts(document: &Document, is_broken: &dyn Fn(&str) -> bool) -> Option<Decoded> {
+    // Assures that the sections decoded one by one below are those of the declared type.
+    let _: fn(&PipelineDeclaration) -> &BTreeMap<String, serde_json::Value> = |pipeline| &pipeline.passes;
+    document.root.entries()?;
+    fn section<T: serde::de::DeserializeOwned>(
+        document: &Document,
+        name: &str,
+        is_broken: &dyn Fn(&str) -> bool,
+    ) -> BTreeMap<String, T> {
+        let entries = document.root.get(name).and_then(document::Value::entries).unwrap_or_default();
+        entries
+            .iter()
+            .filter(|entry| !is_broken(&pointer_join(&format!("/{name}"), &entry.key)))
+            .filter_map(|entry| Some((entry.key.clone(), serde_json::from_value(entry.value.to_json()).ok()?)))
+            .collect()
+    }
+    Some(Decoded {
+        parameters: section(document, "parameters", is_broken),
+        features: section(document, "features", is_broken),
+        geometry: section(document, "geometry", is_broken),
+        resources: section(document, "resources", is_broken),
+    })
+}
+
+fn has_word(text: &str, word: &str) -> bool {
+    let boundary = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    text.match_indices(word)
+        .any(|(at, _)| boundary(text[..at].chars().next_back()) && boundary(text[at + word.len()..].chars().next()))
+}
+
+/// A name starts with a letter and goes on with letters, digits and underscores.
+fn is_name(name: &str) -> bool {
+    name.chars().next().is_some_and(|first| first.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+fn bad_name(entry: &Entry) -> Diagnostic {
+    Diagnostic::error(codes::BAD_NAME, entry.key_span, format!("\"{}\" cannot be a name here", entry.key))
+        .help("a name starts with a letter, goes on with letters, digits and underscores, and is no word of the expression language")
+}
+
+/// The node kind's entry of a pass, and what the pass says beside it.
+fn take_apart<'a>(entry: &'a Entry, registry: &Registry) -> Option<(&'a Entry, PassCommon)> {
+    let entries = entry.value.entries()?;
+    let kind = entries.iter().find(|member| registry.get(&member.key).is_some())?;
+    let common: serde_json::Map<String, serde_json::Value> = entries
+        .iter()
+        .filter(|member| registry.get(&member.key).is_none())
+        .map(|member| (member.key.clone(), member.value.to_json()))
+        .collect();
+    Some((kind, serde_json::from_value(common.into()).ok()?))
+}
+
+fn unknown_pass(name: &str, names: &[String], place: Span) -> Diagnostic {
+    let finding = Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no pass \"{name}\""));
+    match did_you_mean(name, names.iter().map(String::as_str)) {
+        Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
+        None => finding.help(format!("the passes are {}", names.join(", "))),
+    }
+}
+
+/// The resources that passes with findings mention: any string that is a reference to one.
+fn uncertain(gaps: &[&Entry], missing: &BTreeSet<&str>, shared: &Shared) -> BTreeSet<ResourceHandle> {
+    let mut found: BTreeSet<ResourceHandle> = missing.iter().filter_map(|name| shared.find(name)).collect();
+    for gap in gaps {
+        gap.value.for_each_text(&mut |text| {
+            let name = text.split('@').next().unwrap_or(text);
+            found.extend(shared.find(name));
+        });
+    }
+    found
+}
+
+/// Lays host data out in the blocks that it is bound to, now that all of it is published.
+fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &mut Shared) {
+    let mut unpublished: BTreeMap<ResourceHandle, (Span, String)> = BTreeMap::new();
+    let mut layouts: BTreeMap<ResourceHandle, (crate::shader::TypeLayout, String, Span)> = BTreeMap::new();
+    for pass in passes.iter_mut() {
+        for one in &pass.uses {
+            if matches!(shared.resources[one.resource.index()].kind, ResourceKind::Data(None)) && !uncertain.contains(&one.resource) {
+                unpublished.entry(one.resource).or_insert((one.place, one.pointer.clone()));
+            }
+        }
+        let Some((program, slots)) = slots_mut(&mut pass.work) else { continue };
+        let program = &shared.programs[program.index()];
+        for slot in slots {
+            let Some(block) = program.binding_at(slot.group, slot.binding).and_then(|binding| binding.block.as_ref()) else {
+                continue;
+            };
+            let (shape, data_name, target) = match &mut slot.source {
+                SlotSource::View(layout) => (crate::data::View::shape(), "view".to_owned(), layout),
+                SlotSource::Data { resource, layout } => {
+                    let known = &shared.resources[resource.index()];
+                    let ResourceKind::Data(Some(shape)) = &known.kind else { continue };
+                    if let Some((first, template, place)) = layouts.get(resource)
+                        && !same_layout(first, block)
+                    {
+                        shared.diagnostics.push(
+                            Diagnostic::error(
+                                codes::VARIANT_INTERFACE,
+                                slot.place,
+                                format!("{} and {template} lay \"{}\" out differently", program.template, known.name),
+                            )
+                            .related(*place, format!("bound to {template} here"))
+                            .pointer(&slot.pointer)
+                            .help("include the struct from one template in both"),
+                        );
+                        continue;
+                    }
+                    layouts.entry(*resource).or_insert_with(|| (block.clone(), program.template.clone(), slot.place));
+                    (shape.clone(), known.name.clone(), layout)
+                }
+                _ => continue,
+            };
+            match binding::match_block(block, &shape, &data_name) {
+                Ok(layout) => *target = layout,
+                Err(faults) => {
+                    for fault in faults {
+                        shared.diagnostics.push(
+                            Diagnostic::error(codes::BLOCK_MISMATCH, slot.place, format!("in \"{}\" of {}: {fault}", slot.name, program.template))
+                                .pointer(&slot.pointer)
+                                .help("members of a block take the published value of the same name and type"),
+                        );
+                    }
+                }
+            }
+        }
+    }
+    for (resource, (place, pointer)) in unpublished {
+        let name = shared.resources[resource.index()].name.clone();
+        let published: Vec<&str> = shared
+            .resources
+            .iter()
+            .filter(|resource| !matches!(resource.kind, ResourceKind::Data(None)))
+            .map(|resource| resource.name.as_str())
+            .collect();
+        let help = match did_you_mean(&name, published.iter().copied()) {
+            Some(meant) => format!("did you mean \"{meant}\"?"),
+            None => "a host pass, such as a cascade fit, has to publish it".to_owned(),
+        };
+        shared.diagnostics.push(
+            Diagnostic::error(codes::NOT_PUBLISHED, place, format!("no pass publishes the data \"{name}\"")).help(help).pointer(pointer),
+        );
+    }
+}
+
+fn same_layout(a: &crate::shader::TypeLayout, b: &crate::shader::TypeLayout) -> bool {
+    a == b
+}
+
+fn slots_mut(work: &mut Work) -> Option<(ProgramHandle, &mut Vec<BoundSlot>)> {
+    match work {
+        Work::Render(render) => match &mut render.draw {
+            Draw::Fullscreen { program, bindings } => Some((*program, bindings)),
+            Draw::Scene(scene) => Some((scene.program, &mut scene.bindings)),
+        },
+        Work::Compute(compute) => Some((compute.program, &mut compute.bindings)),
+        Work::Host(_) | Work::Copy(_) => None,
+    }
+}
+
+/// Finds versions that no pass writes.
+fn check_versions(passes: &[Pass], absent: &BTreeSet<&str>, gaps: &[&Entry], shared: &mut Shared) {
+    for pass in passes {
+        for one in &pass.uses {
+            let super::Version::WrittenBy(writer) = &one.version else { continue };
+            let resource = &shared.resources[one.resource.index()].name;
+            let writers: Vec<String> = passes
+                .iter()
+                .filter(|other| other.uses.iter().any(|other| other.resource == one.resource && other.usage.writes()))
+                .map(|pass| pass.name.clone())
+                .collect();
+            if writers.contains(writer) || gaps.iter().any(|gap| gap.key == *writer) {
+                continue;
+            }
+            let why = if absent.contains(writer.as_str()) { ", which is switched off here" } else { "" };
+            let message = format!("no pass \"{writer}\" writes \"{resource}\"{why}");
+            let help = match did_you_mean(writer, writers.iter().map(String::as_str)) {
+                Some(meant) => format!("did you mean \"{resource}@{meant}\"?"),
+                None if writers.is_empty() => format!("nothing writes \"{resource}\""),
+                None => format!("it is written by {}", writers.join(", ")),
+            };
+            shared.diagnostics.push(Diagnostic::error(codes::UNKNOWN_PASS, one.place, message).help(help).pointer(&one.pointer));
+        }
+    }
+}
+
+/// Evaluates an expression in any scope and reports what is wrong with it.
+pub(crate) fn evaluate_at(
+    expression: &Expression,
+    scope: &dyn crate::expression::Scope,
+    place: Span,
+    pointer: &str,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Option<Value> {
+    match crate::expression::evaluate(expression, scope) {
+        Ok(value) => Some(value),
+        Err(error) => {
+            let raw = sources.text(place);
+            let text = raw.trim_matches('"').to_owned();
+            let value = document::Value { span: place, kind: document::Kind::Text(text) };
+            diagnostics.push(expression_finding(&error, &value, raw).pointer(pointer));
+            None
+        }
+    }
+}

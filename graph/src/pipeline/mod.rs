@@ -1,0 +1,335 @@
+//! One typed configuration of a pipeline: parameters and features chosen, passes declared, shaders reflected.
+//!
+//! [`load`] takes a document through these steps, collecting findings on the way:
+//!
+//! 1. the tree is checked against the schema composed of the language and the registered node kinds ([`schema`]);
+//! 2. parameters and features get their values (default, preset by the caller's [`Choice`]) and are checked against
+//!    their ranges and constraints;
+//! 3. each pass whose `when` holds is declared by its node kind, which states resources used, shaders and bindings
+//!    through a [`PassBuilder`]; shaders are rendered, validated and reflected here, since the usage of a binding is
+//!    what the shader says it is;
+//! 4. what passes say of one another (host data, versions) is connected.
+//!
+//! A pass that could not be declared leaves a gap: the resources that it mentions are exempt from findings that would
+//! only follow ([`Pipeline::uncertain`]).
+
+mod binding;
+mod builder;
+mod host_contract;
+mod load;
+mod program;
+mod schema;
+mod scope;
+mod setting;
+
+pub use binding::{Bind, BindObject, ValuesBind};
+pub use builder::{PassBuilder, Produced};
+pub use load::load;
+pub use program::{Program, ProgramBinding, ProgramVariant};
+pub use schema::schema;
+pub use scope::StaticScope;
+pub use setting::{Choice, Feature, Parameter, Setting};
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::data::DataShape;
+use crate::language::{BufferDeclaration, GeometryDeclaration, Lifetime, TextureDeclaration};
+use crate::shader::TargetProfile;
+use crate::source::Span;
+use crate::work::{PassHandle, ProgramHandle, ResourceHandle, Work};
+
+/// One typed configuration.
+#[derive(Clone, Debug)]
+pub struct Pipeline {
+    /// The pipeline's name.
+    pub name: String,
+    /// The profile that shaders were validated for.
+    pub profile: TargetProfile,
+    /// The parameters with their values, by name.
+    pub parameters: BTreeMap<String, Parameter>,
+    /// The features with their values, by name.
+    pub features: BTreeMap<String, Feature>,
+    /// The contracts with the host's draws, by name.
+    pub geometry: BTreeMap<String, GeometryDeclaration>,
+    /// The resources; a [`ResourceHandle`] is a position here.
+    pub resources: Vec<Resource>,
+    /// The passes in the order of the document; a [`PassHandle`] is a position here.
+    pub passes: Vec<Pass>,
+    /// The programs; a [`ProgramHandle`] is a position here.
+    pub programs: Vec<Program>,
+    /// Resources that a pass with findings of its own mentions: nothing is known about who writes or reads them.
+    pub uncertain: BTreeSet<ResourceHandle>,
+}
+
+impl Pipeline {
+    /// A resource.
+    pub fn resource(&self, handle: ResourceHandle) -> &Resource {
+        &self.resources[handle.index()]
+    }
+
+    /// A pass.
+    pub fn pass(&self, handle: PassHandle) -> &Pass {
+        &self.passes[handle.index()]
+    }
+
+    /// A program.
+    pub fn program(&self, handle: ProgramHandle) -> &Program {
+        &self.programs[handle.index()]
+    }
+
+    /// The handles of all passes in the order of the document.
+    pub fn pass_handles(&self) -> impl Iterator<Item = PassHandle> + use<> {
+        (0..self.passes.len() as u32).map(PassHandle)
+    }
+
+    /// The handles of all resources.
+    pub fn resource_handles(&self) -> impl Iterator<Item = ResourceHandle> + use<> {
+        (0..self.resources.len() as u32).map(ResourceHandle)
+    }
+
+    /// The resource of a name.
+    pub fn find_resource(&self, name: &str) -> Option<ResourceHandle> {
+        self.resources.iter().position(|resource| resource.name == name).map(|at| ResourceHandle(at as u32))
+    }
+
+    /// The pass of a name.
+    pub fn find_pass(&self, name: &str) -> Option<PassHandle> {
+        self.passes.iter().position(|pass| pass.name == name).map(|at| PassHandle(at as u32))
+    }
+
+    /// The names that expressions can see before sizes are known: parameters and features.
+    pub fn scope(&self) -> StaticScope {
+        StaticScope::new(&self.parameters, &self.features)
+    }
+}
+
+/// A resource of a pipeline.
+#[derive(Clone, Debug)]
+pub struct Resource {
+    /// Its name.
+    pub name: String,
+    /// Where it is declared; for host data, where the pass that publishes it names it.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+    /// What it is.
+    pub kind: ResourceKind,
+}
+
+impl Resource {
+    /// How long it lives.
+    pub fn lifetime(&self) -> Lifetime {
+        match &self.kind {
+            ResourceKind::Texture(texture) => texture.lifetime,
+            ResourceKind::Buffer(buffer) => buffer.lifetime,
+            ResourceKind::Data(_) => Lifetime::Transient,
+        }
+    }
+
+    /// The texture's declaration, if it is one.
+    pub fn texture(&self) -> Option<&TextureDeclaration> {
+        match &self.kind {
+            ResourceKind::Texture(texture) => Some(texture),
+            _ => None,
+        }
+    }
+
+    /// What it is, with its article.
+    pub fn kind_name(&self) -> &'static str {
+        match self.kind {
+            ResourceKind::Texture(_) => "a texture",
+            ResourceKind::Buffer(_) => "a buffer",
+            ResourceKind::Data(_) => "host data",
+        }
+    }
+}
+
+/// What a resource is.
+#[derive(Clone, Debug)]
+pub enum ResourceKind {
+    /// A texture.
+    Texture(TextureDeclaration),
+    /// A buffer.
+    Buffer(BufferDeclaration),
+    /// Host data: values and views; `None` until the pass that publishes it is declared.
+    Data(Option<DataShape>),
+}
+
+/// A declared pass.
+#[derive(Clone, Debug)]
+pub struct Pass {
+    /// Its name.
+    pub name: String,
+    /// Its node kind.
+    pub kind: String,
+    /// Where it is declared: its key.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+    /// What it uses.
+    pub uses: Vec<Use>,
+    /// Passes that have to run before it, where no data says so.
+    pub after: Vec<PassHandle>,
+    /// Whether it is kept even if nothing reads what it writes.
+    pub side_effect: bool,
+    /// What it does.
+    pub work: Work,
+}
+
+/// One use of a resource by a pass.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Use {
+    /// The resource.
+    pub resource: ResourceHandle,
+    /// The part of it.
+    pub part: Part,
+    /// How.
+    pub usage: Usage,
+    /// The version that is read.
+    pub version: Version,
+    /// Where it is said.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+}
+
+/// The part of a resource that is used: mip levels and layers; everything where nothing is said.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
+pub struct Part {
+    /// One mip level, or all.
+    pub mip: Option<u32>,
+    /// One layer, or all.
+    pub layer: Option<u32>,
+}
+
+impl Part {
+    /// Everything.
+    pub const WHOLE: Self = Self { mip: None, layer: None };
+
+    /// Whether the two have a subresource in common.
+    pub fn overlaps(self, other: Self) -> bool {
+        let meet = |a: Option<u32>, b: Option<u32>| a.is_none() || b.is_none() || a == b;
+        meet(self.mip, other.mip) && meet(self.layer, other.layer)
+    }
+
+    /// Whether everything of `other` belongs to this part.
+    pub fn contains(self, other: Self) -> bool {
+        let holds = |a: Option<u32>, b: Option<u32>| a.is_none() || a == b;
+        holds(self.mip, other.mip) && holds(self.layer, other.layer)
+    }
+}
+
+/// Which version of a resource is read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Version {
+    /// The newest; for a pass that reads and writes, the one before its own.
+    Newest,
+    /// The one that the named pass wrote.
+    WrittenBy(String),
+}
+
+/// How a pass uses a resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Usage {
+    /// A sampled texture binding.
+    Sampled,
+    /// A uniform buffer binding.
+    Uniform,
+    /// A storage binding that is read.
+    StorageRead,
+    /// A storage binding that is written whole.
+    StorageWrite,
+    /// A storage binding that is read and written.
+    StorageReadWrite,
+    /// A color attachment whose contents are not needed.
+    ColorAttachment,
+    /// A color attachment that is loaded.
+    ColorAttachmentLoad,
+    /// A depth attachment whose contents are not needed.
+    DepthAttachment,
+    /// A depth attachment that is loaded and written.
+    DepthAttachmentLoad,
+    /// A depth attachment that is only tested against.
+    DepthAttachmentReadOnly,
+    /// The source of a copy.
+    CopySource,
+    /// The destination of a copy.
+    CopyDestination,
+    /// Host data that is read.
+    HostRead,
+    /// Host data that is published.
+    HostWrite,
+}
+
+impl Usage {
+    /// Whether contents from before are needed.
+    pub fn reads(self) -> bool {
+        use Usage as U;
+        !matches!(self, U::StorageWrite | U::ColorAttachment | U::DepthAttachment | U::CopyDestination | U::HostWrite)
+    }
+
+    /// Whether a new version is made.
+    pub fn writes(self) -> bool {
+        use Usage as U;
+        !matches!(
+            self,
+            U::Sampled | U::Uniform | U::StorageRead | U::DepthAttachmentReadOnly | U::CopySource | U::HostRead
+        )
+    }
+
+    /// Whether it is an attachment.
+    pub fn is_attachment(self) -> bool {
+        use Usage as U;
+        matches!(
+            self,
+            U::ColorAttachment
+                | U::ColorAttachmentLoad
+                | U::DepthAttachment
+                | U::DepthAttachmentLoad
+                | U::DepthAttachmentReadOnly
+        )
+    }
+
+    /// The usage that a texture must be created with.
+    pub fn texture_usages(self) -> wgpu_types::TextureUsages {
+        use wgpu_types::TextureUsages as T;
+        match self {
+            Usage::Sampled => T::TEXTURE_BINDING,
+            Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => T::STORAGE_BINDING,
+            Usage::CopySource => T::COPY_SRC,
+            Usage::CopyDestination => T::COPY_DST,
+            Usage::Uniform | Usage::HostRead | Usage::HostWrite => T::empty(),
+            _ => T::RENDER_ATTACHMENT,
+        }
+    }
+
+    /// The usage that a buffer must be created with.
+    pub fn buffer_usages(self) -> wgpu_types::BufferUsages {
+        use wgpu_types::BufferUsages as B;
+        match self {
+            Usage::Uniform => B::UNIFORM,
+            Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => B::STORAGE,
+            Usage::CopySource => B::COPY_SRC,
+            Usage::CopyDestination => B::COPY_DST,
+            _ => B::empty(),
+        }
+    }
+
+    /// How an author would say it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Usage::Sampled => "sampled texture",
+            Usage::Uniform => "uniform buffer",
+            Usage::StorageRead => "read-only storage",
+            Usage::StorageWrite => "write-only storage",
+            Usage::StorageReadWrite => "read-write storage",
+            Usage::ColorAttachment | Usage::ColorAttachmentLoad => "color attachment",
+            Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly => "depth attachment",
+            Usage::CopySource => "source of a copy",
+            Usage::CopyDestination => "destination of a copy",
+            Usage::HostRead => "host data",
+            Usage::HostWrite => "published host data",
+        }
+    }
+}

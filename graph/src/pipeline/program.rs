@@ -1,0 +1,131 @@
+//! Programs: a template with its axes chosen, in all the variants that the host's meshes can need.
+//!
+//! Variants of one program share one interface: its bindings are the union over the variants (a binding that a variant
+//! does not use stays in the layout, so that bind groups fit every variant), and two variants that see one binding
+//! differently are an error.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::diagnostic::{Diagnostic, codes};
+use crate::shader::{AxisValues, EntryPoint, ShaderModule, Stage, TypeLayout};
+use crate::source::Span;
+
+/// A template with its axes chosen.
+#[derive(Clone, Debug)]
+pub struct Program {
+    /// The template's name.
+    pub template: String,
+    /// The axes that the pipeline chose; the others have their defaults.
+    pub axes: AxisValues,
+    /// The variants, the one without any mesh property first.
+    pub variants: Vec<ProgramVariant>,
+    /// The union of the variants' bindings, by group and binding.
+    pub bindings: Vec<ProgramBinding>,
+}
+
+/// One variant of a program.
+#[derive(Clone, Debug)]
+pub struct ProgramVariant {
+    /// The mesh properties that the variant is for, sorted.
+    pub properties: Vec<String>,
+    /// The proven shader.
+    pub module: Arc<ShaderModule>,
+}
+
+/// One binding of a program.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ProgramBinding {
+    /// The bind group.
+    pub group: u32,
+    /// The shader's name for it.
+    pub name: String,
+    /// Its WGSL type.
+    pub type_name: String,
+    /// Its entry in the bind group layout, visibility united over the variants.
+    pub entry: wgpu_types::BindGroupLayoutEntry,
+    /// The layout of a buffer's contents.
+    pub block: Option<TypeLayout>,
+}
+
+impl Program {
+    /// The program of these variants.
+    ///
+    /// # Errors
+    /// A finding for each binding that two variants see differently.
+    pub(super) fn new(
+        template: String,
+        axes: AxisValues,
+        variants: Vec<ProgramVariant>,
+        place: Span,
+    ) -> Result<Self, Vec<Diagnostic>> {
+        let mut union: BTreeMap<(u32, u32), (ProgramBinding, String)> = BTreeMap::new();
+        let mut findings = Vec::new();
+        for variant in &variants {
+            let label = if variant.properties.is_empty() { "the plain variant".to_owned() } else { variant.properties.join(" + ") };
+            for binding in &variant.module.reflection.bindings {
+                let new = ProgramBinding {
+                    group: binding.group,
+                    name: binding.name.clone(),
+                    type_name: binding.type_name.clone(),
+                    entry: binding.entry,
+                    block: binding.block.clone(),
+                };
+                match union.get_mut(&(binding.group, binding.binding)) {
+                    None => {
+                        union.insert((binding.group, binding.binding), (new, label.clone()));
+                    }
+                    Some((known, first)) => {
+                        let visibility = known.entry.visibility | new.entry.visibility;
+                        if (&known.name, known.entry.ty, &known.block) != (&new.name, new.entry.ty, &new.block) {
+                            findings.push(
+                                Diagnostic::error(
+                                    codes::VARIANT_INTERFACE,
+                                    place,
+                                    format!(
+                                        "binding {} of group {} is \"{}: {}\" in {first} and \"{}: {}\" in {label}",
+                                        binding.binding, binding.group, known.name, known.type_name, new.name, new.type_name
+                                    ),
+                                )
+                                .help(format!("let the variants of {template} declare it alike, or at different bindings")),
+                            );
+                        }
+                        known.entry.visibility = visibility;
+                    }
+                }
+            }
+        }
+        let bindings = union.into_values().map(|(binding, _)| binding).collect();
+        if findings.is_empty() { Ok(Self { template, axes, variants, bindings }) } else { Err(findings) }
+    }
+
+    /// The plain variant: the one for meshes without any property.
+    pub fn plain(&self) -> &ShaderModule {
+        &self.variants[0].module
+    }
+
+    /// The binding of a name.
+    pub fn binding(&self, name: &str) -> Option<&ProgramBinding> {
+        self.bindings.iter().find(|binding| binding.name == name)
+    }
+
+    /// The binding at a place.
+    pub fn binding_at(&self, group: u32, binding: u32) -> Option<&ProgramBinding> {
+        self.bindings.iter().find(|known| known.group == group && known.entry.binding == binding)
+    }
+
+    /// The variant for a mesh: the one whose properties are those of the mesh that the program tells apart.
+    pub fn variant(&self, properties: &[&str]) -> &ProgramVariant {
+        let known = |name: &str| self.variants.iter().any(|variant| variant.properties.iter().any(|known| known == name));
+        let mut wanted: Vec<&str> = properties.iter().copied().filter(|name| known(name)).collect();
+        wanted.sort_unstable();
+        self.variants.iter().find(|variant| variant.properties == wanted).unwrap_or(&self.variants[0])
+    }
+}
+
+impl ProgramVariant {
+    /// The entry point of a stage, if the variant has one.
+    pub fn entry_point(&self, stage: Stage) -> Option<&EntryPoint> {
+        self.module.reflection.entry_points.iter().find(|entry| entry.stage == stage)
+    }
+}

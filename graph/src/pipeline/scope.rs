@@ -1,0 +1,31 @@
+//! The names that expressions can see before sizes are known.
+
+use std::collections::BTreeMap;
+
+use super::{Feature, Parameter};
+use crate::expression::{Scope, Value};
+
+/// Parameters and features by name.
+#[derive(Clone, Debug, Default)]
+pub struct StaticScope {
+    values: BTreeMap<String, Value>,
+}
+
+impl StaticScope {
+    /// The scope of these parameters and features.
+    pub fn new(parameters: &BTreeMap<String, Parameter>, features: &BTreeMap<String, Feature>) -> Self {
+        let parameters = parameters.iter().map(|(name, parameter)| (name.clone(), parameter.value.clone()));
+        let features = features.iter().map(|(name, feature)| (name.clone(), feature.value.clone()));
+        Self { values: parameters.chain(features).collect() }
+    }
+}
+
+impl Scope for StaticScope {
+    fn lookup(&self, name: &str) -> Option<Value> {
+        self.values.get(name).cloned()
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.values.keys().cloned().collect()
+    }
+}

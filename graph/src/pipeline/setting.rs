@@ -1,0 +1,309 @@
+//! Parameters and features: their values, where each comes from, and whether it is allowed.
+
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, did_you_mean};
+use crate::document::{self, Entry};
+use crate::expression::Value;
+use crate::language::{FeatureDeclaration, FeatureType, Order, ParameterDeclaration, ParameterType};
+use crate::source::Span;
+use std::collections::BTreeMap;
+
+/// A value for a parameter or feature, given from outside the pipeline.
+#[derive(Clone, Debug)]
+pub struct Setting {
+    /// The name.
+    pub name: String,
+    /// The value.
+    pub value: document::Value,
+    /// Where it is given.
+    pub place: Span,
+}
+
+/// What the caller chooses: values for parameters and features. Later settings win.
+#[derive(Clone, Debug, Default)]
+pub struct Choice {
+    /// Values of parameters.
+    pub parameters: Vec<Setting>,
+    /// Values of features.
+    pub features: Vec<Setting>,
+}
+
+/// A parameter with its value.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// What the pipeline says of it.
+    pub declaration: ParameterDeclaration,
+    /// The value.
+    pub value: Value,
+    /// Where the value comes from.
+    pub place: Span,
+}
+
+/// A feature with its value.
+#[derive(Clone, Debug)]
+pub struct Feature {
+    /// What the pipeline says of it.
+    pub declaration: FeatureDeclaration,
+    /// The value: a boolean or a text.
+    pub value: Value,
+    /// Where the value comes from.
+    pub place: Span,
+}
+
+impl Feature {
+    /// Whether the feature is on: true, or any word but the first.
+    pub fn is_on(&self) -> bool {
+        match &self.value {
+            Value::Bool(on) => *on,
+            Value::Text(word) => self.declaration.values.first() != Some(word),
+            _ => false,
+        }
+    }
+}
+
+/// Gives every parameter its value.
+pub(super) fn parameters(
+    declarations: &BTreeMap<String, ParameterDeclaration>,
+    entries: &[Entry],
+    choice: &[Setting],
+    diagnostics: &mut Diagnostics,
+) -> BTreeMap<String, Parameter> {
+    unknown("parameter", choice, declarations.keys(), diagnostics);
+    let mut parameters = BTreeMap::new();
+    for entry in entries {
+        let Some(declaration) = declarations.get(&entry.key) else { continue };
+        let pointer = document::pointer_join("/parameters", &entry.key);
+        if declaration.parameter_type == ParameterType::Enum && declaration.values.is_empty() {
+            diagnostics.push(
+                Diagnostic::error(codes::MISSING_KEY, entry.value.span, "the key \"values\" is missing here")
+                    .pointer(&pointer)
+                    .help("an enumeration lists its words under \"values\""),
+            );
+            continue;
+        }
+        let Some(default) = entry.value.get("default") else { continue };
+        let from_default = decode_parameter(&entry.key, declaration, default, &mut |finding| {
+            diagnostics.push(finding.pointer(format!("{pointer}/default")));
+        });
+        let mut chosen = None;
+        for setting in choice.iter().filter(|setting| setting.name == entry.key) {
+            chosen = decode_parameter(&entry.key, declaration, &setting.value, &mut |finding| {
+                diagnostics.push(finding.related(entry.key_span, "the parameter is declared here"));
+            })
+            .map(|value| (value, setting.place))
+            .or(chosen);
+        }
+        if let Some((value, place)) = chosen.or(from_default.map(|value| (value, default.span))) {
+            parameters.insert(entry.key.clone(), Parameter { declaration: declaration.clone(), value, place });
+        }
+    }
+    parameters
+}
+
+/// Gives every feature its value, and checks what they require and exclude of one another.
+pub(super) fn features(
+    declarations: &BTreeMap<String, FeatureDeclaration>,
+    entries: &[Entry],
+    choice: &[Setting],
+    diagnostics: &mut Diagnostics,
+) -> BTreeMap<String, Feature> {
+    unknown("feature", choice, declarations.keys(), diagnostics);
+    let mut features = BTreeMap::new();
+    for entry in entries {
+        let Some(declaration) = declarations.get(&entry.key) else { continue };
+        let Some(default) = entry.value.get("default") else { continue };
+        let setting = choice.iter().rev().find(|setting| setting.name == entry.key);
+        let (value, place) = setting.map_or((default, default.span), |setting| (&setting.value, setting.place));
+        match decode_feature(&entry.key, declaration, value) {
+            Ok(value) => {
+                features.insert(entry.key.clone(), Feature { declaration: declaration.clone(), value, place });
+            }
+            Err(finding) => diagnostics.push(*finding),
+        }
+    }
+    for (name, feature) in features.iter().filter(|(_, feature)| feature.is_on()) {
+        let is_on = |other: &String| features.get(other).map(Feature::is_on);
+        for (others, wanted, words) in
+            [(&feature.declaration.requires, true, "requires"), (&feature.declaration.excludes, false, "excludes")]
+        {
+            for other in others {
+                let place = entries.iter().find(|entry| entry.key == *name).map_or(feature.place, |entry| entry.key_span);
+                match is_on(other) {
+                    None => diagnostics.push(not_there("feature", other, declarations.keys(), place)),
+                    Some(on) if on != wanted => diagnostics.push(
+                        Diagnostic::error(
+                            codes::FEATURE_CONFLICT,
+                            feature.place,
+                            format!("the feature \"{name}\" {words} \"{other}\", which is {}", if on { "on" } else { "off" }),
+                        )
+                        .related(place, "declared here")
+                        .help(format!("switch \"{other}\" {}, or \"{name}\" off", if wanted { "on" } else { "off" })),
+                    ),
+                    Some(_) => {}
+                }
+            }
+        }
+    }
+    features
+}
+
+fn unknown<'a>(
+    what: &str,
+    choice: &[Setting],
+    known: impl Iterator<Item = &'a String> + Clone,
+    diagnostics: &mut Diagnostics,
+) {
+    for setting in choice {
+        if !known.clone().any(|name| *name == setting.name) {
+            diagnostics.push(not_there(what, &setting.name, known.clone(), setting.place));
+        }
+    }
+}
+
+fn not_there<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a String> + Clone, place: Span) -> Diagnostic {
+    let finding = Diagnostic::error(codes::UNKNOWN_SETTING, place, format!("there is no {what} \"{name}\""));
+    let names: Vec<&str> = known.map(String::as_str).collect();
+    match did_you_mean(name, names.iter().copied()) {
+        Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
+        None if names.is_empty() => finding.help(format!("this pipeline has no {what}s")),
+        None => finding.help(format!("the {what}s are {}", names.join(", "))),
+    }
+}
+
+fn decode_parameter(
+    name: &str,
+    declaration: &ParameterDeclaration,
+    value: &document::Value,
+    report: &mut dyn FnMut(Diagnostic),
+) -> Option<Value> {
+    use ParameterType as T;
+    let unit = declaration.unit.as_deref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default();
+    let wrong = |wanted: &str| {
+        Diagnostic::error(
+            codes::SETTING_TYPE,
+            value.span,
+            format!("the parameter \"{name}\" is {wanted}, this is {}", value.kind_name()),
+        )
+    };
+    let number = |value: &document::Value, whole: bool, report: &mut dyn FnMut(Diagnostic)| -> Option<f64> {
+        let document::Kind::Number(number) = &value.kind else {
+            report(
+                Diagnostic::error(
+                    codes::SETTING_TYPE,
+                    value.span,
+                    format!("the parameter \"{name}\" takes numbers, this is {}", value.kind_name()),
+                )
+                .help(if whole { "write a whole number" } else { "write a number" }),
+            );
+            return None;
+        };
+        let number = number.as_f64().unwrap_or(f64::MAX);
+        if whole && number.fract() != 0.0 {
+            report(
+                Diagnostic::error(codes::SETTING_TYPE, value.span, format!("the parameter \"{name}\" takes whole numbers, not {number}"))
+                    .help(format!("write {} or {}", number.floor(), number.ceil())),
+            );
+            return None;
+        }
+        let low = declaration.min.or(matches!(declaration.parameter_type, T::U32 | T::U32List).then_some(0.0));
+        let high = declaration.max.unwrap_or(if whole { f64::from(u32::MAX) } else { f64::from(f32::MAX) });
+        if number > high || low.is_some_and(|low| number < low) || number.abs() > f64::from(f32::MAX) {
+            let range = match low {
+                Some(low) => format!("{low} to {high}{unit}"),
+                None => format!("up to {high}{unit}"),
+            };
+            report(
+                Diagnostic::error(codes::SETTING_RANGE, value.span, format!("{number} is out of the range of \"{name}\""))
+                    .help(format!("the range is {range}")),
+            );
+            return None;
+        }
+        Some(number)
+    };
+    match declaration.parameter_type {
+        T::F32 => number(value, false, report).map(Value::Number),
+        T::U32 | T::I32 => number(value, true, report).map(Value::Number),
+        T::Bool => match value.kind {
+            document::Kind::Bool(on) => Some(Value::Bool(on)),
+            _ => {
+                report(wrong("a boolean").help("write true or false"));
+                None
+            }
+        },
+        T::Enum => match value.text() {
+            Some(word) if declaration.values.iter().any(|known| known == word) => Some(Value::Text(word.to_owned())),
+            Some(_) => {
+                report(document::schema::unknown_word(value, &words(&declaration.values)));
+                None
+            }
+            None => {
+                report(wrong("a word").help(format!("the words are {}", declaration.values.join(", "))));
+                None
+            }
+        },
+        T::F32List | T::U32List => {
+            let Some(elements) = value.elements() else {
+                report(wrong("a list of numbers").help("write it as [1, 2, 3]"));
+                return None;
+            };
+            let whole = declaration.parameter_type == T::U32List;
+            let (least, most) = (declaration.min_length.unwrap_or(0), declaration.max_length.unwrap_or(65_536));
+            if !(least as usize..=most as usize).contains(&elements.len()) {
+                report(
+                    Diagnostic::error(
+                        codes::SETTING_RANGE,
+                        value.span,
+                        format!("the parameter \"{name}\" has {} elements", elements.len()),
+                    )
+                    .help(format!("it takes {least} to {most}")),
+                );
+                return None;
+            }
+            let numbers: Vec<Option<f64>> = elements.iter().map(|element| number(element, whole, report)).collect();
+            let numbers: Vec<f64> = numbers.into_iter().collect::<Option<_>>()?;
+            for (at, pair) in numbers.windows(2).enumerate() {
+                let (follows, word) = match declaration.order {
+                    Some(Order::StrictlyIncreasing) => (pair[0] < pair[1], "increase"),
+                    Some(Order::StrictlyDecreasing) => (pair[0] > pair[1], "decrease"),
+                    None => (true, ""),
+                };
+                if !follows {
+                    report(
+                        Diagnostic::error(
+                            codes::SETTING_ORDER,
+                            elements[at + 1].span,
+                            format!("the elements of \"{name}\" must strictly {word}, but {} follows {}", pair[1], pair[0]),
+                        )
+                        .help("sort the list and remove what stands twice"),
+                    );
+                    return None;
+                }
+            }
+            Some(Value::List(numbers.into_iter().map(Value::Number).collect()))
+        }
+    }
+}
+
+fn words(values: &[String]) -> Vec<&str> {
+    values.iter().map(String::as_str).collect()
+}
+
+fn decode_feature(name: &str, declaration: &FeatureDeclaration, value: &document::Value) -> Result<Value, Box<Diagnostic>> {
+    match (declaration.feature_type, &value.kind) {
+        (FeatureType::Bool, document::Kind::Bool(on)) => Ok(Value::Bool(*on)),
+        (FeatureType::Enum, document::Kind::Text(word)) if declaration.values.contains(word) => Ok(Value::Text(word.clone())),
+        (FeatureType::Enum, document::Kind::Text(_)) => {
+            Err(Box::new(document::schema::unknown_word(value, &words(&declaration.values))))
+        }
+        (kind, _) => {
+            let wanted = if kind == FeatureType::Bool { "a boolean" } else { "a word" };
+            let message = format!("the feature \"{name}\" is {wanted}, this is {}", value.kind_name());
+            Err(Box::new(Diagnostic::error(codes::SETTING_TYPE, value.span, message)))
+        }
+    }
+}
+
+impl From<&Setting> for Place {
+    fn from(setting: &Setting) -> Self {
+        Place::Span(setting.place)
+    }
+}
