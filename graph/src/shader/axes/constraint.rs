@@ -1,0 +1,88 @@
+//! Constraints: which combinations of values make sense.
+//!
+//! A constraint holds or does not hold for complete values. `requires` wants all of its conditions, `excludes` none of
+//! them, `one_of` exactly one; the first two apply only where `when` holds.
+
+use std::collections::BTreeSet;
+use std::fmt;
+
+use super::Condition;
+use crate::shader::value::AxisValues;
+use crate::source::Span;
+
+/// What a constraint demands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Rule {
+    /// Where `when` holds, all of `all` hold.
+    Requires {
+        /// The premise; `None` for always.
+        when: Option<Condition>,
+        /// What has to hold.
+        all: Vec<Condition>,
+    },
+    /// Where `when` holds, none of `none` holds.
+    Excludes {
+        /// The premise; `None` for always.
+        when: Option<Condition>,
+        /// What must not hold.
+        none: Vec<Condition>,
+    },
+    /// Exactly one holds.
+    OneOf(Vec<Condition>),
+}
+
+/// A constraint and its place.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Constraint {
+    /// What it demands.
+    pub rule: Rule,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+impl Constraint {
+    /// Whether complete values satisfy the constraint.
+    pub fn holds(&self, values: &AxisValues) -> bool {
+        let applies = |when: &Option<Condition>| when.as_ref().is_none_or(|when| when.holds(values));
+        match &self.rule {
+            Rule::Requires { when, all } => {
+                !applies(when) || all.iter().all(|condition| condition.holds(values))
+            }
+            Rule::Excludes { when, none } => {
+                !applies(when) || !none.iter().any(|condition| condition.holds(values))
+            }
+            Rule::OneOf(conditions) => {
+                conditions.iter().filter(|condition| condition.holds(values)).take(2).count() == 1
+            }
+        }
+    }
+
+    /// The conditions of the constraint, the premise first.
+    pub fn conditions(&self) -> impl Iterator<Item = &Condition> {
+        let (when, rest) = match &self.rule {
+            Rule::Requires { when, all: rest } | Rule::Excludes { when, none: rest } => (when.as_ref(), rest),
+            Rule::OneOf(rest) => (None, rest),
+        };
+        when.into_iter().chain(rest)
+    }
+
+    /// The axes on which the constraint depends.
+    pub fn axes(&self) -> BTreeSet<&str> {
+        self.conditions().map(|condition| condition.axis.as_str()).collect()
+    }
+}
+
+impl fmt::Display for Constraint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let list = |conditions: &[Condition]| {
+            conditions.iter().map(Condition::to_string).collect::<Vec<_>>().join(", ")
+        };
+        match &self.rule {
+            Rule::Requires { when: Some(when), all } => write!(f, "{when} requires {}", list(all)),
+            Rule::Requires { when: None, all } => write!(f, "{} is required", list(all)),
+            Rule::Excludes { when: Some(when), none } => write!(f, "{when} excludes {}", list(none)),
+            Rule::Excludes { when: None, none } => write!(f, "{} is excluded", list(none)),
+            Rule::OneOf(conditions) => write!(f, "exactly one of {}", list(conditions)),
+        }
+    }
+}

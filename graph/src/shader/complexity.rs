@@ -1,0 +1,102 @@
+//! Refusing texts that are too deep for the shader compiler, before it sees them.
+//!
+//! naga bounds the nesting of brackets and braces, but not chains: it descends once per link of `1 + 1 + 1 + ..`, of
+//! `else if`, of a constant defined by the next one, and some 100,000 links overflow any stack, which no one can catch.
+//! Its time also grows with the square of a function's length. This pass counts such links lexically. The limits are far
+//! above any shader and a factor of four below what overflows the stack that naga is given (debug build, which needs
+//! most).
+
+use super::wgsl_error::{Refusal, Stage};
+
+/// The longest text of one module, in bytes.
+pub(crate) const MAXIMUM_BYTES: usize = 4 << 20;
+/// The most operators in one expression.
+const MAXIMUM_OPERATORS: usize = 8_192;
+/// The most declarations of one module.
+const MAXIMUM_DECLARATIONS: usize = 8_192;
+/// The most branches of one function.
+const MAXIMUM_BRANCHES: usize = 8_192;
+/// The most statements of one module.
+const MAXIMUM_STATEMENTS: usize = 32_768;
+
+/// Refuses a text that exceeds a limit.
+pub(crate) fn check(text: &str) -> Result<(), Refusal> {
+    if text.len() > MAXIMUM_BYTES {
+        return Err(refusal("the module is larger than 4 MiB", 0));
+    }
+    let bytes = text.as_bytes();
+    let (mut operators, mut declarations, mut branches, mut statements, mut depth) = (0, 0, 0, 0, 0_usize);
+    let mut at = 0;
+    while at < bytes.len() {
+        let start = at;
+        at += 1;
+        match bytes[start] {
+            b'/' if bytes.get(at) == Some(&b'/') => {
+                at = bytes[at..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| at + end);
+            }
+            b'/' if bytes.get(at) == Some(&b'*') => at = comment_end(bytes, start),
+            b'+' | b'-' | b'*' | b'/' | b'%' | b'!' | b'~' | b'&' | b'|' | b'^' | b'<' | b'>' | b'.'
+            | b'=' | b'@' => {
+                operators += 1;
+            }
+            b';' => {
+                operators = 0;
+                statements += 1;
+                declarations += usize::from(depth == 0);
+            }
+            b',' => operators = 0,
+            b'{' => {
+                operators = 0;
+                depth += 1;
+            }
+            b'}' => {
+                operators = 0;
+                depth = depth.saturating_sub(1);
+                if depth == 0 {
+                    declarations += 1;
+                    branches = 0;
+                }
+            }
+            byte if byte.is_ascii_alphabetic() || byte == b'_' => {
+                let tail = |byte: &u8| byte.is_ascii_alphanumeric() || *byte == b'_';
+                at += bytes[at..].iter().take_while(|byte| tail(byte)).count();
+                branches += usize::from(&bytes[start..at] == b"else");
+            }
+            _ => {}
+        }
+        let exceeded = [
+            (operators > MAXIMUM_OPERATORS, "an expression has more than 8,192 operators"),
+            (declarations > MAXIMUM_DECLARATIONS, "the module has more than 8,192 declarations"),
+            (branches > MAXIMUM_BRANCHES, "a function has more than 8,192 branches"),
+            (statements > MAXIMUM_STATEMENTS, "the module has more than 32,768 statements"),
+        ];
+        if let Some((_, message)) = exceeded.into_iter().find(|(exceeded, _)| *exceeded) {
+            return Err(refusal(message, start));
+        }
+    }
+    Ok(())
+}
+
+fn comment_end(bytes: &[u8], start: usize) -> usize {
+    let mut depth = 0_usize;
+    let mut at = start;
+    while at < bytes.len() {
+        match bytes.get(at..at + 2) {
+            Some(b"/*") => depth += 1,
+            Some(b"*/") => depth -= 1,
+            _ => {
+                at += 1;
+                continue;
+            }
+        }
+        at += 2;
+        if depth == 0 {
+            break;
+        }
+    }
+    at
+}
+
+fn refusal(message: &str, at: usize) -> Refusal {
+    Refusal { range: Some(at..at + 1), ..Refusal::new(Stage::Size, message, naga::Span::UNDEFINED) }
+}

@@ -1,0 +1,142 @@
+//! The filters, tests and functions that templates may use.
+//!
+//! A short list, so that a template can be read without the manual of the template engine, and none of them can grow
+//! without bound: those of the engine that can (`format`, `list`, `batch`, ..) are left out, and `replace`, `join` and
+//! `indent` are own ones with a limit.
+
+use minijinja::value::{Rest, Value};
+use minijinja::{Environment, Error, UndefinedBehavior, escape_formatter, filters, functions, syntax, tests};
+
+use super::guard;
+
+/// The names that are functions in every template.
+pub(crate) const FUNCTIONS: &[&str] = &["range", "namespace", "dict", guard::GUARD];
+
+/// An environment without templates.
+pub(crate) fn environment() -> Environment<'static> {
+    let mut environment = Environment::empty();
+    environment.set_undefined_behavior(UndefinedBehavior::Strict);
+    environment.set_debug(true);
+    // The default delimiters, so building cannot fail.
+    let mut builder = syntax::SyntaxConfig::builder();
+    if let Ok(syntax) = builder.trim_blocks(true).lstrip_blocks(true).keep_trailing_newline(true).build() {
+        environment.set_syntax(syntax);
+    }
+    environment.set_formatter(|out, state, value| {
+        if let Ok(flag) = bool::try_from(value.clone())
+            && value.kind() == minijinja::value::ValueKind::Bool
+        {
+            return out.write_str(if flag { "true" } else { "false" }).map_err(Error::from);
+        }
+        match value.as_str() {
+            Some(text) => {
+                guard::written(text.len())?;
+                out.write_str(text).map_err(Error::from)
+            }
+            None if value.is_number() => {
+                let text = value.to_string();
+                guard::written(text.len())?;
+                out.write_str(&text).map_err(Error::from)
+            }
+            None if value.is_undefined() => escape_formatter(out, state, value),
+            None => Err(Error::new(
+                minijinja::ErrorKind::InvalidOperation,
+                format!("a {} cannot be written into WGSL", value.kind()),
+            )),
+        }
+    });
+    add_filters(&mut environment);
+    add_tests(&mut environment);
+    environment.add_function("range", functions::range);
+    environment.add_function("namespace", functions::namespace);
+    environment.add_function("dict", functions::dict);
+    environment.add_function(guard::GUARD, |values: Rest<Value>| guard::guard(values));
+    environment
+}
+
+fn add_filters(environment: &mut Environment<'static>) {
+    environment.add_filter("abs", filters::abs);
+    environment.add_filter("count", filters::length);
+    environment.add_filter("default", filters::default);
+    environment.add_filter("first", filters::first);
+    environment.add_filter("float", filters::float);
+    environment.add_filter("indent", indent);
+    environment.add_filter("int", filters::int);
+    environment.add_filter("join", join);
+    environment.add_filter("last", filters::last);
+    environment.add_filter("length", filters::length);
+    environment.add_filter("lower", filters::lower);
+    environment.add_filter("max", filters::max);
+    environment.add_filter("min", filters::min);
+    environment.add_filter("replace", replace);
+    environment.add_filter("round", filters::round);
+    environment.add_filter("trim", filters::trim);
+    environment.add_filter("upper", filters::upper);
+}
+
+fn add_tests(environment: &mut Environment<'static>) {
+    environment.add_test("defined", tests::is_defined);
+    environment.add_test("divisibleby", tests::is_divisibleby);
+    environment.add_test("even", tests::is_even);
+    environment.add_test("in", tests::is_in);
+    environment.add_test("integer", tests::is_integer);
+    environment.add_test("none", tests::is_none);
+    environment.add_test("number", tests::is_number);
+    environment.add_test("odd", tests::is_odd);
+    environment.add_test("string", tests::is_string);
+    environment.add_test("undefined", tests::is_undefined);
+}
+
+fn bounded(text: String) -> Result<String, Error> {
+    if text.len() > guard::MAXIMUM_VALUE {
+        return Err(guard::limit("a filter makes a value larger than 1 MiB"));
+    }
+    Ok(text)
+}
+
+fn replace(value: &str, from: &str, to: &str) -> Result<String, Error> {
+    let found = value.matches(from).take(guard::MAXIMUM_VALUE).count();
+    if value.len().saturating_add(found.saturating_mul(to.len())) > guard::MAXIMUM_VALUE {
+        return Err(guard::limit("a filter makes a value larger than 1 MiB"));
+    }
+    bounded(value.replace(from, to))
+}
+
+fn join(value: &Value, joiner: Option<&str>) -> Result<String, Error> {
+    let joiner = joiner.unwrap_or_default();
+    let mut text = String::new();
+    for (at, item) in value.try_iter()?.enumerate() {
+        if at > 0 {
+            text.push_str(joiner);
+        }
+        match item.as_str() {
+            Some(item) => text.push_str(item),
+            None if item.is_number() => text.push_str(&item.to_string()),
+            None => {
+                let message = format!("a {} cannot be joined into a text", item.kind());
+                return Err(Error::new(minijinja::ErrorKind::InvalidOperation, message));
+            }
+        }
+        text = bounded(text)?;
+    }
+    Ok(text)
+}
+
+fn indent(value: &str, width: Option<usize>, first: Option<bool>) -> Result<String, Error> {
+    let width = width.unwrap_or(4).min(256);
+    if value.len().saturating_add(value.lines().count().saturating_mul(width)) > guard::MAXIMUM_VALUE {
+        return Err(guard::limit("a filter makes a value larger than 1 MiB"));
+    }
+    let pad = " ".repeat(width);
+    let mut text = String::with_capacity(value.len() + 64);
+    for (at, line) in value.split('\n').enumerate() {
+        if at > 0 {
+            text.push('\n');
+        }
+        if !line.trim().is_empty() && (at > 0 || first.unwrap_or(false)) {
+            text.push_str(&pad);
+        }
+        text.push_str(line);
+    }
+    Ok(text)
+}

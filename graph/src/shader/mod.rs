@@ -1,0 +1,40 @@
+//! Shaders: WGSL generated from templates, with every variant proven.
+//!
+//! ```text
+//! templates + axes ──render──▶ WGSL + map ──parse, validate──▶ module ──reflect──▶ ShaderModule
+//! ```
+//!
+//! - A [`TemplateSet`] holds templates (`NAME.wgsl.jinja`) and the axes declared beside them (`NAME.axes.json`).
+//! - [`compile`] makes one variant: values for the axes in, a [`ShaderModule`] out, or findings placed in the templates.
+//! - A [`TargetProfile`] says what a target guarantees.
+//! - [`Reflection`] is the one source of what host and shader agree on: bindings, memory layouts, entry points.
+
+pub mod axes;
+pub mod codes;
+mod compile;
+mod complexity;
+mod filters;
+mod guard;
+mod profile;
+mod reflection;
+mod render;
+mod scan;
+mod template_error;
+mod templates;
+#[cfg(test)]
+mod tests;
+mod text_map;
+mod value;
+mod wgsl;
+mod wgsl_error;
+
+pub use axes::{Axes, Axis, AxisKind, AxisMode};
+pub use compile::{ShaderModule, compile};
+pub use profile::{TargetLanguage, TargetProfile};
+pub use reflection::{
+    Binding, EntryPoint, FragmentOutput, Member, Reflection, Scalar, ScalarKind, Stage, TypeLayout,
+    VertexInput,
+};
+pub use templates::TemplateSet;
+pub use text_map::TextMap;
+pub use value::{AxisValue, AxisValues, describe};

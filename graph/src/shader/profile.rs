@@ -1,0 +1,182 @@
+//! Target profiles: what a shader may rely on, as data.
+//!
+//! A profile is the least that every device of a target guarantees: the features and downlevel flags, from which naga's
+//! capabilities follow, the limits, and the shading language that the module has to be written in. A pipeline states the
+//! profiles that it claims, and every variant is checked against each of them.
+//!
+//! Sources: the limits of WebGPU's specification (core and compatibility mode) and the defaults of wgpu 30 for native
+//! backends and GLES 3.1. The native profiles take WebGPU's guaranteed limits: a pipeline that needs more names it in its
+//! own requirements.
+
+use naga::valid::Capabilities;
+use wgpu_types::{DownlevelFlags, Features, Limits};
+
+/// The language that a target's driver is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum TargetLanguage {
+    /// WGSL, for browsers.
+    Wgsl,
+    /// SPIR-V, for Vulkan.
+    Spirv,
+    /// The Metal shading language.
+    Msl,
+    /// HLSL, for Direct3D 12.
+    Hlsl,
+    /// GLSL ES, for OpenGL ES.
+    Glsl,
+}
+
+impl TargetLanguage {
+    /// All languages.
+    pub const ALL: [TargetLanguage; 5] = [Self::Wgsl, Self::Spirv, Self::Msl, Self::Hlsl, Self::Glsl];
+
+    /// `wgsl`, `spirv`, `msl`, `hlsl` or `glsl`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Wgsl => "wgsl",
+            Self::Spirv => "spirv",
+            Self::Msl => "msl",
+            Self::Hlsl => "hlsl",
+            Self::Glsl => "glsl",
+        }
+    }
+
+    /// A language by its name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|language| language.name() == name)
+    }
+}
+
+/// What a shader may rely on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TargetProfile {
+    /// Its name, as pipelines claim it.
+    pub name: String,
+    /// The wgpu features.
+    pub features: Features,
+    /// What naga's validator lets pass; follows from the features and the downlevel flags.
+    pub capabilities: Capabilities,
+    /// The limits.
+    pub limits: Limits,
+    /// Storage buffers that the vertex stage may use; compatibility mode guarantees none.
+    pub vertex_storage_buffers: u32,
+    /// The language that the module must be expressible in.
+    pub language: TargetLanguage,
+}
+
+impl TargetProfile {
+    /// The names of all profiles.
+    pub const NAMES: [&'static str; 6] = ["webgpu", "webgpu-compat", "vulkan", "metal", "dx12", "gles"];
+
+    /// A profile by its name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "webgpu" => Some(Self::webgpu()),
+            "webgpu-compat" => Some(Self::webgpu_compat()),
+            "vulkan" => Some(Self::vulkan()),
+            "metal" => Some(Self::metal()),
+            "dx12" => Some(Self::dx12()),
+            "gles" => Some(Self::gles()),
+            _ => None,
+        }
+    }
+
+    /// All profiles, in the order of [`TargetProfile::NAMES`].
+    pub fn all() -> Vec<Self> {
+        Self::NAMES.iter().filter_map(|name| Self::from_name(name)).collect()
+    }
+
+    /// WebGPU in a browser, core mode, without optional features.
+    pub fn webgpu() -> Self {
+        Self::new(
+            "webgpu",
+            Features::empty(),
+            DownlevelFlags::all(),
+            Limits::defaults(),
+            TargetLanguage::Wgsl,
+        )
+    }
+
+    /// WebGPU in compatibility mode.
+    pub fn webgpu_compat() -> Self {
+        let limits = Limits {
+            max_texture_dimension_1d: 4096,
+            max_texture_dimension_2d: 4096,
+            max_texture_dimension_3d: 1024,
+            max_uniform_buffer_binding_size: 16 << 10,
+            max_inter_stage_shader_variables: 15,
+            max_color_attachments: 4,
+            max_compute_invocations_per_workgroup: 128,
+            max_compute_workgroup_size_x: 128,
+            max_compute_workgroup_size_y: 128,
+            max_storage_buffers_per_shader_stage: 4,
+            ..Limits::defaults()
+        };
+        let missing = DownlevelFlags::CUBE_ARRAY_TEXTURES
+            | DownlevelFlags::MULTISAMPLED_SHADING
+            | DownlevelFlags::INDEPENDENT_BLEND
+            | DownlevelFlags::VERTEX_STORAGE;
+        let flags = DownlevelFlags::all() - missing;
+        let profile = Self::new("webgpu-compat", Features::empty(), flags, limits, TargetLanguage::Wgsl);
+        Self { vertex_storage_buffers: 0, ..profile }
+    }
+
+    /// Vulkan through wgpu.
+    pub fn vulkan() -> Self {
+        Self::new(
+            "vulkan",
+            Features::empty(),
+            DownlevelFlags::all(),
+            Limits::defaults(),
+            TargetLanguage::Spirv,
+        )
+    }
+
+    /// Metal through wgpu.
+    pub fn metal() -> Self {
+        Self::new("metal", Features::empty(), DownlevelFlags::all(), Limits::defaults(), TargetLanguage::Msl)
+    }
+
+    /// Direct3D 12 through wgpu.
+    pub fn dx12() -> Self {
+        Self::new("dx12", Features::empty(), DownlevelFlags::all(), Limits::defaults(), TargetLanguage::Hlsl)
+    }
+
+    /// OpenGL ES 3.1 through wgpu.
+    pub fn gles() -> Self {
+        let missing = DownlevelFlags::CUBE_ARRAY_TEXTURES
+            | DownlevelFlags::MULTISAMPLED_SHADING
+            | DownlevelFlags::INDEPENDENT_BLEND
+            | DownlevelFlags::VERTEX_STORAGE;
+        let limits = Limits::downlevel_defaults();
+        let flags = DownlevelFlags::all() - missing;
+        let profile = Self::new("gles", Features::empty(), flags, limits, TargetLanguage::Glsl);
+        Self { vertex_storage_buffers: 0, ..profile }
+    }
+
+    /// The same profile with further features, as a device may have them.
+    #[must_use]
+    pub fn with_features(mut self, features: Features) -> Self {
+        self.features |= features;
+        self.capabilities |=
+            wgpu_naga_bridge::features_to_naga_capabilities(features, DownlevelFlags::empty());
+        self
+    }
+
+    fn new(
+        name: &str,
+        features: Features,
+        flags: DownlevelFlags,
+        limits: Limits,
+        language: TargetLanguage,
+    ) -> Self {
+        Self {
+            name: name.to_owned(),
+            features,
+            capabilities: wgpu_naga_bridge::features_to_naga_capabilities(features, flags),
+            vertex_storage_buffers: limits.max_storage_buffers_per_shader_stage,
+            limits,
+            language,
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Bindings as bind-group layout entries.
+
+use std::num::{NonZeroU32, NonZeroU64};
+
+use naga::common::wgsl::TypeContext as _;
+use naga::proc::Layouter;
+use naga::valid::ModuleInfo;
+use naga::{
+    AddressSpace, ArraySize, GlobalVariable, Handle, ImageClass, ImageDimension, Module, StorageAccess,
+    TypeInner,
+};
+use wgpu_types::{
+    BindGroupLayoutEntry, BindingType, BufferBindingType, SamplerBindingType, ShaderStages,
+    StorageTextureAccess, TextureSampleType, TextureViewDimension,
+};
+
+use super::TypeLayout;
+
+/// One `@group(g) @binding(b) var` of a module.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct Binding {
+    /// The bind group.
+    pub group: u32,
+    /// The binding in it.
+    pub binding: u32,
+    /// The name of the variable.
+    pub name: String,
+    /// The layout entry; visible to the stages of the entry points that use the binding.
+    pub entry: BindGroupLayoutEntry,
+    /// How the content of a buffer lies in memory.
+    pub block: Option<TypeLayout>,
+    /// The type in WGSL's spelling, `texture_depth_2d_array`.
+    pub type_name: String,
+}
+
+/// All bindings by group and binding: those that entry points use, and the others.
+pub(super) fn bindings(
+    module: &Module,
+    info: &ModuleInfo,
+    layouter: &Layouter,
+) -> (Vec<Binding>, Vec<Binding>) {
+    let mut found: Vec<Binding> = module
+        .global_variables
+        .iter()
+        .filter_map(|(handle, variable)| binding(module, info, layouter, handle, variable))
+        .collect();
+    found.sort_by(|a, b| (a.group, a.binding, &a.name).cmp(&(b.group, b.binding, &b.name)));
+    found.into_iter().partition(|binding| !binding.entry.visibility.is_empty())
+}
+
+fn binding(
+    module: &Module,
+    info: &ModuleInfo,
+    layouter: &Layouter,
+    handle: Handle<GlobalVariable>,
+    variable: &GlobalVariable,
+) -> Option<Binding> {
+    let place = variable.binding?;
+    let mut visibility = ShaderStages::NONE;
+    let mut sampled = false;
+    for (at, entry_point) in module.entry_points.iter().enumerate() {
+        let function = info.get_entry_point(at);
+        if !function[handle].is_empty() {
+            visibility |= wgpu_naga_bridge::map_naga_stage(entry_point.stage);
+        }
+        sampled |= function.sampling_set.iter().any(|pair| pair.image == handle);
+    }
+    let (element, count) = match module.types[variable.ty].inner {
+        TypeInner::BindingArray { base, size: ArraySize::Constant(count) } => {
+            (base, NonZeroU32::new(count.get()))
+        }
+        TypeInner::BindingArray { base, .. } => (base, None),
+        _ => (variable.ty, None),
+    };
+    let buffer = |ty: BufferBindingType| BindingType::Buffer {
+        ty,
+        has_dynamic_offset: false,
+        min_binding_size: NonZeroU64::new(u64::from(layouter[element].size)),
+    };
+    let (ty, block) = match variable.space {
+        AddressSpace::Uniform => {
+            (buffer(BufferBindingType::Uniform), TypeLayout::new(module, layouter, element))
+        }
+        AddressSpace::Storage { access } => {
+            let read_only = !access.contains(StorageAccess::STORE);
+            (buffer(BufferBindingType::Storage { read_only }), TypeLayout::new(module, layouter, element))
+        }
+        _ => (resource(&module.types[element].inner, sampled)?, None),
+    };
+    Some(Binding {
+        group: place.group,
+        binding: place.binding,
+        name: variable.name.clone().unwrap_or_default(),
+        entry: BindGroupLayoutEntry { binding: place.binding, visibility, ty, count },
+        block,
+        type_name: module.to_ctx().type_to_string(variable.ty),
+    })
+}
+
+fn resource(inner: &TypeInner, sampled: bool) -> Option<BindingType> {
+    Some(match *inner {
+        TypeInner::Sampler { comparison: true } => BindingType::Sampler(SamplerBindingType::Comparison),
+        TypeInner::Sampler { comparison: false } => BindingType::Sampler(SamplerBindingType::Filtering),
+        TypeInner::AccelerationStructure { vertex_return } => {
+            BindingType::AccelerationStructure { vertex_return }
+        }
+        TypeInner::Image { dim, arrayed, class } => {
+            let view_dimension = view_dimension(dim, arrayed);
+            match class {
+                ImageClass::Sampled { kind, multi } => BindingType::Texture {
+                    sample_type: match kind {
+                        naga::ScalarKind::Sint => TextureSampleType::Sint,
+                        naga::ScalarKind::Uint => TextureSampleType::Uint,
+                        _ => TextureSampleType::Float { filterable: sampled && !multi },
+                    },
+                    view_dimension,
+                    multisampled: multi,
+                },
+                ImageClass::Depth { multi } => BindingType::Texture {
+                    sample_type: TextureSampleType::Depth,
+                    view_dimension,
+                    multisampled: multi,
+                },
+                ImageClass::Storage { format, access } => BindingType::StorageTexture {
+                    access: storage_access(access),
+                    format: wgpu_naga_bridge::map_storage_format_from_naga(format),
+                    view_dimension,
+                },
+                ImageClass::External => BindingType::ExternalTexture,
+            }
+        }
+        _ => return None,
+    })
+}
+
+fn storage_access(access: StorageAccess) -> StorageTextureAccess {
+    if access.contains(StorageAccess::ATOMIC) {
+        StorageTextureAccess::Atomic
+    } else if access == StorageAccess::LOAD {
+        StorageTextureAccess::ReadOnly
+    } else if access == StorageAccess::STORE {
+        StorageTextureAccess::WriteOnly
+    } else {
+        StorageTextureAccess::ReadWrite
+    }
+}
+
+fn view_dimension(dimension: ImageDimension, arrayed: bool) -> TextureViewDimension {
+    match (dimension, arrayed) {
+        (ImageDimension::D1, _) => TextureViewDimension::D1,
+        (ImageDimension::D2, false) => TextureViewDimension::D2,
+        (ImageDimension::D2, true) => TextureViewDimension::D2Array,
+        (ImageDimension::D3, _) => TextureViewDimension::D3,
+        (ImageDimension::Cube, false) => TextureViewDimension::Cube,
+        (ImageDimension::Cube, true) => TextureViewDimension::CubeArray,
+    }
+}

@@ -1,0 +1,255 @@
+//! Entry points: stage, workgroup size, vertex inputs, fragment outputs, and the bindings each one uses.
+
+use std::collections::BTreeMap;
+
+use naga::valid::ModuleInfo;
+use naga::{AddressSpace, Handle, Module, ShaderStage, Type, TypeInner};
+use wgpu_types::{ShaderStages, VertexFormat};
+
+use super::{Scalar, ScalarKind};
+
+/// The stage of an entry point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Stage {
+    /// `@vertex`
+    Vertex,
+    /// `@fragment`
+    Fragment,
+    /// `@compute`
+    Compute,
+}
+
+impl Stage {
+    /// The stage as a set of one.
+    pub fn stages(self) -> ShaderStages {
+        match self {
+            Stage::Vertex => ShaderStages::VERTEX,
+            Stage::Fragment => ShaderStages::FRAGMENT,
+            Stage::Compute => ShaderStages::COMPUTE,
+        }
+    }
+
+    /// naga's stage.
+    pub fn to_naga(self) -> ShaderStage {
+        match self {
+            Stage::Vertex => ShaderStage::Vertex,
+            Stage::Fragment => ShaderStage::Fragment,
+            Stage::Compute => ShaderStage::Compute,
+        }
+    }
+}
+
+/// An attribute that the vertex stage reads.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct VertexInput {
+    /// The name of the argument, or of the member of the structure that is one.
+    pub name: String,
+    /// Its `@location`.
+    pub location: u32,
+    /// The type of its components.
+    pub scalar: Scalar,
+    /// The number of components: 1 to 4.
+    pub components: u32,
+    /// The vertex format of exactly this type (`float32x3` for `vec3<f32>`). A host may use any format of the same kind,
+    /// such as `unorm8x4` for `vec4<f32>`.
+    pub format: VertexFormat,
+}
+
+/// A colour that the fragment stage writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct FragmentOutput {
+    /// Its `@location`, the index of the colour attachment.
+    pub location: u32,
+    /// The kind of its components.
+    pub kind: ScalarKind,
+    /// The number of components: 1 to 4.
+    pub components: u32,
+}
+
+/// An entry point.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct EntryPoint {
+    /// Its name.
+    pub name: String,
+    /// Its stage.
+    pub stage: Stage,
+    /// Its workgroup size; zeros for other stages than compute.
+    pub workgroup_size: [u32; 3],
+    /// Bytes of workgroup memory that it uses.
+    pub workgroup_storage: u32,
+    /// The attributes of a vertex stage, by location.
+    pub inputs: Vec<VertexInput>,
+    /// The colours of a fragment stage, by location.
+    pub outputs: Vec<FragmentOutput>,
+    /// Whether a fragment stage writes `frag_depth`.
+    pub writes_depth: bool,
+    /// The locations passed between vertex and fragment stage: written by the one, read by the other.
+    pub varyings: Vec<u32>,
+    /// Group and binding of each binding that it uses, in order.
+    pub bindings: Vec<(u32, u32)>,
+    /// Texture and sampler that are sampled together, each as group and binding, in order.
+    pub sampling_pairs: Vec<((u32, u32), (u32, u32))>,
+}
+
+/// Workgroup sizes by entry point, where overrides decide them.
+pub(crate) type WorkgroupSizes = BTreeMap<String, [u32; 3]>;
+
+pub(super) fn entry_points(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes) -> Vec<EntryPoint> {
+    let mut found: Vec<EntryPoint> =
+        (0..module.entry_points.len()).filter_map(|at| entry_point(module, info, sizes, at)).collect();
+    found.sort_by(|a, b| (&a.name, a.stage).cmp(&(&b.name, b.stage)));
+    found
+}
+
+fn entry_point(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes, at: usize) -> Option<EntryPoint> {
+    let entry_point = module.entry_points.get(at)?;
+    let stage = match entry_point.stage {
+        ShaderStage::Vertex => Stage::Vertex,
+        ShaderStage::Fragment => Stage::Fragment,
+        ShaderStage::Compute => Stage::Compute,
+        _ => return None,
+    };
+    let function = info.get_entry_point(at);
+    let mut bindings = Vec::new();
+    let mut workgroup_storage = 0_u32;
+    for (_, variable) in module.global_variables.iter().filter(|(handle, _)| !function[*handle].is_empty()) {
+        bindings.extend(variable.binding.map(|place| (place.group, place.binding)));
+        if variable.space == AddressSpace::WorkGroup {
+            // Each variable starts at a multiple of 16 bytes, as WebGPU counts them.
+            let size = module.types[variable.ty].inner.try_size(module.to_ctx()).unwrap_or(0);
+            workgroup_storage = workgroup_storage.saturating_add(size.next_multiple_of(16));
+        }
+    }
+    bindings.sort_unstable();
+    let place = |handle: Handle<naga::GlobalVariable>| {
+        module.global_variables[handle].binding.map(|place| (place.group, place.binding))
+    };
+    let mut sampling_pairs: Vec<_> = function
+        .sampling_set
+        .iter()
+        .filter_map(|pair| Some((place(pair.image)?, place(pair.sampler)?)))
+        .collect();
+    sampling_pairs.sort_unstable();
+    let mut arguments = Vec::new();
+    for argument in &entry_point.function.arguments {
+        locations(module, argument.ty, argument.binding.as_ref(), argument.name.as_deref(), &mut arguments);
+    }
+    let mut results = Vec::new();
+    if let Some(result) = &entry_point.function.result {
+        locations(module, result.ty, result.binding.as_ref(), None, &mut results);
+    }
+    let writes_depth = results.iter().any(|found| matches!(found.place, Place::FragDepth));
+    let (inputs, outputs, varyings) = match stage {
+        Stage::Vertex => (arguments.iter().filter_map(Found::input).collect(), Vec::new(), places(&results)),
+        Stage::Fragment => {
+            (Vec::new(), results.iter().filter_map(Found::output).collect(), places(&arguments))
+        }
+        Stage::Compute => (Vec::new(), Vec::new(), Vec::new()),
+    };
+    let mut found = EntryPoint {
+        name: entry_point.name.clone(),
+        stage,
+        workgroup_size: sizes.get(&entry_point.name).copied().unwrap_or(entry_point.workgroup_size),
+        workgroup_storage,
+        inputs,
+        outputs,
+        writes_depth,
+        varyings,
+        bindings,
+        sampling_pairs,
+    };
+    found.inputs.sort_by_key(|input| input.location);
+    found.outputs.sort_by_key(|output| output.location);
+    Some(found)
+}
+
+enum Place {
+    Location(u32),
+    FragDepth,
+}
+
+struct Found {
+    name: String,
+    place: Place,
+    scalar: Scalar,
+    components: u32,
+}
+
+impl Found {
+    fn input(&self) -> Option<VertexInput> {
+        let Place::Location(location) = self.place else { return None };
+        let format = vertex_format(self.scalar, self.components)?;
+        Some(VertexInput {
+            name: self.name.clone(),
+            location,
+            scalar: self.scalar,
+            components: self.components,
+            format,
+        })
+    }
+
+    fn output(&self) -> Option<FragmentOutput> {
+        let Place::Location(location) = self.place else { return None };
+        Some(FragmentOutput { location, kind: self.scalar.kind, components: self.components })
+    }
+}
+
+fn places(found: &[Found]) -> Vec<u32> {
+    let mut places: Vec<u32> = found
+        .iter()
+        .filter_map(|found| match found.place {
+            Place::Location(location) => Some(location),
+            Place::FragDepth => None,
+        })
+        .collect();
+    places.sort_unstable();
+    places
+}
+
+fn locations(
+    module: &Module,
+    ty: Handle<Type>,
+    binding: Option<&naga::Binding>,
+    name: Option<&str>,
+    found: &mut Vec<Found>,
+) {
+    let place = match binding {
+        Some(naga::Binding::Location { location, .. }) => Place::Location(*location),
+        Some(naga::Binding::BuiltIn(naga::BuiltIn::FragDepth)) => Place::FragDepth,
+        Some(naga::Binding::BuiltIn(_)) => return,
+        None => {
+            if let TypeInner::Struct { members, .. } = &module.types[ty].inner {
+                for member in members.iter().filter(|member| member.binding.is_some()) {
+                    locations(module, member.ty, member.binding.as_ref(), member.name.as_deref(), found);
+                }
+            }
+            return;
+        }
+    };
+    let (scalar, components) = match module.types[ty].inner {
+        TypeInner::Scalar(scalar) => (scalar, 1),
+        TypeInner::Vector { size, scalar } => (scalar, size as u32),
+        _ => return,
+    };
+    found.push(Found {
+        name: name.unwrap_or_default().to_owned(),
+        place,
+        scalar: Scalar::new(scalar),
+        components,
+    });
+}
+
+fn vertex_format(scalar: Scalar, components: u32) -> Option<VertexFormat> {
+    use VertexFormat as F;
+    let table = match (scalar.kind, scalar.width) {
+        (ScalarKind::Float, 4) => [F::Float32, F::Float32x2, F::Float32x3, F::Float32x4],
+        (ScalarKind::Sint, 4) => [F::Sint32, F::Sint32x2, F::Sint32x3, F::Sint32x4],
+        (ScalarKind::Uint, 4) => [F::Uint32, F::Uint32x2, F::Uint32x3, F::Uint32x4],
+        (ScalarKind::Float, 8) => [F::Float64, F::Float64x2, F::Float64x3, F::Float64x4],
+        // There is no three-component format of 16 bits.
+        (ScalarKind::Float, 2) => [F::Float16, F::Float16x2, F::Float16x4, F::Float16x4],
+        _ => return None,
+    };
+    table.get(components.checked_sub(1)? as usize).copied()
+}

@@ -1,0 +1,64 @@
+//! What a module says of itself: bindings, memory layouts, entry points.
+//!
+//! Everything that the host has to agree with is read off the validated naga module, so that there is one source for
+//! it. What WGSL does not say gets the default that WebGPU's automatic layouts have: a float texture is filterable
+//! exactly where it is sampled with a sampler, samplers filter, no offset is dynamic. Only bindings that an entry point
+//! really uses are part of the interface; the others are listed apart.
+
+mod binding;
+mod entry_point;
+mod layout;
+
+pub use binding::Binding;
+pub use entry_point::{EntryPoint, FragmentOutput, Stage, VertexInput};
+pub use layout::{Member, Scalar, ScalarKind, TypeLayout};
+
+use naga::Module;
+use naga::proc::Layouter;
+use naga::valid::ModuleInfo;
+
+/// What a module says of itself.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+pub struct Reflection {
+    /// The bindings that an entry point uses, by group and binding.
+    pub bindings: Vec<Binding>,
+    /// The bindings that are declared and that no entry point uses.
+    pub unused: Vec<Binding>,
+    /// The entry points, by name and stage.
+    pub entry_points: Vec<EntryPoint>,
+    /// The names of the pipeline-overridable constants, in order.
+    pub overrides: Vec<String>,
+}
+
+impl Reflection {
+    /// A used binding by its name.
+    pub fn binding(&self, name: &str) -> Option<&Binding> {
+        self.bindings.iter().find(|binding| binding.name == name)
+    }
+
+    /// An entry point by its name.
+    pub fn entry_point(&self, name: &str) -> Option<&EntryPoint> {
+        self.entry_points.iter().find(|entry_point| entry_point.name == name)
+    }
+
+    /// The first entry point of a stage.
+    pub fn entry_point_of(&self, stage: Stage) -> Option<&EntryPoint> {
+        self.entry_points.iter().find(|entry_point| entry_point.stage == stage)
+    }
+}
+
+/// Reflects a validated module. `workgroup_sizes` are those after overrides have their values.
+pub(crate) fn reflect(module: &Module, info: &ModuleInfo, sizes: &entry_point::WorkgroupSizes) -> Reflection {
+    let mut layouter = Layouter::default();
+    // The validator has just laid out the same types, so this cannot fail; without layouts there are no bindings.
+    if layouter.update(module.to_ctx()).is_err() {
+        return Reflection::default();
+    }
+    let (bindings, unused) = binding::bindings(module, info, &layouter);
+    let mut overrides: Vec<String> =
+        module.overrides.iter().filter_map(|(_, constant)| constant.name.clone()).collect();
+    overrides.sort();
+    Reflection { bindings, unused, entry_points: entry_point::entry_points(module, info, sizes), overrides }
+}
+
+pub(crate) use entry_point::WorkgroupSizes;

@@ -1,0 +1,304 @@
+//! Templates to WGSL.
+//!
+//! The engine gets a context object instead of a map: it answers with the value of an axis and notes that the axis was
+//! read, so that a module is known by the axes its text depends on, and it notes names that nobody declared. The sink
+//! builds the text and its [`TextMap`] in one go and stops at the limit of size.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use minijinja::value::{Object, Value};
+
+use super::axes::Axes;
+use super::templates::{Template, TemplateSet};
+use super::text_map::{Origin, Segment, TextMap};
+use super::value::{AxisValue, AxisValues};
+use super::{codes, complexity, filters, guard, template_error};
+use crate::diagnostic::{Diagnostic, did_you_mean};
+use crate::source::{FileId, Span};
+
+/// Steps of the template engine for one rendering.
+const FUEL: u64 = 1_000_000;
+
+/// A generated text.
+#[derive(Clone, Debug)]
+pub(crate) struct Rendered {
+    pub(crate) text: String,
+    pub(crate) map: TextMap,
+    /// The axes that were read.
+    pub(crate) read: BTreeSet<String>,
+}
+
+/// Renders a template with the values of all its axes.
+///
+/// # Errors
+/// What is wrong with the template, placed in it.
+pub(crate) fn render(
+    set: &TemplateSet,
+    name: &str,
+    values: &AxisValues,
+) -> Result<Rendered, Vec<Diagnostic>> {
+    let context = Arc::new(Context {
+        values: values.iter().map(|(name, value)| (name.clone(), to_template_value(value))).collect(),
+        reads: Mutex::default(),
+    });
+    let result = render_with(set, name, Value::from_dyn_object(context.clone()));
+    let reads = std::mem::take(&mut *context.reads.lock().unwrap_or_else(PoisonError::into_inner));
+    let undeclared = undeclared_names(set, name, &reads.unknown);
+    match result {
+        Ok((text, map)) if undeclared.is_empty() => Ok(Rendered { text, map, read: reads.axes }),
+        Ok(_) => Err(undeclared),
+        // An undefined name fails the rendering as well; the finding that knows the name is the better one.
+        Err(finding) if finding.code == codes::UNDECLARED_NAME && !undeclared.is_empty() => Err(undeclared),
+        Err(finding) => {
+            let mut findings = undeclared;
+            findings.push(*finding);
+            Err(findings)
+        }
+    }
+}
+
+/// The value of an axis as templates see it.
+pub(crate) fn to_template_value(value: &AxisValue) -> Value {
+    match value {
+        AxisValue::Bool(value) => Value::from(*value),
+        AxisValue::Integer(value) => Value::from(*value),
+        AxisValue::Name(name) => Value::from(name.as_str()),
+    }
+}
+
+/// Renders a template with a context object.
+pub(crate) fn render_with(
+    set: &TemplateSet,
+    name: &str,
+    context: Value,
+) -> Result<(String, TextMap), Box<Diagnostic>> {
+    let Some(template) = set.templates.get(name) else {
+        return Err(Box::new(set.unknown(name, crate::diagnostic::Place::Nowhere)));
+    };
+    if let Some(finding) = &template.broken {
+        return Err(Box::new(finding.clone()));
+    }
+    let compiled = set
+        .environment
+        .get_template(name)
+        .map_err(|error| Box::new(template_error::explain(set, name, &error, None)))?;
+    let mut sink = Sink::new(set);
+    guard::begin();
+    let result = compiled.render_captured_to(context, &mut sink).map(drop);
+    match result {
+        Ok(()) => Ok(sink.finish()),
+        Err(error) => {
+            let last = sink.last.and_then(|(at, offset)| {
+                let template = sink.templates.get(at)?.template;
+                Some(Span::new(
+                    template.file,
+                    template.prepared.original(offset)..template.prepared.original(offset),
+                ))
+            });
+            Err(Box::new(template_error::explain(set, name, &error, last)))
+        }
+    }
+}
+
+/// The fuel for one rendering in an environment that holds `longest` bytes of literal text in one piece: captured text
+/// does not reach the sink, so that steps times piece has to stay bounded as well.
+pub(crate) fn fuel(longest: usize) -> u64 {
+    ((1_u64 << 30) / (longest as u64).max(1)).clamp(10_000, FUEL)
+}
+
+#[derive(Debug)]
+struct Context {
+    values: BTreeMap<String, Value>,
+    reads: Mutex<Reads>,
+}
+
+#[derive(Debug, Default)]
+struct Reads {
+    axes: BTreeSet<String>,
+    unknown: BTreeSet<String>,
+}
+
+impl Object for Context {
+    fn get_value(self: &Arc<Self>, key: &Value) -> Option<Value> {
+        self.get_value_by_str(key.as_str()?)
+    }
+
+    fn get_value_by_str(self: &Arc<Self>, key: &str) -> Option<Value> {
+        let mut reads = self.reads.lock().unwrap_or_else(PoisonError::into_inner);
+        let value = self.values.get(key);
+        let seen = if value.is_some() { &mut reads.axes } else { &mut reads.unknown };
+        if !seen.contains(key) {
+            seen.insert(key.to_owned());
+        }
+        value.cloned()
+    }
+}
+
+/// A template and where its text lies in memory.
+struct Placed<'s> {
+    address: usize,
+    length: usize,
+    template: &'s Template,
+}
+
+struct Sink<'s> {
+    templates: Vec<Placed<'s>>,
+    text: Vec<u8>,
+    segments: Vec<Segment>,
+    /// The template of the last literal text, and the offset after it.
+    last: Option<(usize, usize)>,
+    /// The number of tags after `last` that have already written something.
+    written: usize,
+}
+
+impl<'s> Sink<'s> {
+    fn new(set: &'s TemplateSet) -> Self {
+        let mut templates: Vec<Placed<'s>> = set
+            .environment
+            .templates()
+            .filter_map(|(name, compiled)| {
+                let source = compiled.source();
+                let template = set.templates.get(name)?;
+                Some(Placed { address: source.as_ptr() as usize, length: source.len(), template })
+            })
+            .collect();
+        templates.sort_by_key(|placed| placed.address);
+        Self { templates, text: Vec::new(), segments: Vec::new(), last: None, written: 0 }
+    }
+
+    fn locate(&self, bytes: &[u8]) -> Option<(usize, usize)> {
+        let address = bytes.as_ptr() as usize;
+        let at = self.templates.partition_point(|placed| placed.address <= address).checked_sub(1)?;
+        let placed = &self.templates[at];
+        let offset = address - placed.address;
+        (offset + bytes.len() <= placed.length).then_some((at, offset))
+    }
+
+    fn origin_of_expression(&mut self) -> Option<Origin> {
+        let (at, offset) = self.last?;
+        let template = self.templates[at].template;
+        let offset = template.prepared.original(offset);
+        let first = template.tags.partition_point(|tag| tag.range.start < offset);
+        let expressions =
+            template.tags[first..].iter().filter(|tag| tag.kind == super::scan::TagKind::Expression);
+        let tag = expressions.clone().nth(self.written).or_else(|| expressions.clone().next());
+        self.written += 1;
+        Some(Origin::Tag(match tag {
+            Some(tag) => Span::new(template.file, tag.range.clone()),
+            None => Span::new(template.file, offset..offset),
+        }))
+    }
+
+    fn finish(self) -> (String, TextMap) {
+        let length = self.text.len() as u32;
+        // Every piece was a `str`, so the whole is; the lossy form only spares a panic.
+        let text = String::from_utf8(self.text)
+            .unwrap_or_else(|error| String::from_utf8_lossy(error.as_bytes()).into_owned());
+        (text, TextMap { segments: self.segments, length })
+    }
+}
+
+impl io::Write for Sink<'_> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.text.len() + bytes.len() > complexity::MAXIMUM_BYTES {
+            return Err(io::Error::from(io::ErrorKind::FileTooLarge));
+        }
+        let start = self.text.len() as u32;
+        let origin = match self.locate(bytes) {
+            Some((at, offset)) => {
+                let template = self.templates[at].template;
+                self.last = Some((at, offset + bytes.len()));
+                self.written = 0;
+                // Guards are inside tags, so a literal piece never straddles an insertion.
+                Some(Origin::Literal(template.file, template.prepared.original(offset) as u32))
+            }
+            None => self.origin_of_expression(),
+        };
+        self.segments.push(Segment { start, origin });
+        self.text.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The findings for names that were looked up and are neither axes nor bound by any template.
+pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet<String>) -> Vec<Diagnostic> {
+    let candidates: Vec<&String> =
+        unknown.iter().filter(|name| !filters::FUNCTIONS.contains(&name.as_str())).collect();
+    if candidates.is_empty() {
+        return Vec::new();
+    }
+    let order = set
+        .templates
+        .get_key_value(root)
+        .into_iter()
+        .chain(set.templates.iter().filter(|(name, _)| *name != root));
+    let axes = set.axes(root);
+    let mut findings = Vec::new();
+    for name in candidates {
+        let uses: Vec<NameUse> =
+            order.clone().filter_map(|(_, template)| find_name(template, name)).collect();
+        if uses.iter().any(|found| found.bound) {
+            continue;
+        }
+        let Some((file, range)) = uses.into_iter().find_map(|found| Some((found.file, found.first?))) else {
+            continue;
+        };
+        let finding = Diagnostic::error(
+            codes::UNDECLARED_NAME,
+            Span::new(file, range),
+            format!("\"{name}\" is no axis of \"{root}\" and is bound by nothing"),
+        );
+        let names = axes.into_iter().flat_map(Axes::names).chain(filters::FUNCTIONS[..3].iter().copied());
+        findings.push(match did_you_mean(name, names) {
+            Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
+            None => {
+                finding.help("declare the axis beside the template, or inherit the template that declares it")
+            }
+        });
+    }
+    findings
+}
+
+struct NameUse {
+    file: FileId,
+    first: Option<std::ops::Range<usize>>,
+    bound: bool,
+}
+
+fn find_name(template: &Template, name: &str) -> Option<NameUse> {
+    const BINDING: &[&str] = &["set", "for", "macro", "call", "with", "import", "from"];
+    let mut found = NameUse { file: template.file, first: None, bound: false };
+    for tag in &template.tags {
+        let binds = tag.keyword(&template.text).is_some_and(|keyword| BINDING.contains(&keyword));
+        let word = |at: usize| tag.words.get(at).and_then(|word| template.text.get(word.range.clone()));
+        for at in 0..tag.words.len() {
+            if word(at) != Some(name) || (at > 0 && word(at - 1) == Some(".")) {
+                continue;
+            }
+            if binds && is_target(at, &word) {
+                found.bound = true;
+            } else if found.first.is_none() {
+                found.first = Some(tag.words[at].range.clone());
+            }
+        }
+    }
+    (found.bound || found.first.is_some()).then_some(found)
+}
+
+/// Whether the word at an index of a binding tag is one that the tag binds.
+fn is_target<'t>(at: usize, word: &impl Fn(usize) -> Option<&'t str>) -> bool {
+    match word(0) {
+        Some("set") => (1..at).all(|before| word(before) != Some("=")),
+        Some("for") => (1..at).all(|before| word(before) != Some("in")),
+        Some("with") => word(at + 1) == Some("=") && word(at + 2) != Some("="),
+        Some("macro") => at == 1 || matches!(word(at - 1), Some("(" | ",")),
+        Some("call") => (1..at).all(|before| word(before) != Some(")")) && word(1) == Some("("),
+        _ => matches!(word(at - 1), Some("as" | "import" | ",")),
+    }
+}

@@ -1,0 +1,145 @@
+//! Errors of the template engine as findings.
+//!
+//! An error inside an include arrives wrapped once per level; the innermost one with a place is the finding, and each
+//! level above it a related place. The engine's offsets are those of the guarded text, and are mapped back.
+
+use std::error::Error as _;
+use std::ops::Range;
+
+use minijinja::{Error, ErrorKind};
+
+use super::templates::{Template, TemplateSet};
+use super::{codes, guard};
+use crate::diagnostic::{Code, Diagnostic, Place};
+use crate::source::Span;
+
+/// A template that cannot be compiled.
+pub(crate) fn syntax(template: &Template, error: &Error) -> Diagnostic {
+    let place = range(template, error).map_or(Place::Span(Span::new(template.file, 0..0)), |range| {
+        Place::Span(Span::new(template.file, range))
+    });
+    let detail = error.detail().map_or_else(|| error.kind().to_string(), str::to_owned);
+    Diagnostic::error(codes::TEMPLATE_SYNTAX, place, format!("template syntax: {detail}"))
+}
+
+/// A rendering of `root` that failed. `last` is where literal text was written last, for errors that know no place.
+pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option<Span>) -> Diagnostic {
+    let chain = chain(error);
+    let placed: Vec<(&Error, Span)> =
+        chain.iter().filter_map(|error| Some((*error, span(set, error)?))).collect();
+    let innermost = chain.last().copied().unwrap_or(error);
+    // A template with broken syntax was reported when it was added; including it is no finding of its own.
+    if let Some(broken) = broken_include(set, innermost) {
+        return broken;
+    }
+    let too_large = chain.iter().any(|error| {
+        error
+            .source()
+            .and_then(|source| source.downcast_ref::<std::io::Error>())
+            .is_some_and(|source| source.kind() == std::io::ErrorKind::FileTooLarge)
+    });
+    let recursion =
+        chain.iter().any(|error| error.detail().is_some_and(|text| text.contains("recursion limit")));
+    let place = placed.last().map(|(_, span)| *span).or(last);
+    let place = place
+        .or_else(|| set.file(root).map(|file| Span::new(file, 0..0)))
+        .map_or(Place::Nowhere, Place::Span);
+    let (code, message, help) = if too_large {
+        (codes::TEMPLATE_LIMIT, "the template writes more than 4 MiB of WGSL".to_owned(), None)
+    } else if recursion {
+        let (message, place) = recursive(&placed, place);
+        let code = codes::INCLUDE_RECURSIVE;
+        return Diagnostic::error(code, place, message)
+            .help("include it under a condition that ends, or not at all");
+    } else {
+        describe(set, innermost)
+    };
+    let mut finding = Diagnostic::error(code, place, message);
+    finding.help = help;
+    for (_, span) in placed.iter().rev().skip(1).take(8) {
+        finding = finding.related(*span, "included from here");
+    }
+    finding
+}
+
+fn chain(error: &Error) -> Vec<&Error> {
+    let mut chain = vec![error];
+    let mut next = error.source();
+    while let Some(source) = next {
+        chain.extend(source.downcast_ref::<Error>());
+        next = source.source();
+    }
+    chain
+}
+
+fn span(set: &TemplateSet, error: &Error) -> Option<Span> {
+    let template = set.templates.get(error.name()?)?;
+    Some(Span::new(template.file, range(template, error)?))
+}
+
+fn range(template: &Template, error: &Error) -> Option<Range<usize>> {
+    let prepared = &template.prepared;
+    if let Some(range) = error.range() {
+        let start = prepared.original(range.start).min(template.text.len());
+        let end = prepared.original(range.end).min(template.text.len());
+        return Some(start..end.max(start));
+    }
+    // Some errors know their line only; insertions contain no line break, so lines are the same in both texts.
+    let mut start = 0;
+    for _ in 1..error.line()? {
+        start += template.text[start..].find('\n')? + 1;
+    }
+    let length = template.text[start..].find('\n').unwrap_or(template.text.len() - start);
+    let indent =
+        template.text[start..start + length].len() - template.text[start..start + length].trim_start().len();
+    Some(start + indent..start + length)
+}
+
+fn broken_include(set: &TemplateSet, error: &Error) -> Option<Diagnostic> {
+    if error.kind() != ErrorKind::TemplateNotFound {
+        return None;
+    }
+    set.templates.get(quoted(error.detail()?)?)?.broken.clone()
+}
+
+fn quoted(text: &str) -> Option<&str> {
+    text.split('"').nth(1)
+}
+
+fn recursive(placed: &[(&Error, Span)], place: Place) -> (String, Place) {
+    let mut names: Vec<&str> = Vec::new();
+    for (error, span) in placed {
+        let Some(name) = error.name() else { continue };
+        if let Some(first) = names.iter().position(|known| *known == name) {
+            let circle = [&names[first..], &[name]].concat().join("\" includes \"");
+            let from = placed.get(first).map_or(*span, |(_, span)| *span);
+            return (format!("the template includes itself: \"{circle}\""), Place::Span(from));
+        }
+        names.push(name);
+    }
+    ("a macro or a loop calls itself without end".to_owned(), place)
+}
+
+fn describe(set: &TemplateSet, error: &Error) -> (Code, String, Option<String>) {
+    let detail = error.detail().map(str::to_owned);
+    match error.kind() {
+        _ if guard::is_limit(error) => {
+            let what = detail.unwrap_or_else(|| "it takes more steps than allowed".to_owned());
+            (codes::TEMPLATE_LIMIT, format!("the template exceeds a limit: {what}"), None)
+        }
+        ErrorKind::TemplateNotFound => {
+            let name = detail.as_deref().and_then(quoted).unwrap_or_default();
+            let unknown = set.unknown(name, Place::Nowhere);
+            (
+                codes::INCLUDE_MISSING,
+                format!("\"{name}\" is included, but there is no such template"),
+                unknown.help,
+            )
+        }
+        ErrorKind::UndefinedError => {
+            let what = detail.unwrap_or_else(|| "a value is undefined".to_owned());
+            (codes::UNDECLARED_NAME, what, None)
+        }
+        kind => (codes::TEMPLATE_EVALUATION, detail.unwrap_or_else(|| kind.to_string()), None),
+    }
+}

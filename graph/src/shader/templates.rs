@@ -1,0 +1,243 @@
+//! The templates that shaders are generated from, and the axes declared beside them.
+//!
+//! A [`TemplateSet`] is filled from anywhere (embedded, a folder, memory) with named texts: `forward.wgsl.jinja`,
+//! `lib/shadow.wgsl.jinja`, and their side files `forward.axes.json`. Names are how templates include one another; a
+//! name is never looked up anywhere else, so a set is closed and the same everywhere.
+//!
+//! Findings about a single text (its syntax, its declaration) are made when it is added. Findings about how texts fit
+//! together need the whole set: [`TemplateSet::check`] makes them, and compiling a template reports those that concern
+//! it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use minijinja::Environment;
+
+use super::axes::{self, Axes};
+use super::scan::{Tag, scan};
+use super::{codes, filters, guard, render, template_error};
+use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean};
+use crate::source::{FileId, Sources, Span};
+
+/// Templates by name, with their axes.
+#[derive(Debug)]
+pub struct TemplateSet {
+    pub(crate) environment: Environment<'static>,
+    pub(crate) templates: BTreeMap<String, Template>,
+    declarations: BTreeMap<String, Declared>,
+    resolved: BTreeMap<String, Resolved>,
+    longest_literal: usize,
+}
+
+/// One template.
+#[derive(Debug)]
+pub(crate) struct Template {
+    pub(crate) file: FileId,
+    pub(crate) text: Arc<str>,
+    pub(crate) tags: Vec<Tag>,
+    pub(crate) prepared: guard::Prepared,
+    /// Why it cannot be used at all.
+    pub(crate) broken: Option<Diagnostic>,
+}
+
+#[derive(Debug)]
+struct Declared {
+    file: FileId,
+    declaration: axes::Declaration,
+}
+
+#[derive(Debug, Default)]
+struct Resolved {
+    axes: Axes,
+    findings: Vec<Diagnostic>,
+}
+
+static NO_AXES: Axes = Axes::new();
+
+impl Default for TemplateSet {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl TemplateSet {
+    /// No templates yet.
+    pub fn new() -> Self {
+        Self {
+            environment: filters::environment(),
+            templates: BTreeMap::new(),
+            declarations: BTreeMap::new(),
+            resolved: BTreeMap::new(),
+            longest_literal: 0,
+        }
+    }
+
+    /// Adds a template, or the axes of one where the name ends in `.axes.json`. Findings name the file as `name`.
+    pub fn add(&mut self, sources: &mut Sources, name: &str, text: &str, diagnostics: &mut Diagnostics) {
+        let file = sources.add(name, text);
+        self.add_file(sources, file, name, diagnostics);
+    }
+
+    /// Adds a registered text under a name of its own: a file that findings show by its path.
+    pub fn add_file(&mut self, sources: &Sources, file: FileId, name: &str, diagnostics: &mut Diagnostics) {
+        let Some(text) = sources.get(file).map(|source| source.text().clone()) else { return };
+        let twice = || {
+            Diagnostic::error(
+                codes::TEMPLATE_TWICE,
+                Span::new(file, 0..0),
+                format!("\"{name}\" is given twice"),
+            )
+        };
+        if let Some(stem) = name.strip_suffix(".axes.json") {
+            if self.declarations.contains_key(stem) {
+                diagnostics.push(twice());
+                return;
+            }
+            let declaration = axes::parse(sources, file, diagnostics);
+            self.declarations.insert(stem.to_owned(), Declared { file, declaration });
+        } else {
+            if self.templates.contains_key(name) {
+                diagnostics.push(twice());
+                return;
+            }
+            let template = self.prepare(file, name, &text);
+            diagnostics.extend(template.broken.clone());
+            self.templates.insert(name.to_owned(), template);
+        }
+        self.resolve();
+    }
+
+    fn prepare(&mut self, file: FileId, name: &str, text: &Arc<str>) -> Template {
+        let tags = scan(text);
+        let gaps = tags.windows(2).map(|pair| pair[1].range.start - pair[0].range.end);
+        let ends = [
+            tags.first().map_or(text.len(), |tag| tag.range.start),
+            tags.last().map_or(0, |tag| text.len() - tag.range.end),
+        ];
+        self.longest_literal = gaps.chain(ends).fold(self.longest_literal, usize::max);
+        self.environment.set_fuel(Some(render::fuel(self.longest_literal)));
+        let prepared = guard::prepare(text, &tags);
+        let mut template = Template { file, text: text.clone(), tags, prepared, broken: None };
+        if let Err(error) =
+            self.environment.add_template_owned(name.to_owned(), template.prepared.text.clone())
+        {
+            template.broken = Some(template_error::syntax(&template, &error));
+        }
+        template
+    }
+
+    /// The names of the templates in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.templates.keys().map(String::as_str)
+    }
+
+    /// The text of a template as a registered file.
+    pub fn file(&self, template: &str) -> Option<FileId> {
+        self.templates.get(template).map(|template| template.file)
+    }
+
+    /// The axes of a template, its own and the inherited ones; none for a template without a side file. `None` if there
+    /// is no such template.
+    pub fn axes(&self, template: &str) -> Option<&Axes> {
+        self.templates
+            .contains_key(template)
+            .then(|| self.resolved.get(template).map_or(&NO_AXES, |found| &found.axes))
+    }
+
+    /// What is wrong with the axes of a template, as far as it takes other files to see it.
+    pub(crate) fn axes_findings(&self, template: &str) -> &[Diagnostic] {
+        self.resolved.get(template).map_or(&[], |found| &found.findings)
+    }
+
+    /// The finding for a name that is no template of this set.
+    pub(crate) fn unknown(&self, name: &str, place: impl Into<crate::diagnostic::Place>) -> Diagnostic {
+        let finding =
+            Diagnostic::error(codes::TEMPLATE_UNKNOWN, place, format!("there is no template \"{name}\""));
+        match did_you_mean(name, self.names()) {
+            Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
+            None => {
+                finding.help(format!("the templates are {}", self.names().collect::<Vec<_>>().join(", ")))
+            }
+        }
+    }
+
+    /// Checks how the texts fit together: side files without a template, inherited templates that do not exist,
+    /// declarations that disagree, defaults that break a constraint.
+    pub fn check(&self, diagnostics: &mut Diagnostics) {
+        let templates: BTreeSet<&str> = self.names().map(stem).collect();
+        for (name, declared) in &self.declarations {
+            if !templates.contains(name.as_str()) {
+                let message = format!(
+                    "\"{name}.axes.json\" declares axes, but there is no template \"{name}.wgsl.jinja\""
+                );
+                diagnostics.push(Diagnostic::error(
+                    codes::AXES_ORPHAN,
+                    Span::new(declared.file, 0..0),
+                    message,
+                ));
+            }
+        }
+        for resolved in self.resolved.values() {
+            diagnostics.extend(resolved.findings.iter().cloned());
+        }
+    }
+
+    fn resolve(&mut self) {
+        let mut resolved = BTreeMap::new();
+        for name in self.templates.keys() {
+            let mut findings = Vec::new();
+            let axes = self.collect(name, &mut BTreeMap::new(), &mut findings);
+            let defaults = axes.defaults();
+            for constraint in axes.violated(&defaults) {
+                let message = format!("the default values break a constraint: {constraint}");
+                findings.push(
+                    Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
+                        .help("change a default, so that a pipeline that sets nothing is valid"),
+                );
+            }
+            resolved.insert(name.clone(), Resolved { axes, findings });
+        }
+        self.resolved = resolved;
+    }
+
+    /// The axes that a template declares and inherits. Every template is worked out once; a template that inherits
+    /// itself in a circle gets what is known so far.
+    fn collect<'s>(
+        &'s self,
+        name: &'s str,
+        done: &mut BTreeMap<&'s str, Axes>,
+        findings: &mut Vec<Diagnostic>,
+    ) -> Axes {
+        if let Some(axes) = done.get(name) {
+            return axes.clone();
+        }
+        done.insert(name, Axes::new());
+        let Some(declared) = self.declarations.get(stem(name)) else { return Axes::new() };
+        let declaration = &declared.declaration;
+        let mut own = declaration.axes.clone();
+        let mut conflicts = Vec::new();
+        for (other, span) in declaration.axes.inherits() {
+            if self.templates.contains_key(other) {
+                conflicts.extend(own.inherit(&self.collect(other, done, findings)));
+            } else {
+                let finding = self.unknown(other, *span);
+                findings.push(Diagnostic { code: codes::AXES_ORPHAN, ..finding });
+            }
+        }
+        declaration.resolve(&mut own, findings);
+        for (mine, theirs) in conflicts {
+            let message = format!("the axis \"{}\" is declared in two ways", mine.name);
+            findings.push(
+                Diagnostic::error(codes::AXES_CONFLICT, mine.span, message)
+                    .related(theirs.span, format!("here with {}", theirs.kind.describe())),
+            );
+        }
+        done.insert(name, own.clone());
+        own
+    }
+}
+
+/// `lib/shadow` for `lib/shadow.wgsl.jinja`.
+fn stem(name: &str) -> &str {
+    name.strip_suffix(".jinja").unwrap_or(name).strip_suffix(".wgsl").unwrap_or(name)
+}

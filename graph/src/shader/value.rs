@@ -1,0 +1,120 @@
+//! Values of axes.
+//!
+//! An axis is what a template may vary in. Its value is a boolean, an integer, or a name: a member of an enumeration or
+//! a texture format. In JSON the three are the three plain types, so a configuration reads
+//! `{ "sscs": true, "taps": 16, "filter": "pcss" }`.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use serde::de::{Error, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// The value of one axis.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum AxisValue {
+    /// A value of a boolean axis.
+    Bool(bool),
+    /// A value of an integer axis.
+    Integer(i64),
+    /// A member of an enumeration, or the name of a texture format.
+    Name(String),
+}
+
+/// Values of several axes, by name.
+pub type AxisValues = BTreeMap<String, AxisValue>;
+
+impl fmt::Display for AxisValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            AxisValue::Bool(value) => value.fmt(f),
+            AxisValue::Integer(value) => value.fmt(f),
+            AxisValue::Name(name) => f.write_str(name),
+        }
+    }
+}
+
+impl From<bool> for AxisValue {
+    fn from(value: bool) -> Self {
+        AxisValue::Bool(value)
+    }
+}
+
+impl From<i64> for AxisValue {
+    fn from(value: i64) -> Self {
+        AxisValue::Integer(value)
+    }
+}
+
+impl From<&str> for AxisValue {
+    fn from(name: &str) -> Self {
+        AxisValue::Name(name.to_owned())
+    }
+}
+
+impl Serialize for AxisValue {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            AxisValue::Bool(value) => serializer.serialize_bool(*value),
+            AxisValue::Integer(value) => serializer.serialize_i64(*value),
+            AxisValue::Name(name) => serializer.serialize_str(name),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for AxisValue {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(AxisValueVisitor)
+    }
+}
+
+struct AxisValueVisitor;
+
+impl Visitor<'_> for AxisValueVisitor {
+    type Value = AxisValue;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a boolean, an integer or a name")
+    }
+
+    fn visit_bool<E: Error>(self, value: bool) -> Result<AxisValue, E> {
+        Ok(AxisValue::Bool(value))
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<AxisValue, E> {
+        Ok(AxisValue::Integer(value))
+    }
+
+    fn visit_u64<E: Error>(self, value: u64) -> Result<AxisValue, E> {
+        i64::try_from(value).map(AxisValue::Integer).map_err(|_| E::custom("an integer beyond 64 bits"))
+    }
+
+    fn visit_str<E: Error>(self, name: &str) -> Result<AxisValue, E> {
+        Ok(AxisValue::Name(name.to_owned()))
+    }
+}
+
+/// `a=true, b=pcss`: values as one line, in the order of the names; `no axes` for none.
+pub fn describe(values: &AxisValues) -> String {
+    if values.is_empty() {
+        return "no axes".to_owned();
+    }
+    let pairs: Vec<String> = values.iter().map(|(name, value)| format!("{name}={value}")).collect();
+    pairs.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_are_the_plain_types_of_json() {
+        let json = r#"{"filter":"pcss","sscs":true,"taps":16}"#;
+        let values: AxisValues = serde_json::from_str(json).unwrap();
+        assert_eq!(values["taps"], AxisValue::Integer(16));
+        assert_eq!(serde_json::to_string(&values).unwrap(), json);
+        assert_eq!(describe(&values), "filter=pcss, sscs=true, taps=16");
+        assert!(serde_json::from_str::<AxisValue>("1.5").is_err());
+        assert!(serde_json::from_str::<AxisValue>("18446744073709551615").is_err());
+    }
+}

@@ -1,0 +1,115 @@
+//! WGSL to a validated naga module.
+//!
+//! Three steps, each of which can refuse: parse, validate with the capabilities of a profile, and, where the module has
+//! pipeline-overridable constants, give them their values and validate again, since backends do the same and naga can
+//! fail only there. naga is not written to be fed with anything: a panic inside it becomes a finding, and it runs on a
+//! thread with a stack of its own, because it descends recursively into nested text.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use naga::back::PipelineConstants;
+use naga::back::pipeline_constants::process_overrides;
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::{Module, Span};
+
+use super::complexity;
+use super::reflection::WorkgroupSizes;
+use super::wgsl_error::{self, Refusal, Stage};
+
+/// Stack for parsing and validating nested text.
+pub(crate) const STACK_BYTES: usize = 32 << 20;
+
+/// A validated module.
+#[derive(Debug)]
+pub(crate) struct Checked {
+    pub(crate) module: Module,
+    pub(crate) info: ModuleInfo,
+    pub(crate) workgroup_sizes: WorkgroupSizes,
+}
+
+/// Parses WGSL.
+///
+/// # Errors
+/// Why naga refuses it.
+pub(crate) fn parse(text: &str) -> Result<Module, Refusal> {
+    complexity::check(text)?;
+    guarded(|| naga::front::wgsl::parse_str(text).map_err(|error| wgsl_error::parse(&error)))
+}
+
+/// Validates a parsed module.
+///
+/// # Errors
+/// Why naga refuses it.
+pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, Refusal> {
+    guarded(|| {
+        Validator::new(ValidationFlags::all(), capabilities)
+            .validate(module)
+            .map_err(|error| wgsl_error::validation(Stage::Validation, &error))
+    })
+}
+
+/// Gives all overrides their values and validates the outcome; the answer is the workgroup sizes that come out.
+///
+/// # Errors
+/// Why naga refuses it.
+pub(crate) fn resolve_overrides(
+    module: &Module,
+    info: &ModuleInfo,
+    constants: &PipelineConstants,
+) -> Result<WorkgroupSizes, Refusal> {
+    if module.overrides.is_empty() {
+        return Ok(WorkgroupSizes::new());
+    }
+    guarded(|| {
+        let (resolved, _) = process_overrides(module, info, None, constants).map_err(|error| {
+            let missing = |name: &str| {
+                let mut found = module.overrides.iter();
+                found
+                    .find(|(_, constant)| constant.name.as_deref() == Some(name))
+                    .map(|(handle, _)| module.overrides.get_span(handle))
+            };
+            wgsl_error::overrides(&error, missing)
+        })?;
+        Ok(resolved.entry_points.iter().map(|entry| (entry.name.clone(), entry.workgroup_size)).collect())
+    })
+}
+
+/// Parses, validates and resolves overrides.
+///
+/// # Errors
+/// Why naga refuses it.
+pub(crate) fn check(
+    text: &str,
+    capabilities: Capabilities,
+    constants: impl Fn(&Module) -> Result<PipelineConstants, Refusal>,
+) -> Result<Checked, Refusal> {
+    let module = parse(text)?;
+    let constants = constants(&module)?;
+    let info = validate(&module, capabilities)?;
+    let workgroup_sizes = resolve_overrides(&module, &info, &constants)?;
+    Ok(Checked { module, info, workgroup_sizes })
+}
+
+/// Runs `work` on a thread whose stack is deep enough for naga; where no thread can be had, on the stack at hand.
+pub(crate) fn with_stack<T: Send>(work: impl Fn() -> T + Sync) -> T {
+    if cfg!(target_family = "wasm") {
+        return work();
+    }
+    std::thread::scope(|scope| {
+        match std::thread::Builder::new().stack_size(STACK_BYTES).spawn_scoped(scope, &work) {
+            Ok(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+            Err(_) => work(),
+        }
+    })
+}
+
+pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Refusal>) -> Result<T, Refusal> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        let message = panic
+            .downcast_ref::<String>()
+            .map(String::as_str)
+            .or_else(|| panic.downcast_ref::<&str>().copied())
+            .unwrap_or("no message");
+        Err(Refusal::new(Stage::Panic, format!("the shader compiler failed: {message}"), Span::UNDEFINED))
+    })
+}

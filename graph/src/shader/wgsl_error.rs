@@ -1,0 +1,173 @@
+//! Why naga refuses a text, as a finding in the template.
+//!
+//! naga's errors carry several spans and a chain of causes. The last cause says what is wrong; the first says where in
+//! the module. Of the spans, the first is the place for parse errors; validation errors list the enclosing function first,
+//! so there the shortest is. Numbers of handles are cut out of messages: they differ from variant to variant, and one
+//! mistake has to read the same in all of them.
+
+use std::error::Error;
+use std::ops::Range;
+
+use naga::back::pipeline_constants::PipelineConstantError;
+use naga::front::wgsl::ParseError;
+use naga::valid::ValidationError;
+use naga::{Span, WithSpan};
+
+use super::codes;
+use super::text_map::TextMap;
+use crate::diagnostic::{Code, Diagnostic, Place};
+use crate::source::{self, FileId};
+
+/// At which step a text was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub(crate) enum Stage {
+    Size,
+    Parsing,
+    Validation,
+    Overrides,
+    OverrideAxis,
+    Panic,
+}
+
+impl Stage {
+    pub(crate) fn code(self) -> Code {
+        match self {
+            Stage::Size => codes::WGSL_TOO_LARGE,
+            Stage::Parsing => codes::WGSL_SYNTAX,
+            Stage::Validation => codes::WGSL_INVALID,
+            Stage::Overrides => codes::WGSL_OVERRIDES,
+            Stage::OverrideAxis => codes::AXIS_OVERRIDE,
+            Stage::Panic => codes::WGSL_COMPILER,
+        }
+    }
+}
+
+/// Why a text was refused, in terms of that text.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Refusal {
+    pub(crate) stage: Stage,
+    pub(crate) message: String,
+    /// Where, as bytes of the generated text.
+    pub(crate) range: Option<Range<usize>>,
+    /// Further places with what is to be seen there.
+    pub(crate) labels: Vec<(Range<usize>, String)>,
+    pub(crate) help: Option<String>,
+}
+
+impl Refusal {
+    pub(crate) fn new(stage: Stage, message: impl Into<String>, span: Span) -> Self {
+        Self { stage, message: message.into(), range: span.to_range(), labels: Vec::new(), help: None }
+    }
+
+    /// The finding in the template. `template` is where it falls if the text cannot be mapped.
+    pub(crate) fn to_diagnostic(&self, text: &str, map: &TextMap, template: FileId) -> Diagnostic {
+        let span = self.range.clone().and_then(|range| map.span(range));
+        let span = span.unwrap_or(source::Span::new(template, 0..0));
+        let mut finding = Diagnostic::error(self.stage.code(), span, self.message.clone());
+        for (range, label) in &self.labels {
+            if let Some(span) = map.span(range.clone()) {
+                finding = finding.related(span, label.clone());
+            }
+        }
+        if let Some(range) = &self.range {
+            finding = finding.related(Place::Nowhere, generated_line(text, range.start));
+        }
+        finding.help = self.help.clone();
+        finding
+    }
+}
+
+/// `generated line 12: let x = 1;`
+pub(crate) fn generated_line(text: &str, offset: usize) -> String {
+    let bytes = text.as_bytes();
+    let offset = offset.min(bytes.len());
+    let start = bytes[..offset].iter().rposition(|byte| *byte == b'\n').map_or(0, |at| at + 1);
+    let end = bytes[offset..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |at| at + offset);
+    let number = bytes[..start].iter().filter(|byte| **byte == b'\n').count() + 1;
+    let line: String = text.get(start..end).unwrap_or_default().trim().chars().take(160).collect();
+    format!("generated line {number}: {line}")
+}
+
+pub(crate) fn parse(error: &ParseError) -> Refusal {
+    let mut labels: Vec<(Range<usize>, String)> =
+        error.labels().filter_map(|(span, label)| Some((span.to_range()?, label.to_owned()))).collect();
+    let notes: Vec<&str> = error.notes().collect();
+    let first = if labels.is_empty() { None } else { Some(labels.remove(0)) };
+    let mut message = one_line(error.message());
+    if let Some((_, label)) = &first
+        && !label.is_empty()
+        && !message.contains(label.as_str())
+    {
+        message = format!("{message} ({})", one_line(label));
+    }
+    labels.iter_mut().for_each(|(_, label)| *label = one_line(label));
+    Refusal {
+        stage: Stage::Parsing,
+        message,
+        range: first.map(|(range, _)| range),
+        labels,
+        help: (!notes.is_empty()).then(|| one_line(&notes.join("; "))),
+    }
+}
+
+pub(crate) fn validation(stage: Stage, error: &WithSpan<ValidationError>) -> Refusal {
+    let mut messages = vec![one_line(&error.as_inner().to_string())];
+    let mut next = error.as_inner().source();
+    while let Some(source) = next {
+        messages.push(one_line(&source.to_string()));
+        next = source.source();
+    }
+    let cause = messages.pop().unwrap_or_default();
+    let message = match messages.first() {
+        Some(context) => format!("{cause}: {}", lower_first(context)),
+        None => cause,
+    };
+    let shortest =
+        error.spans().filter_map(|(span, _)| span.to_range()).min_by_key(|range| (range.len(), range.start));
+    Refusal { stage, message, range: shortest, labels: Vec::new(), help: None }
+}
+
+pub(crate) fn overrides(error: &PipelineConstantError, missing: impl Fn(&str) -> Option<Span>) -> Refusal {
+    match error {
+        PipelineConstantError::ValidationError(error) => Refusal {
+            help: Some("with its overrides set the module fails though it is valid: a local `let` of a constant vector \
+                        has to be a `const`".to_owned()),
+            ..validation(Stage::Overrides, error)
+        },
+        PipelineConstantError::MissingValue(name) => {
+            let span = missing(name).unwrap_or_default();
+            let message = format!("the override \"{name}\" has no value: it has no initializer and is no axis");
+            Refusal::new(Stage::Overrides, message, span)
+        }
+        error => Refusal::new(Stage::Overrides, one_line(&error.to_string()), Span::UNDEFINED),
+    }
+}
+
+fn lower_first(text: &str) -> String {
+    let mut characters = text.chars();
+    match characters.next() {
+        Some(first) => first.to_lowercase().chain(characters).collect(),
+        None => String::new(),
+    }
+}
+
+/// One line without numbers of handles: `Expression [12] is invalid` reads `Expression is invalid`.
+pub(crate) fn one_line(text: &str) -> String {
+    let mut line = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some(at) = rest.find('[') {
+        let (before, after) = rest.split_at(at);
+        let digits = after[1..].bytes().take_while(u8::is_ascii_digit).count();
+        let is_handle = digits > 0 && after[1 + digits..].starts_with(']') && before.ends_with(' ');
+        if is_handle {
+            line.push_str(before.trim_end());
+            rest = &after[digits + 2..];
+        } else {
+            line.push_str(before);
+            line.push('[');
+            rest = &after[1..];
+        }
+    }
+    line.push_str(rest);
+    line.split_whitespace().collect::<Vec<_>>().join(" ")
+}
