@@ -1,7 +1,9 @@
 //! graph
+pub mod compiler;
 pub mod data;
 pub mod diagnostic;
 pub mod document;
+pub mod draw;
 pub mod expression;
 pub mod frame;
 pub mod language;

@@ -107,4 +107,55 @@ crate::codes! {
     /// A shader that wants more of the host than the pipeline promises.
     HOST_CONTRACT = "UG0607", "geometry contract",
         "A shader that draws the host's meshes reads a vertex input, or a binding of group 2 or 3, that the pipeline's `geometry` does not provide, or not of that type.";
+    /// A size that depends on itself.
+    SIZE_CYCLE = "UG0320", "size depends on itself",
+        "The size of a resource names another resource whose size, by a detour, names the first.";
+    /// A size that no device of the profile allows.
+    SIZE_LIMIT = "UG0321", "impossible size",
+        "A width, height, layer, mip, sample or byte count is zero or beyond the limits of the target profile. A size that is not whole is rounded down first.";
+    /// A text that is no texture format.
+    FORMAT_UNKNOWN = "UG0322", "unknown texture format",
+        "Texture formats have the names of the WebGPU specification: `depth32float`, `rgba16float`.";
+    /// A format that does not support a use.
+    FORMAT_USAGE = "UG0323", "format does not support the use",
+        "None of the format candidates of a texture supports every way in which the passes use it: as a depth or color attachment, storage, sampled with filtering, blended. The message says for each candidate why.";
+    /// A resource that is read but never written.
+    NEVER_WRITTEN = "UG0401", "read but never written",
+        "A pass reads, or loads, a transient resource (or a part of it) that no pass writes before.";
+    /// Writers without an order.
+    UNORDERED_WRITERS = "UG0402", "unordered writers",
+        "Two passes write the same part of a resource, and nothing says which of them goes first: no data flows from one to the other, no `after`, no version. Any choice would be a guess. A single writer that clears is ordered before those that load without being told.";
+    /// Passes that wait for one another.
+    CYCLE = "UG0403", "cycle",
+        "Passes wait for one another in a circle. The related places show each step of a shortest circle.";
+    /// A pass that reads what it writes.
+    FEEDBACK = "UG0404", "reads what it writes",
+        "A pass samples or copies from a part of a texture that it also writes. No device allows that. Different mip levels or layers are fine, and so is a depth attachment that is only tested against.";
+    /// Attachments that do not fit together.
+    ATTACHMENTS = "UG0405", "attachments do not fit",
+        "The attachments of a pass differ in size or sample count, lie outside their texture, or do not fit the outputs of the fragment shader.";
+    /// A dispatch that no device allows.
+    DISPATCH = "UG0406", "impossible dispatch",
+        "A workgroup count is negative, not whole, or beyond the limits of the target profile.";
+    /// A pipeline that shows nothing.
+    NO_OUTPUT = "UG0407", "nothing comes out",
+        "No pass writes an imported or persistent resource or has a side effect, so everything is culled.";
+    /// A host that stores things otherwise than a shader reads them.
+    HOST_INTERFACE = "UG0608", "host interface",
+        "The host's vertex attributes or blocks (names, types, offsets) do not fit a shader that draws its meshes.";
+    /// A machine without a usable adapter.
+    NO_ADAPTER = "UG0801", "no graphics adapter",
+        "No Vulkan, Metal, DX12 or GL adapter was found. On Debian and Ubuntu `apt install mesa-vulkan-drivers` gives a software one. Checking pipelines needs none.";
+    /// An import that the host did not give, or not as planned.
+    IMPORT = "UG0802", "import missing",
+        "The host did not give a texture for an imported resource, or one of another format or size than planned.";
+    /// An error of the device.
+    DEVICE = "UG0803", "device error",
+        "The graphics device refused or lost something: out of memory, a lost device, or a validation error, which is a defect of this project.";
+    /// A device that lacks what a plan needs.
+    DEVICE_LIMIT = "UG0804", "device cannot run the plan",
+        "A texture, a feature or a limit that the plan needs is beyond what this device offers.";
+    /// A filter that the host does not know.
+    UNKNOWN_FILTER = "UG0805", "unknown filter",
+        "A draw pass names a `filter` that the host's draw source does not know.";
 }

@@ -90,7 +90,13 @@ pub fn load(
             Some(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(buffer.clone()),
             None => continue,
         };
-        shared.resources.push(Resource { name: entry.key.clone(), place: entry.key_span, pointer, kind });
+        shared.resources.push(Resource {
+            name: entry.key.clone(),
+            place: entry.key_span,
+            pointer,
+            value: entry.value.clone(),
+            kind,
+        });
     }
     let missing_resources: BTreeSet<&str> = section("resources")
         .iter()
@@ -212,7 +218,8 @@ impl Shared {
     pub(super) fn intern_data(&mut self, name: &str, place: Span, pointer: &str) -> ResourceHandle {
         self.find(name).unwrap_or_else(|| {
             let kind = ResourceKind::Data(None);
-            self.resources.push(Resource { name: name.to_owned(), place, pointer: pointer.to_owned(), kind });
+            let value = document::Value { span: place, kind: document::Kind::Null };
+            self.resources.push(Resource { name: name.to_owned(), place, pointer: pointer.to_owned(), value, kind });
             ResourceHandle(self.resources.len() as u32 - 1)
         })
     }

@@ -23,8 +23,11 @@ mod scope;
 mod setting;
 
 pub use binding::{Bind, BindObject, ValuesBind};
+pub(crate) use binding::{element_type, member_runs};
+pub(crate) use builder::expression_finding;
 pub use builder::{PassBuilder, Produced};
 pub use load::load;
+pub(crate) use load::evaluate_at;
 pub use program::{Program, ProgramBinding, ProgramVariant};
 pub use schema::schema;
 pub use scope::StaticScope;
@@ -112,6 +115,8 @@ pub struct Resource {
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
+    /// The declaration as it is written; for host data, the value that names it.
+    pub value: crate::document::Value,
     /// What it is.
     pub kind: ResourceKind,
 }

@@ -1,0 +1,180 @@
+//! Choosing formats: the first candidate that supports every use, and why the others do not.
+
+use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureSampleType};
+
+use crate::diagnostic::{Diagnostic, codes, did_you_mean};
+use crate::language::TextureDeclaration;
+use crate::pipeline::{Pipeline, Program, Resource, Usage, Use};
+use crate::shader::TargetProfile;
+use crate::work::{BoundSlot, Draw, PassHandle, ResourceHandle, SlotSource, Work};
+
+/// What the live passes want of the format of one texture.
+pub(super) struct Wants<'a> {
+    /// The uses, each with its pass.
+    pub(super) uses: Vec<(PassHandle, &'a Use)>,
+    /// The bindings, each with its pass.
+    pub(super) bindings: Vec<(PassHandle, BindingType)>,
+    /// Whether some attachment blends.
+    pub(super) blends: bool,
+}
+
+/// A texture format by its WebGPU name.
+pub(crate) fn parse_format(name: &str) -> Option<TextureFormat> {
+    serde_json::from_value(name.into()).ok()
+}
+
+/// The WebGPU name of a format.
+pub(crate) fn format_name(format: TextureFormat) -> String {
+    serde_json::to_value(format).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+/// The slots of a pass and the program that they belong to.
+pub(super) fn slots<'a>(pipeline: &'a Pipeline, pass: PassHandle) -> Option<(&'a Program, &'a [BoundSlot])> {
+    let (program, slots) = match &pipeline.pass(pass).work {
+        Work::Render(render) => match &render.draw {
+            Draw::Fullscreen { program, bindings } => (*program, bindings),
+            Draw::Scene(scene) => (scene.program, &scene.bindings),
+        },
+        Work::Compute(compute) => (compute.program, &compute.bindings),
+        Work::Host(_) | Work::Copy(_) => return None,
+    };
+    Some((pipeline.program(program), slots))
+}
+
+/// What the given passes want of one texture.
+pub(super) fn wants<'a>(pipeline: &'a Pipeline, handle: ResourceHandle, passes: &[PassHandle]) -> Wants<'a> {
+    let mut wants = Wants { uses: Vec::new(), bindings: Vec::new(), blends: false };
+    for pass in passes {
+        let declared = pipeline.pass(*pass);
+        let uses: Vec<_> = declared.uses.iter().filter(|one| one.resource == handle).collect();
+        if uses.is_empty() {
+            continue;
+        }
+        wants.uses.extend(uses.into_iter().map(|one| (*pass, one)));
+        if let Some((program, slots)) = slots(pipeline, *pass) {
+            for slot in slots {
+                if let SlotSource::Texture(view) = &slot.source
+                    && view.resource == handle
+                    && let Some(binding) = program.binding_at(slot.group, slot.binding)
+                {
+                    wants.bindings.push((*pass, binding.entry.ty));
+                }
+            }
+        }
+        if let Work::Render(render) = &declared.work {
+            wants.blends |= render.color.iter().any(|color| color.target.resource == handle && color.blend.is_some());
+        }
+    }
+    wants
+}
+
+/// The first candidate that supports what is wanted.
+///
+/// # Errors
+/// One finding that says of each candidate why not.
+pub(super) fn choose(
+    pipeline: &Pipeline,
+    resource: &Resource,
+    texture: &TextureDeclaration,
+    wants: &Wants<'_>,
+    samples: u32,
+) -> Result<TextureFormat, Box<Diagnostic>> {
+    let names = texture.format.names();
+    let mut reasons = Vec::new();
+    let mut unknown = None;
+    for (at, name) in names.iter().enumerate() {
+        let Some(format) = parse_format(name) else {
+            unknown.get_or_insert((at, name));
+            continue;
+        };
+        match refusal(pipeline, format, wants, samples, &pipeline.profile) {
+            None if unknown.is_none() => return Ok(format),
+            None => {}
+            Some(reason) => reasons.push(format!("{name} {reason}")),
+        }
+    }
+    let list_at = |at: usize| if names.len() == 1 { "/texture/format".to_owned() } else { format!("/texture/format/{at}") };
+    let (code, pointer, message, help) = match unknown {
+        Some((at, name)) => {
+            let help = did_you_mean(name, KNOWN.iter().copied())
+                .map_or_else(|| "formats have the names of the WebGPU specification".to_owned(), |meant| format!("did you mean \"{meant}\"?"));
+            (codes::FORMAT_UNKNOWN, list_at(at), format!("\"{name}\" is no texture format"), help)
+        }
+        None => {
+            let message = format!("no format of \"{}\" supports all of its uses: {}", resource.name, reasons.join("; "));
+            (codes::FORMAT_USAGE, "/texture/format".to_owned(), message, "choose another format, or add a candidate".to_owned())
+        }
+    };
+    let place = resource.value.nearest(&pointer).span;
+    let mut finding = Diagnostic::error(code, place, message).help(help).pointer(format!("{}{pointer}", resource.pointer));
+    if unknown.is_none() {
+        for (pass, one) in wants.uses.iter().take(4) {
+            finding = finding.related(one.place, format!("\"{}\" uses it as {}", pipeline.pass(*pass).name, one.usage.name()));
+        }
+    }
+    Err(Box::new(finding))
+}
+
+/// Why a format does not do, or `None` if it does.
+fn refusal(pipeline: &Pipeline, format: TextureFormat, wants: &Wants<'_>, samples: u32, profile: &TargetProfile) -> Option<String> {
+    let missing = format.required_features() - profile.features;
+    if !missing.is_empty() {
+        return Some(format!("needs a feature that the profile {} does not have", profile.name));
+    }
+    let guaranteed = format.guaranteed_format_features(profile.features);
+    for (pass, one) in &wants.uses {
+        let name = &pipeline.pass(*pass).name;
+        let is_depth = matches!(
+            one.usage,
+            Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly
+        );
+        if is_depth && !format.has_depth_aspect() {
+            return Some(format!("cannot be a depth attachment (\"{name}\")"));
+        }
+        let is_color = matches!(one.usage, Usage::ColorAttachment | Usage::ColorAttachmentLoad);
+        if is_color && (format.has_depth_aspect() || format.has_stencil_aspect()) {
+            return Some(format!("cannot be a color attachment (\"{name}\")"));
+        }
+        if !guaranteed.allowed_usages.contains(one.usage.texture_usages()) {
+            return Some(format!("cannot be used as {} (\"{name}\")", one.usage.name()));
+        }
+        if samples > 1 && one.usage.is_attachment() && !guaranteed.flags.sample_count_supported(samples) {
+            return Some(format!("cannot have {samples} samples"));
+        }
+    }
+    if wants.blends && !guaranteed.flags.contains(TextureFormatFeatureFlags::BLENDABLE) {
+        return Some("cannot be blended".to_owned());
+    }
+    for (pass, binding) in &wants.bindings {
+        let name = &pipeline.pass(*pass).name;
+        match binding {
+            BindingType::Texture { sample_type, .. } => {
+                let aspect = format.has_depth_aspect().then_some(wgpu_types::TextureAspect::DepthOnly);
+                let have = format.sample_type(aspect, Some(profile.features));
+                let fits = match (have, sample_type) {
+                    (Some(TextureSampleType::Float { filterable: true }), TextureSampleType::Float { .. }) => true,
+                    (Some(TextureSampleType::Float { filterable: false }), TextureSampleType::Float { filterable }) => !filterable,
+                    (Some(TextureSampleType::Depth), TextureSampleType::Float { filterable }) => !filterable,
+                    (Some(have), want) => have == *want,
+                    (None, _) => false,
+                };
+                if !fits {
+                    return Some(format!("cannot be sampled as the shader of \"{name}\" does"));
+                }
+            }
+            BindingType::StorageTexture { format: wanted, .. } if *wanted != format => {
+                return Some(format!("is not {}, which the shader of \"{name}\" declares", format_name(*wanted)));
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
+/// Names for a did-you-mean; the formats that are renderable, storable or a depth format in core WebGPU.
+const KNOWN: &[&str] = &[
+    "r8unorm", "r8uint", "r16float", "r16uint", "rg8unorm", "r32float", "r32uint", "r32sint", "rg16float", "rgba8unorm",
+    "rgba8unorm-srgb", "bgra8unorm", "bgra8unorm-srgb", "rgb10a2unorm", "rg11b10ufloat", "rg32float", "rgba16float",
+    "rgba16uint", "rgba32float", "rgba32uint", "depth16unorm", "depth24plus", "depth24plus-stencil8", "depth32float",
+    "depth32float-stencil8", "stencil8",
+];

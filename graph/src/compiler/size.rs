@@ -1,0 +1,260 @@
+//! Sizes: expressions over the viewport and other resources, evaluated when both are known.
+//!
+//! A size may name other resources, so resources are evaluated on demand; one whose size depends on itself is a
+//! finding. A width, height, layer or mip count that is not whole is rounded down; zero, or more than the profile's
+//! limits allow, is a finding.
+
+use std::cell::RefCell;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::expression::{Scope, Value};
+use crate::language::{Expr, TextureShape};
+use crate::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, evaluate_at};
+use crate::source::{Sources, Span};
+use crate::work::ResourceHandle;
+
+/// The size of a texture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+pub struct TextureSize {
+    /// In texels.
+    pub width: u32,
+    /// In texels.
+    pub height: u32,
+    /// Array layers; for a volume its depth.
+    pub layers: u32,
+    /// Mip levels.
+    pub mips: u32,
+    /// Samples of each texel.
+    pub samples: u32,
+}
+
+/// The size of a resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Size {
+    Texture(TextureSize),
+    Buffer(u64),
+    Host,
+}
+
+#[derive(Clone, Copy)]
+enum State {
+    Unknown,
+    InProgress,
+    Known(Size),
+    Failed,
+}
+
+/// Evaluates sizes and other deferred expressions for one viewport.
+pub(super) struct Sizes<'a> {
+    pipeline: &'a Pipeline,
+    sources: &'a Sources,
+    viewport: [u32; 2],
+    scope: StaticScope,
+    states: RefCell<Vec<State>>,
+    findings: RefCell<Diagnostics>,
+    /// Sizes of imported textures that the host has told.
+    imported: Vec<Option<TextureSize>>,
+}
+
+impl<'a> Sizes<'a> {
+    pub(super) fn new(
+        pipeline: &'a Pipeline,
+        sources: &'a Sources,
+        viewport: [u32; 2],
+        imported: Vec<Option<TextureSize>>,
+    ) -> Self {
+        Self {
+            pipeline,
+            sources,
+            viewport,
+            scope: pipeline.scope(),
+            states: RefCell::new(vec![State::Unknown; pipeline.resources.len()]),
+            findings: RefCell::new(Diagnostics::new()),
+            imported,
+        }
+    }
+
+    /// The findings so far.
+    pub(super) fn into_findings(self) -> Diagnostics {
+        self.findings.into_inner()
+    }
+
+    /// The size of a resource; `None` after a finding.
+    pub(super) fn of(&self, handle: ResourceHandle) -> Option<Size> {
+        let state = self.states.borrow()[handle.index()];
+        match state {
+            State::Known(size) => Some(size),
+            State::Failed => None,
+            State::InProgress => {
+                let resource = self.pipeline.resource(handle);
+                let message = format!("the size of \"{}\" depends on itself", resource.name);
+                self.report(codes::SIZE_CYCLE, resource, "/texture/size", message, "give one of the resources a size of its own");
+                self.states.borrow_mut()[handle.index()] = State::Failed;
+                None
+            }
+            State::Unknown => {
+                self.states.borrow_mut()[handle.index()] = State::InProgress;
+                let size = self.evaluate_size(handle);
+                let already_failed = matches!(self.states.borrow()[handle.index()], State::Failed);
+                let state = size.filter(|_| !already_failed).map_or(State::Failed, State::Known);
+                self.states.borrow_mut()[handle.index()] = state;
+                size.filter(|_| !already_failed)
+            }
+        }
+    }
+
+    /// The size of a texture.
+    pub(super) fn texture(&self, handle: ResourceHandle) -> Option<TextureSize> {
+        match self.of(handle)? {
+            Size::Texture(size) => Some(size),
+            _ => None,
+        }
+    }
+
+    /// Evaluates an expression at its place.
+    pub(super) fn value(&self, expression: &crate::expression::Expression, place: Span, pointer: &str) -> Option<Value> {
+        let mut findings = Diagnostics::new();
+        let value = evaluate_at(expression, self, place, pointer, self.sources, &mut findings);
+        self.findings.borrow_mut().extend(findings);
+        value
+    }
+
+    fn evaluate_size(&self, handle: ResourceHandle) -> Option<Size> {
+        let resource = self.pipeline.resource(handle);
+        match &resource.kind {
+            ResourceKind::Data(_) => Some(Size::Host),
+            ResourceKind::Buffer(buffer) => {
+                let bytes = self.number(resource, &buffer.size, "/buffer/size")?;
+                let limit = self.pipeline.profile.limits.max_buffer_size as f64;
+                if !(1.0..=limit).contains(&bytes) {
+                    let message = format!("the buffer \"{}\" has {bytes} bytes", resource.name);
+                    self.report(codes::SIZE_LIMIT, resource, "/buffer/size", message, &format!("1 to {limit} are possible"));
+                    return None;
+                }
+                Some(Size::Buffer((bytes as u64).next_multiple_of(4)))
+            }
+            ResourceKind::Texture(texture) => {
+                if let Some(size) = self.imported.get(handle.index()).copied().flatten() {
+                    return Some(Size::Texture(size));
+                }
+                let sides = self.value_of(resource, &texture.size, "/texture/size")?.numbers();
+                let Some([width, height]) = sides.as_deref() else {
+                    let message = format!("the size of \"{}\" is not a width and a height", resource.name);
+                    self.report(codes::SIZE_LIMIT, resource, "/texture/size", message, "write [width, height], or \"viewport\"");
+                    return None;
+                };
+                let limits = &self.pipeline.profile.limits;
+                let volume = texture.view == Some(TextureShape::D3);
+                let side = if volume { limits.max_texture_dimension_3d } else { limits.max_texture_dimension_2d };
+                let deep = if volume { limits.max_texture_dimension_3d } else { limits.max_texture_array_layers };
+                let whole = |value: f64, limit: u32, what: &str, pointer: &str| -> Option<u32> {
+                    let value = value.floor();
+                    if (1.0..=f64::from(limit)).contains(&value) {
+                        return Some(value as u32);
+                    }
+                    let message = format!("the {what} of \"{}\" is {value}", resource.name);
+                    let help = format!("1 to {limit} are possible on the profile {}", self.pipeline.profile.name);
+                    self.report(codes::SIZE_LIMIT, resource, pointer, message, &help);
+                    None
+                };
+                let width_whole = whole(*width, side, "width", "/texture/size");
+                let height_whole = whole(*height, side, "height", "/texture/size");
+                let optional = |expr: &Option<Expr>, limit: u32, what: &str, pointer: &str| match expr {
+                    Some(expr) => whole(self.number(resource, expr, pointer)?, limit, what, pointer),
+                    None => Some(1),
+                };
+                let layers = optional(&texture.layers, deep, "layer count", "/texture/layers");
+                let samples = optional(&texture.samples, 4, "sample count", "/texture/samples");
+                let (width, height, layers, samples) = (width_whole?, height_whole?, layers?, samples?);
+                let most = width.max(height).max(if volume { layers } else { 1 }).ilog2() + 1;
+                let mips = optional(&texture.mips, most, "mip count", "/texture/mips")?;
+                if samples != 1 && samples != 4 {
+                    let message = format!("the sample count of \"{}\" is {samples}", resource.name);
+                    self.report(codes::SIZE_LIMIT, resource, "/texture/samples", message, "1 and 4 are possible");
+                    return None;
+                }
+                if matches!(texture.view, Some(TextureShape::Cube | TextureShape::CubeArray)) && (layers % 6 != 0 || width != height) {
+                    let message = format!("the cube \"{}\" is {width} by {height} with {layers} layers", resource.name);
+                    self.report(codes::SIZE_LIMIT, resource, "/texture", message, "cubes are square and have six layers each");
+                    return None;
+                }
+                Some(Size::Texture(TextureSize { width, height, layers, mips, samples }))
+            }
+        }
+    }
+
+    fn number(&self, resource: &Resource, expr: &Expr, pointer: &str) -> Option<f64> {
+        match self.value_of(resource, expr, pointer)? {
+            Value::Number(number) => Some(number),
+            other => {
+                let message = format!("a number is wanted here, this is {}", other.kind_name());
+                self.report(codes::EXPRESSION_TYPE, resource, pointer, message, "make the expression yield a number");
+                None
+            }
+        }
+    }
+
+    fn value_of(&self, resource: &Resource, expr: &Expr, pointer: &str) -> Option<Value> {
+        let place = self.place(resource, pointer);
+        let expression = match expr.parse() {
+            Ok(expression) => expression,
+            Err(error) => {
+                let value = crate::document::Value {
+                    span: place,
+                    kind: crate::document::Kind::Text(expr.0.as_str().unwrap_or_default().to_owned()),
+                };
+                let finding = crate::pipeline::expression_finding(&error, &value, self.sources.text(place));
+                self.findings.borrow_mut().push(finding.pointer(format!("{}{pointer}", resource.pointer)));
+                return None;
+            }
+        };
+        self.value(&expression, place, &format!("{}{pointer}", resource.pointer))
+    }
+
+    fn place(&self, resource: &Resource, pointer: &str) -> Span {
+        resource.value.nearest(pointer).span
+    }
+
+    fn report(&self, code: crate::diagnostic::Code, resource: &Resource, pointer: &str, message: String, help: &str) {
+        let finding = Diagnostic::error(code, self.place(resource, pointer), message)
+            .help(help)
+            .pointer(format!("{}{pointer}", resource.pointer));
+        self.findings.borrow_mut().push(finding);
+    }
+}
+
+impl Scope for Sizes<'_> {
+    fn lookup(&self, name: &str) -> Option<Value> {
+        if let Some(value) = self.scope.lookup(name) {
+            return Some(value);
+        }
+        let number = |value: u32| Value::Number(f64::from(value));
+        let pair = |width: u32, height: u32| Value::List(vec![number(width), number(height)]);
+        let [width, height] = self.viewport;
+        match name {
+            "viewport" => return Some(pair(width, height)),
+            "viewport.width" => return Some(number(width)),
+            "viewport.height" => return Some(number(height)),
+            _ => {}
+        }
+        let (head, property) = name.split_once('.').map_or((name, None), |(head, tail)| (head, Some(tail)));
+        let handle = self.pipeline.find_resource(head)?;
+        match (self.of(handle)?, property) {
+            (Size::Texture(size), None) => Some(pair(size.width, size.height)),
+            (Size::Texture(size), Some("width")) => Some(number(size.width)),
+            (Size::Texture(size), Some("height")) => Some(number(size.height)),
+            (Size::Texture(size), Some("layers")) => Some(number(size.layers)),
+            (Size::Texture(size), Some("mips")) => Some(number(size.mips)),
+            (Size::Texture(size), Some("samples")) => Some(number(size.samples)),
+            (Size::Buffer(bytes), None | Some("size")) => Some(Value::Number(bytes as f64)),
+            _ => None,
+        }
+    }
+
+    fn names(&self) -> Vec<String> {
+        let mut names = self.scope.names();
+        names.extend(self.pipeline.resources.iter().map(|resource| resource.name.clone()));
+        names.push("viewport".to_owned());
+        names
+    }
+}

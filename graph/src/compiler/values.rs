@@ -1,0 +1,102 @@
+//! Blocks of expression values, packed to the bytes that a shader expects.
+
+use serde::Serialize;
+
+use super::size::Sizes;
+use crate::data::{Component, ValueType};
+use crate::diagnostic::{Diagnostic, codes};
+use crate::expression::Value;
+use crate::pipeline::{element_type, member_runs};
+use crate::shader::{Member, TypeLayout};
+use crate::work::Deferred;
+
+/// The bytes of one block.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct PackedBlock {
+    /// The bind group.
+    pub group: u32,
+    /// The binding in it.
+    pub binding: u32,
+    /// The bytes.
+    pub bytes: Vec<u8>,
+}
+
+/// Packs the values of a block's members.
+pub(super) fn pack(
+    layout: &TypeLayout,
+    values: &[(String, Deferred)],
+    sizes: &Sizes<'_>,
+    findings: &mut Vec<Diagnostic>,
+) -> Option<Vec<u8>> {
+    let TypeLayout::Struct { members, .. } = layout else { return None };
+    let mut bytes = vec![0; layout.size() as usize];
+    let mut fine = true;
+    for member in members {
+        let Some((_, deferred)) = values.iter().find(|(name, _)| *name == member.name) else { continue };
+        let Some(value) = sizes.value(&deferred.expression, deferred.place, &deferred.pointer) else {
+            fine = false;
+            continue;
+        };
+        if let Err(message) = pack_member(member, &value, &mut bytes) {
+            fine = false;
+            findings.push(
+                Diagnostic::error(codes::EXPRESSION_TYPE, deferred.place, message)
+                    .pointer(&deferred.pointer)
+                    .help(format!("the shader declares \"{}\" as {}", member.name, member.layout.spelling())),
+            );
+        }
+    }
+    fine.then_some(bytes)
+}
+
+fn pack_member(member: &Member, value: &Value, bytes: &mut [u8]) -> Result<(), String> {
+    let mut numbers = Vec::new();
+    flatten(value, &mut numbers)?;
+    let element = match &member.layout {
+        TypeLayout::Array { element, .. } => element_type(element),
+        other => element_type(other),
+    };
+    let Some(element) = element else { return Err(format!("\"{}\" is of a type that values cannot fill", member.name)) };
+    let per_element = element.element_words();
+    let count = numbers.len();
+    let whole = match &member.layout {
+        TypeLayout::Array { .. } => (count % per_element == 0).then(|| element.array((count / per_element) as u32)),
+        _ => (count == per_element).then_some(element),
+    };
+    let scalars = ValueType::vector(element.component, 1).array(count as u32);
+    let runs = whole
+        .and_then(|own| member_runs(&member.layout, own, member.offset))
+        .or_else(|| member_runs(&member.layout, scalars, member.offset))
+        .ok_or_else(|| format!("\"{}\" is given {count} numbers", member.name))?;
+    for (word, length, offset) in runs {
+        for at in 0..length {
+            let number = numbers[(word + at) as usize];
+            let word_bytes = to_bytes(number, element.component)
+                .ok_or_else(|| format!("{number} is no {} for \"{}\"", element.component, member.name))?;
+            let start = (offset + at * 4) as usize;
+            bytes[start..start + 4].copy_from_slice(&word_bytes);
+        }
+    }
+    Ok(())
+}
+
+fn to_bytes(number: f64, component: Component) -> Option<[u8; 4]> {
+    let whole = number.fract() == 0.0;
+    match component {
+        Component::F32 => (number.abs() <= f64::from(f32::MAX)).then(|| (number as f32).to_le_bytes()),
+        Component::U32 => (whole && (0.0..=f64::from(u32::MAX)).contains(&number)).then(|| (number as u32).to_le_bytes()),
+        Component::I32 => {
+            (whole && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&number)).then(|| (number as i32).to_le_bytes())
+        }
+    }
+}
+
+fn flatten(value: &Value, numbers: &mut Vec<f64>) -> Result<(), String> {
+    match value {
+        Value::Number(number) => numbers.push(*number),
+        Value::Bool(value) => numbers.push(f64::from(u8::from(*value))),
+        Value::List(list) => list.iter().try_for_each(|value| flatten(value, numbers))?,
+        Value::Text(text) => return Err(format!("a number is wanted here, this is the text \"{text}\"")),
+    }
+    Ok(())
+}
