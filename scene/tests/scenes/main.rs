@@ -4,3 +4,4 @@ mod bad_input;
 mod document;
 mod hostile_input;
 mod loading;
+mod own_scenes;

@@ -1,0 +1,343 @@
+//! A glTF document under construction, and its binary form.
+//!
+//! Objects are written as JSON when they are added, and joined when the document is; only nodes wait for their children.
+
+use super::json::{Object, array, number, numbers, string};
+use super::shape::Shape;
+use super::streams::{Streams, Weight};
+use super::vector::Placement;
+
+/// Names a material of a document.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct MaterialId(usize);
+
+/// Names a mesh of a document.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct MeshId(usize);
+
+/// Names a node of a document.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct NodeId(usize);
+
+/// A surface to be added.
+#[derive(Clone, Debug)]
+pub(crate) struct Material<'a> {
+    pub(crate) name: &'a str,
+    /// Linear base colour, multiplied with the texture.
+    pub(crate) color: [f64; 3],
+    /// Linear colour that it emits.
+    pub(crate) emissive: [f64; 3],
+    /// A PNG file.
+    pub(crate) texture: Option<Vec<u8>>,
+    /// Draws only where alpha is at least this.
+    pub(crate) alpha_cutoff: Option<f64>,
+    pub(crate) double_sided: bool,
+}
+
+impl Default for Material<'_> {
+    fn default() -> Self {
+        Self {
+            name: "",
+            color: [1.0; 3],
+            emissive: [0.0; 3],
+            texture: None,
+            alpha_cutoff: None,
+            double_sided: false,
+        }
+    }
+}
+
+/// A light to be added; it shines along −Z of its node.
+#[derive(Clone, Debug)]
+pub(crate) struct Light<'a> {
+    pub(crate) name: &'a str,
+    /// `directional`, `point` or `spot`.
+    pub(crate) kind: &'a str,
+    pub(crate) color: [f64; 3],
+    /// Lux for a directional light, else candela.
+    pub(crate) intensity: f64,
+    /// In metres.
+    pub(crate) range: Option<f64>,
+    /// Inner and outer angle from the axis, in degrees, for a spot.
+    pub(crate) cone: Option<(f64, f64)>,
+    /// `angular_diameter_deg` or `radius`, and its value.
+    pub(crate) size: Option<(&'a str, f64)>,
+}
+
+/// A glTF document under construction.
+#[derive(Default)]
+pub(crate) struct Document {
+    name: String,
+    textures: Vec<Vec<u8>>,
+    materials: Vec<String>,
+    is_textured: Vec<bool>,
+    meshes: Vec<String>,
+    triangles_of_meshes: Vec<usize>,
+    drawn_triangles: usize,
+    nodes: Vec<Object>,
+    children: Vec<Vec<usize>>,
+    roots: Vec<usize>,
+    cameras: Vec<String>,
+    lights: Vec<String>,
+    skins: Vec<String>,
+    animations: Vec<String>,
+    streams: Streams,
+}
+
+impl Document {
+    /// An empty scene.
+    pub(crate) fn new(name: &str) -> Self {
+        Self { name: name.to_owned(), ..Self::default() }
+    }
+
+    /// How many triangles the scene draws, each mesh counted as often as it is placed.
+    pub(crate) fn drawn_triangles(&self) -> usize {
+        self.drawn_triangles
+    }
+
+    /// Adds a surface.
+    pub(crate) fn material(&mut self, material: Material<'_>) -> MaterialId {
+        let texture = material.texture.map(|texture| {
+            self.textures.push(texture);
+            Object::default().with("index", self.textures.len() - 1).json()
+        });
+        self.is_textured.push(texture.is_some());
+        let [red, green, blue] = material.color;
+        let surface = Object::default()
+            .with("baseColorFactor", numbers(&[red, green, blue, 1.0]))
+            .with_some("baseColorTexture", texture)
+            .with("metallicFactor", 0)
+            .with("roughnessFactor", 1);
+        let emits = material.emissive != [0.0; 3];
+        let json = Object::default()
+            .with("name", string(material.name))
+            .with("pbrMetallicRoughness", surface.json())
+            .with_some("emissiveFactor", emits.then(|| numbers(&material.emissive)))
+            .with_some("alphaMode", material.alpha_cutoff.map(|_| string("MASK")))
+            .with_some("alphaCutoff", material.alpha_cutoff.map(number))
+            .with_some("doubleSided", material.double_sided.then_some(true));
+        self.materials.push(json.json());
+        MaterialId(self.materials.len() - 1)
+    }
+
+    /// Adds a mesh of shapes with their materials.
+    pub(crate) fn mesh(&mut self, name: &str, parts: &[(MaterialId, &Shape)]) -> MeshId {
+        let primitives = parts
+            .iter()
+            .map(|(material, shape)| {
+                self.streams.primitive(material.0, self.is_textured[material.0], shape, None)
+            })
+            .collect::<Vec<_>>();
+        self.finish_mesh(name, primitives, parts.iter().map(|(_, shape)| shape.triangles.len()).sum())
+    }
+
+    /// Adds a mesh whose vertices follow joints.
+    pub(crate) fn skinned_mesh(&mut self, name: &str, parts: &[(MaterialId, &Shape, &[Weight])]) -> MeshId {
+        let primitives = parts
+            .iter()
+            .map(|(material, shape, weights)| {
+                self.streams.primitive(material.0, self.is_textured[material.0], shape, Some(weights))
+            })
+            .collect::<Vec<_>>();
+        self.finish_mesh(name, primitives, parts.iter().map(|(_, shape, _)| shape.triangles.len()).sum())
+    }
+
+    fn finish_mesh(&mut self, name: &str, primitives: Vec<String>, triangles: usize) -> MeshId {
+        let mesh = Object::default().with("name", string(name)).with("primitives", array(primitives));
+        self.meshes.push(mesh.json());
+        self.triangles_of_meshes.push(triangles);
+        MeshId(self.meshes.len() - 1)
+    }
+
+    fn node(&mut self, parent: Option<NodeId>, node: Object) -> NodeId {
+        let index = self.nodes.len();
+        self.nodes.push(node);
+        self.children.push(Vec::new());
+        match parent {
+            Some(parent) => self.children[parent.0].push(index),
+            None => self.roots.push(index),
+        }
+        NodeId(index)
+    }
+
+    /// Adds a node that only groups others.
+    pub(crate) fn group(&mut self, name: &str, parent: Option<NodeId>, placement: Placement) -> NodeId {
+        self.node(parent, placed(name, placement))
+    }
+
+    /// Adds a node that shows a mesh.
+    pub(crate) fn place(
+        &mut self,
+        name: &str,
+        parent: Option<NodeId>,
+        mesh: MeshId,
+        placement: Placement,
+    ) -> NodeId {
+        self.drawn_triangles += self.triangles_of_meshes[mesh.0];
+        self.node(parent, placed(name, placement).with("mesh", mesh.0))
+    }
+
+    /// Adds a perspective camera: vertical field of view in degrees, near and far in metres.
+    pub(crate) fn camera(&mut self, name: &str, placement: Placement, fov: f64, near: f64, far: f64) {
+        let view = Object::default()
+            .with("yfov", number(fov.to_radians()))
+            .with("znear", number(near))
+            .with("zfar", number(far));
+        let camera = Object::default()
+            .with("name", string(name))
+            .with("type", string("perspective"))
+            .with("perspective", view.json());
+        self.cameras.push(camera.json());
+        self.node(None, placed(name, placement).with("camera", self.cameras.len() - 1));
+    }
+
+    /// Adds a light.
+    pub(crate) fn light(
+        &mut self,
+        parent: Option<NodeId>,
+        placement: Placement,
+        light: &Light<'_>,
+    ) -> NodeId {
+        let cone = light.cone.map(|(inner, outer)| {
+            let cone = Object::default().with("innerConeAngle", number(inner.to_radians()));
+            cone.with("outerConeAngle", number(outer.to_radians())).json()
+        });
+        let extras = light.size.map(|(key, value)| Object::default().with(key, number(value)).json());
+        let json = Object::default()
+            .with("name", string(light.name))
+            .with("type", string(light.kind))
+            .with("color", numbers(&light.color))
+            .with("intensity", number(light.intensity))
+            .with_some("range", light.range.map(number))
+            .with_some("spot", cone)
+            .with_some("extras", extras);
+        self.lights.push(json.json());
+        let index = Object::default().with("light", self.lights.len() - 1);
+        let extension = Object::default().with("KHR_lights_punctual", index.json());
+        self.node(parent, placed(light.name, placement).with("extensions", extension.json()))
+    }
+
+    /// Adds a skin for a node that shows a skinned mesh: its joints, and where each of them stands in the mesh's space at
+    /// rest (unrotated).
+    pub(crate) fn skin(&mut self, node: NodeId, joints: &[(NodeId, super::Vec3)]) {
+        let matrices: Vec<f64> = joints
+            .iter()
+            .flat_map(|(_, at)| [1., 0., 0., 0., 0., 1., 0., 0., 0., 0., 1., 0., -at.x, -at.y, -at.z, 1.])
+            .collect();
+        let matrices = self.streams.floats(&matrices, 16, "MAT4");
+        let joints = array(joints.iter().map(|(joint, _)| joint.0.to_string()));
+        self.skins
+            .push(Object::default().with("inverseBindMatrices", matrices).with("joints", joints).json());
+        self.nodes[node.0] = self.nodes[node.0].clone().with("skin", self.skins.len() - 1);
+    }
+
+    /// Adds an animation: for each channel a node, the property (`translation` or `rotation`), key times in seconds and
+    /// the values, three or four numbers for each key.
+    pub(crate) fn animation(&mut self, name: &str, channels: &[(NodeId, &str, Vec<f64>, Vec<f64>)]) {
+        let (mut samplers, mut targets) = (Vec::new(), Vec::new());
+        for (index, (node, property, times, values)) in channels.iter().enumerate() {
+            let (parts, kind) = if *property == "rotation" { (4, "VEC4") } else { (3, "VEC3") };
+            let input = self.streams.floats(times, 1, "SCALAR");
+            let output = self.streams.floats(values, parts, kind);
+            samplers.push(Object::default().with("input", input).with("output", output).json());
+            let target = Object::default().with("node", node.0).with("path", string(property));
+            targets.push(Object::default().with("sampler", index).with("target", target.json()).json());
+        }
+        let animation = Object::default().with("name", string(name)).with("channels", array(targets));
+        self.animations.push(animation.with("samplers", array(samplers)).json());
+    }
+
+    /// The document as a binary glTF.
+    pub(crate) fn glb(&self) -> Vec<u8> {
+        let (mut binary, mut views) = (Vec::new(), Vec::new());
+        let mut view = |bytes: &[u8], stride: Option<usize>, target: Option<u32>| {
+            let offset = binary.len();
+            binary.extend(bytes);
+            binary.resize(binary.len().next_multiple_of(4), 0);
+            let view = Object::default()
+                .with("buffer", 0)
+                .with("byteOffset", offset)
+                .with("byteLength", bytes.len());
+            views.push(view.with_some("byteStride", stride).with_some("target", target).json());
+            views.len() - 1
+        };
+        for (bytes, stride, target) in self.streams.views() {
+            view(bytes, stride, target);
+        }
+        let images = self.textures.iter().map(|texture| {
+            let view = view(texture, None, None);
+            Object::default().with("bufferView", view).with("mimeType", string("image/png")).json()
+        });
+        let images: Vec<String> = images.collect();
+        let textures =
+            (0..images.len()).map(|image| Object::default().with("sampler", 0).with("source", image).json());
+        let sampler = Object::default()
+            .with("magFilter", 9729)
+            .with("minFilter", 9987)
+            .with("wrapS", 10_497)
+            .with("wrapT", 10_497);
+        let nodes = self.nodes.iter().zip(&self.children).map(|(node, children)| {
+            let children = (!children.is_empty()).then(|| array(children.iter().map(usize::to_string)));
+            node.clone().with_some("children", children).json()
+        });
+        let scene = Object::default()
+            .with("name", string(&self.name))
+            .with("nodes", array(self.roots.iter().map(usize::to_string)));
+        let asset = Object::default()
+            .with("version", string("2.0"))
+            .with("generator", string("umbragraph example scenes"));
+        let lights = (!self.lights.is_empty()).then(|| {
+            let lights = Object::default().with("lights", array(self.lights.clone()));
+            Object::default().with("KHR_lights_punctual", lights.json()).json()
+        });
+        let used = lights.as_ref().map(|_| array([string("KHR_lights_punctual")]));
+        let list = |values: &[String]| (!values.is_empty()).then(|| array(values.to_vec()));
+        let json = Object::default()
+            .with("asset", asset.json())
+            .with_some("extensionsUsed", used)
+            .with_some("extensions", lights)
+            .with("scene", 0)
+            .with("scenes", array([scene.json()]))
+            .with("nodes", array(nodes))
+            .with_some("cameras", list(&self.cameras))
+            .with("meshes", array(self.meshes.clone()))
+            .with("materials", array(self.materials.clone()))
+            .with_some("textures", list(&textures.collect::<Vec<_>>()))
+            .with_some("samplers", (!images.is_empty()).then(|| array([sampler.json()])))
+            .with_some("images", list(&images))
+            .with_some("skins", list(&self.skins))
+            .with_some("animations", list(&self.animations))
+            .with("accessors", array(self.streams.accessors.clone()))
+            .with("bufferViews", array(views))
+            .with("buffers", array([Object::default().with("byteLength", binary.len()).json()]));
+        container(json.json().into_bytes(), &binary)
+    }
+}
+
+fn placed(name: &str, placement: Placement) -> Object {
+    let node = Object::default().with("name", string(name));
+    if placement == Placement::IDENTITY {
+        node
+    } else if placement.axes == Placement::IDENTITY.axes {
+        node.with("translation", numbers(&placement.origin.array()))
+    } else {
+        let column = |axis: usize| placement.axes[axis].array();
+        let [[a, b, c], [d, e, f], [g, h, i], [x, y, z]] =
+            [column(0), column(1), column(2), placement.origin.array()];
+        node.with("matrix", numbers(&[a, b, c, 0.0, d, e, f, 0.0, g, h, i, 0.0, x, y, z, 1.0]))
+    }
+}
+
+fn container(mut json: Vec<u8>, binary: &[u8]) -> Vec<u8> {
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut bytes = b"glTF".to_vec();
+    let word = |bytes: &mut Vec<u8>, value: usize| bytes.extend((value as u32).to_le_bytes());
+    word(&mut bytes, 2);
+    word(&mut bytes, 12 + 8 + json.len() + 8 + binary.len());
+    for (kind, content) in [(b"JSON", &json[..]), (b"BIN\0", binary)] {
+        word(&mut bytes, content.len());
+        bytes.extend(kind);
+        bytes.extend(content);
+    }
+    bytes
+}

@@ -1,0 +1,206 @@
+//! Materials and procedural textures of the courtyard.
+
+use crate::glb::document::MaterialId;
+use crate::glb::noise::{fractal, unit};
+use crate::glb::png::{Color, paletted, ramp};
+use crate::glb::{Document, Material};
+
+/// All surfaces of the scene.
+pub(crate) struct Surfaces {
+    pub(crate) pavement: MaterialId,
+    pub(crate) masonry: MaterialId,
+    pub(crate) limestone: MaterialId,
+    pub(crate) marble: MaterialId,
+    pub(crate) terracotta: MaterialId,
+    pub(crate) tiles: MaterialId,
+    pub(crate) wood: MaterialId,
+    pub(crate) iron: MaterialId,
+    pub(crate) rope: MaterialId,
+    pub(crate) leaves: MaterialId,
+    pub(crate) cypress: MaterialId,
+    pub(crate) banner: MaterialId,
+    pub(crate) pennants: [MaterialId; 3],
+    pub(crate) meadow: MaterialId,
+    pub(crate) hills: MaterialId,
+    pub(crate) water: MaterialId,
+}
+
+/// Metres that one repetition of the pavement covers.
+pub(crate) const PAVEMENT_SIZE: f64 = 3.2;
+/// Metres that one repetition of the masonry covers.
+pub(crate) const MASONRY_SIZE: f64 = 2.4;
+
+/// Adds all materials.
+pub(crate) fn add(document: &mut Document) -> Surfaces {
+    let mut plain =
+        |name: &str, color: [f64; 3]| document.material(Material { name, color, ..Material::default() });
+    let limestone = plain("limestone", [0.66, 0.56, 0.43]);
+    let marble = plain("marble", [0.80, 0.78, 0.73]);
+    let terracotta = plain("terracotta", [0.56, 0.24, 0.13]);
+    let wood = plain("wood", [0.26, 0.16, 0.09]);
+    let iron = plain("iron", [0.045, 0.05, 0.06]);
+    let rope = plain("rope", [0.42, 0.33, 0.2]);
+    let cypress = plain("cypress", [0.045, 0.10, 0.04]);
+    let meadow = plain("meadow", [0.24, 0.25, 0.10]);
+    let hills = plain("hills", [0.22, 0.25, 0.17]);
+    let water = plain("water", [0.03, 0.11, 0.14]);
+    let mut cloth = |name: &str, color: [f64; 3]| {
+        document.material(Material { name, color, double_sided: true, ..Material::default() })
+    };
+    let pennants = [
+        cloth("red pennant", [0.55, 0.05, 0.04]),
+        cloth("ochre pennant", [0.72, 0.42, 0.06]),
+        cloth("blue pennant", [0.06, 0.16, 0.38]),
+    ];
+    let mut textured = |name: &str, texture: Vec<u8>| {
+        document.material(Material { name, texture: Some(texture), ..Material::default() })
+    };
+    let pavement = textured("pavement", pavement());
+    let masonry = textured("masonry", masonry());
+    let tiles = textured("tiles", tiles());
+    let mut masked = |name: &str, texture: Vec<u8>| {
+        document.material(Material {
+            name,
+            texture: Some(texture),
+            alpha_cutoff: Some(0.5),
+            double_sided: true,
+            ..Material::default()
+        })
+    };
+    let leaves = masked("vine leaves", leaves());
+    let banner = masked("banner", banner());
+    Surfaces {
+        pavement,
+        masonry,
+        limestone,
+        marble,
+        terracotta,
+        tiles,
+        wood,
+        iron,
+        rope,
+        leaves,
+        cypress,
+        banner,
+        pennants,
+        meadow,
+        hills,
+        water,
+    }
+}
+
+fn byte(value: f64) -> u8 {
+    (value * 255.0).round().clamp(0.0, 255.0) as u8
+}
+
+/// Rectangular slabs in rows of different heights, each slab with its own brightness and bond, in a repeating square.
+fn pavement() -> Vec<u8> {
+    const SIDE: u32 = 256;
+    const ROWS: [u32; 4] = [0, 68, 128, 200];
+    let palette = ramp(256, &[[74, 62, 50], [150, 132, 108], [196, 178, 150], [226, 210, 184]]);
+    paletted(SIDE, SIDE, &palette, |x, y| {
+        let row = ROWS.iter().rposition(|start| *start <= y).unwrap_or(0);
+        let end = ROWS.get(row + 1).copied().unwrap_or(SIDE);
+        let widths = [86, 64, 102, 52];
+        let offset = (row as u32 * 47) % widths[row];
+        let (column, inside) = ((x + offset) / widths[row], (x + offset) % widths[row]);
+        // The slab that the edge of the picture cuts is the same on both sides.
+        let column = if column * widths[row] >= SIDE + offset - offset.min(1) { 0 } else { column };
+        let grain = fractal(f64::from(x) / 16.0, f64::from(y) / 16.0, 16, 4, 5);
+        let wear = fractal(f64::from(x) / 64.0, f64::from(y) / 64.0, 4, 2, 9);
+        let edge = inside.min(widths[row] - 1 - inside).min(y - ROWS[row]).min(end - 1 - y);
+        let joint = if x == 0 || x == SIDE - 1 { 1 } else { edge };
+        let slab = 0.50 + 0.22 * unit(column.into(), row as i64 + 11);
+        let value = match joint {
+            0 => 0.10 + 0.15 * grain,
+            1 => 0.32 + 0.2 * grain,
+            _ => slab + 0.34 * (grain - 0.5) + 0.16 * (wear - 0.5),
+        };
+        byte(value)
+    })
+}
+
+/// Courses of dressed stone in running bond.
+fn masonry() -> Vec<u8> {
+    const SIDE: u32 = 128;
+    let palette = ramp(256, &[[88, 70, 50], [164, 138, 104], [208, 184, 146], [232, 214, 182]]);
+    paletted(SIDE, SIDE, &palette, |x, y| {
+        let course = y / 32;
+        let shifted = (x + course % 2 * 32) % SIDE;
+        let (block, inside) = (shifted / 64, shifted % 64);
+        let edge = inside.min(63 - inside).min(y % 32).min(31 - y % 32);
+        let grain = fractal(f64::from(x) / 8.0, f64::from(y) / 8.0, 16, 3, 21);
+        let tone = 0.54 + 0.20 * unit(block.into(), i64::from(course) + 40);
+        let value = if edge == 0 { 0.22 + 0.12 * grain } else { tone + 0.28 * (grain - 0.5) };
+        byte(value)
+    })
+}
+
+/// Round tiles in rows that overlap downwards.
+fn tiles() -> Vec<u8> {
+    const SIDE: u32 = 64;
+    let palette = ramp(256, &[[58, 26, 18], [142, 66, 40], [188, 98, 60], [214, 138, 92]]);
+    paletted(SIDE, SIDE, &palette, |x, y| {
+        let (column, row) = (x / 16, y / 32);
+        let across = f64::from(x % 16) / 15.0;
+        let round = (across * std::f64::consts::PI).sin();
+        let overlap = if y % 32 < 3 { 0.45 } else { 1.0 };
+        let tone = 0.42 + 0.28 * unit(column.into(), i64::from(row) + 70);
+        let grain = unit(x.into(), i64::from(y) + 900) - 0.5;
+        byte((tone * (0.35 + 0.85 * round) + 0.08 * grain) * overlap)
+    })
+}
+
+/// A spray of pointed leaves around the middle, everything else cut away.
+fn leaves() -> Vec<u8> {
+    const SIDE: u32 = 128;
+    let mut palette: Vec<Color> = ramp(255, &[[30, 52, 16], [72, 104, 34], [128, 150, 58], [172, 170, 80]]);
+    let hidden = palette.len() as u8;
+    // Cut away, but green: what filtering mixes in at the edges is the leaf's own colour.
+    palette.push([72, 104, 34, 0]);
+    paletted(SIDE, SIDE, &palette, |x, y| {
+        let (px, py) = (f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let mut value = None;
+        for leaf in 0..15_i64 {
+            let (a, b) = (unit(leaf, 301), unit(leaf, 302));
+            let angle = std::f64::consts::TAU * (leaf as f64 / 15.0 * 2.0 + 0.3 * a);
+            let distance = if leaf < 5 { 8.0 } else { 27.0 + 14.0 * b };
+            let (cx, cy) = (64.0 + distance * angle.cos(), 64.0 + distance * angle.sin());
+            let (sin, cos) = (angle + 1.2 * (a - 0.5)).sin_cos();
+            let (along, across) =
+                (((px - cx) * cos + (py - cy) * sin) / 17.0, ((py - cy) * cos - (px - cx) * sin) / 11.5);
+            // Broad at the stem, pointed at the tip, with a toothed edge.
+            let width =
+                (1.0 - along.abs().powf(2.2)).max(0.0) * (0.78 - 0.3 * along) + 0.05 * (along * 21.0).sin();
+            if along.abs() < 1.0 && across.abs() < width {
+                let vein = if across.abs() < 0.07 { 0.16 } else { 0.0 };
+                value = Some(0.28 + 0.4 * b + 0.18 * across + vein + 0.1 * (unit(x.into(), y.into()) - 0.5));
+            }
+        }
+        value.map_or(hidden, |value| (value.clamp(0.0, 1.0) * 254.0).round() as u8)
+    })
+}
+
+/// A red cloth with an ochre border, a sun in its middle and a swallow tail.
+fn banner() -> Vec<u8> {
+    const WIDTH: u32 = 64;
+    const HEIGHT: u32 = 192;
+    let palette: [Color; 4] = [[142, 20, 22, 255], [206, 152, 44, 255], [112, 12, 16, 255], [142, 20, 22, 0]];
+    paletted(WIDTH, HEIGHT, &palette, |x, y| {
+        let from_axis = (f64::from(x) - 31.5).abs();
+        let foot = 191.0 - (31.5 - from_axis) * 0.9;
+        if f64::from(y) > foot {
+            return 3;
+        }
+        let (dx, dy) = (f64::from(x) - 31.5, f64::from(y) - 70.0);
+        let (radius, angle) = ((dx * dx + dy * dy).sqrt(), dy.atan2(dx));
+        let rays = 13.0 + 9.0 * (angle * 6.0).cos().abs().powf(1.5);
+        let border = x.min(WIDTH - 1 - x) < 5 || y < 6 || f64::from(y) > foot - 7.0;
+        let inner = x.min(WIDTH - 1 - x) == 7 || y == 8;
+        match () {
+            () if border || radius < 10.0 || (radius > 12.5 && radius < rays) || inner => 1,
+            () if (x / 3 + y / 3) % 2 == 0 => 2,
+            () => 0,
+        }
+    })
+}
