@@ -94,12 +94,11 @@ fn road(document: &mut Document, surfaces: &Surfaces) {
     }
     let cypress = document.mesh("cypress", &[(surfaces.cypress, &nature::cypress())]);
     let mut plant = |name: String, x: f64, z: f64, height: f64| {
-        let width = height * 0.095;
         document.place(
             &name,
             Some(group),
             cypress,
-            Placement::at(x, 0.0, z).turned_y(height * 50.0).scaled(width, height, width),
+            Placement::at(x, 0.0, z).turned_y(height * 50.0).scaled(height, height, height),
         );
     };
     for at in 0..16_i64 {

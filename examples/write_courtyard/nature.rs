@@ -35,24 +35,24 @@ pub(crate) fn foliage(count: i64, low: Vec3, high: Vec3, size: f64, seed: i64) -
     shape
 }
 
-/// A cypress of height 1 and half-width 1, to be scaled: a slender crown of uneven lobes on a short trunk.
+/// A cypress of height 1, to be scaled: a slender crown of uneven lobes on a short trunk.
 pub(crate) fn cypress() -> Shape {
     const SEGMENTS: u32 = 12;
     const RINGS: u32 = 16;
     let point = |ring: u32, segment: u32| {
         let (t, segment) = (f64::from(ring) / f64::from(RINGS), segment % SEGMENTS);
         let angle = std::f64::consts::TAU * f64::from(segment) / f64::from(SEGMENTS);
-        let bulge = (1.0 - t).powf(0.75) * (t * 4.0).min(1.0).powf(0.6);
+        let bulge = 0.095 * (1.0 - t).powf(0.75) * (t * 4.0).min(1.0).powf(0.6);
         let ragged = if ring == 0 || ring == RINGS {
             1.0
         } else {
-            1.0 + 0.42 * (unit(ring.into(), i64::from(segment) + 77) - 0.5)
+            1.0 + 0.36 * (unit(ring.into(), i64::from(segment) + 77) - 0.5)
         };
         let lift = 0.03 * (unit(segment.into(), i64::from(ring) + 177) - 0.5);
         let (sin, cos) = angle.sin_cos();
         vec3(
             bulge * ragged * sin,
-            0.06 + 0.94 * t + if ring == RINGS { 0.0 } else { lift },
+            0.06 + 0.94 * t + if ring == 0 || ring == RINGS { 0.0 } else { lift },
             bulge * ragged * cos,
         )
     };
@@ -70,7 +70,7 @@ pub(crate) fn cypress() -> Shape {
         })
         .collect();
     tree.grid(&rows);
-    tree.and(&rod(vec3(0.0, -0.05, 0.0), vec3(0.0, 0.12, 0.0), 0.16, 7), &Placement::IDENTITY)
+    tree.and(&rod(vec3(0.0, -0.05, 0.0), vec3(0.0, 0.12, 0.0), 0.015, 7), &Placement::IDENTITY)
 }
 
 /// A hanging cloth one metre wide and three high, its upper edge around the origin, waving a little out of the XY plane.
