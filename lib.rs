@@ -1,1 +1,82 @@
-//! umbragraph
+//! A data-driven render-graph engine module for wgpu.
+//!
+//! A pipeline is a JSON file: named resources, and passes that say how they use them. This crate makes it a checked
+//! [`compiler::Plan`] without a device, with every shader variant generated from a template and proven valid, and, with
+//! the feature `gpu`, records it into the command encoder of an application of yours.
+//!
+//! ```
+//! use umbragraph::compiler::PlanOptions;
+//! use umbragraph::diagnostic::{Diagnostics, render};
+//! use umbragraph::pipeline::Choice;
+//! use umbragraph::shader::TargetProfile;
+//! use umbragraph::source::Sources;
+//!
+//! let text = r#"{
+//!   "format": 1, "name": "smallest",
+//!   "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+//!   "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } } }
+//! }"#;
+//! let mut sources = Sources::new();
+//! let mut findings = Diagnostics::new();
+//! let templates = umbragraph::templates(&mut sources, &mut findings);
+//! let file = sources.add("smallest.json", text);
+//! let checked = umbragraph::check(
+//!     file, &umbragraph::registry(), &templates, &TargetProfile::webgpu(),
+//!     &Choice::default(), &PlanOptions::new(640, 480), &sources, &mut findings,
+//! );
+//! assert!(findings.is_empty(), "{}", render::human_all(&findings, &sources));
+//! assert_eq!(checked.plan.unwrap().passes[0].name, "fill");
+//! ```
+//!
+//! Features: `gpu` (on by default) adds [`executor`] and re-exports wgpu; `gltf` (on by default) adds [`scene`].
+//! Without them nothing of wgpu-core is built.
+
+pub use umbragraph_graph::*;
+pub use umbragraph_passes as passes;
+pub use umbragraph_passes::registry;
+#[cfg(feature = "gltf")]
+pub use umbragraph_scene as scene;
+
+use std::sync::Arc;
+
+use crate::diagnostic::{Code, Diagnostics};
+use crate::shader::TemplateSet;
+use crate::source::Sources;
+
+/// The templates that come with this crate, registered under `shaders-templates/`.
+pub fn templates(sources: &mut Sources, diagnostics: &mut Diagnostics) -> Arc<TemplateSet> {
+    templates_with(&[], sources, diagnostics)
+}
+
+/// The templates that come with this crate together with files of your own, each with its name and path; one of the
+/// same name replaces the embedded one.
+pub fn templates_with(
+    files: &[(String, std::path::PathBuf)],
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Arc<TemplateSet> {
+    let mut set = TemplateSet::new();
+    for (name, path) in files {
+        match read_source(path, sources) {
+            Ok(file) => set.add_file(sources, file, name, diagnostics),
+            Err(finding) => diagnostics.push(finding),
+        }
+    }
+    for (name, text) in umbragraph_shaders_templates::FILES.iter().filter(|(name, _)| files.iter().all(|(own, _)| own != name)) {
+        let file = sources.add(format!("shaders-templates/{name}"), *text);
+        set.add_file(sources, file, name, diagnostics);
+    }
+    set.check(diagnostics);
+    Arc::new(set)
+}
+
+/// Every code that a finding of this crate can have, by its id.
+pub fn codes() -> Vec<Code> {
+    let mut codes = diagnostic::codes::ALL.to_vec();
+    codes.extend_from_slice(shader::codes::ALL);
+    codes.extend_from_slice(passes::CODES);
+    #[cfg(feature = "gltf")]
+    codes.extend_from_slice(scene::codes::ALL);
+    codes.sort_unstable();
+    codes
+}

@@ -1,1 +1,43 @@
-fn main() {}
+//! The `umbragraph` command.
+//!
+//! Exit status: 0 if all is well, 1 if there are findings, 2 if the command line cannot be understood.
+
+mod arguments;
+mod check;
+#[cfg(feature = "gpu")]
+mod device;
+mod explain;
+#[cfg(feature = "gpu")]
+mod output;
+mod plan;
+#[cfg(feature = "gpu")]
+mod progress;
+#[cfg(feature = "gpu")]
+mod render;
+mod session;
+mod wgsl;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+use arguments::{Arguments, Command};
+
+fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let _ = error.print();
+            return if error.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+        }
+    };
+    let fine = match arguments.command {
+        Command::Check(arguments) => check::run(&arguments),
+        Command::Plan(arguments) => plan::run(&arguments),
+        Command::Wgsl(arguments) => wgsl::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
+        #[cfg(feature = "gpu")]
+        Command::Render(arguments) => render::run(&arguments),
+    };
+    if fine { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+}

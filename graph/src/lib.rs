@@ -1,4 +1,16 @@
-//! graph
+//! The engine of umbragraph: from the text of a pipeline to frames.
+//!
+//! ```text
+//!  text ──parse──▶ Document ──load──▶ Pipeline ──build──▶ Graph ──plan──▶ Plan ──new──▶ Executor ──record──▶ frame
+//! ```
+//!
+//! Each arrow is one function from one type to the next: [`document::parse`], [`pipeline::load`],
+//! [`compiler::build`], [`compiler::plan`]; with the feature `gpu` an executor realizes plans with wgpu. Everything
+//! before that is deterministic and needs no device. [`check`] goes all the way in one call.
+//!
+//! Findings are collected, never the first only: see [`diagnostic`]. What a pass can be is open: see [`node`]. This
+//! crate knows nothing of shadows; the node kinds that do are built on its public interface alone.
+
 pub mod compiler;
 pub mod data;
 pub mod diagnostic;
@@ -12,3 +24,10 @@ pub mod pipeline;
 pub mod shader;
 pub mod source;
 pub mod work;
+
+mod check;
+
+pub use check::{Checked, check, read_source};
+pub use wgpu_types;
+#[cfg(feature = "gpu")]
+pub use wgpu;

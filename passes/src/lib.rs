@@ -1,1 +1,31 @@
-//! passes
+//! The node kinds that come with umbragraph, written against the graph's public interface only, as yours would be.
+//!
+//! | kind | what a pass of it does |
+//! |---|---|
+//! | [`camera`] | publishes the frame's camera as a view |
+//! | [`cascades`] | fits cascades of a directional light to the camera |
+//! | [`draw`] | draws the host's meshes, once for each view |
+//! | [`fullscreen`] | runs a fragment shader over its attachments |
+//! | [`compute`] | dispatches a compute shader |
+//! | [`copy`] | copies a texture |
+
+pub mod attachment;
+pub mod compute;
+pub mod copy;
+pub mod draw;
+pub mod fullscreen;
+
+
+use umbragraph_graph::node::Registry;
+
+/// All node kinds of this crate.
+pub fn registry() -> Registry {
+    let mut registry = Registry::new();
+    registry
+        .register::<compute::Compute>()
+        .register::<copy::Copy>()
+        .register::<draw::Draw>()
+        .register::<fullscreen::Fullscreen>();
+    registry
+}
+pub const CODES: &[umbragraph_graph::diagnostic::Code] = &[];

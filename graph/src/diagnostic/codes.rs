@@ -16,6 +16,12 @@ crate::codes! {
     /// A file that cannot be written.
     FILE_UNWRITABLE = "UG0004", "file cannot be written",
         "The output could not be written. Nothing is left half: output goes to a temporary file first, which is renamed when it is whole.";
+    /// A setting on the command line without a value.
+    SETTING_FORM = "UG0005", "not a setting",
+        "Settings on the command line are written NAME=VALUE; the value is JSON, or a word of an enumeration.";
+    /// A target profile that does not exist.
+    UNKNOWN_PROFILE = "UG0006", "unknown profile",
+        "A target profile that does not exist is asked for, or claimed by a pipeline. The profiles are webgpu, webgpu-compat, vulkan, metal, dx12 and gles.";
     /// A text that is not JSON.
     SYNTAX = "UG0101", "not JSON",
         "Pipelines are strict JSON (RFC 8259) with `//` and `/* */` comments. Trailing commas, single quotes, bare keys, hexadecimal numbers, NaN and nesting beyond 512 levels are refused. The parser stops at the first such place.";

@@ -35,11 +35,15 @@ impl Checker<'_> {
             return;
         }
         for word in ["oneOf", "anyOf"] {
-            if let Some(Json::Array(branches)) = rules.get(word) {
-                self.alternatives(value, branches, pointer, depth);
-                if !rules.contains_key("properties") {
+            match rules.get(word) {
+                Some(Json::Array(branches)) if rules.contains_key("properties") => {
+                    self.exactly_one_key(value, rules, branches, pointer);
+                }
+                Some(Json::Array(branches)) => {
+                    self.alternatives(value, branches, pointer, depth);
                     return;
                 }
+                _ => {}
             }
         }
         if let Some(Json::Array(all)) = rules.get("allOf") {
@@ -108,6 +112,34 @@ impl Checker<'_> {
                     Diagnostic::error(codes::MISSING_KEY, value.span, format!("the key \"{required}\" is missing here"));
                 finding.help = description;
                 self.push(finding, pointer);
+            }
+        }
+    }
+
+    /// Alternatives beside `properties` that each require one key: exactly one of them is there. Where a key is unknown
+    /// it is probably the one, misspelt, and reported as such.
+    fn exactly_one_key(&mut self, value: &Value, rules: &serde_json::Map<String, Json>, branches: &[Json], pointer: &str) {
+        let Some(entries) = value.entries() else { return };
+        let keys: Vec<&str> = branches
+            .iter()
+            .filter_map(|branch| branch.get("required")?.as_array()?.first()?.as_str())
+            .collect();
+        let found: Vec<&super::Entry> = entries.iter().filter(|entry| keys.contains(&entry.key.as_str())).collect();
+        let properties = rules.get("properties").and_then(Json::as_object);
+        let all_known = entries.iter().all(|entry| properties.is_some_and(|properties| properties.contains_key(&entry.key)));
+        let known = format!("the keys that it can be are {}", keys.join(", "));
+        match found.as_slice() {
+            [_] => {}
+            [] if all_known => {
+                let message = "the key that says what this is is missing here";
+                self.push(Diagnostic::error(codes::MISSING_KEY, value.span, message).help(known), pointer);
+            }
+            [] => {}
+            [first, second, ..] => {
+                let message = format!("\"{}\" and \"{}\" exclude one another", first.key, second.key);
+                let finding = Diagnostic::error(codes::UNKNOWN_KEY, second.key_span, message);
+                let finding = finding.related(first.key_span, "the first of the two").help("make it two, one for each");
+                self.push(finding, &pointer_join(pointer, &second.key));
             }
         }
     }

@@ -18,19 +18,17 @@ use crate::language::{Expr, Reference, TextureShape, Word};
 use crate::shader::{AxisValue, AxisValues, TypeLayout};
 use crate::source::Span;
 use crate::work::{
-    BlockLayout, BoundSlot, Deferred, PassHandle, ProgramHandle, ResourceHandle, Sampler, SlotSource, TextureView, Work,
+    BlockLayout, BoundSlot, Deferred, ProgramHandle, ResourceHandle, Sampler, SlotSource, TextureView, Work,
 };
 
 /// Declares one pass.
 pub struct PassBuilder<'a> {
     pub(super) shared: &'a mut Shared,
     pub(super) name: &'a str,
-    pub(super) kind: &'a str,
     pub(super) settings: &'a document::Value,
     /// The pointer of the settings in the document.
     pub(super) pointer: String,
     pub(super) uses: Vec<Use>,
-    pub(super) handle: PassHandle,
 }
 
 /// The proof that a pass said what it does; made by [`PassBuilder::produce`].
@@ -200,6 +198,18 @@ impl PassBuilder<'_> {
             return None;
         }
         self.add_use(handle, part, usage, version, pointer);
+        Some(handle)
+    }
+
+    /// A declared texture of which only the size is wanted: no use is recorded.
+    pub fn declared_texture(&mut self, name: &str, pointer: &str) -> Option<ResourceHandle> {
+        let (handle, _) = self.reference(name, pointer)?;
+        let resource = &self.shared.resources[handle.index()];
+        if resource.texture().is_none() {
+            let message = format!("\"{name}\" is {}, but a texture is wanted here", resource.kind_name());
+            self.report(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
+            return None;
+        }
         Some(handle)
     }
 

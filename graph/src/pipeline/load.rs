@@ -122,14 +122,11 @@ pub fn load(
             continue;
         };
         let Some(node) = registry.get(&kind.key) else { continue };
-        let handle = PassHandle(passes.len() as u32);
         let mut builder = PassBuilder {
             name: &entry.key,
-            kind: &kind.key,
             settings: &entry.value,
             pointer: pointer.clone(),
             uses: Vec::new(),
-            handle,
             shared: &mut shared,
         };
         match common.when.as_ref().map_or(Some(true), |when| builder.boolean(when, "/when")) {

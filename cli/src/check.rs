@@ -1,0 +1,27 @@
+//! `umbragraph check`
+
+use crate::arguments::CheckArguments;
+use crate::session::Session;
+
+/// Checks pipelines; whether there were no errors.
+pub(crate) fn run(arguments: &CheckArguments) -> bool {
+    let mut session = Session::new(arguments.choices.templates.as_deref());
+    for path in &arguments.pipelines {
+        let before = session.findings.error_count();
+        let checked = session.check(path, &arguments.choices);
+        if session.findings.error_count() == before
+            && let Some(plan) = &checked.plan
+        {
+            let variants: usize = plan.pipeline.programs.iter().map(|program| program.variants.len()).sum();
+            println!(
+                "{}: {} passes ({} culled), {} resources, {variants} shader variants, valid for {}",
+                path.display(),
+                plan.passes.len() + plan.culled.len(),
+                plan.culled.len(),
+                plan.resources.len(),
+                plan.pipeline.profile.name
+            );
+        }
+    }
+    session.report()
+}

@@ -1,0 +1,52 @@
+//! A graphics device for pictures without a window.
+
+use umbragraph::diagnostic::{Diagnostic, Place, codes};
+use wgpu::{Adapter, Backend, Backends, Device, DeviceType, Instance, InstanceDescriptor, Queue};
+
+/// A device and the name of its adapter.
+pub(crate) struct Graphics {
+    pub(crate) device: Device,
+    pub(crate) queue: Queue,
+    pub(crate) name: String,
+}
+
+/// Opens the best adapter: discrete before integrated before software, and any other backend before OpenGL.
+///
+/// # Errors
+/// No adapter, or one that refuses a device.
+pub(crate) fn open() -> Result<Graphics, Diagnostic> {
+    let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::all()));
+    adapters.retain(|adapter| adapter.get_info().backend != Backend::Noop);
+    adapters.sort_by_key(rank);
+    let Some(adapter) = adapters.first() else {
+        return Err(Diagnostic::error(codes::NO_ADAPTER, Place::Nowhere, "no graphics adapter was found")
+            .help("install a driver; on Debian and Ubuntu `apt install mesa-vulkan-drivers` gives one in software"));
+    };
+    let info = adapter.get_info();
+    let name = format!("{} ({})", info.name, info.backend);
+    let wanted = wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::DEPTH_CLIP_CONTROL;
+    let descriptor = wgpu::DeviceDescriptor {
+        label: Some("umbragraph"),
+        required_features: adapter.features() & wanted,
+        required_limits: adapter.limits(),
+        ..wgpu::DeviceDescriptor::default()
+    };
+    match pollster::block_on(adapter.request_device(&descriptor)) {
+        Ok((device, queue)) => Ok(Graphics { device, queue, name }),
+        Err(error) => Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("{name} gives no device: {error}"))
+            .help("update the driver, or close what uses up its memory")),
+    }
+}
+
+fn rank(adapter: &Adapter) -> (bool, u8) {
+    let info = adapter.get_info();
+    let kind = match info.device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    };
+    (info.backend == Backend::Gl, kind)
+}

@@ -1,0 +1,91 @@
+//! The whole way from a file to a plan, and reading files.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::compiler::{self, Graph, Plan, PlanOptions};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::node::Registry;
+use crate::pipeline::{self, Choice, Pipeline};
+use crate::shader::{TargetProfile, TemplateSet};
+use crate::source::{FileId, MAXIMUM_FILE_BYTES, Sources, Span};
+use crate::document;
+
+/// What a pipeline text came to, as far as its findings let it.
+#[derive(Clone, Debug, Default)]
+pub struct Checked {
+    /// The pipeline.
+    pub pipeline: Option<Arc<Pipeline>>,
+    /// The graph.
+    pub graph: Option<Graph>,
+    /// The plan.
+    pub plan: Option<Plan>,
+}
+
+/// Takes a registered text all the way to a plan. Every finding on the way goes to `diagnostics`.
+#[allow(clippy::too_many_arguments)]
+pub fn check(
+    file: FileId,
+    registry: &Registry,
+    templates: &Arc<TemplateSet>,
+    profile: &TargetProfile,
+    choice: &Choice,
+    options: &PlanOptions,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Checked {
+    let mut checked = Checked::default();
+    let document = match document::parse(sources, file) {
+        Ok(document) => document,
+        Err(findings) => {
+            diagnostics.extend(findings);
+            return checked;
+        }
+    };
+    let Some(pipeline) = pipeline::load(&document, registry, templates, profile, choice, sources, diagnostics) else {
+        return checked;
+    };
+    let pipeline = Arc::new(pipeline);
+    checked.pipeline = Some(pipeline.clone());
+    let Some(graph) = compiler::build(&pipeline, diagnostics) else { return checked };
+    checked.plan = compiler::plan(&pipeline, &graph, options, sources, diagnostics);
+    checked.graph = Some(graph);
+    checked
+}
+
+/// Reads and registers a text file; findings show it by the path as given.
+///
+/// # Errors
+/// A file that cannot be read, is too large, or is not UTF-8.
+pub fn read_source(path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+    let name = path.display().to_string();
+    let unreadable = |error: std::io::Error| {
+        let reason = match error.kind() {
+            std::io::ErrorKind::NotFound => "it does not exist".to_owned(),
+            std::io::ErrorKind::PermissionDenied => "permission is denied".to_owned(),
+            _ => error.to_string(),
+        };
+        Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", format!("the file \"{name}\" cannot be read: {reason}"))
+            .help("paths are relative to the current folder")
+    };
+    let metadata = std::fs::metadata(path).map_err(unreadable)?;
+    if metadata.is_dir() {
+        return Err(unreadable(std::io::Error::other("it is a folder")));
+    }
+    if metadata.len() > MAXIMUM_FILE_BYTES as u64 {
+        let message = format!("the file \"{name}\" has {} bytes", metadata.len());
+        return Err(Diagnostic::in_file(codes::FILE_TOO_LARGE, &name, "", message)
+            .help(format!("texts have at most {MAXIMUM_FILE_BYTES} bytes")));
+    }
+    let bytes = std::fs::read(path).map_err(unreadable)?;
+    match String::from_utf8(bytes) {
+        Ok(text) => Ok(sources.add(name, text)),
+        Err(error) => {
+            let at = error.utf8_error().valid_up_to();
+            let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
+            let file = sources.add(name.clone(), text);
+            Err(Diagnostic::error(codes::FILE_NOT_UTF8, Span::new(file, at..at + 1), format!("the file \"{name}\" is not UTF-8"))
+                .help("save it as UTF-8"))
+        }
+    }
+}

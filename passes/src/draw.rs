@@ -1,0 +1,92 @@
+//! The node kind `draw`: the host's meshes, once for each view.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_graph::language::{Expr, Word};
+use umbragraph_graph::node::Node;
+use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced};
+use umbragraph_graph::wgpu_types::Face;
+use umbragraph_graph::work::{Draw as DrawWork, RenderWork, SceneDraw, Work};
+
+use crate::attachment::{self, ColorSettings, DepthSettings};
+
+/// Draws the host's meshes, once for each view.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Draw {
+    /// The contract under "geometry" that the meshes follow.
+    pub geometry: String,
+    /// Which of the host's meshes: a word that the host knows, such as "opaque" or "casters".
+    pub filter: String,
+    /// The host data whose views are drawn, such as what a camera or a cascade fit publishes.
+    pub views: String,
+    /// The template. Without a fragment stage only depth is drawn.
+    pub shader: String,
+    /// Values for axes of the template; an axis that is not named takes the feature or parameter of its name.
+    #[serde(default)]
+    pub axes: BTreeMap<String, Expr>,
+    /// What stands behind the shader's bindings of groups 0 and 1; a block "view" is the view being drawn.
+    #[serde(default)]
+    pub bind: BTreeMap<String, Bind>,
+    /// The color attachments, in the order of the shader's locations.
+    #[serde(default)]
+    pub color: Vec<ColorSettings>,
+    /// The depth attachment.
+    #[serde(default)]
+    pub depth: Option<DepthSettings>,
+    /// Which faces are not drawn: "back" without it. Meshes that are double-sided are drawn from both sides.
+    #[serde(default)]
+    pub cull: Option<Word<Cull>>,
+}
+
+/// Which faces are not drawn. Front faces are counter-clockwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cull {
+    /// Both sides are drawn.
+    None,
+    /// Front faces are not drawn.
+    Front,
+    /// Back faces are not drawn.
+    Back,
+}
+
+impl Node for Draw {
+    const NAME: &'static str = "draw";
+    const SUMMARY: &'static str = "Draws the host's meshes, once for each view.";
+
+    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        pass.geometry(&self.geometry, "/geometry")?;
+        let views = pass.data(&self.views, "/views");
+        let program = pass.program(&self.shader, &self.axes, Some(&self.geometry), "");
+        let bindings = program.and_then(|program| pass.bind(program, &self.bind, Some(&self.geometry), ""));
+        let color: Vec<_> = (self.color.iter().enumerate())
+            .map(|(at, settings)| attachment::color(pass, settings, &format!("/color/{at}"), false))
+            .collect();
+        let depth = self.depth.as_ref().map(|settings| attachment::depth(pass, settings, "/depth"));
+        let cull = match &self.cull {
+            Some(word) => pass.word(word, "/cull")?,
+            None => Cull::Back,
+        };
+        let draw = DrawWork::Scene(SceneDraw {
+            geometry: self.geometry,
+            filter: self.filter,
+            views: views?,
+            program: program?,
+            bindings: bindings?,
+            cull: match cull {
+                Cull::None => None,
+                Cull::Front => Some(Face::Front),
+                Cull::Back => Some(Face::Back),
+            },
+        });
+        let depth = match depth {
+            Some(depth) => Some(depth?),
+            None => None,
+        };
+        let color = color.into_iter().collect::<Option<_>>()?;
+        Some(pass.produce(Work::Render(Box::new(RenderWork { color, depth, draw }))))
+    }
+}

@@ -1,0 +1,47 @@
+//! The node kind `fullscreen`: a fragment shader over every texel of its attachments.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_graph::language::Expr;
+use umbragraph_graph::node::Node;
+use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced};
+use umbragraph_graph::work::{Draw, RenderWork, Work};
+
+use crate::attachment::{self, ColorSettings};
+
+/// Runs a fragment shader for every texel of its attachments.
+///
+/// The template's vertex stage makes one triangle that covers clip space from `vertex_index` 0 to 2.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fullscreen {
+    /// The template.
+    pub shader: String,
+    /// Values for axes of the template; an axis that is not named takes the feature or parameter of its name.
+    #[serde(default)]
+    pub axes: BTreeMap<String, Expr>,
+    /// What stands behind the shader's bindings.
+    #[serde(default)]
+    pub bind: BTreeMap<String, Bind>,
+    /// The color attachments, in the order of the shader's locations.
+    #[schemars(length(min = 1))]
+    pub color: Vec<ColorSettings>,
+}
+
+impl Node for Fullscreen {
+    const NAME: &'static str = "fullscreen";
+    const SUMMARY: &'static str = "Runs a fragment shader for every texel of its attachments.";
+
+    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        let program = pass.program(&self.shader, &self.axes, None, "");
+        let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
+        let color: Vec<_> = (self.color.iter().enumerate())
+            .map(|(at, settings)| attachment::color(pass, settings, &format!("/color/{at}"), true))
+            .collect();
+        let draw = Draw::Fullscreen { program: program?, bindings: bindings? };
+        let color = color.into_iter().collect::<Option<_>>()?;
+        Some(pass.produce(Work::Render(Box::new(RenderWork { color, depth: None, draw }))))
+    }
+}
