@@ -10,11 +10,16 @@
 //! - [`Reflection`] is the one source of what host and shader agree on: bindings, memory layouts, entry points.
 
 pub mod axes;
+mod backend;
 pub mod codes;
 mod compile;
 mod complexity;
 mod filters;
 mod guard;
+pub mod interface;
+mod limits;
+mod markers;
+pub mod permutations;
 mod profile;
 mod reflection;
 mod render;
@@ -29,6 +34,7 @@ mod wgsl;
 mod wgsl_error;
 
 pub use axes::{Axes, Axis, AxisKind, AxisMode};
+pub use backend::Emitted;
 pub use compile::{ShaderModule, compile};
 pub use profile::{TargetLanguage, TargetProfile};
 pub use reflection::{

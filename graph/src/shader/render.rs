@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use minijinja::value::{Object, Value};
 
-use super::axes::Axes;
+use super::axes::{Axes, AxisMode};
 use super::templates::{Template, TemplateSet};
 use super::text_map::{Origin, Segment, TextMap};
 use super::value::{AxisValue, AxisValues};
@@ -43,7 +43,7 @@ pub(crate) fn render(
         values: values.iter().map(|(name, value)| (name.clone(), to_template_value(value))).collect(),
         reads: Mutex::default(),
     });
-    let result = render_with(set, name, Value::from_dyn_object(context.clone()));
+    let result = render_with(set, &Placement::new(set), name, Value::from_dyn_object(context.clone()));
     let reads = std::mem::take(&mut *context.reads.lock().unwrap_or_else(PoisonError::into_inner));
     let undeclared = undeclared_names(set, name, &reads.unknown);
     match result {
@@ -71,6 +71,7 @@ pub(crate) fn to_template_value(value: &AxisValue) -> Value {
 /// Renders a template with a context object.
 pub(crate) fn render_with(
     set: &TemplateSet,
+    placement: &Placement<'_>,
     name: &str,
     context: Value,
 ) -> Result<(String, TextMap), Box<Diagnostic>> {
@@ -84,14 +85,14 @@ pub(crate) fn render_with(
         .environment
         .get_template(name)
         .map_err(|error| Box::new(template_error::explain(set, name, &error, None)))?;
-    let mut sink = Sink::new(set);
+    let mut sink = Sink::new(placement);
     guard::begin();
     let result = compiled.render_captured_to(context, &mut sink).map(drop);
     match result {
         Ok(()) => Ok(sink.finish()),
         Err(error) => {
             let last = sink.last.and_then(|(at, offset)| {
-                let template = sink.templates.get(at)?.template;
+                let template = placement.0.get(at)?.template;
                 Some(Span::new(
                     template.file,
                     template.prepared.original(offset)..template.prepared.original(offset),
@@ -136,26 +137,18 @@ impl Object for Context {
     }
 }
 
-/// A template and where its text lies in memory.
+/// Where the texts of all templates lie in memory, in the order of their addresses.
+pub(crate) struct Placement<'s>(Vec<Placed<'s>>);
+
 struct Placed<'s> {
     address: usize,
     length: usize,
     template: &'s Template,
 }
 
-struct Sink<'s> {
-    templates: Vec<Placed<'s>>,
-    text: Vec<u8>,
-    segments: Vec<Segment>,
-    /// The template of the last literal text, and the offset after it.
-    last: Option<(usize, usize)>,
-    /// The number of tags after `last` that have already written something.
-    written: usize,
-}
-
-impl<'s> Sink<'s> {
-    fn new(set: &'s TemplateSet) -> Self {
-        let mut templates: Vec<Placed<'s>> = set
+impl<'s> Placement<'s> {
+    pub(crate) fn new(set: &'s TemplateSet) -> Self {
+        let mut placed: Vec<Placed<'s>> = set
             .environment
             .templates()
             .filter_map(|(name, compiled)| {
@@ -164,21 +157,37 @@ impl<'s> Sink<'s> {
                 Some(Placed { address: source.as_ptr() as usize, length: source.len(), template })
             })
             .collect();
-        templates.sort_by_key(|placed| placed.address);
-        Self { templates, text: Vec::new(), segments: Vec::new(), last: None, written: 0 }
+        placed.sort_by_key(|placed| placed.address);
+        Self(placed)
     }
 
     fn locate(&self, bytes: &[u8]) -> Option<(usize, usize)> {
         let address = bytes.as_ptr() as usize;
-        let at = self.templates.partition_point(|placed| placed.address <= address).checked_sub(1)?;
-        let placed = &self.templates[at];
+        let at = self.0.partition_point(|placed| placed.address <= address).checked_sub(1)?;
+        let placed = &self.0[at];
         let offset = address - placed.address;
         (offset + bytes.len() <= placed.length).then_some((at, offset))
+    }
+}
+
+struct Sink<'p> {
+    placement: &'p Placement<'p>,
+    text: Vec<u8>,
+    segments: Vec<Segment>,
+    /// The template of the last literal text, and the offset after it.
+    last: Option<(usize, usize)>,
+    /// The number of tags after `last` that have already written something.
+    written: usize,
+}
+
+impl<'p> Sink<'p> {
+    fn new(placement: &'p Placement<'p>) -> Self {
+        Self { placement, text: Vec::new(), segments: Vec::new(), last: None, written: 0 }
     }
 
     fn origin_of_expression(&mut self) -> Option<Origin> {
         let (at, offset) = self.last?;
-        let template = self.templates[at].template;
+        let template = self.placement.0[at].template;
         let offset = template.prepared.original(offset);
         let first = template.tags.partition_point(|tag| tag.range.start < offset);
         let expressions =
@@ -206,9 +215,9 @@ impl io::Write for Sink<'_> {
             return Err(io::Error::from(io::ErrorKind::FileTooLarge));
         }
         let start = self.text.len() as u32;
-        let origin = match self.locate(bytes) {
+        let origin = match self.placement.locate(bytes) {
             Some((at, offset)) => {
-                let template = self.templates[at].template;
+                let template = self.placement.0[at].template;
                 self.last = Some((at, offset + bytes.len()));
                 self.written = 0;
                 // Guards are inside tags, so a literal piece never straddles an insertion.
@@ -254,6 +263,13 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
             Span::new(file, range),
             format!("\"{name}\" is no axis of \"{root}\" and is bound by nothing"),
         );
+        if axes.and_then(|axes| axes.get(name)).is_some_and(|axis| axis.mode == AxisMode::Override) {
+            let message = format!(
+                "\"{name}\" is an override axis: a constant of the WGSL, no variable of the template"
+            );
+            findings.push(Diagnostic { code: codes::AXIS_OVERRIDE, message, ..finding });
+            continue;
+        }
         let names = axes.into_iter().flat_map(Axes::names).chain(filters::FUNCTIONS[..3].iter().copied());
         findings.push(match did_you_mean(name, names) {
             Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),

@@ -103,7 +103,7 @@ fn broken_include(set: &TemplateSet, error: &Error) -> Option<Diagnostic> {
 }
 
 fn quoted(text: &str) -> Option<&str> {
-    text.split('"').nth(1)
+    text.split(['"', '\'']).nth(1)
 }
 
 fn recursive(placed: &[(&Error, Span)], place: Place) -> (String, Place) {

@@ -14,6 +14,7 @@ use std::sync::Arc;
 use minijinja::Environment;
 
 use super::axes::{self, Axes};
+use super::permutations::Space;
 use super::scan::{Tag, scan};
 use super::{codes, filters, guard, render, template_error};
 use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean};
@@ -187,14 +188,16 @@ impl TemplateSet {
         for name in self.templates.keys() {
             let mut findings = Vec::new();
             let axes = self.collect(name, &mut BTreeMap::new(), &mut findings);
+            let clash = clash(name, &axes);
             let defaults = axes.defaults();
-            for constraint in axes.violated(&defaults) {
+            for constraint in axes.violated(&defaults).filter(|_| clash.is_none()) {
                 let message = format!("the default values break a constraint: {constraint}");
                 findings.push(
                     Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
                         .help("change a default, so that a pipeline that sets nothing is valid"),
                 );
             }
+            findings.extend(clash);
             resolved.insert(name.clone(), Resolved { axes, findings });
         }
         self.resolved = resolved;
@@ -235,6 +238,18 @@ impl TemplateSet {
         done.insert(name, own.clone());
         own
     }
+}
+
+/// The finding for constraints that leave no configuration at all.
+fn clash(template: &str, axes: &Axes) -> Option<Diagnostic> {
+    let clash = Space::new(axes, &BTreeMap::new()).clash();
+    let first = clash.first()?.span;
+    let message = format!("the constraints of \"{template}\" leave no configuration");
+    let mut finding = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, first, message);
+    for constraint in &clash {
+        finding = finding.related(constraint.span, constraint.to_string());
+    }
+    Some(finding.help("without any one of these constraints there would be a configuration"))
 }
 
 /// `lib/shadow` for `lib/shadow.wgsl.jinja`.

@@ -82,6 +82,10 @@ impl TextMap {
         })
     }
 
+    pub(crate) fn origin(&self, offset: usize) -> Option<Origin> {
+        self.segments[self.index(offset)?].origin
+    }
+
     fn end(&self, at: usize) -> usize {
         self.segments.get(at + 1).map_or(self.length, |next| next.start) as usize
     }

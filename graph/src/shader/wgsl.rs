@@ -33,7 +33,7 @@ pub(crate) struct Checked {
 /// Why naga refuses it.
 pub(crate) fn parse(text: &str) -> Result<Module, Refusal> {
     complexity::check(text)?;
-    guarded(|| naga::front::wgsl::parse_str(text).map_err(|error| wgsl_error::parse(&error)))
+    guarded(|| naga::front::wgsl::parse_str(text).map_err(|error| wgsl_error::parse(text, &error)))
 }
 
 /// Validates a parsed module.
@@ -44,7 +44,7 @@ pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<Mo
     guarded(|| {
         Validator::new(ValidationFlags::all(), capabilities)
             .validate(module)
-            .map_err(|error| wgsl_error::validation(Stage::Validation, &error))
+            .map_err(|error| wgsl_error::validation(Stage::Validation, module, &error))
     })
 }
 
@@ -61,15 +61,8 @@ pub(crate) fn resolve_overrides(
         return Ok(WorkgroupSizes::new());
     }
     guarded(|| {
-        let (resolved, _) = process_overrides(module, info, None, constants).map_err(|error| {
-            let missing = |name: &str| {
-                let mut found = module.overrides.iter();
-                found
-                    .find(|(_, constant)| constant.name.as_deref() == Some(name))
-                    .map(|(handle, _)| module.overrides.get_span(handle))
-            };
-            wgsl_error::overrides(&error, missing)
-        })?;
+        let (resolved, _) = process_overrides(module, info, None, constants)
+            .map_err(|error| wgsl_error::overrides(module, &error))?;
         Ok(resolved.entry_points.iter().map(|entry| (entry.name.clone(), entry.workgroup_size)).collect())
     })
 }

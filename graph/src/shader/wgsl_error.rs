@@ -9,9 +9,10 @@ use std::error::Error;
 use std::ops::Range;
 
 use naga::back::pipeline_constants::PipelineConstantError;
+use naga::common::wgsl::TypeContext as _;
 use naga::front::wgsl::ParseError;
 use naga::valid::ValidationError;
-use naga::{Span, WithSpan};
+use naga::{Handle, Module, Span, Type, WithSpan};
 
 use super::codes;
 use super::text_map::TextMap;
@@ -26,6 +27,10 @@ pub(crate) enum Stage {
     Validation,
     Overrides,
     OverrideAxis,
+    Limit,
+    Backend,
+    External,
+    ExternalTimeout,
     Panic,
 }
 
@@ -37,6 +42,10 @@ impl Stage {
             Stage::Validation => codes::WGSL_INVALID,
             Stage::Overrides => codes::WGSL_OVERRIDES,
             Stage::OverrideAxis => codes::AXIS_OVERRIDE,
+            Stage::Limit => codes::LIMIT_EXCEEDED,
+            Stage::Backend => codes::BACKEND_REFUSES,
+            Stage::External => codes::EXTERNAL_REFUSES,
+            Stage::ExternalTimeout => codes::EXTERNAL_TIMEOUT,
             Stage::Panic => codes::WGSL_COMPILER,
         }
     }
@@ -88,7 +97,7 @@ pub(crate) fn generated_line(text: &str, offset: usize) -> String {
     format!("generated line {number}: {line}")
 }
 
-pub(crate) fn parse(error: &ParseError) -> Refusal {
+pub(crate) fn parse(text: &str, error: &ParseError) -> Refusal {
     let mut labels: Vec<(Range<usize>, String)> =
         error.labels().filter_map(|(span, label)| Some((span.to_range()?, label.to_owned()))).collect();
     let notes: Vec<&str> = error.notes().collect();
@@ -101,53 +110,87 @@ pub(crate) fn parse(error: &ParseError) -> Refusal {
         message = format!("{message} ({})", one_line(label));
     }
     labels.iter_mut().for_each(|(_, label)| *label = one_line(label));
+    let range = first.map(|(range, _)| range);
+    let range =
+        if message.starts_with("expected `;`") { range.map(|range| end_before(text, range)) } else { range };
     Refusal {
         stage: Stage::Parsing,
         message,
-        range: first.map(|(range, _)| range),
+        range,
         labels,
         help: (!notes.is_empty()).then(|| one_line(&notes.join("; "))),
     }
 }
 
-pub(crate) fn validation(stage: Stage, error: &WithSpan<ValidationError>) -> Refusal {
-    let mut messages = vec![one_line(&error.as_inner().to_string())];
+/// What is missing before a range belongs to the end of the text before it, not to the next line.
+fn end_before(text: &str, range: Range<usize>) -> Range<usize> {
+    let mut before = text.get(..range.start).unwrap_or_default();
+    loop {
+        let trimmed = before.trim_end();
+        let line = trimmed.rfind('\n').map_or(0, |at| at + 1);
+        match trimmed[line..].find("//") {
+            Some(comment) => before = &trimmed[..line + comment],
+            None => break before = trimmed,
+        }
+    }
+    let line = text.get(..range.start).and_then(|before| before.rfind('\n')).map_or(0, |at| at + 1);
+    match before.char_indices().next_back() {
+        Some((at, last)) if at < line => at..at + last.len_utf8(),
+        _ => range,
+    }
+}
+
+pub(crate) fn validation(stage: Stage, module: &Module, error: &WithSpan<ValidationError>) -> Refusal {
+    let mut cause = error.as_inner().to_string();
     let mut next = error.as_inner().source();
     while let Some(source) = next {
-        messages.push(one_line(&source.to_string()));
+        cause = source.to_string();
         next = source.source();
     }
-    let cause = messages.pop().unwrap_or_default();
-    let message = match messages.first() {
-        Some(context) => format!("{cause}: {}", lower_first(context)),
-        None => cause,
+    let cause = one_line(&cause)
+        .replace("Capability Capabilities(", "the capability ")
+        .replace(") is required", " is required");
+    let context = match error.as_inner() {
+        ValidationError::Function { name, .. } => format!(" (in the function \"{name}\")"),
+        ValidationError::EntryPoint { name, .. } => format!(" (in the entry point \"{name}\")"),
+        ValidationError::GlobalVariable { name, .. } => format!(" (the variable \"{name}\")"),
+        ValidationError::Constant { name, .. } => format!(" (the constant \"{name}\")"),
+        ValidationError::Override { name, .. } => format!(" (the override \"{name}\")"),
+        ValidationError::Type { handle, .. } => {
+            format!(" (the type {})", module.to_ctx().type_to_string(*handle))
+        }
+        _ => String::new(),
     };
     let shortest =
         error.spans().filter_map(|(span, _)| span.to_range()).min_by_key(|range| (range.len(), range.start));
-    Refusal { stage, message, range: shortest, labels: Vec::new(), help: None }
+    let range = shortest.or_else(|| match error.as_inner() {
+        ValidationError::Type { handle, .. } => use_of_type(module, *handle),
+        _ => None,
+    });
+    Refusal { stage, message: format!("{cause}{context}"), range, labels: Vec::new(), help: None }
 }
 
-pub(crate) fn overrides(error: &PipelineConstantError, missing: impl Fn(&str) -> Option<Span>) -> Refusal {
+/// Types that are written in place (textures, samplers) have no span; the first variable of the type has.
+fn use_of_type(module: &Module, ty: Handle<Type>) -> Option<Range<usize>> {
+    let (handle, _) = module.global_variables.iter().find(|(_, variable)| variable.ty == ty)?;
+    module.global_variables.get_span(handle).to_range()
+}
+
+pub(crate) fn overrides(module: &Module, error: &PipelineConstantError) -> Refusal {
     match error {
         PipelineConstantError::ValidationError(error) => Refusal {
             help: Some("with its overrides set the module fails though it is valid: a local `let` of a constant vector \
                         has to be a `const`".to_owned()),
-            ..validation(Stage::Overrides, error)
+            ..validation(Stage::Overrides, module, error)
         },
         PipelineConstantError::MissingValue(name) => {
-            let span = missing(name).unwrap_or_default();
+            let mut overrides = module.overrides.iter();
+            let found = overrides.find(|(_, constant)| constant.name.as_deref() == Some(name.as_str()));
+            let span = found.map(|(handle, _)| module.overrides.get_span(handle)).unwrap_or_default();
             let message = format!("the override \"{name}\" has no value: it has no initializer and is no axis");
             Refusal::new(Stage::Overrides, message, span)
         }
         error => Refusal::new(Stage::Overrides, one_line(&error.to_string()), Span::UNDEFINED),
-    }
-}
-
-fn lower_first(text: &str) -> String {
-    let mut characters = text.chars();
-    match characters.next() {
-        Some(first) => first.to_lowercase().chain(characters).collect(),
-        None => String::new(),
     }
 }
 
@@ -158,8 +201,11 @@ pub(crate) fn one_line(text: &str) -> String {
     while let Some(at) = rest.find('[') {
         let (before, after) = rest.split_at(at);
         let digits = after[1..].bytes().take_while(u8::is_ascii_digit).count();
-        let is_handle = digits > 0 && after[1 + digits..].starts_with(']') && before.ends_with(' ');
-        if is_handle {
+        let is_handle = digits > 0 && after[1 + digits..].starts_with(']');
+        if is_handle && before.ends_with(" Some(") {
+            line.push_str(before.trim_end_matches(" Some("));
+            rest = after[digits + 2..].trim_start_matches(')');
+        } else if is_handle && before.ends_with(' ') {
             line.push_str(before.trim_end());
             rest = &after[digits + 2..];
         } else {

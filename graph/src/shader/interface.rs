@@ -1,0 +1,108 @@
+//! The interface of a pass: the union over its variants.
+//!
+//! A pass has one bind-group layout for all of its variants, so that switching a feature changes a pipeline and nothing
+//! else. Two variants may use different bindings; where both use one, they have to mean the same: name, type, and for
+//! buffers every offset. Visibility and minimum sizes are united, and a texture that one variant filters is filterable.
+
+use std::collections::BTreeMap;
+use std::num::NonZeroU64;
+
+use wgpu_types::{BindingType, TextureSampleType};
+
+use super::reflection::{Binding, Reflection};
+
+/// Two variants that see a binding differently.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InterfaceConflict {
+    /// The variant that was there first, by its index.
+    pub first: usize,
+    /// The variant that disagrees with it.
+    pub second: usize,
+    /// The variable of the second.
+    pub name: String,
+    /// What they disagree about.
+    pub message: String,
+}
+
+/// The bindings of all variants, by group and binding, and what they disagree about.
+pub fn unite<'a>(
+    variants: impl IntoIterator<Item = &'a Reflection>,
+) -> (Vec<Binding>, Vec<InterfaceConflict>) {
+    let mut united: BTreeMap<(u32, u32), (usize, Binding)> = BTreeMap::new();
+    let mut names: BTreeMap<String, (usize, (u32, u32))> = BTreeMap::new();
+    let mut conflicts = Vec::new();
+    for (variant, reflection) in variants.into_iter().enumerate() {
+        for binding in &reflection.bindings {
+            let place = (binding.group, binding.binding);
+            let mut disagree = |first: usize, message: String| {
+                conflicts.push(InterfaceConflict {
+                    first,
+                    second: variant,
+                    name: binding.name.clone(),
+                    message,
+                });
+            };
+            let (known_variant, known_place) = *names.entry(binding.name.clone()).or_insert((variant, place));
+            if known_place != place {
+                disagree(
+                    known_variant,
+                    format!(
+                        "\"{}\" is @group({}) @binding({}) in one and @group({}) @binding({}) in the other",
+                        binding.name, known_place.0, known_place.1, place.0, place.1
+                    ),
+                );
+                continue;
+            }
+            match united.get_mut(&place) {
+                None => {
+                    united.insert(place, (variant, binding.clone()));
+                }
+                Some((first, known)) => {
+                    if let Err(message) = merge(known, binding) {
+                        disagree(*first, message);
+                    }
+                }
+            }
+        }
+    }
+    (united.into_values().map(|(_, binding)| binding).collect(), conflicts)
+}
+
+fn merge(known: &mut Binding, other: &Binding) -> Result<(), String> {
+    let place = format!("@group({}) @binding({})", other.group, other.binding);
+    if known.name != other.name {
+        return Err(format!("{place} is \"{}\" in one and \"{}\" in the other", known.name, other.name));
+    }
+    if known.type_name != other.type_name || known.entry.count != other.entry.count {
+        let (one, two) = (&known.type_name, &other.type_name);
+        return Err(format!("\"{}\" is a {one} in one and a {two} in the other", other.name));
+    }
+    if known.block != other.block {
+        return Err(format!("the members of \"{}\" ({}) differ", other.name, other.type_name));
+    }
+    known.entry.ty = match (known.entry.ty, other.entry.ty) {
+        (
+            BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: a },
+            BindingType::Buffer { ty: other_ty, min_binding_size: b, .. },
+        ) if ty == other_ty => {
+            let size = a.map_or(0, NonZeroU64::get).max(b.map_or(0, NonZeroU64::get));
+            BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: NonZeroU64::new(size) }
+        }
+        (
+            BindingType::Texture {
+                sample_type: TextureSampleType::Float { filterable: a },
+                view_dimension,
+                multisampled,
+            },
+            BindingType::Texture { sample_type: TextureSampleType::Float { filterable: b }, .. },
+        ) => BindingType::Texture {
+            sample_type: TextureSampleType::Float { filterable: a || b },
+            view_dimension,
+            multisampled,
+        },
+        (a, b) if a == b => a,
+        _ => return Err(format!("\"{}\" is accessed in different ways", other.name)),
+    };
+    known.entry.visibility |= other.entry.visibility;
+    Ok(())
+}

@@ -1,0 +1,177 @@
+//! The limits of a profile against what a module reflects.
+//!
+//! Validation knows no limits of devices. Everything that can be read off the reflected interface is compared here: bind
+//! groups, bindings, what a stage uses of each kind, sizes of blocks, variables between stages, vertex attributes, colour
+//! attachments, workgroups. The place of an excess is the declaration that goes beyond: the variable or the entry point.
+
+use naga::{Module, Span};
+use wgpu_types::{BindingType, BufferBindingType};
+
+use super::profile::TargetProfile;
+use super::reflection::{Binding, EntryPoint, Reflection, Stage as ShaderStage};
+use super::wgsl_error::{Refusal, Stage};
+
+/// Every limit of the profile that the module exceeds.
+pub(crate) fn exceeded(
+    text: &str,
+    module: &Module,
+    reflection: &Reflection,
+    profile: &TargetProfile,
+) -> Vec<Refusal> {
+    let mut check = Check { text, module, profile, found: Vec::new() };
+    for binding in &reflection.bindings {
+        check.binding(binding);
+    }
+    for entry_point in &reflection.entry_points {
+        check.bindings_of_stage(reflection, entry_point);
+        check.entry_point(entry_point);
+    }
+    check.found
+}
+
+struct Check<'a> {
+    text: &'a str,
+    module: &'a Module,
+    profile: &'a TargetProfile,
+    found: Vec<Refusal>,
+}
+
+impl Check<'_> {
+    fn over(&mut self, span: Span, what: &str, found: u64, allowed: u64) {
+        if found > allowed {
+            let message = format!("{what} is {found}, but only {allowed} is guaranteed");
+            self.found.push(Refusal::new(Stage::Limit, message, span));
+        }
+    }
+
+    fn span_of_binding(&self, binding: &Binding) -> Span {
+        let mut variables = self.module.global_variables.iter();
+        variables
+            .find(|(_, variable)| {
+                variable
+                    .binding
+                    .is_some_and(|place| (place.group, place.binding) == (binding.group, binding.binding))
+            })
+            .map(|(handle, _)| self.module.global_variables.get_span(handle))
+            .unwrap_or_default()
+    }
+
+    /// naga keeps no span of an entry point, so its name is looked up in the text.
+    fn span_of_entry_point(&self, entry_point: &EntryPoint) -> Span {
+        let is_word =
+            |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
+        let bytes = self.text.as_bytes();
+        let mut names =
+            self.text.match_indices(entry_point.name.as_str()).map(|(at, name)| at..at + name.len());
+        let found = names.find(|range| {
+            let before = self.text[..range.start].trim_end();
+            before.ends_with("fn") && before.len() < range.start && !is_word(bytes.get(range.end))
+        });
+        found.map_or(Span::UNDEFINED, Span::from)
+    }
+
+    fn binding(&mut self, binding: &Binding) {
+        let limits = &self.profile.limits;
+        let (groups, bindings) = (limits.max_bind_groups, limits.max_bindings_per_bind_group);
+        let (uniform, storage) =
+            (limits.max_uniform_buffer_binding_size, limits.max_storage_buffer_binding_size);
+        let span = self.span_of_binding(binding);
+        let name = &binding.name;
+        let count = u64::from(binding.group) + 1;
+        self.over(span, &format!("the number of bind groups with \"{name}\""), count, u64::from(groups));
+        let count = u64::from(binding.binding) + 1;
+        self.over(span, &format!("the number of bindings with \"{name}\""), count, u64::from(bindings));
+        if let BindingType::Buffer { ty, min_binding_size: Some(size), .. } = binding.entry.ty {
+            let what = format!("the size of \"{name}\" in bytes");
+            match ty {
+                BufferBindingType::Uniform => self.over(span, &what, size.get(), uniform),
+                BufferBindingType::Storage { .. } => self.over(span, &what, size.get(), storage),
+            }
+        }
+    }
+
+    fn bindings_of_stage(&mut self, reflection: &Reflection, entry_point: &EntryPoint) {
+        let limits = self.profile.limits.clone();
+        let storage_buffers = match entry_point.stage {
+            ShaderStage::Vertex => self.profile.vertex_storage_buffers,
+            ShaderStage::Fragment | ShaderStage::Compute => limits.max_storage_buffers_per_shader_stage,
+        };
+        let kinds: [(&str, u32, fn(&BindingType) -> bool); 5] = [
+            ("sampled textures", limits.max_sampled_textures_per_shader_stage, |ty| {
+                matches!(ty, BindingType::Texture { .. })
+            }),
+            ("samplers", limits.max_samplers_per_shader_stage, |ty| matches!(ty, BindingType::Sampler(_))),
+            ("storage textures", limits.max_storage_textures_per_shader_stage, |ty| {
+                matches!(ty, BindingType::StorageTexture { .. })
+            }),
+            ("uniform buffers", limits.max_uniform_buffers_per_shader_stage, |ty| {
+                matches!(ty, BindingType::Buffer { ty: BufferBindingType::Uniform, .. })
+            }),
+            ("storage buffers", storage_buffers, |ty| {
+                matches!(ty, BindingType::Buffer { ty: BufferBindingType::Storage { .. }, .. })
+            }),
+        ];
+        for (what, allowed, is) in kinds {
+            let used: Vec<&Binding> = reflection
+                .bindings
+                .iter()
+                .filter(|binding| entry_point.bindings.contains(&(binding.group, binding.binding)))
+                .filter(|binding| is(&binding.entry.ty))
+                .collect();
+            let count: u64 = used
+                .iter()
+                .map(|binding| binding.entry.count.map_or(1, |count| u64::from(count.get())))
+                .sum();
+            let Some(beyond) = used.get(allowed as usize).or(used.last()) else { continue };
+            let span = self.span_of_binding(beyond);
+            self.over(
+                span,
+                &format!("the number of {what} in \"{}\"", entry_point.name),
+                count,
+                u64::from(allowed),
+            );
+        }
+    }
+
+    fn entry_point(&mut self, entry_point: &EntryPoint) {
+        let limits = self.profile.limits.clone();
+        let span = self.span_of_entry_point(entry_point);
+        let name = &entry_point.name;
+        let count = |length: usize| length as u64;
+        let highest =
+            |locations: &mut dyn Iterator<Item = u32>| locations.max().map_or(0, |at| u64::from(at) + 1);
+        match entry_point.stage {
+            ShaderStage::Vertex | ShaderStage::Fragment => {
+                let what = format!("the number of variables between stages in \"{name}\"");
+                let allowed = u64::from(limits.max_inter_stage_shader_variables);
+                self.over(span, &what, count(entry_point.varyings.len()), allowed);
+                let what = format!("the number of locations between stages in \"{name}\"");
+                self.over(span, &what, highest(&mut entry_point.varyings.iter().copied()), allowed);
+                let what = format!("the number of vertex attributes in \"{name}\"");
+                let locations = &mut entry_point.inputs.iter().map(|input| input.location);
+                self.over(span, &what, highest(locations), u64::from(limits.max_vertex_attributes));
+                let what = format!("the number of colour attachments in \"{name}\"");
+                let locations = &mut entry_point.outputs.iter().map(|output| output.location);
+                self.over(span, &what, highest(locations), u64::from(limits.max_color_attachments));
+            }
+            ShaderStage::Compute => {
+                let [x, y, z] = entry_point.workgroup_size;
+                let sides = [
+                    ("width", x, limits.max_compute_workgroup_size_x),
+                    ("height", y, limits.max_compute_workgroup_size_y),
+                    ("depth", z, limits.max_compute_workgroup_size_z),
+                ];
+                for (side, size, allowed) in sides {
+                    let what = format!("the {side} of the workgroup of \"{name}\"");
+                    self.over(span, &what, u64::from(size), u64::from(allowed));
+                }
+                let invocations = u64::from(x).saturating_mul(u64::from(y)).saturating_mul(u64::from(z));
+                let what = format!("the number of invocations in the workgroup of \"{name}\"");
+                self.over(span, &what, invocations, u64::from(limits.max_compute_invocations_per_workgroup));
+                let what = format!("the workgroup memory of \"{name}\" in bytes");
+                let allowed = u64::from(limits.max_compute_workgroup_storage_size);
+                self.over(span, &what, u64::from(entry_point.workgroup_storage), allowed);
+            }
+        }
+    }
+}

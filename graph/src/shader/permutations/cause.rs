@@ -1,0 +1,169 @@
+//! From many failures to few findings: one per root cause.
+//!
+//! Failures with the same message at the same place of a template are one cause, however many variants, templates and
+//! profiles show it. A cause says how much it hits and names an inclusion-minimal provocation: values of axes such that
+//! every variant that has them fails, while without any one of them some variant does not. It is found greedily, giving
+//! up axes with default values first, so that what remains is what somebody switched on.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::explore::Leaf;
+use super::space::{Count, Space};
+use crate::diagnostic::{Diagnostic, Place};
+use crate::shader::value::{AxisValues, describe};
+
+/// A failure of one template for some of its leaves.
+#[derive(Clone, Debug)]
+pub(crate) struct Failure {
+    /// The finding as one variant shows it.
+    pub(crate) finding: Diagnostic,
+    /// The leaves that show it.
+    pub(crate) leaves: BTreeSet<usize>,
+    /// The names of the profiles under which it shows; empty where profiles play no part.
+    pub(crate) profiles: BTreeSet<String>,
+}
+
+/// The leaves of a template, to weigh failures by.
+pub(crate) struct Ground<'a> {
+    pub(crate) template: &'a str,
+    pub(crate) space: &'a Space,
+    pub(crate) leaves: &'a [Leaf],
+    /// All profiles that were checked.
+    pub(crate) profiles: BTreeSet<String>,
+}
+
+/// What a cause does in one template.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Effect {
+    pub(crate) template: String,
+    pub(crate) variants: usize,
+    pub(crate) of_variants: usize,
+    pub(crate) configurations: Count,
+    pub(crate) provocation: AxisValues,
+    /// The profiles that show it, if not all do.
+    pub(crate) profiles: Option<BTreeSet<String>>,
+}
+
+/// Causes by what makes them one: code, place and message.
+#[derive(Default)]
+pub(crate) struct Causes {
+    found: BTreeMap<(Place, &'static str, String), (Diagnostic, Vec<Effect>)>,
+}
+
+impl Causes {
+    /// Adds the failures of one template.
+    pub(crate) fn add(&mut self, ground: &Ground<'_>, failures: Vec<Failure>) {
+        let mut merged: BTreeMap<(Place, &'static str, String), Failure> = BTreeMap::new();
+        for failure in failures {
+            let key =
+                (failure.finding.place.clone(), failure.finding.code.id, failure.finding.message.clone());
+            match merged.get_mut(&key) {
+                Some(known) => {
+                    known.leaves.extend(failure.leaves);
+                    known.profiles.extend(failure.profiles);
+                }
+                None => {
+                    merged.insert(key, failure);
+                }
+            }
+        }
+        for (key, failure) in merged {
+            let effect = weigh(ground, &failure);
+            self.found.entry(key).or_insert_with(|| (failure.finding, Vec::new())).1.push(effect);
+        }
+    }
+
+    /// The findings, in the order of their places.
+    pub(crate) fn findings(self) -> Vec<Diagnostic> {
+        self.found
+            .into_values()
+            .map(|(mut finding, effects)| {
+                for effect in
+                    effects.iter().filter(|effect| effect.of_variants > 1 || effect.profiles.is_some())
+                {
+                    finding = finding.related(Place::Nowhere, effect.describe());
+                }
+                finding
+            })
+            .collect()
+    }
+}
+
+impl Effect {
+    fn describe(&self) -> String {
+        let mut text = format!(
+            "in {} of {} variants of \"{}\" ({} configuration{})",
+            self.variants,
+            self.of_variants,
+            self.template,
+            self.configurations,
+            if self.configurations.number == 1 { "" } else { "s" }
+        );
+        if self.variants == self.of_variants {
+            text.push_str(", whatever the axes");
+        } else if !self.provocation.is_empty() {
+            text.push_str(&format!(", provoked by {}", describe(&self.provocation)));
+        }
+        if let Some(profiles) = &self.profiles {
+            let names: Vec<&str> = profiles.iter().map(String::as_str).collect();
+            text.push_str(&format!(", only for {}", names.join(", ")));
+        }
+        text
+    }
+}
+
+fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {
+    let mut configurations = Count::ZERO;
+    for leaf in failure.leaves.iter().filter_map(|at| ground.leaves.get(*at)) {
+        configurations = configurations.plus(ground.space.count(&leaf.decided));
+    }
+    let some = !failure.profiles.is_empty() && failure.profiles != ground.profiles;
+    Effect {
+        template: ground.template.to_owned(),
+        variants: failure.leaves.len(),
+        of_variants: ground.leaves.len(),
+        configurations,
+        provocation: provocation(ground, &failure.leaves),
+        profiles: some.then(|| failure.profiles.clone()),
+    }
+}
+
+/// An inclusion-minimal set of values that provokes the failure of `failing`.
+fn provocation(ground: &Ground<'_>, failing: &BTreeSet<usize>) -> AxisValues {
+    let is_default = |name: &str, values: &AxisValues| ground.space.default_of(name) == values.get(name);
+    let switched_on =
+        |leaf: &Leaf| leaf.decided.keys().filter(|name| !is_default(name, &leaf.decided)).count();
+    let Some(plainest) = failing
+        .iter()
+        .filter_map(|at| ground.leaves.get(*at))
+        .min_by_key(|leaf| (switched_on(leaf), leaf.decided.len()))
+    else {
+        return AxisValues::new();
+    };
+    let mut values = plainest.decided.clone();
+    let mut order: Vec<String> = values.keys().cloned().collect();
+    order.sort_by_key(|name| !is_default(name, &plainest.decided));
+    for name in order {
+        let mut fewer = values.clone();
+        fewer.remove(&name);
+        let passes = ground
+            .leaves
+            .iter()
+            .enumerate()
+            .any(|(at, leaf)| !failing.contains(&at) && meet(ground, leaf, &fewer));
+        if !passes {
+            values = fewer;
+        }
+    }
+    values
+}
+
+/// Whether some configuration of a leaf has these values.
+fn meet(ground: &Ground<'_>, leaf: &Leaf, values: &AxisValues) -> bool {
+    if values.iter().any(|(name, value)| leaf.decided.get(name).is_some_and(|other| other != value)) {
+        return false;
+    }
+    let mut both = leaf.decided.clone();
+    both.extend(values.clone());
+    ground.space.possible(&both)
+}

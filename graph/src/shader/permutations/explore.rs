@@ -1,0 +1,267 @@
+//! All texts of a template, with one rendering per path through it.
+//!
+//! Nobody knows beforehand which axes a template reads: it depends on the values of others, on includes, on macros. So the
+//! rendering itself asks. It starts with no axis decided; at the first read of an axis the exploration takes the first
+//! value that the constraints allow, and remembers to come back for the others. What ends is one path, with the axes
+//! that decided it; all configurations that agree on these axes take the same path, so their number is known without
+//! going through them. A template with 30 axes that no path reads costs no more than one without them.
+//!
+//! A read without effect makes paths with the same text; these are told by the hash of the text and proven once.
+//!
+//! Limits: 65,536 paths and 8,192 distinct texts; of an axis with over 1,024 values that the text reads, only its least,
+//! its default and its largest value are taken. Each is a finding, and the exploration says that it is incomplete.
+
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use minijinja::value::{Object, Value};
+
+use super::space::{Domain, Space};
+use crate::diagnostic::Diagnostic;
+use crate::shader::render::{self, Placement, to_template_value};
+use crate::shader::text_map::{Origin, TextMap};
+use crate::shader::value::AxisValues;
+use crate::shader::{TemplateSet, codes};
+use crate::source::FileId;
+
+/// The most paths through one template.
+const MAXIMUM_PATHS: usize = 1 << 16;
+/// The most distinct texts of one template.
+const MAXIMUM_TEXTS: usize = 1 << 13;
+/// The most values of an axis that are all taken.
+const MAXIMUM_VALUES: u64 = 1 << 10;
+
+/// One path through a template.
+#[derive(Clone, Debug)]
+pub(crate) struct Leaf {
+    /// The axes that were read, with the values that led here.
+    pub(crate) decided: AxisValues,
+    /// The text, by index, or none where the template could not be rendered.
+    pub(crate) text: Option<usize>,
+}
+
+/// A distinct text.
+#[derive(Clone, Debug)]
+pub(crate) struct Text {
+    pub(crate) wgsl: Arc<str>,
+    pub(crate) hash: [u8; 32],
+    pub(crate) map: TextMap,
+    /// The first path that leads to it.
+    pub(crate) leaf: usize,
+}
+
+/// All paths and texts of one template.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Exploration {
+    pub(crate) leaves: Vec<Leaf>,
+    pub(crate) texts: Vec<Text>,
+    /// Failed renderings: the path, and why.
+    pub(crate) failures: Vec<(usize, Diagnostic)>,
+    /// Findings about the template as a whole.
+    pub(crate) findings: Vec<Diagnostic>,
+    /// Whether every path was taken.
+    pub(crate) complete: bool,
+    /// The axes that some path reads.
+    pub(crate) read: BTreeSet<String>,
+    /// Where literal text begins that some path writes.
+    pub(crate) literals: HashSet<(FileId, u32)>,
+}
+
+/// A decision to come back to: the values before it, the axis, and the index of the next value to take.
+struct Pending {
+    decided: AxisValues,
+    axis: String,
+    next: u64,
+}
+
+/// Takes every path through a template.
+pub(crate) fn explore(
+    set: &TemplateSet,
+    placement: &Placement<'_>,
+    template: &str,
+    space: &Arc<Space>,
+) -> Exploration {
+    let mut exploration = Exploration { complete: true, ..Exploration::default() };
+    let mut unknown = BTreeSet::new();
+    let mut by_hash: BTreeMap<[u8; 32], usize> = BTreeMap::new();
+    let mut pending: Vec<Pending> = Vec::new();
+    let mut next = Some(AxisValues::new());
+    while let Some(start) = next {
+        if exploration.leaves.len() >= MAXIMUM_PATHS || exploration.texts.len() >= MAXIMUM_TEXTS {
+            exploration.complete = false;
+            break;
+        }
+        let before = start.clone();
+        let fork = Arc::new(Fork { space: space.clone(), state: Mutex::new(State::starting_with(start)) });
+        let result = render::render_with(set, placement, template, Value::from_dyn_object(fork.clone()));
+        let state = std::mem::take(&mut *fork.state.lock().unwrap_or_else(PoisonError::into_inner));
+        unknown.extend(state.unknown);
+        let leaf = exploration.leaves.len();
+        let text = match result {
+            Ok((wgsl, map)) => {
+                exploration.literals.extend(map.segments.iter().filter_map(|segment| match segment.origin {
+                    Some(Origin::Literal(file, offset)) => Some((file, offset)),
+                    _ => None,
+                }));
+                let hash = *blake3::hash(wgsl.as_bytes()).as_bytes();
+                let known = *by_hash.entry(hash).or_insert(exploration.texts.len());
+                if known == exploration.texts.len() {
+                    exploration.texts.push(Text { wgsl: wgsl.into(), hash, map, leaf });
+                }
+                Some(known)
+            }
+            Err(finding) => {
+                exploration.failures.push((leaf, *finding));
+                None
+            }
+        };
+        let mut decided = before;
+        for (axis, taken) in state.forks {
+            let value = state.decided.get(&axis).cloned();
+            pending.push(Pending { decided: decided.clone(), axis: axis.clone(), next: taken + 1 });
+            if let Some(value) = value {
+                decided.insert(axis, value);
+            }
+        }
+        exploration.read.extend(decided.keys().cloned());
+        exploration.leaves.push(Leaf { decided, text });
+        next = take_pending(space, &mut pending);
+    }
+    finish(set, template, space, exploration, &unknown)
+}
+
+fn take_pending(space: &Space, pending: &mut Vec<Pending>) -> Option<AxisValues> {
+    while let Some(mut branch) = pending.pop() {
+        let found = space.variable(&branch.axis).and_then(|domain| {
+            let domain = narrowed(space, &branch.axis, domain);
+            first_possible(space, &domain, &branch.axis, &mut branch.decided, branch.next)
+        });
+        if let Some(taken) = found {
+            let values = branch.decided.clone();
+            branch.decided.remove(&branch.axis);
+            branch.next = taken + 1;
+            pending.push(branch);
+            return Some(values);
+        }
+    }
+    None
+}
+
+/// The first value from `from` on that leaves a configuration; it stays in `decided`.
+fn first_possible(
+    space: &Space,
+    domain: &Domain,
+    axis: &str,
+    decided: &mut AxisValues,
+    from: u64,
+) -> Option<u64> {
+    for index in from..domain.count() {
+        decided.insert(axis.to_owned(), domain.value(index)?);
+        if space.possible(decided) {
+            return Some(index);
+        }
+    }
+    decided.remove(axis);
+    None
+}
+
+/// The values of an axis that are taken: all, or the least, the default and the largest of very many.
+fn narrowed(space: &Space, axis: &str, domain: &Domain) -> Domain {
+    if domain.count() <= MAXIMUM_VALUES {
+        return domain.clone();
+    }
+    let ends = [domain.value(0), space.default_of(axis).cloned(), domain.value(domain.count() - 1)];
+    let chosen: BTreeSet<_> = ends.into_iter().flatten().collect();
+    Domain::Values(chosen.into_iter().collect())
+}
+
+fn finish(
+    set: &TemplateSet,
+    template: &str,
+    space: &Space,
+    mut exploration: Exploration,
+    unknown: &BTreeSet<String>,
+) -> Exploration {
+    let undeclared = render::undeclared_names(set, template, unknown);
+    if !undeclared.is_empty() {
+        // What the undefined value breaks further on is no finding of its own.
+        exploration.failures.retain(|(_, finding)| {
+            finding.code != codes::UNDECLARED_NAME && !finding.message.contains("undefined")
+        });
+        exploration.findings.extend(undeclared);
+    }
+    let axes = set.axes(template);
+    for name in &exploration.read {
+        let Some(axis) = axes.and_then(|axes| axes.get(name)) else { continue };
+        let count = space.variable(name).map_or(0, Domain::count);
+        if count > MAXIMUM_VALUES {
+            exploration.complete = false;
+            let message =
+                format!("the text of \"{template}\" depends on \"{name}\", which has {count} values");
+            exploration.findings.push(
+                Diagnostic::warning(codes::PATHS_LIMIT, axis.span, message)
+                    .help("only its least, default and largest value are checked; narrow its range, or make it an override"),
+            );
+        }
+    }
+    if exploration.leaves.len() >= MAXIMUM_PATHS || exploration.texts.len() >= MAXIMUM_TEXTS {
+        let message = format!(
+            "\"{template}\" has more than {} paths or {} texts; the others are not checked",
+            exploration.leaves.len(),
+            exploration.texts.len()
+        );
+        if let Some(file) = set.file(template) {
+            let place = crate::source::Span::new(file, 0..0);
+            exploration.findings.push(Diagnostic::warning(codes::PATHS_LIMIT, place, message));
+        }
+    }
+    exploration
+}
+
+/// The context of one rendering: decides axes as they are read.
+#[derive(Debug)]
+struct Fork {
+    space: Arc<Space>,
+    state: Mutex<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    decided: AxisValues,
+    values: BTreeMap<String, Value>,
+    /// The axes decided in this rendering, in the order of their reading, with the index of the value taken.
+    forks: Vec<(String, u64)>,
+    unknown: BTreeSet<String>,
+}
+
+impl State {
+    fn starting_with(decided: AxisValues) -> Self {
+        let values = decided.iter().map(|(name, value)| (name.clone(), to_template_value(value))).collect();
+        Self { decided, values, ..Self::default() }
+    }
+}
+
+impl Object for Fork {
+    fn get_value(self: &Arc<Self>, key: &Value) -> Option<Value> {
+        self.get_value_by_str(key.as_str()?)
+    }
+
+    fn get_value_by_str(self: &Arc<Self>, key: &str) -> Option<Value> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(value) = state.values.get(key) {
+            return Some(value.clone());
+        }
+        let Some(domain) = self.space.variable(key) else {
+            if !state.unknown.contains(key) {
+                state.unknown.insert(key.to_owned());
+            }
+            return None;
+        };
+        let domain = narrowed(&self.space, key, domain);
+        let taken = first_possible(&self.space, &domain, key, &mut state.decided, 0)?;
+        let value = to_template_value(state.decided.get(key)?);
+        state.forks.push((key.to_owned(), taken));
+        state.values.insert(key.to_owned(), value.clone());
+        Some(value)
+    }
+}

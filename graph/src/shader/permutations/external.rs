@@ -1,0 +1,225 @@
+//! A second opinion: an external validator on every distinct text.
+//!
+//! The command is a program and its arguments, with `{}` for the file: `tint --format wgsl -o /dev/null {}`. It is started
+//! directly, never through a shell. What it prints goes to files, so a process that leaves children behind cannot keep
+//! anybody waiting, and after the time limit it is killed. An exit status other than zero is a refusal; of its output,
+//! the first `FILE:LINE:COLUMN` gives the place.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+use std::{fs, io};
+
+/// The command of an external validator.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExternalValidator {
+    program: String,
+    arguments: Vec<String>,
+    time_limit: Duration,
+}
+
+/// Why a command is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CommandError {
+    /// There is no program.
+    #[error("the command is empty")]
+    Empty,
+    /// `{}` stands nowhere.
+    #[error("the command does not say where the file goes: write {{}} there")]
+    NoFile,
+    /// A quote has no end.
+    #[error("a quote in the command has no end")]
+    OpenQuote,
+}
+
+/// What an external validator says of a text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Opinion {
+    Accepts,
+    /// Its message, and line and column, both from 1, in bytes.
+    Refuses {
+        message: String,
+        place: Option<(usize, usize)>,
+    },
+    TimedOut,
+    Unavailable(String),
+}
+
+impl ExternalValidator {
+    /// Reads a command line: words apart by white space, with single or double quotes around words that contain some.
+    ///
+    /// # Errors
+    /// Why the line is no command.
+    pub fn parse(line: &str) -> Result<Self, CommandError> {
+        let mut words: Vec<String> = Vec::new();
+        let mut word: Option<String> = None;
+        let mut quote = None;
+        for character in line.chars() {
+            match (quote, character) {
+                (Some(open), close) if open == close => quote = None,
+                (None, '"' | '\'') => {
+                    quote = Some(character);
+                    word.get_or_insert_default();
+                }
+                (None, space) if space.is_whitespace() => words.extend(word.take()),
+                (_, other) => word.get_or_insert_default().push(other),
+            }
+        }
+        if quote.is_some() {
+            return Err(CommandError::OpenQuote);
+        }
+        words.extend(word);
+        if words.is_empty() {
+            return Err(CommandError::Empty);
+        }
+        let program = words.remove(0);
+        if !words.iter().any(|word| word.contains("{}")) {
+            return Err(CommandError::NoFile);
+        }
+        Ok(Self { program, arguments: words, time_limit: Duration::from_secs(10) })
+    }
+
+    /// The same validator with another time limit than 10 seconds for one text.
+    #[must_use]
+    pub fn with_time_limit(self, time_limit: Duration) -> Self {
+        Self { time_limit, ..self }
+    }
+
+    /// The name under which findings show the validator: that of its program.
+    pub fn name(&self) -> &str {
+        Path::new(&self.program).file_name().and_then(|name| name.to_str()).unwrap_or(&self.program)
+    }
+
+    /// Runs the command on a text.
+    pub(crate) fn judge(&self, wgsl: &str) -> Opinion {
+        let folder = match TemporaryFolder::new() {
+            Ok(folder) => folder,
+            Err(error) => return Opinion::Unavailable(format!("no temporary folder can be made: {error}")),
+        };
+        let file = folder.path.join("shader.wgsl");
+        match self.run(wgsl, &file, &folder.path) {
+            Ok(Some(status)) if status.success() => Opinion::Accepts,
+            Ok(Some(status)) => {
+                let mut output = String::new();
+                for name in ["stderr", "stdout"] {
+                    let bytes = fs::read(folder.path.join(name)).unwrap_or_default();
+                    output.push_str(&String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 16)]));
+                    output.push('\n');
+                }
+                refusal(&output, &file.to_string_lossy(), status)
+            }
+            Ok(None) => Opinion::TimedOut,
+            Err(error) => Opinion::Unavailable(format!("\"{}\" cannot be started: {error}", self.program)),
+        }
+    }
+
+    fn run(&self, wgsl: &str, file: &Path, folder: &Path) -> io::Result<Option<ExitStatus>> {
+        fs::write(file, wgsl)?;
+        let name = file.to_string_lossy();
+        let mut child = Command::new(&self.program)
+            .args(self.arguments.iter().map(|argument| argument.replace("{}", &name)))
+            .stdin(Stdio::null())
+            .stdout(fs::File::create(folder.join("stdout"))?)
+            .stderr(fs::File::create(folder.join("stderr"))?)
+            .spawn()?;
+        let start = Instant::now();
+        let mut pause = Duration::from_micros(500);
+        loop {
+            if let Some(status) = child.try_wait()? {
+                return Ok(Some(status));
+            }
+            if start.elapsed() > self.time_limit {
+                let _ = child.kill();
+                let _ = child.wait();
+                return Ok(None);
+            }
+            std::thread::sleep(pause);
+            pause = (pause * 2).min(Duration::from_millis(20));
+        }
+    }
+}
+
+fn refusal(output: &str, file: &str, status: ExitStatus) -> Opinion {
+    let mut place = None;
+    let mut message = None;
+    for line in output.lines() {
+        if let (None, Some((_, rest))) = (place, line.split_once(file)) {
+            let mut parts = rest.trim_start_matches(':').split(':');
+            let mut number = || {
+                let digits: String = parts.next()?.chars().take_while(char::is_ascii_digit).collect();
+                digits.parse::<usize>().ok()
+            };
+            if let (Some(at), Some(column)) = (number(), number()) {
+                place = Some((at, column));
+                let text = rest.trim_start_matches(|each: char| each == ':' || each.is_ascii_digit()).trim();
+                if !text.is_empty() {
+                    message = Some(text.to_owned());
+                }
+            }
+        }
+    }
+    let first = output.lines().map(str::trim).find(|line| !line.is_empty()).map(str::to_owned);
+    let message = message.or(first).unwrap_or_else(|| status.to_string());
+    let message =
+        message.strip_prefix("error:").unwrap_or(message.as_str()).trim().replace(file, "the module");
+    Opinion::Refuses { message: message.chars().take(400).collect(), place }
+}
+
+struct TemporaryFolder {
+    path: PathBuf,
+}
+
+impl TemporaryFolder {
+    fn new() -> io::Result<Self> {
+        static NEXT: AtomicUsize = AtomicUsize::new(0);
+        for _ in 0..64 {
+            let number = NEXT.fetch_add(1, Ordering::Relaxed);
+            let path = std::env::temp_dir().join(format!("umbragraph-{}-{number}", std::process::id()));
+            match fs::create_dir(&path) {
+                Ok(()) => return Ok(Self { path }),
+                Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Err(io::ErrorKind::AlreadyExists.into())
+    }
+}
+
+impl Drop for TemporaryFolder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.path);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn commands_are_words_with_quotes() {
+        let validator = ExternalValidator::parse("/opt/tint --name 'a b' -o \"\" {}").unwrap();
+        assert_eq!(validator.name(), "tint");
+        assert_eq!(validator.arguments, ["--name", "a b", "-o", "", "{}"]);
+        assert_eq!(ExternalValidator::parse(" "), Err(CommandError::Empty));
+        assert_eq!(ExternalValidator::parse("tint x"), Err(CommandError::NoFile));
+        assert_eq!(ExternalValidator::parse("tint '{}"), Err(CommandError::OpenQuote));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_missing_a_crashing_and_a_hanging_validator_are_told_apart() {
+        let judge = |line: &str| {
+            let validator = ExternalValidator::parse(line).unwrap();
+            validator.with_time_limit(Duration::from_millis(300)).judge("fn f() {}\nlet\n")
+        };
+        assert_eq!(judge("true {}"), Opinion::Accepts);
+        assert!(matches!(judge("/nonexistent/validator {}"), Opinion::Unavailable(_)));
+        assert_eq!(judge("sh -c 'sleep 30' {}"), Opinion::TimedOut);
+        assert!(matches!(judge("sh -c 'kill -9 $$' {}"), Opinion::Refuses { place: None, .. }));
+        assert_eq!(
+            judge("sh -c 'echo $0:2:3 error: no such thing >&2; exit 1' {}"),
+            Opinion::Refuses { message: "no such thing".to_owned(), place: Some((2, 3)) }
+        );
+    }
+}
