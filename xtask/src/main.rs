@@ -1,1 +1,102 @@
-fn main() {}
+//! The project's own commands: `cargo xtask demo` and `cargo xtask test`.
+//!
+//! Both work on a fresh clone with nothing but cargo: what else is needed is installed where that is possible, and
+//! named where it is not. There are no dependencies, so that the command itself is built in a second.
+//!
+//! Exit status: 0 where all went well, 1 where a step failed, 2 for a command line that is not understood.
+
+mod adapter;
+mod demo;
+mod distribution;
+mod driver_search;
+mod process;
+mod skips;
+mod steps;
+mod summary;
+mod test;
+mod toolchain;
+
+use std::process::ExitCode;
+
+const HELP: &str = "\
+The project's own commands.
+
+usage: cargo xtask COMMAND
+
+  demo   render the pipeline `nebula` on the project's own scene to target/demo/courtyard.png
+  test   check formatting and lints, run all tests and doc tests, build the documentation
+  help   print this
+
+Both need a graphics adapter. On Linux without a Vulkan driver they install Mesa's software driver (Debian and
+Ubuntu, with apt and the rights to do so) or say what to install.
+
+environment:
+  UMBRAGRAPH_REQUIRE_GPU=1   a test that finds no adapter fails instead of being skipped
+  UMBRAGRAPH_ADAPTER=TEXT    the adapter whose name contains the text
+  UMBRAGRAPH_BLESS=1         accept pictures that differ from their references
+  UMBRAGRAPH_TRUTH=FOLDER    the ray-traced truth, in place of ../shared/truth
+";
+
+/// What the command line asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Command {
+    Demo,
+    Test,
+    Help,
+}
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    match parse(&arguments) {
+        Ok(Command::Demo) => demo::run(),
+        Ok(Command::Test) => test::run(),
+        Ok(Command::Help) => {
+            print!("{HELP}");
+            ExitCode::SUCCESS
+        }
+        Err(message) => {
+            eprintln!("xtask: {message}\n\n{HELP}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn parse(arguments: &[String]) -> Result<Command, String> {
+    let (name, rest) = arguments.split_first().ok_or("a command is missing")?;
+    let command = match name.as_str() {
+        "demo" => Command::Demo,
+        "test" => Command::Test,
+        "help" | "--help" | "-h" => return Ok(Command::Help),
+        other => return Err(format!("there is no command `{other}`")),
+    };
+    match rest {
+        [] => Ok(command),
+        [help] if help == "--help" || help == "-h" => Ok(Command::Help),
+        [extra, ..] => Err(format!("`{name}` takes no argument `{extra}`")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parsed(line: &str) -> Result<Command, String> {
+        parse(&line.split_whitespace().map(str::to_owned).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn each_command_is_understood() {
+        assert_eq!(parsed("demo"), Ok(Command::Demo));
+        assert_eq!(parsed("test"), Ok(Command::Test));
+        for help in ["help", "--help", "-h", "test --help"] {
+            assert_eq!(parsed(help), Ok(Command::Help), "{help}");
+        }
+    }
+
+    #[test]
+    fn anything_else_is_named_in_the_error() {
+        assert!(parsed("").is_err());
+        assert!(parsed("tset").unwrap_err().contains("`tset`"));
+        assert!(parsed("test --fast").unwrap_err().contains("`--fast`"));
+    }
+}

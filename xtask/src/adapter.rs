@@ -1,0 +1,185 @@
+//! Makes sure that a graphics adapter can be had.
+//!
+//! macOS has Metal and Windows has DirectX 12. Linux needs a Vulkan driver; where [`driver_search`] finds none,
+//! Mesa's software driver is installed with apt, given Debian or a descendant and root or a sudo that asks for no
+//! password. Anywhere else, and where installing fails, the words on standard error say what to do.
+//!
+//! The outcome is advice to what follows, not a verdict: a search by file names can be wrong, and what really needs
+//! an adapter says so itself.
+
+use std::path::Path;
+
+use crate::distribution::{DEBIAN_PACKAGES, Distribution};
+use crate::driver_search::{Finding, Machine};
+use crate::process;
+
+/// Whether an adapter can be had, after an attempt to install one where there was none.
+pub(crate) fn ensure() -> bool {
+    match std::env::consts::OS {
+        "linux" => ensure_on_linux(),
+        "macos" | "windows" => true,
+        other => {
+            eprintln!("note: whether {other} has a graphics driver was not looked up");
+            true
+        }
+    }
+}
+
+fn ensure_on_linux() -> bool {
+    let finding = search();
+    if let Finding::Driver(manifest) = &finding {
+        println!("Vulkan driver: {}", manifest.display());
+        return true;
+    }
+    eprintln!("{}", explain(&finding));
+    if let Finding::Restricted { .. } = finding {
+        return false;
+    }
+    let distribution = this_distribution();
+    match installation_rights(distribution) {
+        Ok(prefix) => match install(&prefix) {
+            Ok(()) => match search() {
+                Finding::Driver(manifest) => {
+                    println!("Vulkan driver, now installed: {}", manifest.display());
+                    true
+                }
+                other => {
+                    eprintln!("the packages were installed, and still: {}", explain(&other));
+                    false
+                }
+            },
+            Err(reason) => {
+                eprintln!("{reason}\nto have a software driver, as root: {}", distribution.advice());
+                false
+            }
+        },
+        Err(reason) => {
+            eprintln!("it cannot be installed from here: {reason}");
+            eprintln!("to have a software driver, as root: {}", distribution.advice());
+            false
+        }
+    }
+}
+
+fn search() -> Finding {
+    let variable = |name: &str| std::env::var_os(name);
+    Machine { root: Path::new("/"), variable: &variable }.search()
+}
+
+fn this_distribution() -> Distribution {
+    let text = ["/etc/os-release", "/usr/lib/os-release"]
+        .iter()
+        .find_map(|path| std::fs::read_to_string(path).ok())
+        .unwrap_or_default();
+    Distribution::from_os_release(&text)
+}
+
+fn explain(finding: &Finding) -> String {
+    match finding {
+        Finding::Driver(manifest) => format!("Vulkan driver: {}", manifest.display()),
+        Finding::Restricted { variable, value } => {
+            format!(
+                "{variable} is set to `{value}`, which names no Vulkan driver that can work here; unset it or correct it"
+            )
+        }
+        Finding::NoLoader => "there is a Vulkan driver, but not the Vulkan loader, libvulkan.so.1".to_owned(),
+        Finding::NoDriver(passed_over) => {
+            let details: String = passed_over.iter().map(|line| format!("\n  {line}")).collect();
+            format!("there is no Vulkan driver that can work here{details}")
+        }
+    }
+}
+
+/// What apt-get must be preceded by to run as root, or why it cannot be run.
+fn installation_rights(distribution: Distribution) -> Result<Vec<&'static str>, String> {
+    let user = process::program("id").arg("--user").output().map(|output| output.stdout);
+    let root = user.is_ok_and(|output| String::from_utf8_lossy(&output).trim() == "0");
+    rights(
+        distribution == Distribution::Debian,
+        process::succeeds("apt-get", &["--version"]),
+        root,
+        // With -n sudo fails rather than ask for a password.
+        || process::succeeds("sudo", &["-n", "true"]),
+    )
+}
+
+fn rights(debian: bool, apt: bool, root: bool, sudo: impl Fn() -> bool) -> Result<Vec<&'static str>, String> {
+    match (debian, apt) {
+        (false, _) => Err("only Debian's and Ubuntu's packages are installed by this command".to_owned()),
+        (true, false) => Err("there is no apt-get".to_owned()),
+        (true, true) if root => Ok(Vec::new()),
+        (true, true) if sudo() => Ok(vec!["sudo", "-n"]),
+        (true, true) => Err("this user is not root, and sudo is missing or asks for a password".to_owned()),
+    }
+}
+
+fn install(prefix: &[&str]) -> Result<(), String> {
+    println!("installing {}", DEBIAN_PACKAGES.join(" and "));
+    // A list that is out of date, or one mirror that is down, may still be enough to install from.
+    let update = apt(prefix, &["update"]);
+    if let Err(reason) = &update {
+        eprintln!("{reason}; going on with the package lists at hand");
+    }
+    let mut arguments = vec!["install", "--yes", "--no-install-recommends"];
+    arguments.extend(DEBIAN_PACKAGES);
+    apt(prefix, &arguments).map_err(|reason| match update {
+        Ok(()) => reason,
+        Err(update) => format!("{reason}, after {update}; is the network reachable?"),
+    })
+}
+
+fn apt(prefix: &[&str], arguments: &[&str]) -> Result<(), String> {
+    let words = apt_command(prefix, arguments);
+    let shown = format!("`{}`", words.join(" "));
+    let Some((name, rest)) = words.split_first() else {
+        return Err("there is nothing to run".to_owned());
+    };
+    match process::program(name).args(rest).status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("{shown} failed ({status})")),
+        Err(error) => Err(format!("{shown} could not be started: {error}")),
+    }
+}
+
+/// The variable is set through `env`, since sudo does not pass variables on.
+fn apt_command<'a>(prefix: &[&'a str], arguments: &[&'a str]) -> Vec<&'a str> {
+    let mut words = prefix.to_vec();
+    words.extend(["env", "DEBIAN_FRONTEND=noninteractive", "apt-get"]);
+    words.extend(arguments);
+    words
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn root_needs_no_sudo() {
+        assert_eq!(rights(true, true, true, || panic!("sudo was asked")), Ok(Vec::new()));
+    }
+
+    #[test]
+    fn another_user_needs_a_sudo_that_asks_nothing() {
+        assert_eq!(rights(true, true, false, || true), Ok(vec!["sudo", "-n"]));
+        assert!(rights(true, true, false, || false).unwrap_err().contains("not root"));
+    }
+
+    #[test]
+    fn nothing_is_installed_without_debian_and_apt() {
+        assert!(rights(false, true, true, || true).is_err());
+        assert!(rights(true, false, true, || true).unwrap_err().contains("apt-get"));
+    }
+
+    #[test]
+    fn apt_never_asks() {
+        let words = apt_command(&["sudo", "-n"], &["install", "--yes", "some"]).join(" ");
+        assert_eq!(words, "sudo -n env DEBIAN_FRONTEND=noninteractive apt-get install --yes some");
+    }
+
+    #[test]
+    fn a_restriction_is_explained_with_its_variable_and_value() {
+        let finding = Finding::Restricted { variable: "VK_DRIVER_FILES", value: "/none".to_owned() };
+        let words = explain(&finding);
+        assert!(words.contains("VK_DRIVER_FILES") && words.contains("`/none`"), "{words}");
+    }
+}

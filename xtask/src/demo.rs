@@ -1,0 +1,101 @@
+//! `cargo xtask demo`: one picture, from a fresh clone.
+
+use std::process::ExitCode;
+
+use crate::{adapter, process};
+
+/// Where the picture comes to lie, from the root of the workspace.
+const PICTURE: &str = "target/demo/courtyard.png";
+
+/// What cargo is asked to do.
+const ARGUMENTS: [&str; 15] = [
+    "run",
+    "--release",
+    "--package",
+    "umbragraph-cli",
+    "--bin",
+    "umbragraph",
+    "--",
+    "render",
+    "pipelines/nebula.json",
+    "--scene",
+    "examples/scenes/courtyard.glb",
+    "--size",
+    "1280x720",
+    "--out",
+    PICTURE,
+];
+
+/// Runs the command.
+pub(crate) fn run() -> ExitCode {
+    if !adapter::ensure() {
+        eprintln!(
+            "going on all the same: the search for a driver goes by file names and may have missed one"
+        );
+    }
+    let picture = process::workspace_root().join(PICTURE);
+    match prepare(&picture).and_then(|()| render()).and_then(|()| confirm(&picture)) {
+        Ok(()) => {
+            println!("the picture is at {}", picture.display());
+            ExitCode::SUCCESS
+        }
+        Err(reason) => {
+            eprintln!("there is no picture: {reason}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+/// Makes room for the picture; one from an earlier run must not pass for the new one.
+fn prepare(picture: &std::path::Path) -> Result<(), String> {
+    if let Some(folder) = picture.parent() {
+        std::fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    }
+    match std::fs::remove_file(picture) {
+        Err(error) if error.kind() != std::io::ErrorKind::NotFound => {
+            Err(format!("{}: {error}", picture.display()))
+        }
+        _ => Ok(()),
+    }
+}
+
+fn render() -> Result<(), String> {
+    println!("==> cargo {}", ARGUMENTS.join(" "));
+    match process::program("cargo").args(ARGUMENTS).status() {
+        Ok(status) if status.success() => Ok(()),
+        Ok(status) => Err(format!("the command failed ({status})")),
+        Err(error) => Err(format!("cargo could not be started: {error}")),
+    }
+}
+
+fn confirm(picture: &std::path::Path) -> Result<(), String> {
+    if picture.is_file() {
+        Ok(())
+    } else {
+        Err(format!("the command succeeded but wrote no {}", picture.display()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_of_an_earlier_run_does_not_pass_for_the_new_one() {
+        let folder = std::env::temp_dir().join(format!("xtask-demo-{}", std::process::id()));
+        let picture = folder.join("nested/picture.png");
+        prepare(&picture).unwrap();
+        assert!(confirm(&picture).is_err());
+        std::fs::write(&picture, b"old").unwrap();
+        assert!(confirm(&picture).is_ok());
+        prepare(&picture).unwrap();
+        assert!(confirm(&picture).is_err());
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
+    fn the_demo_is_built_optimised_and_writes_where_it_says() {
+        assert!(ARGUMENTS.contains(&"--release"));
+        assert_eq!(ARGUMENTS.last(), Some(&PICTURE));
+    }
+}

@@ -1,0 +1,192 @@
+//! Whether Linux has a Vulkan driver that can work, found without loading one.
+//!
+//! The search follows the Vulkan loader's own: JSON manifests in fixed folders and in those of the XDG variables, or
+//! only those that `VK_DRIVER_FILES` (formerly `VK_ICD_FILENAMES`) names. A manifest alone proves little: one may
+//! be left without its library, and a package brings manifests for hardware that the machine lacks. A driver
+//! therefore counts when the library that its manifest names is there and it either needs no hardware or a device
+//! node of a graphics processor is there too. The loader, `libvulkan.so.1`, must be there besides.
+//!
+//! All files are looked up below a root folder and all variables through a function, so that the tests bring their own.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+/// The machine to be searched.
+pub(crate) struct Machine<'a> {
+    pub(crate) root: &'a Path,
+    pub(crate) variable: &'a dyn Fn(&str) -> Option<OsString>,
+}
+
+/// What the search found.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Finding {
+    /// A driver that can work, by its manifest.
+    Driver(PathBuf),
+    /// A variable restricts the search to drivers none of which can work; to install one would not help.
+    Restricted { variable: &'static str, value: String },
+    /// There is a driver, but not the loader.
+    NoLoader,
+    /// There is no driver that can work; the manifests that were passed over, with the reason.
+    NoDriver(Vec<String>),
+}
+
+const RESTRICTIONS: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
+const FIXED_FOLDERS: [&str; 5] = [
+    "/usr/share/vulkan",
+    "/etc/vulkan",
+    "/usr/local/share/vulkan",
+    "/usr/local/etc/vulkan",
+    "/etc/xdg/vulkan",
+];
+const NIX_FOLDER: &str = "/run/opengl-driver/share/vulkan";
+const LIBRARY_FOLDERS: [&str; 8] = [
+    "/usr/lib",
+    "/usr/lib64",
+    "/lib",
+    "/lib64",
+    "/usr/local/lib",
+    "/usr/local/lib64",
+    "/usr/lib/wsl/lib",
+    "/run/opengl-driver/lib",
+];
+const LOADERS: [&str; 2] = ["libvulkan.so.1", "libvulkan.so"];
+const SOFTWARE_DRIVERS: [&str; 3] = ["lvp_icd", "vk_swiftshader", "swrast"];
+
+impl Machine<'_> {
+    /// Looks for a driver that can work.
+    pub(crate) fn search(&self) -> Finding {
+        let restriction = RESTRICTIONS
+            .into_iter()
+            .find_map(|name| Some((name, (self.variable)(name).filter(|value| !value.is_empty())?)));
+        let manifests = match &restriction {
+            Some((_, value)) => self.manifests_of(std::env::split_paths(value)),
+            None => self.manifests_of(self.manifest_folders()),
+        };
+        let mut passed_over = Vec::new();
+        for manifest in manifests {
+            match self.obstacle(&manifest) {
+                None if self.has_loader() => return Finding::Driver(manifest),
+                None => return Finding::NoLoader,
+                Some(obstacle) => passed_over.push(format!("{}: {obstacle}", manifest.display())),
+            }
+        }
+        match restriction {
+            Some((variable, value)) => {
+                Finding::Restricted { variable, value: value.to_string_lossy().into_owned() }
+            }
+            None => Finding::NoDriver(passed_over),
+        }
+    }
+
+    /// A path of the machine, below the root folder.
+    fn at(&self, path: impl AsRef<Path>) -> PathBuf {
+        let path = path.as_ref();
+        self.root.join(path.strip_prefix("/").unwrap_or(path))
+    }
+
+    fn manifest_folders(&self) -> Vec<PathBuf> {
+        let mut folders: Vec<PathBuf> = FIXED_FOLDERS.iter().map(PathBuf::from).collect();
+        folders.push(NIX_FOLDER.into());
+        for name in ["XDG_CONFIG_HOME", "XDG_CONFIG_DIRS", "XDG_DATA_HOME", "XDG_DATA_DIRS"] {
+            if let Some(value) = (self.variable)(name) {
+                folders.extend(std::env::split_paths(&value).map(|folder| folder.join("vulkan")));
+            }
+        }
+        if let Some(home) = (self.variable)("HOME") {
+            folders.push(Path::new(&home).join(".config/vulkan"));
+            folders.push(Path::new(&home).join(".local/share/vulkan"));
+        }
+        folders.into_iter().map(|folder| folder.join("icd.d")).collect()
+    }
+
+    /// The manifests among some files and folders, as paths of the machine, sorted and each once.
+    fn manifests_of(&self, places: impl IntoIterator<Item = PathBuf>) -> Vec<PathBuf> {
+        let mut manifests = Vec::new();
+        for place in places {
+            if self.at(&place).is_file() {
+                manifests.push(place);
+                continue;
+            }
+            let entries = std::fs::read_dir(self.at(&place)).into_iter().flatten().flatten();
+            manifests.extend(
+                entries
+                    .map(|entry| place.join(entry.file_name()))
+                    .filter(|path| path.extension().is_some_and(|extension| extension == "json")),
+            );
+        }
+        manifests.sort();
+        manifests.dedup();
+        manifests
+    }
+
+    /// Why the driver of a manifest cannot work.
+    fn obstacle(&self, manifest: &Path) -> Option<String> {
+        let text = match std::fs::read_to_string(self.at(manifest)) {
+            Ok(text) => text,
+            Err(error) => return Some(error.to_string()),
+        };
+        let Some(library) = library_path(&text) else {
+            return Some("it names no library".to_owned());
+        };
+        if !self.has_library(manifest, &library) {
+            return Some(format!("its library {library} is missing"));
+        }
+        let name = manifest.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let software = SOFTWARE_DRIVERS.iter().any(|driver| name.contains(driver));
+        (!software && !self.has_graphics_processor())
+            .then(|| "it needs a graphics processor, and there is none".to_owned())
+    }
+
+    /// As the loader does: a path with a slash is taken from the manifest's folder, any other from the system's.
+    fn has_library(&self, manifest: &Path, library: &str) -> bool {
+        if library.contains('/') {
+            let folder = manifest.parent().unwrap_or(Path::new("/"));
+            return self.at(folder.join(library)).exists();
+        }
+        self.library_folders().iter().any(|folder| self.at(folder).join(library).exists())
+    }
+
+    fn has_loader(&self) -> bool {
+        let folders = self.library_folders();
+        LOADERS.iter().any(|loader| folders.iter().any(|folder| self.at(folder).join(loader).exists()))
+    }
+
+    fn library_folders(&self) -> Vec<PathBuf> {
+        let mut folders: Vec<PathBuf> = LIBRARY_FOLDERS.iter().map(PathBuf::from).collect();
+        if let Some(value) = (self.variable)("LD_LIBRARY_PATH") {
+            folders.extend(std::env::split_paths(&value));
+        }
+        // Debian and its descendants keep libraries in a folder for each architecture.
+        for parent in ["/usr/lib", "/lib"] {
+            let entries = std::fs::read_dir(self.at(parent)).into_iter().flatten().flatten();
+            folders.extend(
+                entries
+                    .map(|entry| entry.file_name())
+                    .filter(|name| name.to_string_lossy().contains("-linux-"))
+                    .map(|name| Path::new(parent).join(name)),
+            );
+        }
+        folders
+    }
+
+    fn has_graphics_processor(&self) -> bool {
+        let fixed = ["/dev/nvidia0", "/dev/dxg", "/dev/kgsl-3d0", "/dev/mali0"];
+        let render_node = std::fs::read_dir(self.at("/dev/dri"))
+            .into_iter()
+            .flatten()
+            .flatten()
+            .any(|entry| entry.file_name().to_string_lossy().starts_with("renderD"));
+        render_node || fixed.iter().any(|node| self.at(node).exists())
+    }
+}
+
+/// The value of `library_path` in a manifest.
+fn library_path(manifest: &str) -> Option<String> {
+    let (_, rest) = manifest.split_once("\"library_path\"")?;
+    let rest = rest.trim_start().strip_prefix(':')?.trim_start().strip_prefix('"')?;
+    let (path, _) = rest.split_once('"')?;
+    Some(path.replace("\\/", "/"))
+}
+
+#[cfg(test)]
+mod tests;

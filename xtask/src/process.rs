@@ -1,0 +1,56 @@
+//! Running other programs, from the root of the workspace.
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The root of the workspace.
+pub(crate) fn workspace_root() -> PathBuf {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    package.parent().unwrap_or(package).to_path_buf()
+}
+
+/// The folder into which cargo builds.
+pub(crate) fn target_folder() -> PathBuf {
+    match std::env::var_os("CARGO_TARGET_DIR") {
+        Some(folder) if !folder.is_empty() => workspace_root().join(folder),
+        _ => workspace_root().join("target"),
+    }
+}
+
+/// A program to be run from the root of the workspace; `cargo` is the one that runs this command.
+pub(crate) fn program(name: &str) -> Command {
+    let mut command = match (name, std::env::var_os("CARGO")) {
+        ("cargo", Some(cargo)) => Command::new(cargo),
+        _ => Command::new(name),
+    };
+    command.current_dir(workspace_root());
+    // Cargo describes this package to this process; passed on, that would have other packages built again.
+    for (variable, _) in std::env::vars_os() {
+        let name = variable.to_string_lossy();
+        if name.starts_with("CARGO_PKG_") || name.starts_with("CARGO_MANIFEST_") || name == "CARGO_BIN_NAME" {
+            command.env_remove(&variable);
+        }
+    }
+    command
+}
+
+/// Whether a program runs and succeeds, its output thrown away.
+pub(crate) fn succeeds(name: &str, arguments: &[&str]) -> bool {
+    program(name).args(arguments).output().is_ok_and(|output| output.status.success())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_workspace_root_holds_the_lock_file() {
+        assert!(workspace_root().join("Cargo.lock").is_file());
+    }
+
+    #[test]
+    fn a_program_that_is_not_there_does_not_succeed() {
+        assert!(!succeeds("a-program-that-nobody-has", &[]));
+        assert!(succeeds("cargo", &["--version"]));
+    }
+}

@@ -1,0 +1,105 @@
+//! The steps of `cargo xtask test`, as data.
+
+use crate::toolchain::Component;
+
+/// One program to be run, and what it is for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Step {
+    pub(crate) name: &'static str,
+    pub(crate) arguments: Vec<&'static str>,
+    pub(crate) environment: Vec<(&'static str, &'static str)>,
+    pub(crate) needs: Option<Component>,
+}
+
+impl Step {
+    fn cargo(name: &'static str, arguments: &'static str) -> Step {
+        Step { name, arguments: arguments.split_whitespace().collect(), environment: Vec::new(), needs: None }
+    }
+
+    fn needs(mut self, component: Component) -> Step {
+        self.needs = Some(component);
+        self
+    }
+
+    fn with(mut self, variable: &'static str, value: &'static str) -> Step {
+        self.environment.push((variable, value));
+        self
+    }
+
+    /// The step as it would be typed.
+    pub(crate) fn command_line(&self) -> String {
+        let variables = self.environment.iter().map(|(name, value)| {
+            if value.contains(' ') { format!("{name}=\"{value}\" ") } else { format!("{name}={value} ") }
+        });
+        format!("{}cargo {}", variables.collect::<String>(), self.arguments.join(" "))
+    }
+}
+
+/// All steps, the quickest verdicts first.
+pub(crate) fn steps(nextest: bool) -> Vec<Step> {
+    use Component::{Clippy, Rustdoc, Rustfmt};
+    let tests = if nextest {
+        "nextest run --workspace --no-fail-fast"
+    } else {
+        "test --workspace --lib --bins --tests --examples --no-fail-fast"
+    };
+    vec![
+        Step::cargo("formatting", "fmt --all --check").needs(Rustfmt),
+        Step::cargo("lints", "clippy --workspace --all-targets -- -D warnings").needs(Clippy),
+        Step::cargo(
+            "lints without a GPU",
+            "clippy --package umbragraph --package umbragraph-cli --no-default-features -- -D warnings",
+        )
+        .needs(Clippy),
+        Step::cargo("tests", tests),
+        Step::cargo("doc tests", "test --workspace --doc --no-fail-fast").needs(Rustdoc),
+        // The command and the front door are both called `umbragraph`, and would overwrite each other's pages.
+        Step::cargo("documentation", "doc --workspace --lib --no-deps")
+            .with("RUSTDOCFLAGS", "-D warnings")
+            .needs(Rustdoc),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn line(steps: &[Step], name: &str) -> String {
+        steps.iter().find(|step| step.name == name).unwrap().command_line()
+    }
+
+    #[test]
+    fn every_step_fails_on_a_warning_or_a_difference() {
+        let steps = steps(true);
+        assert!(line(&steps, "formatting").contains("--check"));
+        assert!(line(&steps, "lints").ends_with("-- -D warnings"));
+        assert!(line(&steps, "lints without a GPU").ends_with("-- -D warnings"));
+        assert!(line(&steps, "documentation").starts_with("RUSTDOCFLAGS=\"-D warnings\" cargo doc"));
+    }
+
+    #[test]
+    fn the_front_door_and_the_command_are_linted_without_their_default_features() {
+        let line = line(&steps(true), "lints without a GPU");
+        for part in ["--package umbragraph ", "--package umbragraph-cli ", "--no-default-features"] {
+            assert!(line.contains(part), "{part}");
+        }
+    }
+
+    #[test]
+    fn without_nextest_the_same_tests_run_with_cargo() {
+        assert!(line(&steps(true), "tests").starts_with("cargo nextest run --workspace"));
+        assert!(line(&steps(false), "tests").starts_with("cargo test --workspace"));
+        for nextest in [true, false] {
+            assert!(line(&steps(nextest), "tests").contains("--no-fail-fast"));
+            assert!(line(&steps(nextest), "doc tests").contains("--doc"));
+        }
+    }
+
+    #[test]
+    fn step_names_are_unique() {
+        let mut names: Vec<_> = steps(true).iter().map(|step| step.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        assert_eq!(names.len(), steps(true).len());
+    }
+}
