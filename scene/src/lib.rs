@@ -15,6 +15,9 @@
 //! # let _ = frame;
 //! ```
 //!
+//! With the feature `gpu`, `gpu::SceneResources` puts a scene on a device and draws it through the engine's draw contract;
+//! [`interface`] says without a device what it will look like to shaders.
+//!
 //! Conventions are glTF's, which are also the engine's: right-handed, Y up, metres, radians, front faces
 //! counter-clockwise, cameras and lights look along −Z of their own space, texture v points down.
 //!
@@ -29,6 +32,9 @@
 pub mod animation;
 pub mod codes;
 pub mod default_view;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod interface;
 pub mod light;
 pub mod load;
 pub mod material;
@@ -40,6 +46,7 @@ pub mod scene;
 pub mod skin;
 pub mod texture;
 pub mod view;
+pub mod visibility;
 
 pub use load::{Folder, NoFiles, ResolveError, Resolver, from_slice, load};
 pub use pose::Pose;

@@ -1,0 +1,146 @@
+//! What is drawn in a view, and in which order.
+
+use glam::DVec3;
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+use umbragraph_graph::draw::{DrawPass, PropertySet};
+use umbragraph_graph::frame::Bounds;
+
+use super::geometry::{Geometry, Part};
+use super::objects::world_from_object;
+use crate::interface::properties;
+use crate::material::AlphaMode;
+use crate::pose::Pose;
+use crate::scene::{Draw, Scene};
+use crate::visibility::may_be_visible;
+
+/// A draw with all that is needed to issue it.
+#[derive(Clone, Debug)]
+pub(super) struct Item {
+    pub(super) draw: Draw,
+    part: Part,
+    properties: PropertySet,
+    is_blended: bool,
+    /// Its place among the draws of the scene, and so among the objects.
+    object: u32,
+    bounds: Bounds,
+    is_mirrored: bool,
+}
+
+impl Item {
+    /// Notes where the draw stands in a pose.
+    pub(super) fn place(&mut self, scene: &Scene, pose: &Pose) {
+        self.bounds = scene.draw_bounds(self.draw, pose);
+        self.is_mirrored = world_from_object(self.draw, pose).determinant() < 0.0;
+    }
+
+    fn indices(&self) -> Range<u32> {
+        if self.is_mirrored { self.part.mirrored.clone() } else { self.part.indices.clone() }
+    }
+
+    /// Whether a pass with this filter wants the draw.
+    fn passes(&self, filter: &str) -> bool {
+        match filter {
+            "all" => true,
+            "opaque" => !self.is_blended,
+            "transparent" => self.is_blended,
+            "casters" => self.draw.cast_shadow,
+            "static_casters" => self.draw.cast_shadow && !self.draw.dynamic,
+            "dynamic_casters" => self.draw.cast_shadow && self.draw.dynamic,
+            _ => false,
+        }
+    }
+}
+
+/// The draws of a scene, sorted by what costs most to change.
+pub(super) fn sorted_items(scene: &Scene, geometry: &Geometry) -> Vec<Item> {
+    let mut items: Vec<Item> = scene
+        .draws()
+        .enumerate()
+        .filter_map(|(number, draw)| {
+            Some(Item {
+                draw,
+                part: geometry.part(number, draw)?.clone(),
+                properties: properties(scene, draw),
+                is_blended: scene.material(draw).alpha_mode == AlphaMode::Blend,
+                object: number as u32,
+                bounds: Bounds::EMPTY,
+                is_mirrored: false,
+            })
+        })
+        .collect();
+    items.sort_by_key(|item| {
+        (
+            item.is_blended,
+            item.properties,
+            item.draw.material,
+            item.draw.mesh,
+            item.draw.primitive,
+            item.object,
+        )
+    });
+    items
+}
+
+/// Issues the draws that the pass wants and its view may see.
+pub(super) fn record(
+    items: &[Item],
+    geometry: &Geometry,
+    sorted: &Mutex<Vec<(f64, u32)>>,
+    pass: &mut dyn DrawPass,
+) {
+    geometry.bind(pass.render_pass());
+    let (view, mut state) = (*pass.view(), State::default());
+    let wanted = |item: &Item, pass: &dyn DrawPass| {
+        item.passes(pass.filter()) && may_be_visible(&item.bounds, &view.clip_from_world)
+    };
+    // Opaque draws come first in the list.
+    let first_blended = items.partition_point(|item| !item.is_blended);
+    for item in &items[..first_blended] {
+        if wanted(item, pass) {
+            state.issue(item, pass);
+        }
+    }
+    let mut sorted = sorted.lock().unwrap_or_else(PoisonError::into_inner);
+    sorted.clear();
+    for (at, item) in items.iter().enumerate().skip(first_blended) {
+        if wanted(item, pass) {
+            sorted.push((distance(item, view.position, view.forward), at as u32));
+        }
+    }
+    sorted.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    for (_, at) in sorted.iter() {
+        state.issue(&items[*at as usize], pass);
+    }
+}
+
+/// How far the middle of a draw lies along a view.
+fn distance(item: &Item, position: DVec3, forward: DVec3) -> f64 {
+    (item.bounds.center() - position).dot(forward)
+}
+
+/// What is bound already.
+#[derive(Default)]
+struct State {
+    properties: Option<(PropertySet, bool)>,
+    material: Option<usize>,
+}
+
+impl State {
+    fn issue(&mut self, item: &Item, pass: &mut dyn DrawPass) {
+        if self.properties.is_none_or(|(properties, _)| properties != item.properties) {
+            self.properties = Some((item.properties, pass.set_properties(item.properties)));
+            // Another pipeline may have another layout.
+            self.material = None;
+        }
+        if self.properties.is_some_and(|(_, may_draw)| !may_draw) {
+            return;
+        }
+        if self.material != Some(item.draw.material) {
+            self.material = Some(item.draw.material);
+            pass.set_material(item.draw.material as u32);
+        }
+        pass.set_object(item.object);
+        pass.render_pass().draw_indexed(item.indices(), item.part.first_vertex, 0..1);
+    }
+}

@@ -1,0 +1,225 @@
+//! Vertices and indices of a scene in buffers.
+//!
+//! All primitives share one buffer for each stream. A static primitive is stored once, however often it is placed;
+//! each skinned draw has a range of its own, which is written when the pose changes.
+
+use glam::{DMat3, DMat4, DVec3};
+use std::collections::BTreeMap;
+use std::ops::Range;
+use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics};
+use umbragraph_graph::wgpu;
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+
+use crate::codes;
+use crate::interface::{BLOCK_STRIDE, STREAMS};
+use crate::mesh::Primitive;
+use crate::pose::Pose;
+use crate::scene::{Draw, Scene};
+
+/// Where a primitive lies in the buffers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Part {
+    /// Its indices, counted from its first vertex.
+    pub(super) indices: Range<u32>,
+    /// The same triangles turned around.
+    pub(super) mirrored: Range<u32>,
+    /// Its first vertex.
+    pub(super) first_vertex: i32,
+}
+
+/// The buffers of a scene.
+pub(super) struct Geometry {
+    streams: [wgpu::Buffer; 3],
+    indices: wgpu::Buffer,
+    /// By mesh, primitive, and the number of the draw where that is skinned.
+    parts: BTreeMap<(usize, usize, Option<usize>), Part>,
+    /// The joints, positions and normals of one skinned draw, kept to be used again.
+    scratch: Scratch,
+}
+
+#[derive(Default)]
+struct Scratch {
+    joints: Vec<DMat4>,
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+}
+
+/// Where a part is stored.
+fn key(number: usize, draw: Draw) -> (usize, usize, Option<usize>) {
+    (draw.mesh, draw.primitive, draw.skin.map(|_| number))
+}
+
+/// Finds out whether the buffers of a scene fit a device.
+pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), Diagnostics> {
+    let (mut vertices, mut indices) = (0_u64, 0_u64);
+    let mut known = std::collections::BTreeSet::new();
+    for (number, draw) in scene.draws().enumerate() {
+        if known.insert(key(number, draw)) {
+            vertices += scene.primitive(draw).positions.len() as u64;
+            indices += scene.primitive(draw).indices.len() as u64 * 2;
+        }
+    }
+    let mut findings = Diagnostics::new();
+    let blocks = scene.draws().len().max(scene.materials.len()) as u64;
+    let needed = [
+        ("vertices", vertices, vertices * 12, i32::MAX as u64),
+        ("indices", indices, indices * 4, u64::from(u32::MAX)),
+        (
+            "objects and materials",
+            blocks,
+            blocks * u64::from(BLOCK_STRIDE),
+            u64::from(u32::MAX / BLOCK_STRIDE),
+        ),
+    ];
+    for (noun, count, bytes, most) in needed {
+        if bytes > limits.max_buffer_size || count > most {
+            let message = format!(
+                "the {count} {noun} of the scene need {bytes} bytes, but a buffer of the device has at most {}",
+                limits.max_buffer_size
+            );
+            let finding = Diagnostic::in_file(codes::TOO_LARGE, &*scene.name, "", message);
+            findings.push(finding.help("simplify the scene, or use a device with larger buffers"));
+        }
+    }
+    if findings.is_empty() { Ok(()) } else { Err(findings) }
+}
+
+impl Geometry {
+    pub(super) fn new(device: &wgpu::Device, scene: &Scene) -> Self {
+        let (mut positions, mut normals, mut texcoords) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut indices, mut parts) = (Vec::<u32>::new(), BTreeMap::new());
+        for (number, draw) in scene.draws().enumerate() {
+            parts.entry(key(number, draw)).or_insert_with(|| {
+                let primitive = scene.primitive(draw);
+                let first_vertex = positions.len() as i32;
+                positions.extend_from_slice(&primitive.positions);
+                normals.extend_from_slice(&primitive.normals);
+                texcoords.extend_from_slice(&primitive.texcoords);
+                let (start, count) = (indices.len() as u32, primitive.indices.len() as u32);
+                indices.extend_from_slice(&primitive.indices);
+                indices
+                    .extend(primitive.indices.chunks_exact(3).flat_map(|face| [face[0], face[2], face[1]]));
+                let (indices, mirrored) = (start..start + count, start + count..start + 2 * count);
+                Part { indices, mirrored, first_vertex }
+            });
+        }
+        let buffer = |label: &str, contents: &[u8], usage: wgpu::BufferUsages| {
+            // A buffer may not be empty, nor may a binding of it.
+            let contents = if contents.is_empty() { &[0; 16] } else { contents };
+            let usage = usage | wgpu::BufferUsages::COPY_DST;
+            device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents, usage })
+        };
+        let vertices = wgpu::BufferUsages::VERTEX;
+        let label = |stream: usize| format!("scene {}", STREAMS[stream].0);
+        Self {
+            streams: [
+                buffer(&label(0), bytemuck::cast_slice(&positions), vertices),
+                buffer(&label(1), bytemuck::cast_slice(&normals), vertices),
+                buffer(&label(2), bytemuck::cast_slice(&texcoords), vertices),
+            ],
+            indices: buffer("scene indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
+            parts,
+            scratch: Scratch::default(),
+        }
+    }
+
+    /// Where a draw of the scene lies; `number` is its place among the draws.
+    pub(super) fn part(&self, number: usize, draw: Draw) -> Option<&Part> {
+        self.parts.get(&key(number, draw))
+    }
+
+    /// Binds all streams and the indices.
+    pub(super) fn bind(&self, pass: &mut wgpu::RenderPass<'static>) {
+        for (slot, stream) in self.streams.iter().enumerate() {
+            pass.set_vertex_buffer(slot as u32, stream.slice(..));
+        }
+        pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
+    }
+
+    /// Writes the vertices of all skinned draws as a pose moves them, in world space.
+    pub(super) fn write_skinned(&mut self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
+        for (number, draw) in scene.draws().enumerate().filter(|(_, draw)| draw.skin.is_some()) {
+            let Some(part) = self.parts.get(&key(number, draw)) else { continue };
+            let Scratch { joints, positions, normals } = &mut self.scratch;
+            joints.clear();
+            joints.extend(scene.joint_transforms(draw.node, pose));
+            skin(scene.primitive(draw), joints, positions, normals);
+            let offset = part.first_vertex as u64 * 12;
+            queue.write_buffer(&self.streams[0], offset, bytemuck::cast_slice(positions));
+            queue.write_buffer(&self.streams[1], offset, bytemuck::cast_slice(normals));
+        }
+    }
+}
+
+/// Moves the vertices of a primitive by its joints (linear blend skinning).
+fn skin(primitive: &Primitive, joints: &[DMat4], positions: &mut Vec<[f32; 3]>, normals: &mut Vec<[f32; 3]>) {
+    positions.clear();
+    normals.clear();
+    let Some(weights) = &primitive.joints else { return };
+    let vertices = primitive.positions.iter().zip(&primitive.normals);
+    for ((position, normal), (four, weights)) in vertices.zip(weights.joints.iter().zip(&weights.weights)) {
+        let mut blended = DMat4::ZERO;
+        for (joint, weight) in four.iter().zip(weights) {
+            if let (Some(transform), true) = (joints.get(usize::from(*joint)), *weight > 0.0) {
+                blended += *transform * f64::from(*weight);
+            }
+        }
+        let position = blended.transform_point3(DVec3::from_array(position.map(f64::from)));
+        let normal = normal_matrix(&blended) * DVec3::from_array(normal.map(f64::from));
+        positions.push(position.as_vec3().to_array());
+        normals.push(normal.try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array());
+    }
+}
+
+/// What turns normals with a transform: its cofactors, made so large that `f32` keeps them. Unlike the inverse
+/// transpose they exist for every transform, also one that flattens.
+pub(super) fn normal_matrix(transform: &DMat4) -> DMat3 {
+    let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(glam::DVec4::truncate);
+    let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
+    let largest =
+        cofactors.to_cols_array().into_iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let sign = if x.cross(y).dot(z) < 0.0 { -1.0 } else { 1.0 };
+    if largest > 0.0 && largest.is_finite() { cofactors * (sign / largest) } else { DMat3::IDENTITY }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::JointWeights;
+    use umbragraph_graph::frame::Bounds;
+
+    #[test]
+    fn normals_stay_at_right_angles_under_uneven_scale_and_mirroring() {
+        let tangent = DVec3::new(1.0, -1.0, 0.0);
+        for scale in [DVec3::new(4.0, 1.0, 1.0), DVec3::new(-4.0, 1.0, 2.0), DVec3::splat(1e-6)] {
+            let transform = DMat4::from_rotation_y(0.4) * DMat4::from_scale(scale);
+            let normal = normal_matrix(&transform) * DVec3::new(1.0, 1.0, 0.0);
+            assert!(normal.dot(transform.transform_vector3(tangent)).abs() < 1e-9, "{scale}");
+            assert!(normal.dot(transform.transform_vector3(DVec3::new(1.0, 1.0, 0.0))) > 0.0, "{scale}");
+        }
+    }
+
+    #[test]
+    fn a_transform_that_flattens_leaves_a_normal_that_is_finite() {
+        let flat = DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0));
+        assert_eq!(normal_matrix(&flat) * DVec3::Y, DVec3::Y);
+        assert_eq!(normal_matrix(&DMat4::ZERO), DMat3::IDENTITY);
+    }
+
+    #[test]
+    fn a_vertex_between_two_joints_goes_half_the_way() {
+        let primitive = Primitive {
+            positions: vec![[1.0, 0.0, 0.0]],
+            normals: vec![[0.0, 1.0, 0.0]],
+            texcoords: vec![[0.0; 2]],
+            joints: Some(JointWeights { joints: vec![[0, 1, 0, 0]], weights: vec![[0.5, 0.5, 0.0, 0.0]] }),
+            indices: Vec::new(),
+            material: 0,
+            bounds: Bounds::EMPTY,
+        };
+        let joints = [DMat4::IDENTITY, DMat4::from_translation(DVec3::new(0.0, 4.0, 0.0))];
+        let (mut positions, mut normals) = (Vec::new(), Vec::new());
+        skin(&primitive, &joints, &mut positions, &mut normals);
+        assert_eq!((positions, normals), (vec![[1.0, 2.0, 0.0]], vec![[0.0, 1.0, 0.0]]));
+    }
+}

@@ -1,0 +1,113 @@
+//! A scene on the device, drawn through the engine's draw contract.
+//!
+//! [`SceneResources`] uploads a scene once: one buffer for each vertex stream and one for indices, one uniform block for
+//! each material and each draw, textures with mip levels. Each frame, [`SceneResources::update`] writes what a pose
+//! changes, and the executor asks for the draws of each view, which are culled against it.
+//!
+//! Draws are sorted once by properties, material and mesh, so that a view changes as little state as possible;
+//! transparent ones are sorted for each view, far ones first. Where a node mirrors its mesh, the winding is turned
+//! around in an index range of its own, so that fronts stay fronts.
+//!
+//! Skinned meshes are moved on the CPU, with vertices of their own for each draw: every pass draws them like any other
+//! mesh. That costs processor time for each vertex and frame, only while time passes.
+
+mod draws;
+mod geometry;
+mod materials;
+mod objects;
+
+use std::sync::Mutex;
+
+use umbragraph_graph::diagnostic::Diagnostics;
+use umbragraph_graph::draw::{DrawPass, DrawSource, HostInterface};
+use umbragraph_graph::wgpu;
+
+use crate::interface::{FILTERS, GEOMETRY, interface};
+use crate::pose::Pose;
+use crate::scene::Scene;
+use draws::Item;
+use geometry::Geometry;
+use materials::Materials;
+use objects::Objects;
+
+/// A scene's buffers and textures on one device.
+pub struct SceneResources {
+    interface: HostInterface,
+    geometry: Geometry,
+    materials: Materials,
+    objects: Objects,
+    items: Vec<Item>,
+    /// Transparent items of the view being drawn with their distance, kept to be used again.
+    sorted: Mutex<Vec<(f64, u32)>>,
+}
+
+impl std::fmt::Debug for SceneResources {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("SceneResources").field("draws", &self.items.len()).finish_non_exhaustive()
+    }
+}
+
+impl SceneResources {
+    /// Uploads a scene as it stands in a pose.
+    ///
+    /// # Errors
+    /// Findings where the scene needs larger buffers than the device has.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        scene: &Scene,
+        pose: &Pose,
+    ) -> Result<Self, Diagnostics> {
+        geometry::check_limits(scene, &device.limits())?;
+        let geometry = Geometry::new(device, scene);
+        let materials = Materials::new(device, queue, scene);
+        let objects = Objects::new(device, scene);
+        let items = draws::sorted_items(scene, &geometry);
+        let sorted = Mutex::new(Vec::with_capacity(items.len()));
+        let mut resources = Self { interface: interface(scene), geometry, materials, objects, items, sorted };
+        for item in &mut resources.items {
+            item.place(scene, pose);
+        }
+        resources.objects.write_all(queue, scene, pose);
+        resources.geometry.write_skinned(queue, scene, pose);
+        Ok(resources)
+    }
+
+    /// Writes what has changed since the last pose: draws that can move, and skinned vertices. The scene must be the
+    /// one that was uploaded.
+    pub fn update(&mut self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
+        for item in self.items.iter_mut().filter(|item| item.draw.dynamic) {
+            item.place(scene, pose);
+        }
+        self.objects.write_dynamic(queue, scene, pose);
+        self.geometry.write_skinned(queue, scene, pose);
+    }
+}
+
+impl DrawSource for SceneResources {
+    fn interface(&self, geometry: &str) -> Option<&HostInterface> {
+        (geometry == GEOMETRY).then_some(&self.interface)
+    }
+
+    fn filters(&self) -> &[&str] {
+        FILTERS
+    }
+
+    fn material_count(&self) -> u32 {
+        self.materials.count()
+    }
+
+    fn material(&self, material: u32, binding: &str) -> Option<wgpu::BindingResource<'_>> {
+        self.materials.binding(material, binding)
+    }
+
+    fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
+        (binding == "object").then(|| self.objects.binding())
+    }
+
+    fn draw(&self, pass: &mut dyn DrawPass) {
+        if pass.geometry() == GEOMETRY {
+            draws::record(&self.items, &self.geometry, &self.sorted, pass);
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! How a scene stores what pipelines draw: the host's side of the draw contract, without a device.
+//!
+//! A scene knows one geometry contract, [`GEOMETRY`]. Its vertex streams are separate buffers, so that a pass binds only
+//! what it reads; the blocks of materials and objects are plain structs whose members are listed once, from which both
+//! the bytes and the interface come.
+
+use bytemuck::{Pod, Zeroable};
+use std::collections::BTreeSet;
+use umbragraph_graph::data::ValueType;
+use umbragraph_graph::draw::{
+    DOUBLE_SIDED, HostAttribute, HostInterface, HostMember, HostSlot, HostSlotKind, HostVertexBuffer,
+    PropertySet,
+};
+use umbragraph_graph::wgpu_types::VertexFormat;
+
+use crate::scene::{Draw, Scene};
+
+/// The name of the geometry contract that scenes fulfil.
+pub const GEOMETRY: &str = "scene";
+
+/// The property of meshes with holes where their texture is transparent.
+pub const ALPHA_MASKED: &str = "alpha_masked";
+
+/// Bytes from one block to the next: what every device accepts as the alignment of an offset.
+pub const BLOCK_STRIDE: u32 = 256;
+
+/// The words that a pipeline may write under `filter`.
+pub const FILTERS: &[&str] =
+    &["all", "opaque", "transparent", "casters", "static_casters", "dynamic_casters"];
+
+/// A vertex stream of scenes: its name, its format, and the bytes of a vertex.
+pub(crate) const STREAMS: [(&str, VertexFormat, u64); 3] = [
+    ("position", VertexFormat::Float32x3, 12),
+    ("normal", VertexFormat::Float32x3, 12),
+    ("texcoord", VertexFormat::Float32x2, 8),
+];
+
+/// Declares a block: a struct in memory order, and the list of its members for the interface.
+macro_rules! block {
+    ($(#[$meta:meta])* $block:ident { $($(#[$member_meta:meta])* $member:ident: $type:ty = $value:expr,)* }) => {
+        $(#[$meta])*
+        #[repr(C)]
+        #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+        pub struct $block {
+            $($(#[$member_meta])* pub $member: $type,)*
+        }
+
+        impl $block {
+            /// The bytes of the block as WGSL counts them, padding at its end included.
+            pub const SIZE: u32 = (std::mem::size_of::<Self>() as u32).next_multiple_of(16);
+
+            /// The members with their types and places.
+            pub fn members() -> Vec<HostMember> {
+                vec![$(HostMember {
+                    name: stringify!($member).to_owned(),
+                    value_type: $value,
+                    offset: std::mem::offset_of!(Self, $member) as u32,
+                    size: std::mem::size_of::<$type>() as u32,
+                }),*]
+            }
+        }
+    };
+}
+
+block! {
+    /// What a shader sees of a material.
+    MaterialBlock {
+        /// Linear colour and alpha, multiplied with the texture.
+        base_color: [f32; 4] = ValueType::VEC4,
+        /// Linear emitted colour.
+        emissive: [f32; 3] = ValueType::VEC3,
+        /// Alpha below this is a hole; 0 in materials without holes.
+        alpha_cutoff: f32 = ValueType::F32,
+        /// 1 if the material receives shadows.
+        receive_shadow: u32 = ValueType::U32,
+    }
+}
+
+block! {
+    /// What a shader sees of a placed primitive.
+    ObjectBlock {
+        /// From the mesh's space to the world.
+        world_from_object: [[f32; 4]; 4] = ValueType::MAT4,
+        /// Turns normals of the mesh into world normals, whose length has no meaning.
+        normal_from_object: [[f32; 4]; 4] = ValueType::MAT4,
+        /// 1 if the object receives shadows.
+        receive_shadow: u32 = ValueType::U32,
+    }
+}
+
+/// The properties of a draw of a scene.
+pub fn properties(scene: &Scene, draw: Draw) -> PropertySet {
+    PropertySet(u32::from(scene.is_alpha_masked(draw)) | u32::from(scene.material(draw).double_sided) << 1)
+}
+
+/// How `scene` stores what [`GEOMETRY`] names.
+pub fn interface(scene: &Scene) -> HostInterface {
+    let stream = |(name, format, stride): (&str, VertexFormat, u64)| HostVertexBuffer {
+        stride,
+        attributes: vec![HostAttribute { name: name.to_owned(), format, offset: 0 }],
+    };
+    let slot = |name: &str, kind: HostSlotKind| HostSlot { name: name.to_owned(), kind };
+    let material =
+        HostSlotKind::Block { members: MaterialBlock::members(), size: MaterialBlock::SIZE, stride: 0 };
+    let object = HostSlotKind::Block {
+        members: ObjectBlock::members(),
+        size: ObjectBlock::SIZE,
+        stride: BLOCK_STRIDE,
+    };
+    let sets: BTreeSet<PropertySet> = scene.draws().map(|draw| properties(scene, draw)).collect();
+    HostInterface {
+        vertex_buffers: STREAMS.into_iter().map(stream).collect(),
+        material: vec![
+            slot("material", material),
+            slot("base_color_texture", HostSlotKind::Opaque("texture_2d<f32>".to_owned())),
+            slot("base_color_sampler", HostSlotKind::Opaque("sampler".to_owned())),
+        ],
+        object: vec![slot("object", object)],
+        properties: vec![ALPHA_MASKED.to_owned(), DOUBLE_SIDED.to_owned()],
+        property_sets: sets.into_iter().collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Where WGSL puts the members of a uniform block, by its rules of alignment.
+    fn wgsl_offsets(members: &[HostMember]) -> (Vec<u32>, u32) {
+        let (mut at, mut offsets) = (0_u32, Vec::new());
+        for member in members {
+            let alignment = match member.value_type.rows {
+                1 => 4,
+                2 => 8,
+                _ => 16,
+            };
+            at = at.next_multiple_of(alignment);
+            offsets.push(at);
+            at += member.size;
+        }
+        (offsets, at.next_multiple_of(16))
+    }
+
+    #[test]
+    fn blocks_lie_in_memory_as_wgsl_reads_them() {
+        for (members, size) in
+            [(MaterialBlock::members(), MaterialBlock::SIZE), (ObjectBlock::members(), ObjectBlock::SIZE)]
+        {
+            let offsets: Vec<u32> = members.iter().map(|member| member.offset).collect();
+            assert_eq!((offsets, size), wgsl_offsets(&members));
+            assert!(members.iter().all(|member| member.size == 4 * member.value_type.words() as u32));
+            assert!(size <= BLOCK_STRIDE);
+        }
+    }
+}
