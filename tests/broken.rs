@@ -1,0 +1,81 @@
+//! Broken documents and exactly what is said of them.
+
+mod common;
+
+use std::path::PathBuf;
+
+use common::{With, check_with, root};
+
+struct Case {
+    name: String,
+    replacements: Vec<(String, String)>,
+}
+
+fn folder() -> PathBuf {
+    root().join("tests/broken")
+}
+
+fn cases() -> Vec<Case> {
+    let text = std::fs::read_to_string(folder().join("cases.txt")).unwrap();
+    let mut cases: Vec<Case> = Vec::new();
+    for line in text.lines() {
+        if let Some(name) = line.strip_prefix("== ") {
+            cases.push(Case { name: name.to_owned(), replacements: Vec::new() });
+        } else if let Some(old) = line.strip_prefix("- ") {
+            cases.last_mut().unwrap().replacements.push((old.to_owned(), String::new()));
+        } else if let Some(new) = line.strip_prefix("+ ") {
+            cases.last_mut().unwrap().replacements.last_mut().unwrap().1 = new.to_owned();
+        }
+    }
+    cases
+}
+
+fn base() -> String {
+    std::fs::read_to_string(folder().join("chain.json")).unwrap()
+}
+
+#[test]
+fn the_base_has_no_findings() {
+    let outcome = check_with("chain.json", &base(), &With::default());
+    assert_eq!(outcome.text(), "");
+    assert!(outcome.checked.plan.is_some());
+}
+
+#[test]
+fn every_broken_document_has_exactly_the_expected_findings() {
+    let bless = std::env::var_os("UMBRAGRAPH_BLESS").is_some();
+    let mut failures = Vec::new();
+    let cases = cases();
+    assert!(cases.len() >= 50, "only {} cases were read", cases.len());
+    for case in &cases {
+        let mut text = base();
+        for (old, new) in &case.replacements {
+            assert!(text.contains(old.as_str()), "{}: the base does not contain {old}", case.name);
+            text = text.replacen(old.as_str(), new, 1);
+        }
+        let outcome = check_with("chain.json", &text, &With::default());
+        assert!(outcome.findings.has_errors(), "{} is not broken", case.name);
+        for finding in &outcome.findings {
+            assert!(finding.help.is_some(), "{}: a finding without a way out: {}", case.name, finding.message);
+        }
+        let actual = outcome.text();
+        let path = folder().join("expected").join(format!("{}.txt", case.name));
+        if bless {
+            std::fs::write(&path, &actual).unwrap();
+            continue;
+        }
+        let expected = std::fs::read_to_string(&path).unwrap_or_default();
+        if expected != actual {
+            failures.push(format!("{}:\nexpected\n{expected}\nfound\n{actual}", case.name));
+        }
+    }
+    assert!(failures.is_empty(), "{}\n(UMBRAGRAPH_BLESS=1 cargo test --test broken accepts them)", failures.join("\n"));
+}
+
+#[test]
+fn hopeless_texts_are_findings_and_never_a_panic() {
+    for text in ["", " ", "{", "null", "[]", "{}", "\u{feff}{}", "\"\"", "// only a comment", &"[".repeat(100_000), &"{\"a\":".repeat(100_000)] {
+        let outcome = check_with("test.json", text, &With::default());
+        assert!(outcome.findings.has_errors(), "{:?}", text.chars().take(20).collect::<String>());
+    }
+}

@@ -1,0 +1,135 @@
+//! What the integration tests share.
+#![allow(dead_code, missing_docs, unreachable_pub)]
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use umbragraph::Checked;
+use umbragraph::compiler::{Plan, PlanOptions};
+use umbragraph::diagnostic::{Diagnostics, render};
+use umbragraph::document;
+use umbragraph::pipeline::{Choice, Setting};
+use umbragraph::shader::{TargetProfile, TemplateSet};
+use umbragraph::source::Sources;
+
+/// The folder of the workspace.
+pub fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// What a text came to.
+pub struct Outcome {
+    pub sources: Sources,
+    pub findings: Diagnostics,
+    pub checked: Checked,
+}
+
+impl Outcome {
+    /// The findings for people.
+    pub fn text(&self) -> String {
+        render::human_all(&self.findings, &self.sources)
+    }
+
+    /// The codes of the findings, sorted.
+    pub fn codes(&self) -> Vec<&'static str> {
+        let mut codes: Vec<_> = self.findings.iter().map(|finding| finding.code.id).collect();
+        codes.sort_unstable();
+        codes
+    }
+
+    /// The plan of a text without findings.
+    #[track_caller]
+    pub fn plan(&self) -> &Plan {
+        match &self.checked.plan {
+            Some(plan) if self.findings.is_empty() => plan,
+            _ => panic!("{}", self.text()),
+        }
+    }
+
+    /// The names of the live passes in their order.
+    #[track_caller]
+    pub fn order(&self) -> Vec<&str> {
+        self.plan().passes.iter().map(|pass| pass.name.as_str()).collect()
+    }
+}
+
+/// Values of parameters and features, each as its name and JSON text.
+#[derive(Default)]
+pub struct With<'a> {
+    pub parameters: &'a [(&'a str, &'a str)],
+    pub features: &'a [(&'a str, &'a str)],
+    pub templates: &'a [(&'a str, &'a str)],
+}
+
+/// Takes a text all the way to a plan of 640 by 480.
+pub fn check(text: &str) -> Outcome {
+    check_with("test.json", text, &With::default())
+}
+
+/// Takes a file of the workspace all the way to a plan of 640 by 480.
+pub fn check_file(path: &str, with: &With<'_>) -> Outcome {
+    let text = std::fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
+    check_with(path, &text, with)
+}
+
+/// Takes a text all the way to a plan of 640 by 480.
+pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
+    let mut sources = Sources::new();
+    let mut findings = Diagnostics::new();
+    let templates = templates(with.templates, &mut sources, &mut findings);
+    let file = sources.add(name, text);
+    let choice = Choice {
+        parameters: with.parameters.iter().map(|(name, value)| setting(name, value, &mut sources)).collect(),
+        features: with.features.iter().map(|(name, value)| setting(name, value, &mut sources)).collect(),
+    };
+    let checked = umbragraph::check(
+        file,
+        &umbragraph::registry(),
+        &templates,
+        &TargetProfile::webgpu(),
+        &choice,
+        &PlanOptions::new(640, 480),
+        &sources,
+        &mut findings,
+    );
+    findings.sort();
+    Outcome { sources, findings, checked }
+}
+
+/// The project's templates and some of the test's own.
+pub fn templates(own: &[(&str, &str)], sources: &mut Sources, findings: &mut Diagnostics) -> Arc<TemplateSet> {
+    let mut set = TemplateSet::new();
+    let folder = root().join("shaders-templates");
+    let mut names = Vec::new();
+    collect(&folder, &folder, &mut names);
+    for name in names {
+        let text = std::fs::read_to_string(folder.join(&name)).expect("a template");
+        set.add(sources, &name, &text, findings);
+    }
+    for (name, text) in own {
+        set.add(sources, name, text, findings);
+    }
+    set.check(findings);
+    Arc::new(set)
+}
+
+fn collect(root: &Path, folder: &Path, names: &mut Vec<String>) {
+    let mut entries: Vec<_> = std::fs::read_dir(folder).expect("a folder").flatten().map(|entry| entry.path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() {
+            collect(root, &path, names);
+        } else if let Ok(name) = path.strip_prefix(root) {
+            let name = name.to_string_lossy().replace('\\', "/");
+            if name.ends_with(".jinja") || name.ends_with(".axes.json") {
+                names.push(name);
+            }
+        }
+    }
+}
+
+fn setting(name: &str, value: &str, sources: &mut Sources) -> Setting {
+    let file = sources.add("<test>", value);
+    let value = document::parse(sources, file).expect("JSON").root;
+    Setting { name: name.to_owned(), place: value.span, value }
+}

@@ -1,0 +1,202 @@
+//! What the compiler makes of pipelines: order, culling, hazards, lifetimes, store operations.
+
+mod common;
+
+use common::check;
+use umbragraph::compiler::{CullReason, Physical, StoreOperation};
+
+const TEXTURE: &str = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+const TARGET: &str = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
+
+/// A pipeline over textures `names` and the imported `target`, with these passes.
+fn pipeline(names: &[&str], passes: &[String]) -> String {
+    let resources: Vec<String> = names.iter().map(|name| format!("\"{name}\": {TEXTURE}")).collect();
+    let separator = if names.is_empty() { "" } else { "," };
+    format!(
+        "{{ \"format\": 1, \"name\": \"test\", \"resources\": {{ {}{separator} \"target\": {TARGET} }}, \"passes\": {{ {} }} }}",
+        resources.join(","),
+        passes.join(",\n")
+    )
+}
+
+/// A pass that writes all of a texture.
+fn fill(name: &str, to: &str) -> String {
+    format!("\"{name}\": {{ \"fullscreen\": {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"{to}\" }}] }} }}")
+}
+
+/// A pass that adds to a texture.
+fn add(name: &str, to: &str, more: &str) -> String {
+    format!(
+        "\"{name}\": {{ {more} \"fullscreen\": {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"{to}\", \"blend\": \"add\" }}] }} }}"
+    )
+}
+
+/// A pass that reads one texture and writes all of another.
+fn copy(name: &str, from: &str, to: &str) -> String {
+    copy_with(name, from, to, "")
+}
+
+fn copy_with(name: &str, from: &str, to: &str, more: &str) -> String {
+    format!(
+        "\"{name}\": {{ {more} \"fullscreen\": {{ \"shader\": \"tonemap.wgsl.jinja\", \"axes\": {{ \"debug_view\": \"'shadow_term'\" }}, \
+         \"bind\": {{ \"source\": \"{from}\" }}, \"color\": [{{ \"to\": \"{to}\" }}] }} }}"
+    )
+}
+
+#[test]
+fn a_reader_declared_before_its_writer_runs_after_it() {
+    let outcome = check(&pipeline(&["a"], &[copy("show", "a", "target"), fill("make", "a")]));
+    assert_eq!(outcome.order(), ["make", "show"]);
+}
+
+#[test]
+fn an_old_version_is_read_before_it_is_overwritten() {
+    // W1 writes, R reads what W1 wrote, W2 overwrites, C reads the newest.
+    let passes = [
+        copy("c", "a", "target"),
+        copy_with("w2", "b", "a", "\"after\": [\"w1\"],"),
+        copy("r", "a@w1", "b"),
+        fill("w1", "a"),
+    ];
+    let outcome = check(&pipeline(&["a", "b"], &passes));
+    assert_eq!(outcome.order(), ["w1", "r", "w2", "c"]);
+}
+
+#[test]
+fn a_reader_of_the_old_version_runs_before_the_next_writer_even_without_data_between_them() {
+    let passes = [
+        add("w2", "a", ""),
+        copy("old", "a@w1", "b"),
+        fill("w1", "a"),
+        copy("new", "a", "target"),
+        add("late", "target", "\"after\": [\"new\"],"),
+        copy_with("keep", "b", "c", "\"side_effect\": true,"),
+    ];
+    let outcome = check(&pipeline(&["a", "b", "c"], &passes));
+    let order = outcome.order();
+    let at = |name: &str| order.iter().position(|other| *other == name).unwrap();
+    assert!(at("old") < at("w2"), "{order:?}");
+    assert!(at("w2") < at("new"), "{order:?}");
+}
+
+#[test]
+fn what_nothing_reads_is_culled_with_all_that_leads_to_it_and_allocates_nothing() {
+    let passes = [fill("show", "target"), fill("a1", "a"), copy("b1", "a", "b"), copy("c1", "b", "c")];
+    let outcome = check(&pipeline(&["a", "b", "c"], &passes));
+    assert_eq!(outcome.order(), ["show"]);
+    let plan = outcome.plan();
+    assert!(plan.textures.is_empty());
+    assert_eq!(plan.culled["c1"], CullReason::NothingReads(vec!["c".to_owned()]));
+    assert_eq!(plan.culled["a1"], CullReason::OnlyCulledRead(vec!["b1".to_owned()]));
+}
+
+#[test]
+fn a_kept_pass_says_on_which_way_it_leads_to_the_output() {
+    let outcome = check(&pipeline(&["a", "b"], &[fill("one", "a"), copy("two", "a", "b"), copy("three", "b", "target")]));
+    assert_eq!(outcome.plan().passes[0].kept, ["two reads a", "three reads b", "writes the output target"]);
+}
+
+#[test]
+fn a_pass_with_a_side_effect_is_kept() {
+    let passes = [fill("show", "target"), add("effect", "a", "\"side_effect\": true, \"after\": [\"first\"],"), fill("first", "a")];
+    assert_eq!(check(&pipeline(&["a"], &passes)).order(), ["show", "first", "effect"]);
+}
+
+#[test]
+fn transients_with_disjoint_lifetimes_share_a_texture_and_touching_ones_do_not() {
+    let passes = [fill("p1", "a"), copy("p2", "a", "b"), copy("p3", "b", "c"), copy("p4", "c", "target")];
+    let outcome = check(&pipeline(&["a", "b", "c"], &passes));
+    let plan = outcome.plan();
+    let physical = |name: &str| plan.resources[name].physical;
+    assert_eq!(physical("a"), physical("c"));
+    assert_ne!(physical("a"), physical("b"));
+    assert_eq!(plan.textures.len(), 2);
+    assert_eq!(plan.bytes_without_aliasing, 3 * 640 * 480 * 4);
+    assert_eq!(plan.bytes, 2 * 640 * 480 * 4);
+    assert_eq!(plan.resources["target"].physical, Physical::Imported);
+}
+
+#[test]
+fn only_what_is_read_later_is_stored() {
+    let text = pipeline(&["a"], &[fill("p1", "a"), copy("p2", "a", "target")]).replace(
+        "\"passes\": {",
+        r#""geometry": { "scene": { "vertex": { "position": "float32x3" } } }, "passes": {"#,
+    );
+    let outcome = check(&text);
+    let plan = outcome.plan();
+    assert_eq!(plan.passes[0].color[0].store, StoreOperation::Store);
+    let unread = check(&pipeline(&["a"], &[add("p1", "a", "\"side_effect\": true, \"after\": [\"p0\"],"), fill("p0", "a"), fill("p2", "target")]));
+    let last = unread.plan().passes.iter().find(|pass| pass.name == "p1").unwrap();
+    assert_eq!(last.color[0].store, StoreOperation::Discard, "nothing reads a afterwards");
+    let first = unread.plan().passes.iter().find(|pass| pass.name == "p0").unwrap();
+    assert_eq!(first.color[0].store, StoreOperation::Store, "p1 loads it");
+}
+
+#[test]
+fn permuting_declarations_that_are_ordered_by_data_leaves_the_order_unchanged() {
+    let mut passes = [fill("p1", "a"), copy("p2", "a", "b"), copy("p3", "b", "target")];
+    let before: Vec<String> = check(&pipeline(&["a", "b"], &passes)).order().into_iter().map(str::to_owned).collect();
+    passes.reverse();
+    assert_eq!(check(&pipeline(&["b", "a"], &passes)).order(), before);
+}
+
+#[test]
+fn a_cycle_names_all_of_its_members() {
+    let outcome = check(&pipeline(
+        &["a", "b", "c"],
+        &[copy("p1", "c", "a"), copy("p2", "a", "b"), copy("p3", "b", "c"), copy("show", "c", "target")],
+    ));
+    assert_eq!(outcome.codes(), ["UG0403"]);
+    let finding = outcome.findings.iter().next().unwrap();
+    assert_eq!(finding.message, "the passes \"p1\", \"p2\", \"p3\" wait for one another");
+    assert_eq!(finding.related.len(), 3);
+}
+
+#[test]
+fn two_writers_that_nothing_orders_are_refused_and_an_order_mends_it() {
+    let unordered = check(&pipeline(&["a"], &[fill("p1", "a"), fill("p2", "a"), copy("show", "a", "target")]));
+    assert_eq!(unordered.codes(), ["UG0402"]);
+    let text = unordered.text();
+    assert!(text.contains("\"p1\"") && text.contains("\"p2\""), "{text}");
+    let ordered = check(&pipeline(
+        &["a"],
+        &[fill("p1", "a"), add("p2", "a", ""), add("p3", "a", "\"after\": [\"p2\"],"), copy("show", "a", "target")],
+    ));
+    assert_eq!(ordered.order(), ["p1", "p2", "p3", "show"]);
+}
+
+#[test]
+fn writers_of_different_mips_need_no_order() {
+    let text = r#"{ "format": 1, "name": "mips",
+        "resources": {
+            "chain": { "texture": { "format": "rgba8unorm", "size": [64, 64], "mips": "mip_count(64)" } },
+            "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+        "passes": {
+            "m1": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
+                    "bind": { "source": { "texture": { "name": "chain", "mip": 0 } } }, "color": [{ "to": "chain", "mip": 1 }] } },
+            "m0": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "chain", "mip": 0 }] } },
+            "m2": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
+                    "bind": { "source": { "texture": { "name": "chain", "mip": 1 } } }, "color": [{ "to": "chain", "mip": 2 }] } },
+            "show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
+                    "bind": { "source": { "texture": { "name": "chain", "mip": 2 } } }, "color": [{ "to": "target" }] } } } }"#;
+    assert_eq!(check(text).order(), ["m0", "m1", "m2", "show"]);
+}
+
+#[test]
+fn reading_what_the_same_pass_writes_is_refused() {
+    let outcome = check(&pipeline(&["a"], &[fill("p0", "a"), copy_with("p1", "a", "a", "\"after\": [\"p0\"],"), copy("show", "a", "target")]));
+    assert!(outcome.codes().contains(&"UG0404"), "{}", outcome.text());
+}
+
+#[test]
+fn a_read_of_what_nothing_writes_is_refused() {
+    assert_eq!(check(&pipeline(&["a"], &[copy("show", "a", "target")])).codes(), ["UG0401"]);
+    assert_eq!(check(&pipeline(&["a"], &[add("load", "a", ""), copy("show", "a", "target")])).codes(), ["UG0401"]);
+}
+
+#[test]
+fn the_plan_is_the_same_from_run_to_run() {
+    let text = pipeline(&["a", "b"], &[fill("p1", "a"), copy("p2", "a", "b"), copy("p3", "b", "target")]);
+    let plan = |outcome: &common::Outcome| serde_json::to_string(outcome.plan()).unwrap();
+    assert_eq!(plan(&check(&text)), plan(&check(&text)));
+}
