@@ -45,16 +45,16 @@ pub(crate) fn steps(nextest: bool) -> Vec<Step> {
     };
     vec![
         Step::cargo("formatting", "fmt --all --check").needs(Rustfmt),
-        Step::cargo("lints", "clippy --workspace --all-targets -- -D warnings").needs(Clippy),
+        Step::cargo("lints", "clippy --workspace --all-targets --keep-going -- -D warnings").needs(Clippy),
         Step::cargo(
             "lints without a GPU",
-            "clippy --package umbragraph --package umbragraph-cli --no-default-features -- -D warnings",
+            "clippy --package umbragraph --package umbragraph-cli --no-default-features --keep-going -- -D warnings",
         )
         .needs(Clippy),
         Step::cargo("tests", tests),
         Step::cargo("doc tests", "test --workspace --doc --no-fail-fast").needs(Rustdoc),
         // The command and the front door are both called `umbragraph`, and would overwrite each other's pages.
-        Step::cargo("documentation", "doc --workspace --lib --no-deps")
+        Step::cargo("documentation", "doc --workspace --lib --no-deps --keep-going")
             .with("RUSTDOCFLAGS", "-D warnings")
             .needs(Rustdoc),
     ]

@@ -1,7 +1,7 @@
 //! One graphics device for tests.
 //!
-//! All adapters of the machine are enumerated and ranked by [`choice`]; the first whose device computes a known
-//! answer ([`canary`]) is taken, and its name is printed once. The noop backend never counts as an adapter: with
+//! All adapters of the machine are enumerated and ranked by a written rule; the first whose device computes a known
+//! answer is taken, and its name is printed once. The noop backend never counts as an adapter: with
 //! it, every test that reads nothing back would pass.
 //!
 //! The choice is made once in a process, the device anew for each caller, so that a test which loses or poisons its
