@@ -96,7 +96,8 @@ impl Check<'_> {
             ShaderStage::Vertex => self.profile.vertex_storage_buffers,
             ShaderStage::Fragment | ShaderStage::Compute => limits.max_storage_buffers_per_shader_stage,
         };
-        let kinds: [(&str, u32, fn(&BindingType) -> bool); 5] = [
+        type Kind = (&'static str, u32, fn(&BindingType) -> bool);
+        let kinds: [Kind; 5] = [
             ("sampled textures", limits.max_sampled_textures_per_shader_stage, |ty| {
                 matches!(ty, BindingType::Texture { .. })
             }),

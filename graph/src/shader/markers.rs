@@ -8,9 +8,7 @@
 
 use std::sync::Arc;
 
-use minijinja::value::Value;
-
-use super::render::to_template_value;
+use super::render::fixed_context;
 use super::scan::{TagKind, scan};
 use super::text_map::{Origin, Segment, TextMap};
 use super::value::AxisValues;
@@ -75,10 +73,8 @@ impl MarkedTemplates {
 
     /// The exact map of the variant of `template` with these values, if its text is `plain`.
     pub(crate) fn map(&self, template: &str, values: &AxisValues, plain: &str) -> Option<MarkedMap> {
-        let context: Value =
-            values.iter().map(|(name, value)| (name.as_str(), to_template_value(value))).collect();
         guard::begin();
-        let marked = self.environment.get_template(template).ok()?.render(context).ok()?;
+        let marked = self.environment.get_template(template).ok()?.render(fixed_context(values)).ok()?;
         let (text, map) = self.strip(&marked);
         (text == plain).then_some(map)
     }

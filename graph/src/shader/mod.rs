@@ -16,6 +16,7 @@ mod compile;
 mod complexity;
 mod filters;
 mod guard;
+mod hint;
 pub mod interface;
 mod limits;
 mod markers;

@@ -59,6 +59,11 @@ pub(crate) fn render(
     }
 }
 
+/// A context with these values and nothing else.
+pub(crate) fn fixed_context(values: &AxisValues) -> Value {
+    Value::from_pairs(values.iter().map(|(name, value)| (name.as_str(), to_template_value(value))))
+}
+
 /// The value of an axis as templates see it.
 pub(crate) fn to_template_value(value: &AxisValue) -> Value {
     match value {

@@ -13,6 +13,7 @@ use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, Span};
 
 use super::complexity;
+use super::hint;
 use super::reflection::WorkgroupSizes;
 use super::wgsl_error::{self, Refusal, Stage};
 
@@ -33,7 +34,10 @@ pub(crate) struct Checked {
 /// Why naga refuses it.
 pub(crate) fn parse(text: &str) -> Result<Module, Refusal> {
     complexity::check(text)?;
-    guarded(|| naga::front::wgsl::parse_str(text).map_err(|error| wgsl_error::parse(text, &error)))
+    guarded(|| {
+        naga::front::wgsl::parse_str(text)
+            .map_err(|error| hint::improve(text, wgsl_error::parse(text, &error)))
+    })
 }
 
 /// Validates a parsed module.

@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use super::explore::Exploration;
-use super::space::Space;
 use crate::shader::TemplateSet;
 use crate::shader::markers::MarkedTemplates;
 use crate::shader::scan::TagKind;
@@ -15,8 +14,8 @@ const MAXIMUM_COMPARED: usize = 1 << 10;
 /// The most paths that are rendered again with markers, to see text that macros and blocks captured.
 const MAXIMUM_MARKED: usize = 1 << 11;
 
-/// The template axes on which the text depends: two configurations that differ in nothing else have different texts.
-pub(super) fn effective_axes(space: &Space, exploration: &Exploration) -> BTreeSet<String> {
+/// The template axes on which the text depends: two paths that are told apart by nothing else have different texts.
+pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
     let leaves = &exploration.leaves;
     if leaves.len() > MAXIMUM_COMPARED {
         return exploration.read.clone();
@@ -32,20 +31,7 @@ pub(super) fn effective_axes(space: &Space, exploration: &Exploration) -> BTreeS
                 .iter()
                 .filter(|(name, value)| two.decided.get(*name).is_some_and(|other| other != *value));
             let (Some((name, _)), None) = (differing.next(), differing.next()) else { continue };
-            if effective.contains(name) {
-                continue;
-            }
-            // Both with one value of the axis, and both with the other, have to leave some configuration.
-            let mut joined = two.decided.clone();
-            joined.extend(one.decided.iter().map(|(name, value)| (name.clone(), value.clone())));
-            let here = space.complete(&joined);
-            let there = here.clone().map(|mut values| {
-                values.extend(two.decided.get(name).map(|other| (name.clone(), other.clone())));
-                values
-            });
-            if there.is_some_and(|values| space.possible(&values)) {
-                effective.insert(name.clone());
-            }
+            effective.insert(name.clone());
         }
     }
     effective

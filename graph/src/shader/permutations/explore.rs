@@ -8,7 +8,7 @@
 //!
 //! A read without effect makes paths with the same text; these are told by the hash of the text and proven once.
 //!
-//! Limits: 65,536 paths and 8,192 distinct texts; of an axis with over 1,024 values that the text reads, only its least,
+//! Limits: 65,536 paths, 8,192 distinct texts, 64 MiB of text; of an axis with over 1,024 values that the text reads, only its least,
 //! its default and its largest value are taken. Each is a finding, and the exploration says that it is incomplete.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
@@ -28,6 +28,8 @@ use crate::source::FileId;
 const MAXIMUM_PATHS: usize = 1 << 16;
 /// The most distinct texts of one template.
 const MAXIMUM_TEXTS: usize = 1 << 13;
+/// The most bytes of all distinct texts of one template.
+const MAXIMUM_BYTES: usize = 64 << 20;
 /// The most values of an axis that are all taken.
 const MAXIMUM_VALUES: u64 = 1 << 10;
 
@@ -48,6 +50,8 @@ pub(crate) struct Text {
     pub(crate) map: TextMap,
     /// The first path that leads to it.
     pub(crate) leaf: usize,
+    /// All paths that lead to it.
+    pub(crate) leaves: Vec<usize>,
 }
 
 /// All paths and texts of one template.
@@ -63,8 +67,21 @@ pub(crate) struct Exploration {
     pub(crate) complete: bool,
     /// The axes that some path reads.
     pub(crate) read: BTreeSet<String>,
+    /// The bytes of all distinct texts.
+    bytes: usize,
     /// Where literal text begins that some path writes.
     pub(crate) literals: HashSet<(FileId, u32)>,
+}
+
+impl Exploration {
+    /// The paths that lead to a text.
+    pub(crate) fn leaves_of(&self, text: usize) -> BTreeSet<usize> {
+        self.texts.get(text).map(|text| text.leaves.iter().copied().collect()).unwrap_or_default()
+    }
+
+    fn is_full(&self) -> bool {
+        self.leaves.len() >= MAXIMUM_PATHS || self.texts.len() >= MAXIMUM_TEXTS || self.bytes >= MAXIMUM_BYTES
+    }
 }
 
 /// A decision to come back to: the values before it, the axis, and the index of the next value to take.
@@ -87,7 +104,7 @@ pub(crate) fn explore(
     let mut pending: Vec<Pending> = Vec::new();
     let mut next = Some(AxisValues::new());
     while let Some(start) = next {
-        if exploration.leaves.len() >= MAXIMUM_PATHS || exploration.texts.len() >= MAXIMUM_TEXTS {
+        if exploration.is_full() {
             exploration.complete = false;
             break;
         }
@@ -106,7 +123,11 @@ pub(crate) fn explore(
                 let hash = *blake3::hash(wgsl.as_bytes()).as_bytes();
                 let known = *by_hash.entry(hash).or_insert(exploration.texts.len());
                 if known == exploration.texts.len() {
-                    exploration.texts.push(Text { wgsl: wgsl.into(), hash, map, leaf });
+                    exploration.bytes += wgsl.len();
+                    exploration.texts.push(Text { wgsl: wgsl.into(), hash, map, leaf, leaves: Vec::new() });
+                }
+                if let Some(text) = exploration.texts.get_mut(known) {
+                    text.leaves.push(leaf);
                 }
                 Some(known)
             }
@@ -204,11 +225,10 @@ fn finish(
             );
         }
     }
-    if exploration.leaves.len() >= MAXIMUM_PATHS || exploration.texts.len() >= MAXIMUM_TEXTS {
+    if exploration.is_full() && !exploration.complete {
+        let (paths, texts) = (exploration.leaves.len(), exploration.texts.len());
         let message = format!(
-            "\"{template}\" has more than {} paths or {} texts; the others are not checked",
-            exploration.leaves.len(),
-            exploration.texts.len()
+            "\"{template}\" has more than {paths} paths with {texts} texts; the others are not checked"
         );
         if let Some(file) = set.file(template) {
             let place = crate::source::Span::new(file, 0..0);

@@ -206,7 +206,7 @@ fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Dia
                     )
                     .help(format!("the values are {}", axis.kind.describe()))
                     .related(axis.span, "declared here")
-                }))
+                }));
             }
         }
     }
@@ -285,12 +285,6 @@ fn unavailable(opinions: &[Vec<Opinion>], validators: &[ExternalValidator]) -> V
     found.map(|message| Diagnostic::error(codes::EXTERNAL_UNAVAILABLE, Place::Nowhere, message)).collect()
 }
 
-/// The leaves that lead to each text.
-fn leaves_of(exploration: &Exploration, text: usize) -> BTreeSet<usize> {
-    let leaves = exploration.leaves.iter().enumerate();
-    leaves.filter(|(_, leaf)| leaf.text == Some(text)).map(|(at, _)| at).collect()
-}
-
 fn refusals(
     templates: &TemplateSet,
     each: &Explored<'_>,
@@ -303,7 +297,7 @@ fn refusals(
             let names = profiles.iter().filter_map(|at| each.request.profiles.get(*at));
             failures.push(Failure {
                 finding: place_refusal(templates, each, text, refusal, marked),
-                leaves: leaves_of(&each.exploration, text),
+                leaves: each.exploration.leaves_of(text),
                 profiles: names.map(|profile| profile.name.clone()).collect(),
             });
         }
@@ -338,7 +332,7 @@ fn disagreements(
             };
             failures.push(Failure {
                 finding: place_refusal(templates, each, text, &refusal, marked),
-                leaves: leaves_of(&each.exploration, text),
+                leaves: each.exploration.leaves_of(text),
                 profiles: BTreeSet::new(),
             });
         }
@@ -390,7 +384,7 @@ fn report_on(
     let mut variants = Vec::new();
     let mut covered = Count::ZERO;
     for (at, text) in exploration.texts.iter().enumerate() {
-        let leaves = leaves_of(exploration, at);
+        let leaves = exploration.leaves_of(at);
         let mut configurations = Count::ZERO;
         for leaf in leaves.iter().filter_map(|leaf| exploration.leaves.get(*leaf)) {
             configurations = configurations.plus(space.count(&leaf.decided));
@@ -472,7 +466,7 @@ fn declaration_of(wgsl: &str, name: &str) -> Option<std::ops::Range<usize>> {
 }
 
 fn dead_axes(templates: &TemplateSet, each: &Explored<'_>, variants: &[VariantReport]) -> Vec<String> {
-    let effective = dead::effective_axes(&each.space, &each.exploration);
+    let effective = dead::effective_axes(&each.exploration);
     let overrides: BTreeSet<&str> = variants
         .iter()
         .filter_map(|variant| variant.reflection.as_ref())
@@ -498,9 +492,9 @@ fn bytes_of_values(
     let template = &each.request.template;
     let size = |values: &AxisValues| -> Option<i64> {
         let values = template_values(templates, template, &each.space.complete(values)?);
-        let context: minijinja::Value =
-            values.iter().map(|(name, value)| (name.as_str(), render::to_template_value(value))).collect();
-        render::render_with(templates, placement, template, context).ok().map(|(text, _)| text.len() as i64)
+        render::render_with(templates, placement, template, render::fixed_context(&values))
+            .ok()
+            .map(|(text, _)| text.len() as i64)
     };
     let Some(plain) = size(&AxisValues::new()) else { return Vec::new() };
     let mut found = Vec::new();

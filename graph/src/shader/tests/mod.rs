@@ -2,6 +2,9 @@
 
 mod broken;
 mod compiling;
+mod exploring;
+mod mutations;
+mod provenance;
 mod reflecting;
 mod refusing;
 

@@ -88,7 +88,7 @@ fn layout_entries_say_what_the_stages_use() {
     );
     let buffer = |name: &str| match entry(name).ty {
         BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size } => {
-            (ty, min_binding_size.map_or(0, |size| size.get()))
+            (ty, min_binding_size.map_or(0, std::num::NonZero::get))
         }
         other => panic!("{other:?}"),
     };

@@ -1,0 +1,220 @@
+//! Lazy forking against going through every configuration, and what a check reports.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::time::{Duration, Instant};
+
+use super::{FRAGMENT, Fixture};
+use crate::shader::permutations::{Count, ExternalValidator, Options, Permutations, Request, check};
+use crate::shader::{AxisValues, TargetProfile, compile, render};
+
+const AXES: &str = r#"{ "axes": {
+    "a": { "type": "bool", "default": false },
+    "b": { "type": "bool", "default": false },
+    "c": { "type": "bool", "default": false, "excludes": ["mode=evsm"] },
+    "taps": { "type": "integer", "min": 1, "max": 6, "default": 1 },
+    "mode": { "type": "enum", "values": ["hard", "pcf", "evsm"], "default": "hard" } },
+  "constraints": [ { "when": "mode=pcf", "requires": ["taps!=1"] }, { "when": "a", "requires": ["b"] } ] }"#;
+
+/// Templates that read axes in all the ways that a look at the text would miss.
+const READERS: &[&str] = &[
+    "{% include 'i.wgsl.jinja' %}",
+    "{% set a = a|default(true) %}{% if a %}// 1\n{% endif %}",
+    "{% with a = a %}// {{ a }}\n{% endwith %}",
+    "{% include ('i.wgsl.jinja' if a else 'j.wgsl.jinja') %}",
+    "{% macro f() %}{% if a %}// 1\n{% endif %}{% endmacro %}{% if b %}{{ f() }}{% endif %}",
+    "{% from 'l.wgsl.jinja' import f %}{{ f() }}",
+    "{% if a and b %}// 1\n{% endif %}",
+    "{% if a %}// 1\n{% else %}// 1\n{% endif %}",
+    "{% extends 'base.wgsl.jinja' %}{% block x %}// {{ taps }}\n{% endblock %}",
+    "{% for i in range(taps) %}// {{ i }} {{ mode }}\n{% endfor %}",
+    "{% filter replace('x', mode) %}// x\n{% endfilter %}",
+    "{% if c %}{% if mode == 'hard' %}// {{ taps }}\n{% endif %}{% elif a or b %}// ab\n{% endif %}",
+    "// {{ 'on' if a else mode }}\n",
+    "{% set ns = namespace(n=0) %}{% if b %}{% set ns.n = taps %}{% endif %}// {{ ns.n }}\n",
+];
+
+fn readers(reader: &str) -> Fixture {
+    let main = format!("{reader}\n{FRAGMENT}");
+    Fixture::sound(&[
+        ("main.wgsl.jinja", &main),
+        ("main.axes.json", AXES),
+        ("i.wgsl.jinja", "{% if mode != 'hard' %}// {{ taps }}\n{% endif %}"),
+        ("j.wgsl.jinja", "// {{ b }}\n"),
+        ("l.wgsl.jinja", "{% macro f() %}{% if mode == 'evsm' %}// 1\n{% endif %}{% endmacro %}"),
+        ("base.wgsl.jinja", "{% block x %}// {{ b }}\n{% endblock %}{% if c %}// c\n{% endif %}"),
+    ])
+}
+
+/// Every configuration of a template that its constraints allow.
+fn configurations(fixture: &Fixture, template: &str) -> Vec<AxisValues> {
+    let axes = fixture.set.axes(template).unwrap();
+    let mut all = vec![AxisValues::new()];
+    for axis in axes.iter() {
+        all = all
+            .into_iter()
+            .flat_map(|values| {
+                (0..axis.kind.count()).filter_map(|at| axis.kind.value(at)).map(move |value| {
+                    let mut values = values.clone();
+                    values.insert(axis.name.clone(), value);
+                    values
+                })
+            })
+            .collect();
+    }
+    all.retain(|values| axes.violated(values).next().is_none());
+    all
+}
+
+/// Compares a check with rendering every configuration: the same texts, each for as many configurations.
+fn compare_with_exhaustive_rendering(fixture: &Fixture, template: &str) {
+    let outcome = check(&fixture.set, &[Request::all(template, &[])], &Options::default());
+    let report = &outcome.templates[0];
+    let mut expected: BTreeMap<String, u128> = BTreeMap::new();
+    let all = configurations(fixture, template);
+    for values in &all {
+        let values = compile::template_values(&fixture.set, template, values);
+        let text = render::render(&fixture.set, template, &values).unwrap().text;
+        *expected.entry(text).or_default() += 1;
+    }
+    let found: BTreeMap<String, u128> =
+        report.variants.iter().map(|each| (each.wgsl.to_string(), each.configurations.number)).collect();
+    assert_eq!(found, expected, "{template}");
+    assert_eq!(report.configurations, Count { number: all.len() as u128, exact: true });
+    assert_eq!(report.covered, report.configurations);
+}
+
+#[test]
+fn lazy_forking_equals_exhaustive_rendering() {
+    for reader in READERS {
+        let fixture = readers(reader);
+        compare_with_exhaustive_rendering(&fixture, "main.wgsl.jinja");
+    }
+}
+
+#[test]
+fn lazy_forking_equals_exhaustive_rendering_on_the_project_s_templates() {
+    let fixture = Fixture::sound(umbragraph_shaders_templates::FILES);
+    let names: Vec<&str> = fixture.set.names().collect();
+    let mut compared = 0;
+    for name in names {
+        let product: u64 = fixture.set.axes(name).unwrap().iter().map(|axis| axis.kind.count()).product();
+        if product < 4096 {
+            compare_with_exhaustive_rendering(&fixture, name);
+            compared += 1;
+        }
+    }
+    assert!(compared > 0);
+}
+
+#[test]
+fn one_rendering_per_path() {
+    let fixture = readers("{% if a %}{% if taps > 3 %}// 1\n{% endif %}{% endif %}");
+    let report = &all(&fixture, &Options::default()).templates[0];
+    assert_eq!((report.paths, report.variants.len()), (7, 2), "a off, and six taps with a on");
+}
+
+fn all(fixture: &Fixture, options: &Options<'_>) -> Permutations {
+    check(&fixture.set, &[Request::all("main.wgsl.jinja", &TargetProfile::all())], options)
+}
+
+#[test]
+fn axes_that_nothing_reads_cost_nothing() {
+    let free: String =
+        (0..34).map(|at| format!(", \"free{at}\": {{ \"type\": \"bool\", \"default\": false }}")).collect();
+    let axes = AXES.replacen("} },\n  \"constraints\"", &format!("}}{free} }},\n  \"constraints\""), 1);
+    let main = format!("{}\n{FRAGMENT}", READERS[11]);
+    let fixture = Fixture::sound(&[("main.wgsl.jinja", &main), ("main.axes.json", &axes)]);
+    let start = Instant::now();
+    let report = &all(&fixture, &Options { threads: 1, ..Options::default() }).templates[0];
+    assert!(
+        report.configurations.exact && report.configurations.number > 10_u128.pow(10),
+        "{}",
+        report.configurations
+    );
+    assert_eq!(report.covered, report.configurations);
+    assert!(report.variants.len() < 10 && start.elapsed() < Duration::from_secs(5));
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let fixture = readers(
+        "{% if a %}const X = oops;\n{% endif %}{% if mode == 'pcf' %}const Y = {{ taps }}u + 1i;\n{% endif %}",
+    );
+    let outcome = |threads| {
+        let outcome = all(&fixture, &Options { threads, report_dead: true, ..Options::default() });
+        let reports = serde_json::to_string(&outcome.templates).unwrap();
+        (fixture.lines(&outcome.findings), reports)
+    };
+    let one = outcome(1);
+    assert_eq!(one.0.len(), 2, "{:?}", one.0);
+    for threads in [2, 5, 64] {
+        assert_eq!(outcome(threads), one, "{threads} threads");
+    }
+}
+
+#[test]
+fn progress_reaches_every_text() {
+    let fixture = readers(READERS[9]);
+    let seen = std::sync::Mutex::new(BTreeSet::new());
+    let note = |done: usize, of: usize| {
+        seen.lock().unwrap().insert((done, of));
+    };
+    let outcome = all(&fixture, &Options { progress: &note, ..Options::default() });
+    let seen = seen.into_inner().unwrap();
+    assert_eq!(seen, (1..=outcome.proven).map(|done| (done, outcome.proven)).collect());
+}
+
+#[test]
+fn a_request_narrows_the_space() {
+    let fixture = readers(READERS[11]);
+    let values: AxisValues = [("c".to_owned(), true.into())].into();
+    let one = Request::one(&fixture.set, "main.wgsl.jinja", &values, &[TargetProfile::webgpu()]);
+    let report = &check(&fixture.set, &[one], &Options::default()).templates[0];
+    assert_eq!((report.variants.len(), report.configurations.number), (1, 1));
+    let allowed = [("mode".to_owned(), vec!["pcf".into()]), ("taps".to_owned(), vec![1.into()])].into();
+    let narrowed = Request { allowed, ..Request::all("main.wgsl.jinja", &[]) };
+    let findings = check(&fixture.set, &[narrowed], &Options::default()).findings;
+    assert_eq!(
+        fixture.lines(&findings),
+        [
+            "UG0516 main.axes.json:7:20 the constraints of \"main.wgsl.jinja\" leave no configuration with mode=pcf, taps=1"
+        ]
+    );
+    let misspelt = Request {
+        allowed: [("mdoe".to_owned(), vec!["pcf".into()])].into(),
+        ..Request::all("main.wgsl.jinja", &[])
+    };
+    let findings = check(&fixture.set, &[misspelt], &Options::default()).findings;
+    assert_eq!(fixture.lines(&findings), ["UG0511 - \"main.wgsl.jinja\" has no axis \"mdoe\""]);
+    let unknown = check(&fixture.set, &[Request::all("mian.wgsl.jinja", &[])], &Options::default()).findings;
+    assert_eq!(fixture.lines(&unknown), ["UG0500 - there is no template \"mian.wgsl.jinja\""]);
+}
+
+#[test]
+fn sizes_and_names_of_variants_are_reported() {
+    let fixture = readers("{% if a %}// 12345\n{% endif %}");
+    let report = &all(&fixture, &Options::default()).templates[0];
+    assert_eq!(report.bytes_of_values.len(), 1);
+    assert_eq!((report.bytes_of_values[0].axis.as_str(), report.bytes_of_values[0].bytes), ("a", 9));
+    assert_eq!(report.dead_axes, ["b", "c", "mode", "taps"]);
+    let names: Vec<String> = report.variants.iter().map(|each| each.file_name("forward/main")).collect();
+    assert!(names[0].starts_with("forward_main.a=false.") && names[0].ends_with(".wgsl"), "{names:?}");
+    assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len());
+}
+
+#[cfg(unix)]
+#[test]
+fn an_external_validator_judges_distinct_texts_and_its_messages_are_mapped() {
+    let fixture = readers("{% if a %}// 12345\n{% endif %}const ODD = 1;\n{% include 'i.wgsl.jinja' %}");
+    let grep = "sh -c 'line=$(grep -n ODD $0 | cut -d: -f1); test -n \"$line\" || exit 0; echo $0:$line:7: error: odd name; exit 1' {}";
+    let external =
+        [ExternalValidator::parse(grep).unwrap(), ExternalValidator::parse("/nonexistent {}").unwrap()];
+    let outcome = all(&fixture, &Options { external: &external, ..Options::default() });
+    assert_eq!(
+        fixture.lines(&outcome.findings),
+        [
+            "UG0561 main.wgsl.jinja:2:18 sh refuses this: odd name",
+            "UG0560 - \"/nonexistent\" cannot be started: No such file or directory (os error 2)"
+        ]
+    );
+}
