@@ -1,6 +1,6 @@
 //! Makes sure that a graphics adapter can be had.
 //!
-//! macOS has Metal and Windows has DirectX 12. Linux needs a Vulkan driver; where [`driver_search`] finds none,
+//! macOS has Metal and Windows has DirectX 12. Linux needs a Vulkan driver; where [`crate::driver_search`] finds none,
 //! Mesa's software driver is installed with apt, given Debian or a descendant and root or a sudo that asks for no
 //! password. Anywhere else, and where installing fails, the words on standard error say what to do.
 //!
