@@ -2,7 +2,7 @@
 //!
 //! The lists are public for reading; the loader has checked that every index in them is valid, and the few accessors
 //! below rely on it. A scene without a camera gets one framed on its bounds, a scene without a light gets a sun
-//! ([`default_view`](crate::default_view)).
+//! ([`default_view`]).
 
 use umbragraph_graph::diagnostic::Diagnostics;
 use umbragraph_graph::frame::{Bounds, FrameInput, Light};

@@ -81,31 +81,28 @@ impl Reader<'_> {
         let texcoord_set = self.texcoord_set(material);
         // All attributes are read before any is given up, so that each of them gets its findings.
         let positions = self.attribute::<f32, 3>(&Semantic::Positions, "position", report);
-        let normals = self.attribute::<f32, 3>(&Semantic::Normals, "normal", report);
+        // Normals that cannot be used are as good as missing, for which glTF has a rule.
+        let normals = report.optional("flat normals are computed", |report| {
+            let normals = self.attribute::<f32, 3>(&Semantic::Normals, "normal", report).ok().flatten();
+            normals.filter(|normals| self.fits("NORMAL", Some(normals.len()), &positions, report))
+        });
         let texcoords =
             self.attribute::<f32, 2>(&Semantic::TexCoords(texcoord_set), "texture coordinate", report);
         let joints = self.attribute::<u32, 4>(&Semantic::Joints(0), "joint", report);
         let weights = self.attribute::<f32, 4>(&Semantic::Weights(0), "weight", report);
         let indices = self.indices(report);
-        let (positions, normals, texcoords) = (positions.ok()??, normals.ok()?, texcoords.ok()?);
+        let texcoord_name = format!("TEXCOORD_{texcoord_set}");
+        let fits = [
+            (&*texcoord_name, length(&texcoords)),
+            ("JOINTS_0", length(&joints)),
+            ("WEIGHTS_0", length(&weights)),
+        ]
+        .map(|(name, length)| self.fits(name, length, &positions, report));
+        let (positions, texcoords) = (positions.ok()??, texcoords.ok()?);
         let (joints, weights, indices) = (joints.ok()?, weights.ok()?, indices.ok()?);
         let count = positions.len();
-        let lengths = [
-            ("NORMAL".to_owned(), normals.as_ref().map(Vec::len)),
-            (format!("TEXCOORD_{texcoord_set}"), texcoords.as_ref().map(Vec::len)),
-            ("JOINTS_0".to_owned(), joints.as_ref().map(Vec::len)),
-            ("WEIGHTS_0".to_owned(), weights.as_ref().map(Vec::len)),
-        ];
-        for (attribute, length) in lengths {
-            if let Some(length) = length.filter(|length| *length != count) {
-                report.error(
-                    codes::INCOMPLETE_PRIMITIVE,
-                    &format!("{at}/attributes/{attribute}"),
-                    format!("{attribute} has {length} elements, but POSITION has {count}"),
-                    "export the mesh again: all attributes have one element for each vertex",
-                );
-                return None;
-            }
+        if fits.contains(&false) {
+            return None;
         }
         let indices = indices.unwrap_or_else(|| (0..count as u32).collect());
         if let Some(place) = indices.iter().position(|index| *index as usize >= count) {
@@ -203,6 +200,26 @@ impl Reader<'_> {
         Ok(Some(values))
     }
 
+    /// Whether an attribute of a length goes with the positions, as far as both are known.
+    fn fits(
+        &self,
+        name: &str,
+        length: Option<usize>,
+        positions: &Result<Option<Vec<[f32; 3]>>, Reported>,
+        report: &mut Report,
+    ) -> bool {
+        let (Some(length), Ok(Some(positions))) = (length, positions) else { return true };
+        if length != positions.len() {
+            report.error(
+                codes::INCOMPLETE_PRIMITIVE,
+                &format!("{}/attributes/{name}", self.at),
+                format!("{name} has {length} elements, but POSITION has {}", positions.len()),
+                "export the mesh again: all attributes have one element for each vertex",
+            );
+        }
+        length == positions.len()
+    }
+
     fn indices(&self, report: &mut Report) -> Result<Option<Vec<u32>>, Reported> {
         let Some(accessor) = self.json.indices else { return Ok(None) };
         let at = format!("{}/indices", self.at);
@@ -213,6 +230,11 @@ impl Reader<'_> {
 
 /// A finding has been made.
 struct Reported;
+
+/// The length of an attribute that was read.
+fn length<T>(attribute: &Result<Option<Vec<T>>, Reported>) -> Option<usize> {
+    attribute.as_ref().ok()?.as_ref().map(Vec::len)
+}
 
 /// Components that can be asked whether they are finite.
 trait Finite: super::accessor::Component {

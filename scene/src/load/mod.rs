@@ -6,8 +6,11 @@
 //! gap, and the next step goes on, so that all findings of a file come at once. What is reachable from a mesh, a node, a
 //! skin or an animation is checked; accessors and images that nothing uses are not even looked at.
 //!
-//! Order: container ([`container`]), buffers ([`buffers`]), images and materials, geometry, hierarchy, cameras and
+//! Order: container, buffers, images and materials, geometry, hierarchy, cameras and
 //! lights, skins, animations, draws.
+//!
+//! Normals that cannot be read are computed as if they were missing, with a warning; everything else that is broken is
+//! an error.
 //!
 //! Limits: parsing stops at the first value of a wrong JSON type (as opposed to a wrong value), and a document whose
 //! container or JSON is broken has no further findings.

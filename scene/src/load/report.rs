@@ -12,6 +12,8 @@ pub(super) struct Report {
     warnings: Diagnostics,
     unlisted: usize,
     decoded_bytes: u64,
+    /// What is done instead, while findings are no errors.
+    instead: Option<&'static str>,
 }
 
 impl Report {
@@ -22,6 +24,7 @@ impl Report {
             warnings: Diagnostics::new(),
             unlisted: 0,
             decoded_bytes: 0,
+            instead: None,
         }
     }
 
@@ -32,6 +35,10 @@ impl Report {
         message: impl Into<String>,
         help: impl Into<String>,
     ) {
+        if let Some(instead) = self.instead {
+            self.warning(code, at, format!("{}; {instead}", message.into()), help);
+            return;
+        }
         if self.errors.len() >= MAXIMUM_FINDINGS {
             self.unlisted += 1;
             return;
@@ -51,6 +58,14 @@ impl Report {
             finding.severity = umbragraph_graph::diagnostic::Severity::Warning;
             self.warnings.push(finding);
         }
+    }
+
+    /// Reads something that can be done without: what would be errors are warnings that say what is done `instead`.
+    pub(super) fn optional<T>(&mut self, instead: &'static str, read: impl FnOnce(&mut Self) -> T) -> T {
+        let outer = self.instead.replace(instead);
+        let result = read(self);
+        self.instead = outer;
+        result
     }
 
     pub(super) fn has_errors(&self) -> bool {

@@ -25,7 +25,7 @@ pub enum ResolveError {
         /// What the system says.
         reason: String,
     },
-    /// It is larger than [`MAXIMUM_FILE_BYTES`](super::limits::MAXIMUM_FILE_BYTES).
+    /// It is larger than [`MAXIMUM_FILE_BYTES`].
     #[error("{0:?} is larger than a scene file may be")]
     TooLarge(String),
     /// The URI has a scheme or is absolute.

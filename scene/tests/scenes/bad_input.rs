@@ -206,15 +206,15 @@ fn accessors_of_a_wrong_type_or_without_elements_are_found() {
         let weights = document.floats("SCALAR", &[0.0, 1.0, 2.0]);
         document.json["meshes"][0]["primitives"][0]["indices"] = json!(weights);
         document.json["accessors"][0]["count"] = json!(0);
-        document.attribute("NORMAL", 0);
+        document.attribute("TEXCOORD_0", 0);
     });
     assert_eq!(
         found,
         [
             "UG0709 /meshes/0/primitives/0/attributes/POSITION: accessor 1 has 3 × VEC2 of FLOAT \
              (wanted here: at least one element of 3 floats or small integers)",
-            "UG0709 /meshes/0/primitives/0/attributes/NORMAL: accessor 0 has 0 × VEC3 of FLOAT \
-             (wanted here: at least one element of 3 floats or small integers)",
+            "UG0709 /meshes/0/primitives/0/attributes/TEXCOORD_0: accessor 0 has 0 × VEC3 of FLOAT \
+             (wanted here: at least one element of 2 floats or small integers)",
             "UG0709 /meshes/0/primitives/0/indices: accessor 2 has 3 × SCALAR of FLOAT \
              (wanted here: at least one element of 1 unsigned integers)",
         ]
@@ -224,18 +224,50 @@ fn accessors_of_a_wrong_type_or_without_elements_are_found() {
 #[test]
 fn attributes_need_positions_and_equal_lengths() {
     let found = triangle_with(|document| {
-        let normals = document.floats("VEC3", &[0.0; 6]);
-        document.attribute("NORMAL", normals);
+        let texcoords = document.floats("VEC2", &[0.0; 4]);
+        document.attribute("TEXCOORD_0", texcoords);
         document.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(json!({ "attributes": {} }));
     });
     assert_eq!(
         found,
         [
-            "UG0710 /meshes/0/primitives/0/attributes/NORMAL: NORMAL has 2 elements, but POSITION has 3 \
+            "UG0710 /meshes/0/primitives/0/attributes/TEXCOORD_0: TEXCOORD_0 has 2 elements, but POSITION has 3 \
              (export the mesh again: all attributes have one element for each vertex)",
             "UG0710 /meshes/0/primitives/1: the primitive has no POSITION (export the mesh with positions)",
         ]
     );
+}
+
+#[test]
+fn normals_that_cannot_be_used_are_computed_with_a_warning() {
+    let at = "/meshes/0/primitives/0/attributes/NORMAL";
+    let warning_of = |change: &dyn Fn(&mut Document)| {
+        let mut document = Document::triangle();
+        let normals = document.floats("VEC3", &[0., 1., 0., 0., 1., 0., 0., 1., 0.]);
+        document.attribute("NORMAL", normals);
+        change(&mut document);
+        let scene = document.load().unwrap();
+        let primitive = scene.primitive(scene.draws().next().unwrap());
+        assert_eq!(primitive.normals, [[0.0, 0.0, 1.0]; 3]);
+        assert_eq!(scene.warnings.error_count(), 0);
+        scene.warnings.iter().map(line).collect::<Vec<String>>()
+    };
+    assert_eq!(
+        warning_of(&|document| document.json["bufferViews"][1]["byteLength"] = json!(24)),
+        [format!(
+            "UG0708 {at}: 3 elements of 12 bytes, 12 bytes apart, from byte 0 on do not fit buffer view 1 of 24 bytes; \
+             flat normals are computed (export the file again)"
+        )]
+    );
+    assert_eq!(
+        warning_of(&|document| document.json["accessors"][1]["count"] = json!(2)),
+        [format!(
+            "UG0710 {at}: NORMAL has 2 elements, but POSITION has 3; flat normals are computed \
+             (export the mesh again: all attributes have one element for each vertex)"
+        )]
+    );
+    let found = warning_of(&|document| document.binary[36..40].copy_from_slice(&f32::NAN.to_le_bytes()));
+    assert!(found[0].starts_with(&format!("UG0712 {at}: the normal of vertex 0 is not finite")), "{found:?}");
 }
 
 #[test]
