@@ -1,0 +1,206 @@
+//! All settings of a cascade fit, and the fit of one frame.
+//!
+//! [`Configuration::fit`] is a pure function of the frame: no state is kept from frame to frame, so two hosts, or two
+//! machines, that see the same frame fit the same cascades.
+//!
+//! Whatever the frame holds, what comes out is finite. A camera or light that [`Camera::check`] or
+//! [`umbragraph_graph::frame::Light::check`] finds unusable, or numbers so large that a matrix does not fit 32 bits,
+//! end in fewer cascades, none in the worst case, and then everything is lit.
+
+use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
+use umbragraph_graph::data::View;
+use umbragraph_graph::frame::{Bounds, Camera, FrameInput};
+
+use super::depth::{self, NearPull};
+use super::fit::{self, FitShape};
+use super::layout::Layout;
+use super::snap::{self, Snap, Texels};
+use super::splits::{Blend, Slice, Splits};
+use super::{MAXIMUM_CASCADES, light};
+
+/// All settings of a cascade fit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Configuration {
+    /// The light's name; `None` for the brightest directional light that casts shadows.
+    pub light: Option<String>,
+    /// The far distances.
+    pub splits: Splits,
+    /// The zone in which a cascade blends into the next.
+    pub blend: Blend,
+    /// The shape that slices are fitted with.
+    pub shape: FitShape,
+    /// The grid that cascades are laid on.
+    pub snap: Snap,
+    /// Whether texels are as wide as they are high.
+    pub square: bool,
+    /// The texels on each side of a cascade that stay free for filter taps.
+    pub border: u32,
+    /// World direction that is up in the map.
+    pub up: DVec3,
+    /// Where the near plane stands.
+    pub near_pull: NearPull,
+    /// How far behind the slice the far plane stands, in metres.
+    pub far_extension: f64,
+    /// Whether cascades are narrowed to the scene's bounds.
+    pub clip_to_scene: bool,
+    /// Whether depth runs from 1 (near) to 0 (far).
+    pub reverse: bool,
+    /// Where in the map each cascade is drawn, and its resolution.
+    pub layout: Layout,
+}
+
+/// One fitted cascade.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cascade {
+    /// The light view, with the layer and texels that it draws into.
+    pub view: View,
+    /// World space to the map's uv (x, y) and clip depth (z).
+    pub texture_from_world: DMat4,
+    /// The part of the view axis.
+    pub slice: Slice,
+    /// Metres for each texel, of the larger side.
+    pub texel_size: f64,
+    /// Metres between near and far plane.
+    pub depth_range: f64,
+}
+
+/// The light that cascades are fitted to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CascadeLight {
+    /// The unit direction to the light.
+    pub direction_to_light: DVec3,
+    /// Colour times intensity, in lux.
+    pub color: Vec3,
+    /// The intensity, in lux.
+    pub intensity: f32,
+    /// The angle under which the light is seen, in radians.
+    pub angular_diameter: f32,
+}
+
+/// The cascades of one frame.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CascadeSet {
+    /// The light, also one that casts no shadows; `None` where there is no usable one.
+    pub light: Option<CascadeLight>,
+    cascades: [Option<Cascade>; MAXIMUM_CASCADES],
+}
+
+impl CascadeSet {
+    /// The cascades, the nearest first.
+    pub fn iter(&self) -> impl Iterator<Item = &Cascade> + Clone {
+        self.cascades.iter().flatten()
+    }
+
+    /// The number of cascades.
+    pub fn count(&self) -> usize {
+        self.iter().count()
+    }
+}
+
+impl Configuration {
+    /// Fits the cascades of one frame.
+    pub fn fit(&self, frame: &FrameInput) -> CascadeSet {
+        let mut set = CascadeSet { light: None, cascades: [None; MAXIMUM_CASCADES] };
+        let Some(light) = light::choose(&frame.lights, self.light.as_deref()) else { return set };
+        let diameter = light.angular_diameter_deg;
+        set.light = Some(CascadeLight {
+            direction_to_light: -light.direction,
+            color: light::radiance(light),
+            intensity: light.intensity,
+            angular_diameter: if (0.0..=180.0).contains(&diameter) { diameter.to_radians() } else { 0.0 },
+        });
+        if frame.camera.check().is_some() || !light.cast_shadow {
+            return set;
+        }
+        let rotation = light::from_world(light.direction, self.up);
+        let (near, far) = frame.camera.projection.depth_range();
+        for (at, slice) in self.splits.slices(self.blend, near, far).enumerate() {
+            set.cascades[at] = self.cascade(at, slice, frame, &rotation);
+            // Shaders count on cascades without gaps.
+            if set.cascades[at].is_none() {
+                break;
+            }
+        }
+        set
+    }
+
+    /// One cascade; `None` if its numbers are beyond measure.
+    fn cascade(&self, at: usize, slice: Slice, frame: &FrameInput, light: &DMat3) -> Option<Cascade> {
+        let FrameInput { camera, caster_bounds, scene_bounds, .. } = frame;
+        let extent = self.extent(camera, &slice, scene_bounds, light);
+        let resolution = self.layout.tiles.get(at)?.resolution;
+        let rectangle =
+            snap::rectangle(&extent, Texels { resolution, border: self.border, square: self.square }, self.snap);
+        let (near, far) = depth::planes(
+            (extent.near, extent.minimum.z),
+            &rectangle,
+            caster_bounds,
+            light,
+            self.near_pull,
+            self.far_extension,
+        );
+        let center = rectangle.minimum + 0.5 * rectangle.size;
+        let clip_from_light = orthographic(center.extend(near), rectangle.size.extend(near - far), self.reverse);
+        let light_from_world = DMat4::from_mat3(*light);
+        let eye = center.extend(near);
+        let view = View {
+            clip_from_world: clip_from_light * light_from_world,
+            view_from_world: DMat4::from_translation(-eye) * light_from_world,
+            position: light.transpose() * eye,
+            forward: light.transpose() * DVec3::NEG_Z,
+            reverse: self.reverse,
+            layer: self.layout.tiles[at].layer,
+            viewport: self.layout.viewport(at),
+        };
+        let cascade = Cascade {
+            view,
+            texture_from_world: texture_from_clip(self.layout.scale_offset(at)) * view.clip_from_world,
+            slice,
+            texel_size: rectangle.texel.max_element(),
+            depth_range: near - far,
+        };
+        cascade.is_finite().then_some(cascade)
+    }
+
+    fn extent(&self, camera: &Camera, slice: &Slice, scene: &Bounds, light: &DMat3) -> fit::Extent {
+        let extent = fit::extent(camera, slice, light, self.shape);
+        if self.clip_to_scene { fit::within_scene(extent, scene, light) } else { extent }
+    }
+}
+
+impl Cascade {
+    /// Whether everything is finite once it is rounded to 32 bits.
+    fn is_finite(&self) -> bool {
+        let View { clip_from_world, view_from_world, position, forward, .. } = self.view;
+        let matrices = [clip_from_world, view_from_world, self.texture_from_world];
+        matrices.iter().all(|matrix| matrix.as_mat4().is_finite())
+            && position.as_vec3().is_finite()
+            && forward.is_finite()
+            && (self.texel_size as f32).is_finite()
+            && (self.depth_range as f32).is_finite()
+    }
+}
+
+/// Light space to clip space: `near_center` becomes the middle of the near plane; `size` is width, height and depth.
+fn orthographic(near_center: DVec3, size: DVec3, reverse: bool) -> DMat4 {
+    let (depth, offset) = if reverse { (1.0 / size.z, 1.0) } else { (-1.0 / size.z, 0.0) };
+    let scale = DVec3::new(2.0 / size.x, 2.0 / size.y, depth);
+    let translation = DVec3::new(0.0, 0.0, offset) - near_center * scale;
+    DMat4::from_cols(
+        DVec4::new(scale.x, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, scale.y, 0.0, 0.0),
+        DVec4::new(0.0, 0.0, scale.z, 0.0),
+        translation.extend(1.0),
+    )
+}
+
+/// Clip space to the uv of the map (v points down); depth stays.
+fn texture_from_clip(scale_offset: DVec4) -> DMat4 {
+    let DVec4 { x: width, y: height, z: left, w: top } = scale_offset;
+    DMat4::from_cols(
+        DVec4::new(0.5 * width, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, -0.5 * height, 0.0, 0.0),
+        DVec4::Z,
+        DVec4::new(left + 0.5 * width, top + 0.5 * height, 0.0, 1.0),
+    )
+}

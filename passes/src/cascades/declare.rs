@@ -1,0 +1,303 @@
+//! From the settings of a `cascades` pass to a [`Configuration`], with every finding at its place.
+
+use glam::{DVec3, UVec2};
+use umbragraph_graph::expression::Value;
+use umbragraph_graph::language::{Expr, Word};
+use umbragraph_graph::pipeline::PassBuilder;
+
+use super::MAXIMUM_CASCADES;
+use super::configuration::Configuration;
+use super::depth::NearPull;
+use super::layout::{LARGEST_SIDE, Layout, LayoutFault};
+use super::node::Cascades;
+use super::splits::{Blend, SplitScheme, Splits};
+use crate::codes;
+
+/// Evaluates all settings; `None` after at least one finding. All settings are looked at, whatever the first finding.
+pub(super) fn configuration(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Configuration> {
+    let splits = splits(settings, pass);
+    let blend = blend(settings, pass);
+    let shape = word_or_default(pass, settings.fit.as_ref(), "/fit");
+    let snap = word_or_default(pass, settings.snap.as_ref(), "/snap");
+    let square = boolean(pass, settings.square_texels.as_ref(), "/square_texels", true);
+    let border = match &settings.border {
+        Some(expr) => pass.count(expr, "/border"),
+        None => Some(2),
+    };
+    let up = up(settings, pass);
+    let near_pull = near_pull(settings, pass);
+    let far_extension = match &settings.far_extension {
+        Some(expr) => metres(pass, expr, "/far_extension"),
+        None => Some(0.0),
+    };
+    let clip_to_scene = boolean(pass, settings.clip_to_scene.as_ref(), "/clip_to_scene", false);
+    let reverse = boolean(pass, settings.reverse.as_ref(), "/reverse", false);
+    let count = splits.map(|splits| splits.count());
+    let resolutions = resolutions(settings, pass, count, border);
+    let layout = match (count, &resolutions) {
+        (Some(count), Some(resolutions)) => layout(settings, pass, &resolutions[..count]),
+        _ => None,
+    };
+    Some(Configuration {
+        light: settings.light.clone(),
+        splits: splits?,
+        blend: blend?,
+        shape: shape?,
+        snap: snap?,
+        square: square?,
+        border: border?,
+        up: up?,
+        near_pull: near_pull?,
+        far_extension: far_extension?,
+        clip_to_scene: clip_to_scene?,
+        reverse: reverse?,
+        layout: layout?,
+    })
+}
+
+fn splits(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Splits> {
+    let far = pass.numbers(&settings.far, "/far");
+    let far = far.and_then(|far| far_distances(far, &settings.far, pass));
+    let split = settings.splits.as_ref();
+    let scheme = word_or_default(pass, split.and_then(|split| split.scheme.as_ref()), "/splits/scheme");
+    let count = match split.and_then(|split| split.count.as_ref()) {
+        Some(expr) => cascade_count(pass.count(expr, "/splits/count")? as usize, "/splits/count", pass),
+        None => far.as_ref().and_then(|far| cascade_count(far.len(), "/far", pass)),
+    };
+    let near = match split.and_then(|split| split.near.as_ref()) {
+        Some(expr) => pass.number(expr, "/splits/near").map(Some),
+        None => Some(None),
+    };
+    let lambda = match split.and_then(|split| split.lambda.as_ref()) {
+        Some(expr) => fraction(pass, expr, "/splits/lambda", codes::CASCADE_SPLITS, "the weight lambda"),
+        None => Some(0.5),
+    };
+    let (far, scheme, count, near, lambda) = (far?, scheme?, count?, near?, lambda?);
+    let last = *far.last()?;
+    if let Some(near) = near
+        && !(near > 0.0 && near < last)
+    {
+        let message = format!("the splits cannot begin at {near} m and end at {last} m");
+        pass.report(codes::CASCADE_SPLITS, "/splits/near", message, format!("begin above 0 m and before {last} m"));
+        return None;
+    }
+    let lambda = match scheme {
+        SplitScheme::Explicit => {
+            if count > far.len() {
+                let message = format!("{count} cascades are wanted, but \"far\" has {} distances", far.len());
+                pass.report(codes::CASCADE_COUNT, "/splits/count", message, "add far distances, or choose a formula as the scheme");
+                return None;
+            }
+            let mut all = [0.0; MAXIMUM_CASCADES];
+            all[..count].copy_from_slice(&far[..count]);
+            return Some(Splits::Explicit { far: all, count });
+        }
+        SplitScheme::Uniform => 0.0,
+        SplitScheme::Logarithmic => 1.0,
+        SplitScheme::Practical => lambda,
+    };
+    Some(Splits::Formula { lambda, near, far: last, count })
+}
+
+/// The far distances, if they are above zero and increase, also as 32-bit numbers.
+fn far_distances(far: Vec<f64>, far_setting: &Expr, pass: &mut PassBuilder<'_>) -> Option<Vec<f64>> {
+    let mut before = 0.0_f32;
+    for (at, distance) in far.iter().enumerate() {
+        let rounded = *distance as f32;
+        if !rounded.is_finite() || rounded <= before {
+            let message = match at {
+                0 => format!("the far distance {distance} m is not above zero"),
+                _ => format!("the far distance {distance} m does not lie beyond the {} m before it", far[at - 1]),
+            };
+            let help = "far distances are metres above zero, each greater than the one before";
+            pass.report(codes::CASCADE_FAR, &element(far_setting, "/far", at), message, help);
+            return None;
+        }
+        before = rounded;
+    }
+    Some(far)
+}
+
+fn cascade_count(count: usize, pointer: &str, pass: &mut PassBuilder<'_>) -> Option<usize> {
+    if (1..=MAXIMUM_CASCADES).contains(&count) {
+        return Some(count);
+    }
+    let help = format!("1 to {MAXIMUM_CASCADES} cascades are possible");
+    pass.report(codes::CASCADE_COUNT, pointer, format!("{count} cascades cannot be fitted"), help);
+    None
+}
+
+fn blend(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Blend> {
+    let Some(blend) = &settings.blend else { return Some(Blend::default()) };
+    let fraction = fraction(pass, &blend.fraction, "/blend/fraction", codes::CASCADE_BLEND, "the blend zone");
+    let of = word_or_default(pass, blend.of.as_ref(), "/blend/of");
+    Some(Blend { fraction: fraction?, of: of? })
+}
+
+fn up(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<DVec3> {
+    let Some(expr) = &settings.up else { return Some(DVec3::Y) };
+    let numbers = pass.numbers(expr, "/up")?;
+    let up = <[f64; 3]>::try_from(numbers).ok().map(DVec3::from).and_then(DVec3::try_normalize);
+    if up.is_none() {
+        pass.report(codes::LIGHT_UP, "/up", "the up vector has no direction", "write three numbers that are not all zero: [0, 1, 0]");
+    }
+    up
+}
+
+fn near_pull(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<NearPull> {
+    const WORD: &str = "casters";
+    let expr = match &settings.near_pull {
+        None => return Some(NearPull::Casters),
+        Some(Expr(serde_json::Value::String(word))) if word == WORD => return Some(NearPull::Casters),
+        Some(expr) => expr,
+    };
+    match pass.value(expr, "/near_pull")? {
+        Value::Text(word) if word == WORD => Some(NearPull::Casters),
+        Value::Text(word) => {
+            let message = format!("the near plane cannot be pulled to \"{word}\"");
+            pass.report(codes::CASCADE_DEPTH, "/near_pull", message, "write \"casters\", or a number of metres from 0");
+            None
+        }
+        _ => metres(pass, expr, "/near_pull").map(NearPull::Metres),
+    }
+}
+
+fn resolutions(
+    settings: &Cascades,
+    pass: &mut PassBuilder<'_>,
+    count: Option<usize>,
+    border: Option<u32>,
+) -> Option<[u32; MAXIMUM_CASCADES]> {
+    let numbers = pass.numbers(&settings.resolution, "/resolution")?;
+    let (count, border) = (count?, border?);
+    if numbers.len() != 1 && numbers.len() < count {
+        let message = format!("there are {count} cascades, but {} resolutions", numbers.len());
+        pass.report(codes::CASCADE_RESOLUTION, "/resolution", message, "write one number for all, or one for each");
+        return None;
+    }
+    let least = 2.0 * f64::from(border) + 2.0;
+    let mut all = [0; MAXIMUM_CASCADES];
+    for (at, resolution) in all.iter_mut().enumerate().take(count) {
+        let (number, pointer) = match numbers.as_slice() {
+            [one] => (*one, "/resolution".to_owned()),
+            several => (several[at], element(&settings.resolution, "/resolution", at)),
+        };
+        if number.fract() != 0.0 || !(least..=f64::from(LARGEST_SIDE)).contains(&number) {
+            let message = format!("a cascade cannot have a resolution of {number} texels with a border of {border}");
+            let help = format!("write a whole number from {least} to {LARGEST_SIDE}");
+            pass.report(codes::CASCADE_RESOLUTION, &pointer, message, help);
+            return None;
+        }
+        *resolution = number as u32;
+    }
+    Some(all)
+}
+
+fn layout(settings: &Cascades, pass: &mut PassBuilder<'_>, resolutions: &[u32]) -> Option<Layout> {
+    let map = match &settings.map {
+        Some(expr) => {
+            let numbers = pass.numbers(expr, "/map")?;
+            let size = texels(&numbers).filter(|size| size.cmpgt(UVec2::ZERO).all());
+            if size.is_none() {
+                let message = "the size of the map is no width and height in texels";
+                pass.report(codes::CASCADE_TILE, "/map", message, "write two whole numbers above zero: [2048, 2048]");
+            }
+            Some(size?)
+        }
+        None => None,
+    };
+    let layout = match &settings.tiles {
+        None => Layout::layers(resolutions, map),
+        Some(expr) => Layout::tiles(resolutions, &origins(expr, pass, resolutions.len())?, map),
+    };
+    let faults = layout.faults(resolutions.len());
+    for fault in &faults {
+        let (tile, message, help) = match fault {
+            LayoutFault::Outside { tile } => {
+                let (end, map) = (layout.tiles[*tile].end(), layout.map);
+                let message = format!("cascade {tile} reaches to texel ({}, {}) of a map of {} × {}", end.x, end.y, map.x, map.y);
+                (*tile, message, "move the tile, or make the map larger".to_owned())
+            }
+            LayoutFault::Overlap { first, second } => {
+                let message = format!("the tiles of cascades {first} and {second} overlap");
+                (*second, message, format!("move one of them by {} texels", layout.tiles[*second].resolution))
+            }
+        };
+        let pointer = settings.tiles.as_ref().map_or_else(|| "/map".to_owned(), |tiles| element(tiles, "/tiles", tile));
+        pass.report(codes::CASCADE_TILE, &pointer, message, help);
+    }
+    faults.is_empty().then_some(layout)
+}
+
+/// The corners of tiles: a list of pairs, or one list of x, y, x, y and so on.
+fn origins(expr: &Expr, pass: &mut PassBuilder<'_>, count: usize) -> Option<Vec<UVec2>> {
+    let value = pass.value(expr, "/tiles")?;
+    let origins: Option<Vec<UVec2>> = match &value {
+        Value::List(pairs) if pairs.iter().all(|pair| matches!(pair, Value::List(_))) => {
+            pairs.iter().map(|pair| texels(&pair.numbers()?)).collect()
+        }
+        flat => flat.numbers().and_then(|numbers| numbers.chunks(2).map(texels).collect()),
+    };
+    let message = match &origins {
+        None => "a tile is no [x, y] of whole texels".to_owned(),
+        Some(origins) if origins.len() < count => format!("there are {count} cascades, but {} tiles", origins.len()),
+        Some(_) => return origins,
+    };
+    pass.report(codes::CASCADE_TILE, "/tiles", message, "write the upper left texel of each tile: [[0, 0], [1024, 0]]");
+    None
+}
+
+/// The pointer of an element, where the list is written out; else that of the expression which yields the list.
+fn element(list: &Expr, pointer: &str, at: usize) -> String {
+    match &list.0 {
+        serde_json::Value::Array(elements) if at < elements.len() => format!("{pointer}/{at}"),
+        _ => pointer.to_owned(),
+    }
+}
+
+/// Two whole numbers of texels.
+fn texels(numbers: &[f64]) -> Option<UVec2> {
+    let whole = |number: f64| {
+        (number.fract() == 0.0 && (0.0..=f64::from(LARGEST_SIDE)).contains(&number)).then_some(number as u32)
+    };
+    match numbers {
+        [x, y] => Some(UVec2::new(whole(*x)?, whole(*y)?)),
+        _ => None,
+    }
+}
+
+fn word_or_default<T>(pass: &mut PassBuilder<'_>, word: Option<&Word<T>>, pointer: &str) -> Option<T>
+where
+    T: serde::de::DeserializeOwned + Clone + Default + schemars::JsonSchema,
+{
+    word.map_or_else(|| Some(T::default()), |word| pass.word(word, pointer))
+}
+
+fn boolean(pass: &mut PassBuilder<'_>, expr: Option<&Expr>, pointer: &str, default: bool) -> Option<bool> {
+    expr.map_or(Some(default), |expr| pass.boolean(expr, pointer))
+}
+
+fn metres(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str) -> Option<f64> {
+    let metres = pass.number(expr, pointer)?;
+    if metres >= 0.0 {
+        return Some(metres);
+    }
+    let message = format!("the depth range cannot be extended by {metres} m");
+    pass.report(codes::CASCADE_DEPTH, pointer, message, "write a number of metres from 0");
+    None
+}
+
+fn fraction(
+    pass: &mut PassBuilder<'_>,
+    expr: &Expr,
+    pointer: &str,
+    code: umbragraph_graph::diagnostic::Code,
+    what: &str,
+) -> Option<f64> {
+    let fraction = pass.number(expr, pointer)?;
+    if (0.0..=1.0).contains(&fraction) {
+        return Some(fraction);
+    }
+    pass.report(code, pointer, format!("{what} is {fraction}, which is no fraction"), "write a number from 0 to 1");
+    None
+}

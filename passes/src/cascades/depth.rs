@@ -1,0 +1,173 @@
+//! The near and far planes of a cascade's light view.
+//!
+//! The far plane stands at the end of the slice: nothing behind it is looked up. The near plane has to take in every
+//! caster between the slice and the light, also those that the camera does not see. It goes to the highest point of the
+//! casters' bounds *above the cascade's rectangle*, so that a mountain elsewhere does not stretch the depth range, on
+//! which the worth of a bias in clip depth hangs.
+//!
+//! That point is found by clipping the six faces of the bounds with the four sides of the rectangle (Sutherland and
+//! Hodgman): seen along the light, a convex body's highest point above a rectangle lies on one of its faces.
+//!
+//! Both planes are moved outwards to multiples of the texel's size, so that the matrices stay bit-identical until the
+//! rectangle moves.
+
+use glam::{DMat3, DVec2, DVec3};
+use umbragraph_graph::frame::Bounds;
+
+use super::snap::Rectangle;
+
+/// How far the near plane is pulled towards the light.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum NearPull {
+    /// To the casters' bounds.
+    #[default]
+    Casters,
+    /// So many metres beyond the slice.
+    Metres(f64),
+}
+
+/// The corners of a box's faces, as [`Bounds::corners`] counts them.
+const FACES: [[usize; 4]; 6] = [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+
+/// The planes as light-space z: (near, far), near above far.
+pub fn planes(
+    slice: (f64, f64),
+    rectangle: &Rectangle,
+    casters: &Bounds,
+    light: &DMat3,
+    pull: NearPull,
+    far_extension: f64,
+) -> (f64, f64) {
+    let (slice_near, slice_far) = slice;
+    let near = match pull {
+        NearPull::Casters => highest(casters, light, rectangle).map_or(slice_near, |highest| highest.max(slice_near)),
+        NearPull::Metres(metres) => slice_near + metres,
+    };
+    let step = rectangle.texel.max_element();
+    // One step more, so that what lies on a plane, or is moved off its surface by a bias, stays inside.
+    (((near / step).ceil() + 1.0) * step, (((slice_far - far_extension) / step).floor() - 1.0) * step)
+}
+
+/// The largest light-space z of the part of a box that lies above a rectangle; `None` if no part does.
+pub fn highest(bounds: &Bounds, light: &DMat3, rectangle: &Rectangle) -> Option<f64> {
+    if bounds.is_empty() {
+        return None;
+    }
+    let corners = bounds.corners().map(|corner| *light * corner);
+    let (low, high) = (rectangle.minimum - rectangle.texel, rectangle.minimum + rectangle.size + rectangle.texel);
+    FACES
+        .into_iter()
+        .flat_map(|face| Polygon::quad(face.map(|at| corners[at])).clipped(low, high).z_values())
+        .filter(|z| z.is_finite())
+        .max_by(f64::total_cmp)
+}
+
+/// A convex polygon: a quad has four points, and each of four cuts adds one at most; rounding may add a few more.
+#[derive(Clone, Copy)]
+struct Polygon {
+    points: [DVec3; 16],
+    count: usize,
+}
+
+impl Polygon {
+    fn quad(corners: [DVec3; 4]) -> Self {
+        let mut points = [DVec3::ZERO; 16];
+        points[..4].copy_from_slice(&corners);
+        Self { points, count: 4 }
+    }
+
+    fn clipped(self, low: DVec2, high: DVec2) -> Self {
+        self.cut(|point| point.x - low.x)
+            .cut(|point| high.x - point.x)
+            .cut(|point| point.y - low.y)
+            .cut(|point| high.y - point.y)
+    }
+
+    /// The part where `distance` is not negative.
+    fn cut(self, distance: impl Fn(DVec3) -> f64) -> Self {
+        let mut cut = Self { count: 0, ..self };
+        for at in 0..self.count {
+            let (from, to) = (self.points[at], self.points[(at + 1) % self.count]);
+            let (before, after) = (distance(from), distance(to));
+            if before >= 0.0 {
+                cut.push(from);
+            }
+            if (before >= 0.0) != (after >= 0.0) {
+                cut.push(from + (to - from) * (before / (before - after)));
+            }
+        }
+        cut
+    }
+
+    fn push(&mut self, point: DVec3) {
+        if let Some(free) = self.points.get_mut(self.count) {
+            *free = point;
+            self.count += 1;
+        }
+    }
+
+    fn z_values(self) -> impl Iterator<Item = f64> {
+        self.points.into_iter().take(self.count).map(|point| point.z)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rectangle(minimum: DVec2, size: f64) -> Rectangle {
+        Rectangle { minimum, texel: DVec2::splat(size / 1000.0), size: DVec2::splat(size) }
+    }
+
+    fn tilted() -> DMat3 {
+        super::super::light::from_world(DVec3::new(0.6, -0.7, 0.2).normalize(), DVec3::Y)
+    }
+
+    #[test]
+    fn the_highest_point_is_that_of_a_fine_grid_of_points() {
+        let bounds = Bounds { minimum: DVec3::new(-40.0, -1.0, -70.0), maximum: DVec3::new(60.0, 25.0, 30.0) };
+        for (x, y, size) in [(-5.0, -5.0, 10.0), (20.0, 3.0, 8.0), (-60.0, -60.0, 130.0), (-50.0, 0.0, 30.0)] {
+            let rectangle = rectangle(DVec2::new(x, y), size);
+            let steps = 60;
+            let mut sampled = f64::NEG_INFINITY;
+            for index in 0..(steps + 1) * (steps + 1) * (steps + 1) {
+                let part = DVec3::new(
+                    f64::from(index % (steps + 1)),
+                    f64::from(index / (steps + 1) % (steps + 1)),
+                    f64::from(index / (steps + 1) / (steps + 1)),
+                ) / f64::from(steps);
+                let point = tilted() * (bounds.minimum + (bounds.maximum - bounds.minimum) * part);
+                let inside = point.truncate() - rectangle.minimum;
+                if inside.min_element() >= 0.0 && inside.max_element() <= size {
+                    sampled = sampled.max(point.z);
+                }
+            }
+            let found = highest(&bounds, &tilted(), &rectangle).unwrap();
+            assert!(sampled <= found && found < sampled + 4.0, "{found} {sampled}");
+        }
+    }
+
+    #[test]
+    fn casters_beside_the_rectangle_do_not_stretch_the_depth_range() {
+        let bounds = Bounds { minimum: DVec3::splat(500.0), maximum: DVec3::splat(900.0) };
+        let far_away = rectangle(DVec2::new(-5.0, -5.0), 10.0);
+        assert_eq!(highest(&bounds, &tilted(), &far_away), None);
+        assert_eq!(highest(&Bounds::EMPTY, &tilted(), &far_away), None);
+        let (near, far) = planes((3.0, -3.0), &far_away, &bounds, &tilted(), NearPull::Casters, 0.0);
+        assert!(near >= 3.0 && near < 3.1 && far <= -3.0 && far > -3.1, "{near} {far}");
+    }
+
+    #[test]
+    fn the_planes_move_by_the_metres_that_are_asked_for() {
+        let rectangle = rectangle(DVec2::ZERO, 10.0);
+        let (near, far) = planes((3.0, -3.0), &rectangle, &Bounds::EMPTY, &tilted(), NearPull::Metres(100.0), 50.0);
+        assert!((103.0..103.1).contains(&near) && (-53.1..-53.0).contains(&far), "{near} {far}");
+    }
+
+    #[test]
+    fn bounds_beyond_all_measure_are_no_trouble() {
+        let bounds = Bounds { minimum: DVec3::splat(-f64::MAX), maximum: DVec3::splat(f64::MAX) };
+        let (near, far) = planes((3.0, -3.0), &rectangle(DVec2::ZERO, 10.0), &bounds, &tilted(), NearPull::Casters, 0.0);
+        assert!(near.is_finite() && far.is_finite() && near > far);
+    }
+}

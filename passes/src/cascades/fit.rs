@@ -1,0 +1,161 @@
+//! The box of a slice in light space, relative to the camera.
+//!
+//! - **tight**: the axis-aligned box around the eight corners of the slice. Smallest, but its size changes as the
+//!   camera turns.
+//! - **sphere**: the box around the smallest sphere that has the slice's corners inside and its centre on the view
+//!   axis. Its size depends on the projection alone.
+//!
+//! Either is computed for a camera at the origin, so its size and its place relative to the camera are bit-identical
+//! wherever the camera stands. In depth the box is always tight: depth does not shimmer.
+//!
+//! With k the tangent of the angle between the view axis and the frustum's edges, the sphere around the slice from n to
+//! f has its centre at (n + f)/2·(1 + k²), but not beyond f; its radius is the distance to the far corners.
+//!
+//! [`within_scene`] narrows a box to the part in which there is something to receive shadows, without giving up
+//! stability: what changes with the camera is only where the narrowed box lies, not how large it is.
+
+use glam::{DMat3, DVec2, DVec3};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_graph::frame::{Bounds, Camera, Projection};
+
+use super::splits::Slice;
+
+/// The shape that a slice is fitted with.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum FitShape {
+    /// The box around the slice: the most texels for each metre, but sizes change as the camera turns.
+    Tight,
+    /// The box around a sphere: sizes stay as the camera turns.
+    #[default]
+    Sphere,
+}
+
+/// What a light view has to cover, in light space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// The corner of the smallest coordinates, in metres.
+    pub minimum: DVec3,
+    /// The size in x and y, in metres; it depends on the camera's position in no way.
+    pub size: DVec2,
+    /// The largest z, in metres.
+    pub near: f64,
+    /// The centre of the slice, in metres.
+    pub center: DVec3,
+}
+
+/// The box around a slice of a camera, in the light space of `light`.
+pub fn extent(camera: &Camera, slice: &Slice, light: &DMat3, shape: FitShape) -> Extent {
+    let origin = Camera { position: DVec3::ZERO, ..*camera };
+    let (near, far) = (origin.slice_corners(slice.begin), origin.slice_corners(slice.end));
+    let corners = [near, far].into_iter().flatten().map(|corner| *light * corner);
+    let tight = corners.clone().fold(Bounds::EMPTY, Bounds::with);
+    let center = corners.sum::<DVec3>() / 8.0;
+    let (minimum, size) = match shape {
+        FitShape::Tight => (tight.minimum.truncate(), (tight.maximum - tight.minimum).truncate()),
+        FitShape::Sphere => {
+            let (distance, radius) = sphere(&camera.projection, camera.aspect, slice);
+            let middle = (*light * (origin.forward() * distance)).truncate();
+            (middle - radius, DVec2::splat(2.0 * radius))
+        }
+    };
+    let position = *light * camera.position;
+    Extent {
+        minimum: position + minimum.extend(tight.minimum.z),
+        size,
+        near: position.z + tight.maximum.z,
+        center: position + center,
+    }
+}
+
+/// The distance of the centre along the view axis, and the radius, of the sphere around a slice.
+pub fn sphere(projection: &Projection, aspect: f64, slice: &Slice) -> (f64, f64) {
+    let Slice { begin, end, .. } = *slice;
+    match projection {
+        Projection::Perspective { vertical_fov, .. } => {
+            let edge = (0.5 * vertical_fov).tan() * aspect.hypot(1.0);
+            let center = (0.5 * (begin + end) * (1.0 + edge * edge)).min(end);
+            (center, (end - center).hypot(end * edge))
+        }
+        Projection::Orthographic { half_height, .. } => {
+            (0.5 * (begin + end), (0.5 * (end - begin)).hypot(half_height * aspect.hypot(1.0)))
+        }
+    }
+}
+
+/// Narrows an extent to the scene's bounds, on each axis of light space.
+///
+/// The size becomes the smaller of the slice's and the scene's. Both are constant while the camera moves (the slice's)
+/// and while nothing in the scene does (the scene's, which is rounded up to a quarter of an octave, so that small
+/// animations do not change it), so the narrowed size is constant too. It suffices: two intervals have no more in
+/// common than the shorter of the two is long.
+#[must_use]
+pub fn within_scene(extent: Extent, scene: &Bounds, light: &DMat3) -> Extent {
+    let scene = in_light_space(scene, light);
+    if scene.is_empty() {
+        return extent;
+    }
+    let minimum = scene.minimum.max(extent.minimum);
+    let rounded = (scene.maximum - scene.minimum).truncate().map(|length| (4.0 * length.log2()).ceil() / 4.0).exp2();
+    let near = extent.near.min(scene.maximum.z);
+    Extent {
+        // Where slice and scene have nothing in common, there is nothing to cover, but the depth range stays one.
+        minimum: minimum.truncate().extend(minimum.z.min(near)),
+        size: extent.size.min(rounded),
+        near,
+        center: extent.center,
+    }
+}
+
+/// The box around a box, in light space.
+pub fn in_light_space(bounds: &Bounds, light: &DMat3) -> Bounds {
+    if bounds.is_empty() {
+        return Bounds::EMPTY;
+    }
+    bounds.corners().into_iter().fold(Bounds::EMPTY, |all, corner| all.with(*light * corner))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sphere_holds_the_corners_and_touches_the_far_ones() {
+        for (begin, end) in [(0.1, 10.0), (9.0, 10.0), (30.0, 31.0), (5.0, 5.0)] {
+            for (vertical_fov, aspect) in [(0.2, 1.0), (1.0, 1.78), (2.5, 0.5)] {
+                for projection in [
+                    Projection::Perspective { vertical_fov, near: 0.1, far: 100.0 },
+                    Projection::Orthographic { half_height: 7.0 * vertical_fov, near: 0.1, far: 100.0 },
+                ] {
+                    let slice = Slice { begin, end, ..Slice::default() };
+                    let (center, radius) = sphere(&projection, aspect, &slice);
+                    let camera = Camera { position: DVec3::ZERO, rotation: glam::DQuat::IDENTITY, projection, aspect };
+                    let middle = camera.forward() * center;
+                    let farthest = |depth: f64| {
+                        camera.slice_corners(depth).into_iter().map(|corner| corner.distance(middle)).fold(0.0, f64::max)
+                    };
+                    assert!(farthest(begin) <= radius * (1.0 + 1e-12), "{projection:?} {aspect} {begin} {end}");
+                    assert!((farthest(end) / radius - 1.0).abs() < 1e-12, "{projection:?} {aspect} {begin} {end}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_narrowed_box_holds_what_slice_and_scene_have_in_common() {
+        let extent = Extent { minimum: DVec3::splat(-10.0), size: DVec2::splat(20.0), near: 10.0, center: DVec3::ZERO };
+        for (minimum, maximum) in [(-3.0, 5.0), (-30.0, -5.0), (5.0, 40.0), (-50.0, 60.0), (2.0, 2.0)] {
+            let scene = Bounds { minimum: DVec3::splat(minimum), maximum: DVec3::splat(maximum) };
+            let narrowed = within_scene(extent, &scene, &DMat3::IDENTITY);
+            let (low, high) = (f64::max(-10.0, minimum), f64::min(10.0, maximum));
+            assert!(narrowed.minimum.x <= low && narrowed.minimum.x + narrowed.size.x >= high, "{narrowed:?}");
+            assert!(narrowed.minimum.z <= low && narrowed.near >= high, "{narrowed:?}");
+            assert!(narrowed.size.x <= 20.0);
+        }
+        let apart = Bounds { minimum: DVec3::splat(100.0), maximum: DVec3::splat(101.0) };
+        let narrowed = within_scene(extent, &apart, &DMat3::IDENTITY);
+        assert!(narrowed.minimum.z <= narrowed.near && narrowed.size.x > 0.0);
+        assert_eq!(within_scene(extent, &Bounds::EMPTY, &DMat3::IDENTITY), extent);
+    }
+}

@@ -1,0 +1,104 @@
+//! The light that cascades are fitted to, and light space.
+//!
+//! Light space is a rotation of world space about its origin: the light looks along −Z, so z grows towards the light.
+//! It has no translation; a point's light-space coordinates do not depend on the camera.
+//!
+//! The choice does not depend on the order of the lights: those that cast shadows come before those that do not, then
+//! the brighter (intensity times luminance), then the name that is alphabetically first. A light that casts none is
+//! chosen where no other is there, so that shaders still have a sun; nothing is fitted to it.
+//!
+//! Limits: where the light is within about 8° of the up vector (the cosine is 0.99 or more), another one takes its
+//! place, and a light that moves through that angle turns its texels there.
+
+use glam::{DMat3, DVec3, Vec3};
+use umbragraph_graph::frame::{Light, LightKind};
+
+/// The cosine between light and up vector from which on another up vector is taken.
+const PARALLEL: f64 = 0.99;
+
+/// The directional light of a name, or the one that matters most; see the module. Lights with unusable values are
+/// passed over.
+pub fn choose<'a>(lights: &'a [Light], name: Option<&str>) -> Option<&'a Light> {
+    lights
+        .iter()
+        .filter(|light| matches!(light.kind, LightKind::Directional) && light.check().is_none())
+        .filter(|light| name.is_none_or(|name| light.name == name))
+        .min_by(|a, b| {
+            let dark_first = brightness(a).total_cmp(&brightness(b));
+            b.cast_shadow.cmp(&a.cast_shadow).then(dark_first.reverse()).then_with(|| a.name.cmp(&b.name))
+        })
+}
+
+/// Intensity times luminance.
+fn brightness(light: &Light) -> f64 {
+    f64::from(light.intensity) * light.color.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// Colour times intensity, kept within what 32 bits hold.
+pub fn radiance(light: &Light) -> Vec3 {
+    (light.color * light.intensity).clamp(Vec3::splat(f32::MIN), Vec3::splat(f32::MAX))
+}
+
+/// World to light space for a light that travels along the unit vector `direction`; `up` becomes the upper side of
+/// the map, unless it is nearly parallel to the light: then the world's Y axis does, or Z where that is parallel too.
+pub fn from_world(direction: DVec3, up: DVec3) -> DMat3 {
+    let back = -direction;
+    let usable = |up: &DVec3| up.dot(direction).abs() < PARALLEL;
+    let up = [up.normalize_or_zero(), DVec3::Y].into_iter().filter(|up| *up != DVec3::ZERO).find(usable).unwrap_or(DVec3::Z);
+    let right = up.cross(back).normalize_or(DVec3::X);
+    DMat3::from_cols(right, back.cross(right), back).transpose()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sun(name: &str, intensity: f32, cast_shadow: bool) -> Light {
+        Light {
+            name: name.into(),
+            kind: LightKind::Directional,
+            position: DVec3::ZERO,
+            direction: DVec3::NEG_Y,
+            color: Vec3::ONE,
+            intensity,
+            range: f32::INFINITY,
+            cast_shadow,
+            angular_diameter_deg: 0.5,
+            radius: 0.0,
+            priority: 1.0,
+        }
+    }
+
+    #[test]
+    fn the_choice_of_light_does_not_depend_on_the_order() {
+        let mut lights = vec![sun("moon", 1.0, true), sun("b", 5.0, true), sun("a", 5.0, true), sun("fill", 90.0, false)];
+        lights.push(Light { kind: LightKind::Point, intensity: 1e6, ..sun("0", 1.0, true) });
+        lights.push(Light { direction: DVec3::NAN, ..sun("broken", 1e6, true) });
+        for _ in 0..lights.len() {
+            lights.rotate_left(1);
+            assert_eq!(choose(&lights, None).map(|light| light.name.as_str()), Some("a"));
+            assert_eq!(choose(&lights, Some("moon")).map(|light| light.name.as_str()), Some("moon"));
+            assert!(choose(&lights, Some("mon")).is_none());
+        }
+    }
+
+    #[test]
+    fn light_space_is_a_rotation_that_looks_along_the_light() {
+        for direction in [DVec3::NEG_Y, DVec3::Y, DVec3::Z, DVec3::NEG_Z, DVec3::X, DVec3::new(0.3, -0.9, 0.1).normalize()] {
+            for up in [DVec3::Y, DVec3::Z, DVec3::X * 1e-200, DVec3::ZERO] {
+                let light = from_world(direction, up);
+                assert!((light.determinant() - 1.0).abs() < 1e-12, "{direction} {up}");
+                assert!((light * direction - DVec3::NEG_Z).length() < 1e-12, "{direction} {up}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_up_vector_points_up_in_the_map() {
+        let light = from_world(DVec3::new(0.5, -0.5, 0.1).normalize(), DVec3::Z);
+        let up = light * DVec3::Z;
+        assert!(up.x.abs() < 1e-12 && up.y > 0.0);
+        // A light that falls along it takes Y instead.
+        assert!((from_world(DVec3::NEG_Z, DVec3::Z) * DVec3::Y - DVec3::Y).length() < 1e-12);
+    }
+}

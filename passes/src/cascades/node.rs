@@ -1,0 +1,218 @@
+//! The node kind `cascades`: settings, and what is published.
+//!
+//! Published, besides one view for each cascade (n is the number of cascades; metres unless said otherwise):
+//!
+//! | value | type | what |
+//! |---|---|---|
+//! | `clip_from_world` | `array<mat4x4<f32>, n>` | world to the cascade's clip space, depth 0..1 (1..0 reversed) |
+//! | `texture_from_world` | `array<mat4x4<f32>, n>` | world to the map's uv (x, y) and clip depth (z) |
+//! | `texture_scale_offset` | `array<vec4<f32>, n>` | from the cascade's uv to the map's: scale x, y, offset x, y |
+//! | `uv_bounds` | `array<vec4<f32>, n>` | the map's uv that taps stay within: least u, v, greatest u, v |
+//! | `far` | `array<f32, n>` | the far distance along the view axis |
+//! | `blend_start` | `array<f32, n>` | where the cascade begins to blend into the next; `far` where it does not |
+//! | `texel_size` | `array<f32, n>` | metres for each texel, of the larger side |
+//! | `depth_range` | `array<f32, n>` | metres between near and far plane: what clip depth 1 is worth |
+//! | `resolution` | `array<f32, n>` | texels in x and in y |
+//! | `count` | `u32` | the cascades of this frame; 0 where everything is lit |
+//! | `last_far` | `f32` | the far distance of the last cascade of this frame |
+//! | `near` | `f32` | the camera's near plane |
+//! | `map_size` | `vec2<f32>` | width and height of the map in texels |
+//! | `direction_to_light` | `vec3<f32>` | unit vector; zero without a light |
+//! | `light_color` | `vec3<f32>` | colour times intensity, lux |
+//! | `light_intensity` | `f32` | lux |
+//! | `light_angular_diameter` | `f32` | the angle under which the light is seen, radians |
+//!
+//! Elements from `count` on are zero: no distance lies before a far distance of zero.
+
+use std::sync::Arc;
+
+use glam::DVec4;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_graph::data::{Component, DataShape, HostData, ValueType};
+use umbragraph_graph::language::{Expr, Word};
+use umbragraph_graph::node::Node;
+use umbragraph_graph::pipeline::{PassBuilder, Produced};
+use umbragraph_graph::work::{HostContext, HostNode, HostWork, Work};
+
+use super::configuration::{Cascade, CascadeSet, Configuration};
+use super::fit::FitShape;
+use super::snap::Snap;
+use super::splits::{BlendOf, SplitScheme};
+use super::{MAXIMUM_CASCADES, declare};
+
+/// Fits cascades of a directional light to the frame's camera, and publishes a view for each.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Cascades {
+    /// The host data to publish.
+    pub to: String,
+    /// The name of a directional light. Without it: the brightest that casts shadows, of equally bright ones the
+    /// alphabetically first.
+    #[serde(default)]
+    pub light: Option<String>,
+    /// The far distance of each cascade, in metres along the view axis, strictly increasing. The formulas of "splits"
+    /// use the last one only.
+    pub far: Expr,
+    /// How the far distances come about; without it they are those of "far".
+    #[serde(default)]
+    pub splits: Option<SplitSettings>,
+    /// The texels of each cascade's map in x and in y: one number for all, or a list with one for each.
+    pub resolution: Expr,
+    /// Where cascades share one map: the texel of each one's upper left corner, as a list of [x, y]. Without it each
+    /// cascade has a layer of its own.
+    #[serde(default)]
+    pub tiles: Option<Expr>,
+    /// Width and height of the map, in texels. Without it: the smallest that holds the tiles, or with layers the
+    /// largest resolution.
+    #[serde(default)]
+    pub map: Option<Expr>,
+    /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
+    #[serde(default)]
+    pub reverse: Option<Expr>,
+    /// The shape that each slice is fitted with; "sphere" without it.
+    #[serde(default)]
+    pub fit: Option<Word<FitShape>>,
+    /// The grid that each cascade is laid on; "world" without it.
+    #[serde(default)]
+    pub snap: Option<Word<Snap>>,
+    /// Whether texels are as wide as they are high; true without it.
+    #[serde(default)]
+    pub square_texels: Option<Expr>,
+    /// The texels on each side of a cascade that its slice leaves free, for filter taps; 2 without it.
+    #[serde(default)]
+    pub border: Option<Expr>,
+    /// The world direction that is up in the map; [0, 1, 0] without it.
+    #[serde(default)]
+    pub up: Option<Expr>,
+    /// How far the near plane is pulled towards the light: "casters" (also without it) to the bounds of what casts
+    /// shadows, or a number of metres beyond the slice.
+    #[serde(default)]
+    pub near_pull: Option<Expr>,
+    /// How far behind the slice the far plane stands, in metres; 0 without it.
+    #[serde(default)]
+    pub far_extension: Option<Expr>,
+    /// Whether cascades are narrowed to the bounds of the scene, which gives the far ones more texels; false without it.
+    /// Texels stay in place while the bounds do not change much.
+    #[serde(default)]
+    pub clip_to_scene: Option<Expr>,
+    /// The zone at the end of each cascade that blends into the next, which is fitted to cover it; none without it.
+    #[serde(default)]
+    pub blend: Option<BlendSettings>,
+}
+
+/// How far distances come about.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SplitSettings {
+    /// The scheme; "explicit" without it.
+    #[serde(default)]
+    pub scheme: Option<Word<SplitScheme>>,
+    /// The number of cascades, 1 to 8; without it as many as there are far distances. With the scheme "explicit" the
+    /// first so many far distances are used.
+    #[serde(default)]
+    pub count: Option<Expr>,
+    /// Where the formulas begin, in metres along the view axis; without it the camera's near plane.
+    #[serde(default)]
+    pub near: Option<Expr>,
+    /// The weight of the logarithmic part in the scheme "practical", 0 to 1; 0.5 without it.
+    #[serde(default)]
+    pub lambda: Option<Expr>,
+}
+
+/// The zone at the end of each cascade that blends into the next.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BlendSettings {
+    /// The zone as a fraction, from 0 (none) to 1.
+    pub fraction: Expr,
+    /// What it is a fraction of; "far" without it.
+    #[serde(default)]
+    pub of: Option<Word<BlendOf>>,
+}
+
+impl Node for Cascades {
+    const NAME: &'static str = "cascades";
+    const SUMMARY: &'static str = "Fits cascades of a directional light to the camera, and publishes a view for each.";
+
+    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        let configuration = declare::configuration(&self, pass)?;
+        let output = pass.publish(&self.to, "/to", shape(configuration.splits.count() as u32))?;
+        let node = Arc::new(RunCascades { configuration });
+        Some(pass.produce(Work::Host(HostWork { node, output, inputs: Vec::new() })))
+    }
+}
+
+/// What a fit of so many cascades publishes.
+pub fn shape(count: u32) -> DataShape {
+    let each = |value_type: ValueType| value_type.array(count);
+    DataShape::new()
+        .value("clip_from_world", each(ValueType::MAT4))
+        .value("texture_from_world", each(ValueType::MAT4))
+        .value("texture_scale_offset", each(ValueType::VEC4))
+        .value("uv_bounds", each(ValueType::VEC4))
+        .value("far", each(ValueType::F32))
+        .value("blend_start", each(ValueType::F32))
+        .value("texel_size", each(ValueType::F32))
+        .value("depth_range", each(ValueType::F32))
+        .value("resolution", each(ValueType::F32))
+        .value("count", ValueType::U32)
+        .value("last_far", ValueType::F32)
+        .value("near", ValueType::F32)
+        .value("map_size", ValueType::vector(Component::F32, 2))
+        .value("direction_to_light", ValueType::VEC3)
+        .value("light_color", ValueType::VEC3)
+        .value("light_intensity", ValueType::F32)
+        .value("light_angular_diameter", ValueType::F32)
+        .views(count)
+}
+
+#[derive(Debug)]
+struct RunCascades {
+    configuration: Configuration,
+}
+
+impl HostNode for RunCascades {
+    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
+        let set = self.configuration.fit(context.frame);
+        publish(&self.configuration, &set, data);
+        if context.frame.camera.check().is_none() {
+            let (near, _) = context.frame.camera.projection.depth_range();
+            data.set_f32("near", bounded(near));
+        }
+    }
+}
+
+fn publish(configuration: &Configuration, set: &CascadeSet, data: &mut HostData) {
+    let layout = &configuration.layout;
+    let numbers = |value: fn(&Cascade) -> f64| set.iter().map(move |cascade| bounded(value(cascade)));
+    let vectors = |value: &dyn Fn(usize) -> DVec4| {
+        let mut all = [glam::Vec4::ZERO; MAXIMUM_CASCADES];
+        all.iter_mut().zip(set.iter()).enumerate().for_each(|(at, (vector, _))| *vector = value(at).as_vec4());
+        all.into_iter().take(set.count())
+    };
+    data.set_matrices("clip_from_world", set.iter().map(|cascade| cascade.view.clip_from_world));
+    data.set_matrices("texture_from_world", set.iter().map(|cascade| cascade.texture_from_world));
+    data.set_vec4s("texture_scale_offset", vectors(&|at| layout.scale_offset(at)));
+    data.set_vec4s("uv_bounds", vectors(&|at| layout.uv_bounds(at)));
+    data.set_f32s("far", numbers(|cascade| cascade.slice.far));
+    data.set_f32s("blend_start", numbers(|cascade| cascade.slice.blend_start));
+    data.set_f32s("texel_size", numbers(|cascade| cascade.texel_size));
+    data.set_f32s("depth_range", numbers(|cascade| cascade.depth_range));
+    data.set_f32s("resolution", layout.tiles.iter().map(|tile| tile.resolution as f32).take(set.count()));
+    data.set_u32("count", set.count() as u32);
+    data.set_f32("last_far", set.iter().last().map_or(0.0, |cascade| bounded(cascade.slice.far)));
+    data.set_f32s("map_size", layout.map.as_vec2().to_array());
+    if let Some(light) = &set.light {
+        data.set_vec3("direction_to_light", light.direction_to_light.as_vec3());
+        data.set_vec3("light_color", light.color);
+        data.set_f32("light_intensity", light.intensity);
+        data.set_f32("light_angular_diameter", light.angular_diameter);
+    }
+    set.iter().for_each(|cascade| data.push_view(cascade.view));
+}
+
+/// Rounded to 32 bits, within what they hold.
+fn bounded(value: f64) -> f32 {
+    value.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
+}

@@ -1,0 +1,222 @@
+//! Where cascades begin and end along the view axis.
+//!
+//! Explicit far distances are taken as they are. The formulas divide the range from `near` to `far` into n parts:
+//!
+//! ```text
+//! uniform      u_i = near + (far − near)·i/n
+//! logarithmic  l_i = near·(far/near)^(i/n)
+//! practical    λ·l_i + (1 − λ)·u_i
+//! ```
+//!
+//! A cascade blends into its successor over the end of its range, so the slice that the successor is fitted to begins
+//! where that blend zone begins. All distances are metres along the view axis from the camera.
+//!
+//! Limits: the formulas need a near distance above zero; one that is not (an orthographic camera's) or is half the far
+//! distance and more is moved between a millionth and half of the far distance.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::MAXIMUM_CASCADES;
+
+/// How the far distances of cascades come about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SplitScheme {
+    /// As they are listed.
+    #[default]
+    Explicit,
+    /// Equal ranges.
+    Uniform,
+    /// Equal ratios.
+    Logarithmic,
+    /// A mix of the logarithmic (weight lambda) and the uniform (weight 1 − lambda).
+    Practical,
+}
+
+/// What the fraction of a blend zone is a fraction of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum BlendOf {
+    /// Of the cascade's far distance.
+    #[default]
+    Far,
+    /// Of the cascade's range: its far distance less that of the cascade before (for the first: less the near distance).
+    Range,
+}
+
+/// The end of each cascade's range that blends into the next cascade.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Blend {
+    /// The zone as a fraction, from 0 (no blending) to 1.
+    pub fraction: f64,
+    /// What it is a fraction of.
+    pub of: BlendOf,
+}
+
+/// The far distances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Splits {
+    /// As they are listed.
+    Explicit {
+        /// Metres, strictly increasing; the first `count` count.
+        far: [f64; MAXIMUM_CASCADES],
+        /// The number of cascades.
+        count: usize,
+    },
+    /// By the practical formula.
+    Formula {
+        /// The weight of the logarithmic part: 0 is the uniform scheme, 1 the logarithmic.
+        lambda: f64,
+        /// Where the first cascade begins, in metres; `None` for the camera's near plane.
+        near: Option<f64>,
+        /// Where the last cascade ends, in metres.
+        far: f64,
+        /// The number of cascades.
+        count: usize,
+    },
+}
+
+/// One cascade's part of the view axis, in metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Slice {
+    /// Where what the cascade has to cover begins: the blend zone of the cascade before included.
+    pub begin: f64,
+    /// Where it ends: the far distance, but not beyond the camera's far plane.
+    pub end: f64,
+    /// The far distance.
+    pub far: f64,
+    /// Where the cascade begins to blend into the next.
+    pub blend_start: f64,
+}
+
+impl Splits {
+    /// The number of cascades, at most [`MAXIMUM_CASCADES`].
+    pub fn count(&self) -> usize {
+        match self {
+            Splits::Explicit { count, .. } | Splits::Formula { count, .. } => (*count).min(MAXIMUM_CASCADES),
+        }
+    }
+
+    /// Where the first cascade begins as far as formulas and ranges are concerned, for a camera with this near plane.
+    pub fn near(&self, camera_near: f64) -> f64 {
+        match self {
+            Splits::Explicit { .. } => camera_near,
+            Splits::Formula { near, far, .. } => near.unwrap_or(camera_near).min(far * 0.5).max(far * 1e-6),
+        }
+    }
+
+    /// The far distances for a camera with this near plane; beyond the count they are zero.
+    pub fn far(&self, camera_near: f64) -> [f64; MAXIMUM_CASCADES] {
+        let mut distances = [0.0; MAXIMUM_CASCADES];
+        let count = self.count();
+        for (at, distance) in distances.iter_mut().take(count).enumerate() {
+            *distance = match self {
+                Splits::Explicit { far, .. } => far[at],
+                Splits::Formula { far, .. } if at + 1 == count => *far,
+                Splits::Formula { lambda, far, .. } => {
+                    practical(*lambda, self.near(camera_near), *far, (at + 1) as f64 / count as f64)
+                }
+            };
+        }
+        distances
+    }
+
+    /// The slices of a camera whose planes stand at `near` and `far`: those that begin before its far plane.
+    pub fn slices(&self, blend: Blend, near: f64, far: f64) -> impl Iterator<Item = Slice> + use<> {
+        let distances = self.far(near);
+        let mut begin = near;
+        let mut previous = self.near(near);
+        distances.into_iter().take(self.count()).map_while(move |distance| {
+            let zone = blend.fraction * match blend.of {
+                BlendOf::Far => distance,
+                BlendOf::Range => distance - previous,
+            };
+            let slice = Slice {
+                begin: begin.min(distance),
+                end: distance.min(far),
+                far: distance,
+                blend_start: (distance - zone).max(previous.min(distance)),
+            };
+            previous = distance;
+            begin = slice.blend_start.max(near);
+            // Beyond the camera's far plane there is nothing to receive a shadow.
+            (slice.begin < far).then_some(slice)
+        })
+    }
+}
+
+/// The practical split at a part (0 to 1) of the range.
+pub fn practical(lambda: f64, near: f64, far: f64, part: f64) -> f64 {
+    lambda * near * (far / near).powf(part) + (1.0 - lambda) * (near + (far - near) * part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn formula(lambda: f64, near: f64, far: f64, count: usize) -> [f64; MAXIMUM_CASCADES] {
+        Splits::Formula { lambda, near: Some(near), far, count }.far(1.0)
+    }
+
+    fn explicit(far: &[f64]) -> Splits {
+        let mut all = [0.0; MAXIMUM_CASCADES];
+        all[..far.len()].copy_from_slice(far);
+        Splits::Explicit { far: all, count: far.len() }
+    }
+
+    #[test]
+    fn the_practical_split_gives_the_documented_distances() {
+        let near = formula(0.7, 0.1, 200.0, 3);
+        assert!((near[0] - 20.9).abs() < 0.05 && (near[1] - 51.1).abs() < 0.05 && near[2] == 200.0, "{near:?}");
+        let half = formula(0.5, 0.1, 200.0, 3);
+        assert!((half[0] - 34.0).abs() < 0.05 && (half[1] - 74.6).abs() < 0.1 && half[2] == 200.0, "{half:?}");
+    }
+
+    #[test]
+    fn the_ends_of_the_mix_are_the_uniform_and_the_logarithmic_split() {
+        assert_eq!(formula(0.0, 1.0, 401.0, 4)[..4], [101.0, 201.0, 301.0, 401.0]);
+        for (found, wanted) in formula(1.0, 1.0, 10_000.0, 4).into_iter().zip([10.0, 100.0, 1000.0, 10_000.0]) {
+            assert!((found / wanted - 1.0).abs() < 1e-12, "{found} {wanted}");
+        }
+    }
+
+    #[test]
+    fn a_near_plane_that_no_formula_can_use_still_gives_increasing_distances() {
+        for near in [-5.0, 0.0, 1e-300, 199.0, 200.0, 1e9] {
+            for lambda in [0.0, 0.5, 1.0] {
+                let far = formula(lambda, near, 200.0, 8);
+                assert!(far[0] > 0.0 && far.windows(2).all(|pair| pair[0] < pair[1]), "{near} {lambda} {far:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn each_slice_begins_where_the_one_before_begins_to_blend() {
+        for of in [BlendOf::Far, BlendOf::Range] {
+            let slices: Vec<_> = explicit(&[10.0, 30.0, 80.0]).slices(Blend { fraction: 0.1, of }, 0.1, 1e4).collect();
+            assert_eq!((slices[0].begin, slices[2].end), (0.1, 80.0));
+            for pair in slices.windows(2) {
+                assert_eq!(pair[1].begin, pair[0].blend_start);
+            }
+            let starts = if of == BlendOf::Far { [9.0, 27.0, 72.0] } else { [9.01, 28.0, 75.0] };
+            for (slice, start) in slices.iter().zip(starts) {
+                assert!((slice.blend_start - start).abs() < 1e-12, "{slices:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_blend_zone_never_begins_before_its_own_cascade() {
+        let slices: Vec<_> =
+            explicit(&[10.0, 12.0]).slices(Blend { fraction: 0.5, of: BlendOf::Far }, 0.1, 1e4).collect();
+        assert_eq!(slices[1].blend_start, 10.0);
+    }
+
+    #[test]
+    fn slices_end_at_the_far_plane_of_the_camera() {
+        let slices: Vec<_> = explicit(&[10.0, 30.0, 80.0]).slices(Blend::default(), 0.1, 20.0).collect();
+        assert_eq!(slices.iter().map(|slice| slice.end).collect::<Vec<_>>(), [10.0, 20.0]);
+        assert_eq!(slices[1].far, 30.0);
+    }
+}

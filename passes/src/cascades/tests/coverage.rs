@@ -1,0 +1,140 @@
+//! What has to be in the map is in it.
+
+use super::*;
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+
+    #[test]
+    fn every_point_of_a_slice_lies_inside_its_cascade(
+        camera in camera(), light in direction(), shape in shape(), snap in any_snap(), square: bool,
+        border in 0u32..4, reverse: bool,
+        points in prop::collection::vec((0.0..=1.0, -1.0..=1.0, -1.0..=1.0), 16),
+    ) {
+        let settings = Configuration { shape, snap, square, border, reverse, ..configuration(&[8.0, 40.0, 200.0]) };
+        let set = settings.fit(&frame(camera, light));
+        prop_assert_eq!(set.count(), 3);
+        let (near, _) = camera.projection.depth_range();
+        let mut begin = near;
+        for cascade in set.iter() {
+            prop_assert_eq!(cascade.slice.begin, begin);
+            for (part, x, y) in &points {
+                let depth = begin + (cascade.slice.far - begin) * part;
+                let at = lookup(cascade, 2048.0, frustum_point(&camera, depth, *x, *y));
+                let (low, high) = (f64::from(border) - 1e-6, 2048.0 - f64::from(border) + 1e-6);
+                prop_assert!(at.x >= low && at.x <= high && at.y >= low && at.y <= high, "{at}");
+                prop_assert!(at.z > 0.0 && at.z < 1.0, "{at}");
+            }
+            // The next cascade covers the zone in which this one blends into it.
+            begin = cascade.slice.blend_start.max(near);
+        }
+    }
+
+    #[test]
+    fn casters_behind_the_camera_and_above_the_slice_are_inside_the_depth_range(
+        camera in camera(), light in direction(), shape in shape(),
+        corner in position(300.0), size in (0.0..300.0, 0.0..300.0, 0.0..300.0),
+        points in prop::collection::vec((0.0..=1.0, 0.0..=1.0, 0.0..=1.0), 64),
+    ) {
+        let minimum = camera.position + corner;
+        let size = DVec3::from(size);
+        let mut frame = frame(camera, light);
+        frame.caster_bounds = Bounds { minimum, maximum: minimum + size };
+        let set = Configuration { shape, ..configuration(&[8.0, 40.0, 200.0]) }.fit(&frame);
+        for cascade in set.iter() {
+            for part in &points {
+                let at = lookup(cascade, 2048.0, minimum + size * DVec3::from(*part));
+                let above = at.x >= 0.0 && at.x <= 2048.0 && at.y >= 0.0 && at.y <= 2048.0;
+                // What lies beyond the far plane is behind everything that is looked up.
+                prop_assert!(!above || at.z > 0.0, "{at}");
+            }
+        }
+    }
+
+    #[test]
+    fn forward_and_reverse_depth_are_mirror_images(
+        camera in camera(), light in direction(), point in position(100.0),
+    ) {
+        let forward = configuration(&[8.0, 40.0, 200.0]);
+        let reverse = Configuration { reverse: true, ..forward.clone() };
+        let frame = frame(camera, light);
+        let point = camera.position + point;
+        for (forward, reverse) in forward.fit(&frame).iter().zip(reverse.fit(&frame).iter()) {
+            let (f, r) = (lookup(forward, 2048.0, point), lookup(reverse, 2048.0, point));
+            prop_assert!((f.z + r.z - 1.0).abs() < 1e-9, "{f} {r}");
+            prop_assert_eq!((f.x, f.y), (r.x, r.y));
+            prop_assert!(reverse.view.reverse && !forward.view.reverse);
+        }
+    }
+
+    #[test]
+    fn what_slice_and_scene_have_in_common_is_inside_a_cascade_narrowed_to_the_scene(
+        camera in camera(), light in direction(), shape in shape(),
+        corner in position(100.0), size in (1.0..100.0, 1.0..100.0, 1.0..100.0),
+        points in prop::collection::vec((0.0..=1.0, -1.0..=1.0, -1.0..=1.0), 64),
+    ) {
+        let mut frame = frame(camera, light);
+        let minimum = camera.position + camera.forward() * 60.0 + corner * 0.3;
+        frame.scene_bounds = Bounds { minimum, maximum: minimum + DVec3::from(size) };
+        let wide = Configuration { shape, ..configuration(&[8.0, 40.0, 200.0]) };
+        let narrow = Configuration { clip_to_scene: true, ..wide.clone() };
+        for (wide, cascade) in wide.fit(&frame).iter().zip(narrow.fit(&frame).iter()) {
+            prop_assert!(cascade.texel_size <= wide.texel_size);
+            for (part, x, y) in &points {
+                let slice = &cascade.slice;
+                let point = frustum_point(&camera, slice.begin + (slice.end - slice.begin) * part, *x, *y);
+                let bounds = &frame.scene_bounds;
+                if point.cmpge(bounds.minimum).all() && point.cmple(bounds.maximum).all() {
+                    let at = lookup(cascade, 2048.0, point);
+                    prop_assert!(at.min_element() > 0.0 && at.truncate().max_element() < 2048.0 && at.z < 1.0, "{at}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_small_scene_gives_the_far_cascades_fine_texels() {
+    let far = [32.0, 128.0, 512.0, 2048.0];
+    let frame = frame(identity_camera(), DVec3::new(0.3, -1.0, 0.2));
+    let sizes = |clip_to_scene| {
+        let set = Configuration { clip_to_scene, ..configuration(&far) }.fit(&frame);
+        set.iter().map(|cascade| cascade.texel_size).collect::<Vec<_>>()
+    };
+    assert!(sizes(false)[3] > 1.0 && sizes(true)[3] < 0.1, "{:?} {:?}", sizes(false), sizes(true));
+}
+
+#[test]
+fn the_view_agrees_with_its_matrices() {
+    for reverse in [false, true] {
+        let settings = Configuration { reverse, ..configuration(&[10.0, 50.0]) };
+        let set = settings.fit(&frame(identity_camera(), DVec3::new(0.5, -0.6, 0.1)));
+        for cascade in set.iter() {
+            let view = &cascade.view;
+            assert!(view.view_from_world.transform_point3(view.position).length() < 1e-9);
+            let near = lookup(cascade, 2048.0, view.position);
+            let far = lookup(cascade, 2048.0, view.position + view.forward * cascade.depth_range);
+            let (first, last) = if reverse { (1.0, 0.0) } else { (0.0, 1.0) };
+            assert!((near - DVec3::new(1024.0, 1024.0, first)).length() < 1e-6, "{near}");
+            assert!((far.z - last).abs() < 1e-9, "{far}");
+        }
+    }
+}
+
+#[test]
+fn the_map_is_found_through_scale_and_offset_and_directly_alike() {
+    let origins = [glam::UVec2::ZERO, glam::UVec2::new(1024, 0), glam::UVec2::new(0, 1024)];
+    let settings = Configuration { layout: Layout::tiles(&[1024; 3], &origins, None), ..configuration(&[8.0, 40.0, 200.0]) };
+    let camera = identity_camera();
+    for (at, cascade) in settings.fit(&frame(camera, DVec3::new(0.5, -0.6, 0.1))).iter().enumerate() {
+        let point = frustum_point(&camera, cascade.slice.end * 0.97, 0.3, -0.2);
+        let uv = lookup(cascade, 1.0, point);
+        let scale_offset = settings.layout.scale_offset(at);
+        let direct = cascade.texture_from_world.transform_point3(point);
+        assert!((uv.x * scale_offset.x + scale_offset.z - direct.x).abs() < 1e-12);
+        assert!((uv.y * scale_offset.y + scale_offset.w - direct.y).abs() < 1e-12);
+        assert!((uv.z - direct.z).abs() < 1e-12);
+        assert_eq!(cascade.view.viewport, Some([origins[at].x, origins[at].y, 1024, 1024]));
+        assert_eq!(cascade.view.layer, 0);
+    }
+}

@@ -1,0 +1,179 @@
+//! The node kind as pipelines see it: settings, findings, published values.
+
+use std::sync::Arc;
+
+use umbragraph_graph::data::HostData;
+use umbragraph_graph::diagnostic::Diagnostics;
+use umbragraph_graph::pipeline::{Choice, Pipeline, load};
+use umbragraph_graph::shader::{TargetProfile, TemplateSet};
+use umbragraph_graph::source::Sources;
+use umbragraph_graph::work::{HostContext, Work};
+use umbragraph_graph::{document, node::Registry};
+
+use super::*;
+use crate::cascades::{Cascades, node};
+
+fn declare(settings: &str, parameters: &str) -> (Option<Pipeline>, Diagnostics, Sources) {
+    let settings = settings.replacen('{', r#"{ "to": "sun_views", "#, 1);
+    let text = format!(
+        r#"{{ "format": 1, "name": "test", "parameters": {{ {parameters} }}, "passes": {{ "fit": {{ "cascades": {settings} }} }} }}"#
+    );
+    let mut sources = Sources::new();
+    let file = sources.add("test.json", text);
+    let document = document::parse(&sources, file).expect("the test's own document is JSON");
+    let mut registry = Registry::new();
+    registry.register::<Cascades>();
+    let mut diagnostics = Diagnostics::new();
+    let templates = Arc::new(TemplateSet::new());
+    let choice = Choice::default();
+    let pipeline = load(&document, &registry, &templates, &TargetProfile::webgpu(), &choice, &sources, &mut diagnostics);
+    (pipeline, diagnostics, sources)
+}
+
+/// What a pass with these settings publishes for a frame.
+pub(super) fn run(settings: &str, frame: &FrameInput) -> HostData {
+    let (pipeline, diagnostics, _) = declare(settings, "");
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
+    let pipeline = pipeline.expect("a pipeline without findings is there");
+    let Some(Work::Host(work)) = pipeline.passes.first().map(|pass| &pass.work) else { panic!("host work") };
+    let mut data = HostData::new(node::shape(declared(&pipeline)));
+    work.node.run(&HostContext { frame, inputs: &[] }, &mut data);
+    assert_eq!(data.refused(), None);
+    data
+}
+
+fn declared(pipeline: &Pipeline) -> u32 {
+    let umbragraph_graph::pipeline::ResourceKind::Data(Some(shape)) = &pipeline.resources[0].kind else { panic!("data") };
+    assert_eq!(*shape, node::shape(shape.maximum_views));
+    shape.maximum_views
+}
+
+fn floats(data: &HostData, name: &str) -> Vec<f32> {
+    data.words(name).unwrap().iter().map(|word| f32::from_bits(*word)).collect()
+}
+
+#[test]
+fn the_shortest_settings_publish_a_view_and_values_for_each_cascade() {
+    let frame = frame(identity_camera(), DVec3::NEG_Y);
+    let data = run(r#"{ "far": [10, 30, 80, 200], "resolution": 1024 }"#, &frame);
+    assert_eq!(data.views().len(), 4);
+    assert_eq!(data.views().iter().map(|view| view.layer).collect::<Vec<_>>(), [0, 1, 2, 3]);
+    assert!(data.views().iter().all(|view| view.viewport.is_none() && !view.reverse));
+    assert_eq!(data.words("count"), Some([4].as_slice()));
+    assert_eq!(floats(&data, "far"), [10.0, 30.0, 80.0, 200.0]);
+    assert_eq!(floats(&data, "blend_start"), floats(&data, "far"));
+    assert_eq!(floats(&data, "last_far"), [200.0]);
+    assert_eq!(floats(&data, "near"), [0.1]);
+    assert_eq!(floats(&data, "resolution"), [1024.0; 4]);
+    assert_eq!(floats(&data, "map_size"), [1024.0; 2]);
+    assert_eq!(floats(&data, "direction_to_light"), [0.0, 1.0, 0.0]);
+    assert_eq!(floats(&data, "light_color"), (frame.lights[0].color * 3.0).to_array());
+    assert_eq!(floats(&data, "light_intensity"), [3.0]);
+    let texels = floats(&data, "texel_size");
+    assert!(texels.windows(2).all(|pair| pair[0] < pair[1]), "{texels:?}");
+    assert!(floats(&data, "depth_range").iter().all(|range| *range > 0.0));
+}
+
+#[test]
+fn without_a_light_nothing_is_published_but_zeros() {
+    let mut frame = frame(identity_camera(), DVec3::NEG_Y);
+    frame.lights.clear();
+    let data = run(r#"{ "far": [10, 30], "resolution": 1024 }"#, &frame);
+    assert!(data.views().is_empty());
+    for (name, _) in &data.shape().values {
+        if !["near", "map_size"].contains(&name.as_str()) {
+            assert!(data.words(name).unwrap().iter().all(|word| *word == 0), "{name}");
+        }
+    }
+}
+
+#[test]
+fn every_setting_can_be_said() {
+    let frame = frame(identity_camera(), DVec3::NEG_Z);
+    let data = run(
+        r#"{ "light": "sun", "far": 200, "splits": { "scheme": "practical", "count": 3, "near": 0.1, "lambda": 0.7 },
+             "resolution": [1024, 1024, 512], "tiles": [[0, 0], ["512 * 2", 0], [2048, 0]], "map": [3072, 1024],
+             "reverse": true, "fit": "tight", "snap": "projection", "square_texels": false, "border": 1, "up": [0, 0, 1],
+             "near_pull": 100, "far_extension": 5, "clip_to_scene": true, "blend": { "fraction": 0.1, "of": "range" } }"#,
+        &frame,
+    );
+    let far = floats(&data, "far");
+    assert!((far[0] - 20.9).abs() < 0.05 && (far[1] - 51.1).abs() < 0.05 && far[2] == 200.0, "{far:?}");
+    assert!((floats(&data, "blend_start")[1] - (far[1] - 0.1 * (far[1] - far[0]))).abs() < 1e-4);
+    assert_eq!(data.views()[2].viewport, Some([2048, 0, 512, 512]));
+    assert!(data.views().iter().all(|view| view.reverse && view.layer == 0));
+    // The scene is 42 m high and 120 m long; the near plane stands 100 m off.
+    assert!(floats(&data, "depth_range").iter().all(|range| (100.0..340.0).contains(range)));
+}
+
+#[test]
+fn near_pull_and_words_can_be_parameters() {
+    let parameters = r#""pull": { "type": "enum", "values": ["casters", "sky"], "default": "casters" },
+        "snap_to": { "type": "enum", "values": ["world", "none"], "default": "none" },
+        "ends": { "type": "f32[]", "default": [5, 50] }"#;
+    let settings = r#"{ "far": "ends", "resolution": 64, "near_pull": "pull", "snap": "=snap_to" }"#;
+    let (pipeline, diagnostics, _) = declare(settings, parameters);
+    assert!(pipeline.is_some() && diagnostics.is_empty(), "{diagnostics:?}");
+    let (_, diagnostics, _) = declare(settings, &parameters.replace(r#""default": "casters""#, r#""default": "sky""#));
+    assert_eq!(diagnostics.iter().map(|finding| finding.code.id).collect::<Vec<_>>(), ["UG0617"]);
+}
+
+#[test]
+fn settings_that_make_no_sense_are_found_at_their_place() {
+    for (settings, code, pointer, text) in [
+        (r#"{ "far": [10, 5], "resolution": 64 }"#, "UG0610", "/far/1", "5"),
+        (r#"{ "far": [0], "resolution": 64 }"#, "UG0610", "/far/0", "0"),
+        (r#"{ "far": [100000000, 100000001], "resolution": 64 }"#, "UG0610", "/far/1", "100000001"),
+        (r#"{ "far": "1e300 * [1]", "resolution": 64 }"#, "UG0610", "/far", r#""1e300 * [1]""#),
+        (r#"{ "far": [1,2,3,4,5,6,7,8,9], "resolution": 64 }"#, "UG0611", "/far", "[1,2,3,4,5,6,7,8,9]"),
+        (r#"{ "far": [], "resolution": 64 }"#, "UG0611", "/far", "[]"),
+        (r#"{ "far": [9], "splits": { "count": 0 }, "resolution": 64 }"#, "UG0611", "/splits/count", "0"),
+        (r#"{ "far": [9], "splits": { "count": 2 }, "resolution": 64 }"#, "UG0611", "/splits/count", "2"),
+        (r#"{ "far": [9], "splits": { "near": 9 }, "resolution": 64 }"#, "UG0612", "/splits/near", "9"),
+        (r#"{ "far": [9], "splits": { "lambda": 1.5 }, "resolution": 64 }"#, "UG0612", "/splits/lambda", "1.5"),
+        (r#"{ "far": [9], "resolution": 0 }"#, "UG0613", "/resolution", "0"),
+        (r#"{ "far": [9], "resolution": 9, "border": 4 }"#, "UG0613", "/resolution", "9"),
+        (r#"{ "far": [9, 10, 11], "resolution": [64, 64] }"#, "UG0613", "/resolution", "[64, 64]"),
+        (r#"{ "far": [9, 10], "resolution": [64, 0.5] }"#, "UG0613", "/resolution/1", "0.5"),
+        (r#"{ "far": [9, 10], "resolution": 64, "tiles": [[0, 0]] }"#, "UG0614", "/tiles", "[[0, 0]]"),
+        (r#"{ "far": [9, 10], "resolution": 64, "tiles": [[0, 0], [64, -1]] }"#, "UG0614", "/tiles", "[[0, 0], [64, -1]]"),
+        (r#"{ "far": [9, 10], "resolution": 64, "tiles": [[0, 0], [63, 0]] }"#, "UG0614", "/tiles/1", "[63, 0]"),
+        (r#"{ "far": [9], "resolution": 64, "tiles": [[1, 0]], "map": [64, 64] }"#, "UG0614", "/tiles/0", "[1, 0]"),
+        (r#"{ "far": [9], "resolution": 64, "map": [32, 64] }"#, "UG0614", "/map", "[32, 64]"),
+        (r#"{ "far": [9], "resolution": 64, "map": 64 }"#, "UG0614", "/map", "64"),
+        (r#"{ "far": [9], "resolution": 64, "blend": { "fraction": -0.1 } }"#, "UG0615", "/blend/fraction", "-0.1"),
+        (r#"{ "far": [9], "resolution": 64, "up": [0, 0, 0] }"#, "UG0616", "/up", "[0, 0, 0]"),
+        (r#"{ "far": [9], "resolution": 64, "up": [0, 1] }"#, "UG0616", "/up", "[0, 1]"),
+        (r#"{ "far": [9], "resolution": 64, "near_pull": -1 }"#, "UG0617", "/near_pull", "-1"),
+        (r#"{ "far": [9], "resolution": 64, "far_extension": -1 }"#, "UG0617", "/far_extension", "-1"),
+        (r#"{ "far": [9], "resolution": 64, "snap": "wolrd" }"#, "UG0107", "/snap", r#""wolrd""#),
+    ] {
+        let (_, diagnostics, sources) = declare(settings, "");
+        let found: Vec<_> = diagnostics
+            .iter()
+            .map(|finding| {
+                let umbragraph_graph::diagnostic::Place::Span(span) = finding.place else { panic!("a place in the text") };
+                assert!(finding.help.is_some(), "{settings}");
+                (finding.code.id, finding.pointer.as_str(), sources.text(span))
+            })
+            .collect();
+        let pointer = format!("/passes/fit/cascades{pointer}");
+        assert_eq!(found, [(code, pointer.as_str(), text)], "{settings}");
+    }
+}
+
+#[test]
+fn all_findings_come_at_once() {
+    let settings = r#"{ "far": [10, 5], "resolution": 64, "up": [0, 0, 0], "near_pull": -1, "blend": { "fraction": 2 } }"#;
+    let (_, diagnostics, _) = declare(settings, "");
+    let mut codes: Vec<_> = diagnostics.iter().map(|finding| finding.code.id).collect();
+    codes.sort_unstable();
+    assert_eq!(codes, ["UG0610", "UG0615", "UG0616", "UG0617"]);
+}
+
+#[test]
+fn every_code_of_the_cascades_has_a_page() {
+    for code in crate::codes::ALL {
+        assert!(code.id.starts_with("UG06") && !code.page.is_empty() && !code.title.is_empty());
+    }
+}

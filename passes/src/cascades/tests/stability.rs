@@ -1,0 +1,82 @@
+//! Static points keep their place in their texel as the camera moves.
+
+use super::*;
+
+/// The largest distance of a shift, in texels, from a whole number of texels.
+fn fraction(shift: DVec3) -> f64 {
+    (shift - shift.round()).truncate().abs().max_element()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(1000))]
+
+    #[test]
+    fn a_translation_of_the_camera_moves_static_points_by_whole_texels(
+        camera in camera(), light in direction(), shape in shape(), clip_to_scene: bool,
+        snap in prop_oneof![Just(Snap::World), Just(Snap::Origin)],
+        step in (position(3.0), 0.001..1.0).prop_map(|(step, scale)| step * scale), point in position(50.0),
+    ) {
+        let settings = Configuration { shape, snap, clip_to_scene, ..configuration(&[8.0, 40.0, 200.0]) };
+        let before = settings.fit(&frame(camera, light));
+        let after = settings.fit(&frame(Camera { position: camera.position + step, ..camera }, light));
+        prop_assert_eq!(before.count(), after.count());
+        let point = camera.position + point;
+        for (before, after) in before.iter().zip(after.iter()).filter(|(before, _)| before.texel_size >= 0.005) {
+            prop_assert_eq!(before.texel_size.to_bits(), after.texel_size.to_bits());
+            let shift = lookup(after, 2048.0, point) - lookup(before, 2048.0, point);
+            prop_assert!(fraction(shift) < 0.01, "{}", fraction(shift));
+        }
+    }
+
+    #[test]
+    fn a_rotation_of_the_camera_leaves_the_texels_of_a_sphere_fit_unchanged(
+        camera in camera(), light in direction(), rotation in rotation(), point in position(50.0),
+    ) {
+        let settings = configuration(&[8.0, 40.0, 200.0]);
+        let before = settings.fit(&frame(camera, light));
+        let after = settings.fit(&frame(Camera { rotation, ..camera }, light));
+        let point = camera.position + point;
+        for (before, after) in before.iter().zip(after.iter()).filter(|(before, _)| before.texel_size >= 0.005) {
+            prop_assert_eq!(before.texel_size.to_bits(), after.texel_size.to_bits());
+            let shift = lookup(after, 2048.0, point) - lookup(before, 2048.0, point);
+            prop_assert!(fraction(shift) < 0.01, "{}", fraction(shift));
+        }
+    }
+}
+
+#[test]
+fn a_light_view_centred_on_the_slice_lets_static_points_crawl() {
+    let settings = Configuration { snap: Snap::Projection, ..configuration(&[32.0, 128.0]) };
+    let moved = Camera { position: DVec3::new(0.003, 0.0, 0.0), ..identity_camera() };
+    let light = DVec3::new(0.3, -1.0, 0.2);
+    let (before, after) = (settings.fit(&frame(identity_camera(), light)), settings.fit(&frame(moved, light)));
+    for (before, after) in before.iter().zip(after.iter()) {
+        let shift = lookup(after, 2048.0, DVec3::ZERO) - lookup(before, 2048.0, DVec3::ZERO);
+        assert!(fraction(shift) > 0.01, "{shift}");
+    }
+}
+
+#[test]
+fn a_tight_fit_has_finer_texels_than_a_sphere() {
+    let frame = frame(identity_camera(), DVec3::new(0.0, -1.0, 0.0));
+    let texel = |shape| {
+        let set = Configuration { shape, ..configuration(&[20.0]) }.fit(&frame);
+        set.iter().map(|cascade| cascade.texel_size).sum::<f64>()
+    };
+    assert!(texel(FitShape::Tight) < 0.95 * texel(FitShape::Sphere));
+}
+
+#[test]
+fn a_movement_within_one_texel_leaves_the_matrices_bit_identical() {
+    let settings = configuration(&[500.0]);
+    let light = DVec3::new(0.3, -1.0, 0.2);
+    let matrices: std::collections::BTreeSet<_> = (0..100)
+        .map(|step| {
+            let camera = Camera { position: DVec3::new(0.001 * f64::from(step), 0.0, 0.0), ..identity_camera() };
+            let set = settings.fit(&frame(camera, light));
+            set.iter().flat_map(|cascade| cascade.view.clip_from_world.to_cols_array().map(f64::to_bits)).collect::<Vec<_>>()
+        })
+        .collect();
+    // 10 cm with texels of half a metre: each of three axes steps once at most.
+    assert!(matrices.len() <= 4, "{}", matrices.len());
+}

@@ -1,0 +1,28 @@
+//! The codes of the findings of this crate's node kinds.
+
+umbragraph_graph::codes! {
+    /// Far distances that are no distances, or do not increase.
+    CASCADE_FAR = "UG0610", "far distances of cascades",
+        "A cascade fit needs far distances in metres along the view axis, above zero, finite, and each greater than the one before (also once they are rounded to 32 bits).\n\n```json\n\"cascades\": { \"to\": \"sun\", \"far\": [10, 30, 80, 200], \"resolution\": 2048 }\n```";
+    /// No cascades, too many, or more than there are far distances.
+    CASCADE_COUNT = "UG0611", "number of cascades",
+        "A cascade fit has 1 to 8 cascades. With the scheme \"explicit\" each has a far distance of its own, so there cannot be more cascades than far distances.";
+    /// Settings of a split scheme that give no splits.
+    CASCADE_SPLITS = "UG0612", "split scheme of cascades",
+        "The schemes \"uniform\", \"logarithmic\" and \"practical\" divide the range from a near distance above zero to the last far distance, which has to lie beyond it. The weight lambda of the practical scheme lies between 0 (uniform) and 1 (logarithmic).";
+    /// A resolution that leaves no texels, or does not fit the number of cascades.
+    CASCADE_RESOLUTION = "UG0613", "resolution of cascades",
+        "The resolution is one whole number of texels for all cascades, or a list with one for each. Of a cascade's texels the border is taken off on both sides, and one more that snapping needs; something has to be left.";
+    /// Tiles that lie outside their map, on one another, or are too few.
+    CASCADE_TILE = "UG0614", "tiles of cascades",
+        "Cascades that share one map have a tile each: the texel of its top left corner, as [x, y]. Each tile lies inside the map with all its texels, and no two overlap, since they would overwrite one another's depth.\n\n```json\n\"tiles\": [[0, 0], [1024, 0], [0, 1024]], \"map\": [2048, 2048]\n```";
+    /// A blend zone that is no part of its range.
+    CASCADE_BLEND = "UG0615", "blend zone of cascades",
+        "The blend zone is a fraction between 0 (no blending) and 1 of each cascade's far distance or range.";
+    /// An up vector that has no direction.
+    LIGHT_UP = "UG0616", "up vector of a light view",
+        "The up vector is a list of three numbers, not all zero; [0, 1, 0] for scenes whose Y axis points up, [0, 0, 1] for those with Z.";
+    /// A distance by which the depth range is extended that is none.
+    CASCADE_DEPTH = "UG0617", "depth range of cascades",
+        "The near plane of a cascade goes to the bounds of the casters (\"casters\") or so many metres, from 0, beyond the slice; the far plane so many metres, from 0, behind it.";
+}
