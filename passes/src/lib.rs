@@ -10,11 +10,15 @@
 //! | [`copy`] | copies a texture |
 
 pub mod attachment;
+pub mod camera;
+pub mod cascades;
+mod codes;
 pub mod compute;
 pub mod copy;
 pub mod draw;
 pub mod fullscreen;
 
+pub use codes::ALL as CODES;
 
 use umbragraph_graph::node::Registry;
 
@@ -22,10 +26,11 @@ use umbragraph_graph::node::Registry;
 pub fn registry() -> Registry {
     let mut registry = Registry::new();
     registry
+        .register::<camera::Camera>()
+        .register::<cascades::Cascades>()
         .register::<compute::Compute>()
         .register::<copy::Copy>()
         .register::<draw::Draw>()
         .register::<fullscreen::Fullscreen>();
     registry
 }
-pub const CODES: &[umbragraph_graph::diagnostic::Code] = &[];
