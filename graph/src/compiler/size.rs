@@ -115,7 +115,16 @@ impl<'a> Sizes<'a> {
     pub(super) fn value(&self, expression: &crate::expression::Expression, place: Span, pointer: &str) -> Option<Value> {
         let mut findings = Diagnostics::new();
         let value = evaluate_at(expression, self, place, pointer, self.sources, &mut findings);
-        self.findings.borrow_mut().extend(findings);
+        // A name that exists has no value only where its own declaration has a finding, which is enough.
+        let follows = |finding: &Diagnostic| {
+            finding.code == codes::EXPRESSION_NAME
+                && finding.message.split('"').nth(1).is_some_and(|name| {
+                    let head = name.split('.').next().unwrap_or(name);
+                    self.pipeline.find_resource(head).is_some_and(|handle| self.of(handle).is_none())
+                })
+        };
+        let certain: Vec<Diagnostic> = findings.into_iter().filter(|finding| !follows(finding)).collect();
+        self.findings.borrow_mut().extend(certain);
         value
     }
 
@@ -123,6 +132,7 @@ impl<'a> Sizes<'a> {
         let resource = self.pipeline.resource(handle);
         match &resource.kind {
             ResourceKind::Data(_) => Some(Size::Host),
+            ResourceKind::Broken => None,
             ResourceKind::Buffer(buffer) => {
                 let bytes = self.number(resource, &buffer.size, "/buffer/size")?;
                 let limit = self.pipeline.profile.limits.max_buffer_size as f64;

@@ -16,19 +16,28 @@ use super::{Kind, Value, pointer_join};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
 
 /// Checks `value`, which stands at `pointer`, against `schema`; `$ref`s are looked up in `root`.
-pub fn check(value: &Value, schema: &Json, root: &Json, pointer: &str, diagnostics: &mut Diagnostics) {
-    Checker { root, diagnostics }.value(value, schema, pointer, 0);
+pub fn check<'a>(value: &Value, schema: &'a Json, root: &'a Json, pointer: &str, diagnostics: &mut Diagnostics) {
+    Checker { root, diagnostics, descriptions: Vec::new() }.value(value, schema, pointer, 0);
 }
 
-struct Checker<'a> {
+struct Checker<'a, 'd> {
     root: &'a Json,
-    diagnostics: &'a mut Diagnostics,
+    diagnostics: &'d mut Diagnostics,
+    /// What the schema says of the place at hand, and of those around it.
+    descriptions: Vec<&'a str>,
 }
 
 const MAXIMUM_REFERENCES: usize = 600;
 
-impl Checker<'_> {
-    fn value(&mut self, value: &Value, schema: &Json, pointer: &str, depth: usize) {
+impl<'a> Checker<'a, '_> {
+    fn value(&mut self, value: &Value, schema: &'a Json, pointer: &str, depth: usize) {
+        let described = self.descriptions.len();
+        self.descriptions.extend(schema.get("description").and_then(Json::as_str));
+        self.checked(value, schema, pointer, depth);
+        self.descriptions.truncate(described);
+    }
+
+    fn checked(&mut self, value: &Value, schema: &'a Json, pointer: &str, depth: usize) {
         let Some(schema) = resolve(schema, self.root) else { return };
         let Json::Object(rules) = schema else { return };
         if depth > MAXIMUM_REFERENCES {
@@ -79,7 +88,7 @@ impl Checker<'_> {
         }
     }
 
-    fn object(&mut self, value: &Value, rules: &serde_json::Map<String, Json>, pointer: &str, depth: usize) {
+    fn object(&mut self, value: &Value, rules: &'a serde_json::Map<String, Json>, pointer: &str, depth: usize) {
         let entries = value.entries().unwrap_or_default();
         let properties = rules.get("properties").and_then(Json::as_object);
         let additional = rules.get("additionalProperties");
@@ -189,7 +198,7 @@ impl Checker<'_> {
         }
     }
 
-    fn alternatives(&mut self, value: &Value, branches: &[Json], pointer: &str, depth: usize) {
+    fn alternatives(&mut self, value: &Value, branches: &'a [Json], pointer: &str, depth: usize) {
         let mut flat = Vec::new();
         flatten(branches, self.root, &mut flat, 0);
         let is_expression = |branch: &&Json| branch.get("pattern").and_then(Json::as_str) == Some("^=");
@@ -237,7 +246,7 @@ impl Checker<'_> {
         let mut best: Option<Diagnostics> = None;
         for branch in typed {
             let mut findings = Diagnostics::new();
-            Checker { root: self.root, diagnostics: &mut findings }.value(value, branch, pointer, depth + 1);
+            Checker { root: self.root, diagnostics: &mut findings, descriptions: self.descriptions.clone() }.value(value, branch, pointer, depth + 1);
             if findings.is_empty() {
                 return;
             }
@@ -248,8 +257,17 @@ impl Checker<'_> {
         self.diagnostics.extend(best.into_iter().flatten());
     }
 
+    /// Reports a finding; one without a help of its own gets the first line of what the schema says of the place.
     fn push(&mut self, diagnostic: Diagnostic, pointer: &str) {
-        self.diagnostics.push(diagnostic.pointer(pointer));
+        let mut diagnostic = diagnostic.pointer(pointer);
+        if diagnostic.help.is_none() {
+            let description = self.descriptions.last().and_then(|text| text.lines().next());
+            diagnostic.help = Some(match description {
+                Some(text) => format!("what belongs here: {}", text.trim_end_matches('.')),
+                None => "the schema says what belongs here".to_owned(),
+            });
+        }
+        self.diagnostics.push(diagnostic);
     }
 }
 

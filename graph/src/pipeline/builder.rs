@@ -177,6 +177,9 @@ impl PassBuilder<'_> {
         let at = self.absolute(pointer);
         let handle = self.shared.intern_data(name, place, &at);
         let resource = &self.shared.resources[handle.index()];
+        if matches!(resource.kind, ResourceKind::Broken) {
+            return None;
+        }
         if !matches!(resource.kind, ResourceKind::Data(_)) {
             let message = format!("\"{name}\" is {}, but host data is wanted here", resource.kind_name());
             self.report(codes::WRONG_RESOURCE, pointer, message, "name what a host pass publishes, such as a cascade fit");
@@ -303,6 +306,7 @@ impl PassBuilder<'_> {
         let at = format!("{pointer}/bind");
         let program: Program = self.shared.programs[program.index()].clone();
         let mut fine = true;
+        let mut unknown: Vec<&str> = Vec::new();
         for name in bind.keys() {
             if program.binding(name).is_none() && !self.shared.is_mentioned(&program.template, name) {
                 let names: Vec<&str> = program.bindings.iter().map(|binding| binding.name.as_str()).collect();
@@ -312,6 +316,7 @@ impl PassBuilder<'_> {
                 };
                 let message = format!("{} has no binding \"{name}\"", program.template);
                 self.report(codes::UNKNOWN_BINDING, &document::pointer_join(&at, name), message, help);
+                unknown.push(name);
                 fine = false;
             }
         }
@@ -321,8 +326,10 @@ impl PassBuilder<'_> {
                 continue;
             }
             let here = document::pointer_join(&at, &binding.name);
+            let misspelt = || unknown.iter().any(|name| did_you_mean(name, [binding.name.as_str()]).is_some());
             let source = match bind.get(&binding.name) {
                 Some(bind) => self.slot(&program, binding, bind, &here),
+                None if misspelt() => None,
                 None => self.default_slot(binding, geometry, &program.template, &here),
             };
             match source {
@@ -500,6 +507,7 @@ impl PassBuilder<'_> {
             return None;
         };
         let mut fine = true;
+        let mut unknown: Vec<&str> = Vec::new();
         for name in values.keys().filter(|name| !members.iter().any(|member| member.name == **name)) {
             let names: Vec<&str> = members.iter().map(|member| member.name.as_str()).collect();
             // A member of another variant's block stands in the template; here it is merely not needed.
@@ -511,6 +519,7 @@ impl PassBuilder<'_> {
                 None => format!("its members are {}", names.join(", ")),
             };
             self.report(codes::UNKNOWN_BINDING, &document::pointer_join(at, name), format!("the block has no member \"{name}\""), help);
+            unknown.push(name);
             fine = false;
         }
         let mut deferred = Vec::new();
@@ -521,6 +530,7 @@ impl PassBuilder<'_> {
                     Some(expression) => deferred.push((member.name.clone(), expression)),
                     None => fine = false,
                 },
+                None if unknown.iter().any(|name| did_you_mean(name, [member.name.as_str()]).is_some()) => fine = false,
                 None => {
                     let message = format!("the member \"{}\" of the block has no value", member.name);
                     self.report(codes::UNBOUND, at, message, format!("add \"{}\" here", member.name));
@@ -561,7 +571,11 @@ impl PassBuilder<'_> {
                 return None;
             }
         };
-        let Some(handle) = self.shared.find(reference.resource) else {
+        let found = self.shared.find(reference.resource);
+        if found.is_some_and(|handle| matches!(self.shared.resources[handle.index()].kind, ResourceKind::Broken)) {
+            return None;
+        }
+        let Some(handle) = found else {
             let names: Vec<String> = self.shared.resources.iter().map(|resource| resource.name.clone()).collect();
             let help = match did_you_mean(reference.resource, names.iter().map(String::as_str)) {
                 Some(meant) => format!("did you mean \"{meant}\"?"),

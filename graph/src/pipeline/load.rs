@@ -88,7 +88,7 @@ pub fn load(
         let kind = match decoded.resources.get(&entry.key) {
             Some(ResourceDeclaration::Texture(texture)) => ResourceKind::Texture(texture.clone()),
             Some(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(buffer.clone()),
-            None => continue,
+            None => ResourceKind::Broken,
         };
         shared.resources.push(Resource {
             name: entry.key.clone(),
@@ -98,22 +98,18 @@ pub fn load(
             kind,
         });
     }
-    let missing_resources: BTreeSet<&str> = section("resources")
-        .iter()
-        .map(|entry| entry.key.as_str())
-        .filter(|name| !decoded.resources.contains_key(*name))
-        .collect();
-
     let mut passes: Vec<Pass> = Vec::new();
     let mut after: Vec<(usize, Vec<String>, &Entry)> = Vec::new();
     let mut absent: BTreeSet<&str> = BTreeSet::new();
     let mut gaps: Vec<&Entry> = Vec::new();
+    let mut unreadable = false;
     for entry in section("passes") {
         let pointer = pointer_join("/passes", &entry.key);
         if !is_name(&entry.key) {
             shared.diagnostics.push(bad_name(entry));
         }
         if is_broken(&pointer) {
+            unreadable = true;
             gaps.push(entry);
             continue;
         }
@@ -170,11 +166,12 @@ pub fn load(
             } else if !absent.contains(name.as_str()) && !gaps.iter().any(|gap| gap.key == *name) {
                 let pointer = format!("{}/after/{position}", passes[at].pointer);
                 let place = entry.value.nearest(&format!("/after/{position}")).span;
-                shared.diagnostics.push(unknown_pass(name, &names, place).pointer(pointer));
+                let all: Vec<String> = section("passes").iter().map(|entry| entry.key.clone()).collect();
+                shared.diagnostics.push(unknown_pass(name, &all, place).pointer(pointer));
             }
         }
     }
-    let uncertain = uncertain(&gaps, &missing_resources, &shared);
+    let uncertain = uncertain(&gaps, unreadable, &shared);
     connect(&mut passes, &uncertain, &mut shared);
     check_versions(&passes, &absent, &gaps, &mut shared);
     diagnostics.extend(shared.diagnostics);
@@ -433,9 +430,13 @@ fn unknown_pass(name: &str, names: &[String], place: Span) -> Diagnostic {
     }
 }
 
-/// The resources that passes with findings mention: any string that is a reference to one.
-fn uncertain(gaps: &[&Entry], missing: &BTreeSet<&str>, shared: &Shared) -> BTreeSet<ResourceHandle> {
-    let mut found: BTreeSet<ResourceHandle> = missing.iter().filter_map(|name| shared.find(name)).collect();
+/// The resources of which nothing is known: broken ones, and those that passes with findings mention (any string that
+/// is a reference to one). A pass that does not fit the schema may lack the very key that names a resource; then no
+/// resource is certain.
+fn uncertain(gaps: &[&Entry], unreadable: bool, shared: &Shared) -> BTreeSet<ResourceHandle> {
+    let all = (0..shared.resources.len() as u32).map(ResourceHandle);
+    let broken = |handle: &ResourceHandle| matches!(shared.resources[handle.index()].kind, ResourceKind::Broken);
+    let mut found: BTreeSet<ResourceHandle> = all.filter(|handle| unreadable || broken(handle)).collect();
     for gap in gaps {
         gap.value.for_each_text(&mut |text| {
             let name = text.split('@').next().unwrap_or(text);
@@ -448,7 +449,6 @@ fn uncertain(gaps: &[&Entry], missing: &BTreeSet<&str>, shared: &Shared) -> BTre
 /// Lays host data out in the blocks that it is bound to, now that all of it is published.
 fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &mut Shared) {
     let mut unpublished: BTreeMap<ResourceHandle, (Span, String)> = BTreeMap::new();
-    let mut layouts: BTreeMap<ResourceHandle, (crate::shader::TypeLayout, String, Span)> = BTreeMap::new();
     for pass in passes.iter_mut() {
         for one in &pass.uses {
             if matches!(shared.resources[one.resource.index()].kind, ResourceKind::Data(None)) && !uncertain.contains(&one.resource) {
@@ -466,22 +466,6 @@ fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &m
                 SlotSource::Data { resource, layout } => {
                     let known = &shared.resources[resource.index()];
                     let ResourceKind::Data(Some(shape)) = &known.kind else { continue };
-                    if let Some((first, template, place)) = layouts.get(resource)
-                        && !same_layout(first, block)
-                    {
-                        shared.diagnostics.push(
-                            Diagnostic::error(
-                                codes::VARIANT_INTERFACE,
-                                slot.place,
-                                format!("{} and {template} lay \"{}\" out differently", program.template, known.name),
-                            )
-                            .related(*place, format!("bound to {template} here"))
-                            .pointer(&slot.pointer)
-                            .help("include the struct from one template in both"),
-                        );
-                        continue;
-                    }
-                    layouts.entry(*resource).or_insert_with(|| (block.clone(), program.template.clone(), slot.place));
                     (shape.clone(), known.name.clone(), layout)
                 }
                 _ => continue,
@@ -516,10 +500,6 @@ fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &m
             Diagnostic::error(codes::NOT_PUBLISHED, place, format!("no pass publishes the data \"{name}\"")).help(help).pointer(pointer),
         );
     }
-}
-
-fn same_layout(a: &crate::shader::TypeLayout, b: &crate::shader::TypeLayout) -> bool {
-    a == b
 }
 
 fn slots_mut(work: &mut Work) -> Option<(ProgramHandle, &mut Vec<BoundSlot>)> {

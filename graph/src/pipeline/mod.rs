@@ -127,7 +127,7 @@ impl Resource {
         match &self.kind {
             ResourceKind::Texture(texture) => texture.lifetime,
             ResourceKind::Buffer(buffer) => buffer.lifetime,
-            ResourceKind::Data(_) => Lifetime::Transient,
+            ResourceKind::Data(_) | ResourceKind::Broken => Lifetime::Transient,
         }
     }
 
@@ -145,6 +145,7 @@ impl Resource {
             ResourceKind::Texture(_) => "a texture",
             ResourceKind::Buffer(_) => "a buffer",
             ResourceKind::Data(_) => "host data",
+            ResourceKind::Broken => "broken",
         }
     }
 }
@@ -158,6 +159,8 @@ pub enum ResourceKind {
     Buffer(BufferDeclaration),
     /// Host data: values and views; `None` until the pass that publishes it is declared.
     Data(Option<DataShape>),
+    /// A declaration with findings of its own: nothing is known, and nothing is said of it.
+    Broken,
 }
 
 /// A declared pass.

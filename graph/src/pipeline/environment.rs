@@ -1,0 +1,164 @@
+//! What names mean inside subgraphs and loops.
+//!
+//! A pass of a subgraph sees the subgraph's parameters, its inputs (which stand for resources of the user) and its own
+//! resources and passes, under the names that the subgraph's author gave them. Outside they carry the name of the
+//! instance in front: `blur.half`. A pass of a loop sees the loop's variable. An [`Environment`] is the map from the
+//! one to the other; it is made once for each instance and shared by all of its passes.
+//!
+//! Expressions are closed over their environment when they are parsed: locals become literals, names of resources
+//! become those outside. References may contain `{expressions}`: `"chain@down.{level - 1}"`.
+
+use std::collections::BTreeMap;
+
+use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Fault, Scope, Value};
+use crate::source::Span;
+
+/// What names mean in one instance of a subgraph or one round of a loop.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Environment {
+    /// What stands in front of names outside; empty at the top, else ending in a dot.
+    pub(super) prefix: String,
+    /// Parameters of the subgraph and variables of loops.
+    pub(super) locals: BTreeMap<String, Value>,
+    /// Inputs of the subgraph: resources of the user.
+    pub(super) inputs: BTreeMap<String, String>,
+    /// Where the subgraphs are used, the innermost first.
+    pub(super) used_at: Vec<Span>,
+}
+
+impl Environment {
+    /// Whether this is the top, where every name means itself.
+    pub fn is_top(&self) -> bool {
+        self.prefix.is_empty() && self.locals.is_empty()
+    }
+
+    /// The name outside of a resource or host data.
+    pub(super) fn resource(&self, name: &str) -> String {
+        match self.inputs.get(name) {
+            Some(outside) => outside.clone(),
+            None => format!("{}{name}", self.prefix),
+        }
+    }
+
+    /// The name outside of a pass.
+    pub(super) fn pass(&self, name: &str) -> String {
+        format!("{}{name}", self.prefix)
+    }
+
+    /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
+    pub(crate) fn close(&self, expression: &Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
+        let close = |inner: &Expression| Box::new(self.close(inner, is_resource));
+        let kind = match &expression.kind {
+            ExpressionKind::Name(name) => match self.locals.get(name) {
+                Some(value) => ExpressionKind::Literal(value.clone()),
+                None => ExpressionKind::Name(self.close_name(name, is_resource)),
+            },
+            ExpressionKind::Literal(value) => ExpressionKind::Literal(value.clone()),
+            ExpressionKind::Unary(operator, a) => ExpressionKind::Unary(*operator, close(a)),
+            ExpressionKind::Binary(operator, a, b) => ExpressionKind::Binary(*operator, close(a), close(b)),
+            ExpressionKind::Conditional(a, b, c) => ExpressionKind::Conditional(close(a), close(b), close(c)),
+            ExpressionKind::Index(a, b) => ExpressionKind::Index(close(a), close(b)),
+            ExpressionKind::Call(name, list) => {
+                ExpressionKind::Call(name.clone(), list.iter().map(|item| self.close(item, is_resource)).collect())
+            }
+            ExpressionKind::List(list) => ExpressionKind::List(list.iter().map(|item| self.close(item, is_resource)).collect()),
+        };
+        Expression { range: expression.range.clone(), kind }
+    }
+
+    fn close_name(&self, name: &str, is_resource: &dyn Fn(&str) -> bool) -> String {
+        let (head, tail) = name.split_once('.').map_or((name, None), |(head, tail)| (head, Some(tail)));
+        let outside = self.resource(head);
+        if outside == head || !is_resource(&outside) {
+            return name.to_owned();
+        }
+        tail.map_or(outside.clone(), |tail| format!("{outside}.{tail}"))
+    }
+
+    /// A reference with its `{expressions}` replaced by what they yield.
+    ///
+    /// # Errors
+    /// A brace that is not closed, an expression with a fault, or one that yields no whole number or word.
+    pub(super) fn interpolate(&self, text: &str, scope: &dyn Scope) -> Result<String, ExpressionError> {
+        let mut result = String::with_capacity(text.len());
+        let mut at = 0;
+        while let Some(open) = text[at..].find('{').map(|offset| at + offset) {
+            result.push_str(&text[at..open]);
+            let fault = |range, message: &str| ExpressionError {
+                range,
+                fault: Fault::Type,
+                message: message.to_owned(),
+                help: Some("references take expressions in braces: \"chain@down.{level - 1}\"".to_owned()),
+            };
+            let Some(close) = text[open..].find('}').map(|offset| open + offset) else {
+                return Err(fault(open..text.len(), "the brace is not closed"));
+            };
+            let shift = |mut error: ExpressionError| {
+                error.range = error.range.start + open + 1..error.range.end + open + 1;
+                error
+            };
+            let expression = expression::parse(&text[open + 1..close]).map_err(shift)?;
+            match expression::evaluate(&self.close(&expression, &|_| false), scope).map_err(shift)? {
+                Value::Number(number) if number.fract() == 0.0 => result.push_str(&number.to_string()),
+                Value::Text(word) => result.push_str(&word),
+                _ => return Err(fault(open..close + 1, "a whole number or a word is wanted between braces")),
+            }
+            at = close + 1;
+        }
+        result.push_str(&text[at..]);
+        Ok(result)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::StaticScope;
+
+    fn environment() -> Environment {
+        Environment {
+            prefix: "blur.".to_owned(),
+            locals: BTreeMap::from([("level".to_owned(), Value::Number(2.0))]),
+            inputs: BTreeMap::from([("image".to_owned(), "moments".to_owned())]),
+            used_at: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn names_inside_become_names_outside() {
+        let environment = environment();
+        assert_eq!(environment.resource("image"), "moments");
+        assert_eq!(environment.resource("half"), "blur.half");
+        let expression = expression::parse("image.width / level + half.height + radius").unwrap();
+        let closed = environment.close(&expression, &|name| name == "moments" || name == "blur.half");
+        assert_eq!(closed, {
+            let mut wanted = expression::parse("image.width / level + half.height + radius").unwrap();
+            fn rename(expression: &mut Expression) {
+                match &mut expression.kind {
+                    ExpressionKind::Name(name) => match name.as_str() {
+                        "image.width" => *name = "moments.width".to_owned(),
+                        "half.height" => *name = "blur.half.height".to_owned(),
+                        "level" => expression.kind = ExpressionKind::Literal(Value::Number(2.0)),
+                        _ => {}
+                    },
+                    ExpressionKind::Binary(_, a, b) => {
+                        rename(a);
+                        rename(b);
+                    }
+                    _ => {}
+                }
+            }
+            rename(&mut wanted);
+            wanted
+        });
+    }
+
+    #[test]
+    fn references_take_expressions_in_braces() {
+        let scope = StaticScope::default();
+        assert_eq!(environment().interpolate("chain@down.{level - 1}", &scope).as_deref(), Ok("chain@down.1"));
+        assert_eq!(environment().interpolate("chain", &scope).as_deref(), Ok("chain"));
+        assert_eq!(environment().interpolate("a{level", &scope).unwrap_err().range, 1..7);
+        assert_eq!(environment().interpolate("a{levle}", &scope).unwrap_err().range, 2..7);
+    }
+}
