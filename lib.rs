@@ -20,10 +20,14 @@
 //! let mut findings = Diagnostics::new();
 //! let templates = umbragraph::templates(&mut sources, &mut findings);
 //! let file = sources.add("smallest.json", text);
-//! let checked = umbragraph::check(
-//!     file, &umbragraph::registry(), &templates, &TargetProfile::webgpu(),
-//!     &Choice::default(), &PlanOptions::new(640, 480), &sources, &mut findings,
-//! );
+//! let job = umbragraph::Job {
+//!     registry: &umbragraph::registry(),
+//!     templates: &templates,
+//!     profile: &TargetProfile::webgpu(),
+//!     choice: &Choice::default(),
+//!     options: &PlanOptions::new(640, 480),
+//! };
+//! let checked = umbragraph::check(file, &job, &sources, &mut findings);
 //! assert!(findings.is_empty(), "{}", render::human_all(&findings, &sources));
 //! assert_eq!(checked.plan.unwrap().passes[0].name, "fill");
 //! ```

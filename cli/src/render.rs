@@ -8,7 +8,7 @@ use umbragraph::executor::{Executor, Frame};
 use umbragraph::frame::FrameInput;
 use umbragraph::language::Lifetime;
 use umbragraph::scene::Scene;
-use umbragraph::scene::gpu::SceneDraws;
+use umbragraph::scene::gpu::SceneResources;
 use umbragraph::work::ResourceHandle;
 
 use crate::arguments::RenderArguments;
@@ -74,7 +74,7 @@ fn draw(
     input: &FrameInput,
     time: f64,
 ) -> Result<Vec<u8>, Diagnostics> {
-    let draws = SceneDraws::new(&graphics.device, &graphics.queue, scene, time)?;
+    let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &scene.pose(time))?;
     let targets = imports(graphics, &plan);
     let mut executor =
         pollster::block_on(Executor::new(&graphics.device, &graphics.queue, Arc::new(plan), Some(&draws)))?;

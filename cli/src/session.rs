@@ -9,7 +9,7 @@ use umbragraph::document::{self, Value};
 use umbragraph::pipeline::{Choice, Setting};
 use umbragraph::shader::{TargetProfile, TemplateSet};
 use umbragraph::source::{FileId, Sources, Span};
-use umbragraph::{Checked, read_source};
+use umbragraph::{Checked, Job, compose, read_source};
 
 use crate::arguments::Choices;
 
@@ -49,17 +49,16 @@ impl Session {
         };
         let choice = self.choice(choices);
         let Some(profile) = self.profile(file, choices) else { return Checked::default() };
-        let options = PlanOptions::new(choices.size[0], choices.size[1]);
-        umbragraph::check(
-            file,
-            &umbragraph::registry(),
-            &self.templates,
-            &profile,
-            &choice,
-            &options,
-            &self.sources,
-            &mut self.findings,
-        )
+        let composed = compose::compose(file, path, &mut compose::Disk, &mut self.sources, &mut self.findings);
+        let Some(composed) = composed else { return Checked::default() };
+        let job = Job {
+            registry: &umbragraph::registry(),
+            templates: &self.templates,
+            profile: &profile,
+            choice: &choice,
+            options: &PlanOptions::new(choices.size[0], choices.size[1]),
+        };
+        umbragraph::check_document(&composed.document, &job, &self.sources, &mut self.findings)
     }
 
     /// Prints the findings to standard error; whether there was no error among them.

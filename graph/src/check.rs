@@ -9,7 +9,7 @@ use crate::node::Registry;
 use crate::pipeline::{self, Choice, Pipeline};
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::{FileId, MAXIMUM_FILE_BYTES, Sources, Span};
-use crate::document;
+use crate::document::{self, Document};
 
 /// What a pipeline text came to, as far as its findings let it.
 #[derive(Clone, Debug, Default)]
@@ -22,27 +22,37 @@ pub struct Checked {
     pub plan: Option<Plan>,
 }
 
-/// Takes a registered text all the way to a plan. Every finding on the way goes to `diagnostics`.
-#[allow(clippy::too_many_arguments)]
-pub fn check(
-    file: FileId,
-    registry: &Registry,
-    templates: &Arc<TemplateSet>,
-    profile: &TargetProfile,
-    choice: &Choice,
-    options: &PlanOptions,
-    sources: &Sources,
-    diagnostics: &mut Diagnostics,
-) -> Checked {
-    let mut checked = Checked::default();
-    let document = match document::parse(sources, file) {
-        Ok(document) => document,
+/// What a pipeline is checked with.
+#[derive(Clone, Copy, Debug)]
+pub struct Job<'a> {
+    /// The node kinds that passes can name.
+    pub registry: &'a Registry,
+    /// The templates.
+    pub templates: &'a Arc<TemplateSet>,
+    /// What shaders and sizes may rely on.
+    pub profile: &'a TargetProfile,
+    /// Values of parameters and features.
+    pub choice: &'a Choice,
+    /// The viewport and the host's textures.
+    pub options: &'a PlanOptions,
+}
+
+/// Takes a registered text, which stands alone, all the way to a plan. Every finding goes to `diagnostics`.
+pub fn check(file: FileId, job: &Job<'_>, sources: &Sources, diagnostics: &mut Diagnostics) -> Checked {
+    match document::parse(sources, file) {
+        Ok(document) => check_document(&document, job, sources, diagnostics),
         Err(findings) => {
             diagnostics.extend(findings);
-            return checked;
+            Checked::default()
         }
-    };
-    let Some(pipeline) = pipeline::load(&document, registry, templates, profile, choice, sources, diagnostics) else {
+    }
+}
+
+/// Takes a document, perhaps composed of several files, all the way to a plan. Every finding goes to `diagnostics`.
+pub fn check_document(document: &Document, job: &Job<'_>, sources: &Sources, diagnostics: &mut Diagnostics) -> Checked {
+    let mut checked = Checked::default();
+    let Job { registry, templates, profile, choice, options } = job;
+    let Some(pipeline) = pipeline::load(document, registry, templates, profile, choice, sources, diagnostics) else {
         return checked;
     };
     let pipeline = Arc::new(pipeline);

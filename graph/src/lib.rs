@@ -12,6 +12,7 @@
 //! crate knows nothing of shadows; the node kinds that do are built on its public interface alone.
 
 pub mod compiler;
+pub mod compose;
 pub mod data;
 pub mod diagnostic;
 pub mod document;
@@ -27,7 +28,7 @@ pub mod work;
 
 mod check;
 
-pub use check::{Checked, check, read_source};
+pub use check::{Checked, Job, check, check_document, read_source};
 pub use wgpu_types;
 #[cfg(feature = "gpu")]
 pub use wgpu;

@@ -82,16 +82,14 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
         parameters: with.parameters.iter().map(|(name, value)| setting(name, value, &mut sources)).collect(),
         features: with.features.iter().map(|(name, value)| setting(name, value, &mut sources)).collect(),
     };
-    let checked = umbragraph::check(
-        file,
-        &umbragraph::registry(),
-        &templates,
-        &TargetProfile::webgpu(),
-        &choice,
-        &PlanOptions::new(640, 480),
-        &sources,
-        &mut findings,
-    );
+    let job = umbragraph::Job {
+        registry: &umbragraph::registry(),
+        templates: &templates,
+        profile: &TargetProfile::webgpu(),
+        choice: &choice,
+        options: &PlanOptions::new(640, 480),
+    };
+    let checked = umbragraph::check(file, &job, &sources, &mut findings);
     findings.sort();
     Outcome { sources, findings, checked }
 }

@@ -16,6 +16,15 @@ crate::codes! {
     /// A file that cannot be written.
     FILE_UNWRITABLE = "UG0004", "file cannot be written",
         "The output could not be written. Nothing is left half: output goes to a temporary file first, which is renamed when it is whole.";
+    /// Files that lead back to themselves.
+    FILE_CYCLE = "UG0007", "files in a circle",
+        "A file extends or includes another that, perhaps by a detour, extends or includes the first; or a pipeline is made of more files than allowed.";
+    /// A deletion of nothing.
+    DELETES_NOTHING = "UG0109", "deletes nothing",
+        "`null` deletes what the extended file has under that key. Here there is nothing to delete: the key is misspelt, or nothing is extended.";
+    /// An extension point that does not exist.
+    UNKNOWN_EXTENSION_POINT = "UG0210", "unknown extension point",
+        "An extension puts passes at a point that the pipeline does not name under `extension_points`.";
     /// A setting on the command line without a value.
     SETTING_FORM = "UG0005", "not a setting",
         "Settings on the command line are written NAME=VALUE; the value is JSON, or a word of an enumeration.";

@@ -1,0 +1,131 @@
+//! Extensions: passes that another file puts at the named points of a pipeline.
+//!
+//! A pipeline names points at which it can be extended, with the passes between which they lie:
+//!
+//! ```jsonc
+//! "extension_points": { "after_shading": { "after": ["shade"], "before": ["present"], "description": "scene-referred color" } }
+//! ```
+//!
+//! An extension is a file of its own with `inserts`, and with parameters, features, resources and presets beside:
+//!
+//! ```jsonc
+//! { "format": 1, "name": "grain", "inserts": { "after_shading": { "grain": { "fullscreen": { … } } } } }
+//! ```
+//!
+//! Passes put at one point run in the order in which they are given. The pipeline's own file is not changed: what is
+//! put in reads and writes its resources by name, and since references mean the newest version, the passes behind the
+//! point see what was put in.
+
+use super::merge;
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::document::{Entry, Kind, Value};
+use crate::source::Span;
+
+/// Puts an extension's passes at the extension points of a document, and its other sections beside the document's own.
+pub fn insert(document: &mut Value, mut extension: Value, diagnostics: &mut Diagnostics) {
+    let Kind::Object(entries) = &mut extension.kind else {
+        diagnostics.push(
+            Diagnostic::error(codes::WRONG_TYPE, extension.span, "an extension is an object").help("start it with { and \"inserts\""),
+        );
+        return;
+    };
+    let inserts = entries.iter().position(|entry| entry.key == "inserts").map(|at| entries.remove(at));
+    let Some(inserts) = inserts else {
+        diagnostics.push(
+            Diagnostic::error(codes::MISSING_KEY, extension.span, "the key \"inserts\" is missing here")
+                .help("an extension says under \"inserts\" which passes go to which extension point"),
+        );
+        return;
+    };
+    let mut passes = Vec::new();
+    let mut before: Vec<(String, String, Span)> = Vec::new();
+    for point in inserts.value.entries().unwrap_or_default() {
+        let Some(limits) = extension_point(document, point, diagnostics) else { continue };
+        let mut previous = last_inserted(document, &limits.0);
+        for pass in point.value.entries().unwrap_or_default() {
+            let mut pass = pass.clone();
+            let mut after: Vec<(String, Span)> = limits.0.clone();
+            after.extend(previous.take());
+            add_to_list(&mut pass.value, "after", &after);
+            before.extend(limits.1.iter().map(|name| (name.clone(), pass.key.clone(), pass.key_span)));
+            previous = Some((pass.key.clone(), pass.key_span));
+            passes.push(pass);
+        }
+    }
+    if let Kind::Object(entries) = &mut extension.kind {
+        let span = inserts.value.span;
+        entries.retain(|entry| entry.key != "passes");
+        entries.push(Entry {
+            key: "passes".to_owned(),
+            key_span: inserts.key_span,
+            value: Value { span, kind: Kind::Object(passes) },
+        });
+    }
+    merge::beside(document, extension, diagnostics);
+    for (later, earlier, place) in before {
+        if let Some(pass) = entry_mut(document, "passes", &later) {
+            add_to_list(&mut pass.value, "after", &[(earlier, place)]);
+        }
+    }
+}
+
+type Names = Vec<(String, Span)>;
+
+/// The passes after and before which a point lies.
+fn extension_point(document: &Value, point: &Entry, diagnostics: &mut Diagnostics) -> Option<(Names, Vec<String>)> {
+    let points = document.get("extension_points");
+    let Some(found) = points.and_then(|points| points.get(&point.key)) else {
+        let names: Vec<&str> =
+            points.and_then(Value::entries).unwrap_or_default().iter().map(|entry| entry.key.as_str()).collect();
+        let help = match did_you_mean(&point.key, names.iter().copied()) {
+            Some(meant) => format!("did you mean \"{meant}\"?"),
+            None if names.is_empty() => "the pipeline names no extension points".to_owned(),
+            None => format!("the extension points are {}", names.join(", ")),
+        };
+        let message = format!("there is no extension point \"{}\"", point.key);
+        diagnostics.push(Diagnostic::error(codes::UNKNOWN_EXTENSION_POINT, point.key_span, message).help(help));
+        return None;
+    };
+    let names = |key: &str| -> Names {
+        let list = found.get(key).and_then(Value::elements).unwrap_or_default();
+        list.iter().filter_map(|value| Some((value.text()?.to_owned(), value.span))).collect()
+    };
+    Some((names("after"), names("before").into_iter().map(|(name, _)| name).collect()))
+}
+
+/// The pass that an earlier extension put last behind the same passes: the next goes behind it.
+fn last_inserted(document: &Value, after: &Names) -> Option<(String, Span)> {
+    let wanted: Vec<&str> = after.iter().map(|(name, _)| name.as_str()).collect();
+    let passes = document.get("passes").and_then(Value::entries)?;
+    let inserted = passes.iter().rev().find(|pass| {
+        let list = pass.value.get("after").and_then(Value::elements).unwrap_or_default();
+        let names: Vec<&str> = list.iter().filter_map(Value::text).collect();
+        !wanted.is_empty() && wanted.iter().all(|name| names.contains(name)) && list.iter().any(|value| value.span.file != pass.key_span.file)
+    });
+    inserted.map(|pass| (pass.key.clone(), pass.key_span))
+}
+
+fn add_to_list(object: &mut Value, key: &str, names: &[(String, Span)]) {
+    if names.is_empty() {
+        return;
+    }
+    let text = |(name, span): &(String, Span)| Value { span: *span, kind: Kind::Text(name.clone()) };
+    let span = object.span;
+    let Kind::Object(entries) = &mut object.kind else { return };
+    match entries.iter_mut().find(|entry| entry.key == key) {
+        Some(Entry { value: Value { kind: Kind::Array(list), .. }, .. }) => list.extend(names.iter().map(text)),
+        Some(_) => {}
+        None => entries.push(Entry {
+            key: key.to_owned(),
+            key_span: span,
+            value: Value { span, kind: Kind::Array(names.iter().map(text).collect()) },
+        }),
+    }
+}
+
+fn entry_mut<'a>(document: &'a mut Value, section: &str, key: &str) -> Option<&'a mut Entry> {
+    let Kind::Object(entries) = &mut document.kind else { return None };
+    let section = entries.iter_mut().find(|entry| entry.key == section)?;
+    let Kind::Object(members) = &mut section.value.kind else { return None };
+    members.iter_mut().find(|entry| entry.key == key)
+}

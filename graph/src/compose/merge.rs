@@ -1,0 +1,144 @@
+//! Laying one document over another, and putting one beside another.
+
+use std::collections::BTreeMap;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::document::{Kind, Value, pointer_join};
+use crate::source::Span;
+
+/// The sections whose members an include may add to.
+const SECTIONS: &[&str] =
+    &["parameters", "features", "geometry", "resources", "passes", "presets", "extension_points", "subgraphs"];
+
+/// The base with the other value laid over it.
+pub(super) fn over(
+    base: Value,
+    value: Value,
+    pointer: &str,
+    replaced: &mut BTreeMap<String, Vec<Span>>,
+    diagnostics: &mut Diagnostics,
+) -> Value {
+    let (mut entries, newer) = match (base.kind, value.kind) {
+        (Kind::Object(entries), Kind::Object(newer)) => (entries, newer),
+        (base_kind, kind) => {
+            // What stood below an object goes with it.
+            remember(replaced, pointer, Value { span: base.span, kind: base_kind }.span);
+            let value = Value { span: value.span, kind };
+            refuse_deletions(&value, pointer, diagnostics);
+            return value;
+        }
+    };
+    for entry in newer {
+        let at = pointer_join(pointer, &entry.key);
+        let known = entries.iter().position(|known| known.key == entry.key);
+        match (known, &entry.value.kind) {
+            (Some(index), Kind::Null) => {
+                let gone = entries.remove(index);
+                remember(replaced, &at, gone.value.span);
+            }
+            (None, Kind::Null) => {
+                let finding = Diagnostic::error(
+                    codes::DELETES_NOTHING,
+                    entry.value.span,
+                    format!("there is no \"{}\" to delete", entry.key),
+                );
+                let names: Vec<&str> = entries.iter().map(|known| known.key.as_str()).collect();
+                let help = match did_you_mean(&entry.key, names.iter().copied()) {
+                    Some(meant) => format!("did you mean \"{meant}\"?"),
+                    None => "null deletes what the extended file has under that key".to_owned(),
+                };
+                diagnostics.push(finding.pointer(at).help(help));
+            }
+            (Some(index), _) => {
+                let span = entries[index].value.span;
+                let below = std::mem::replace(&mut entries[index].value, Value { span, kind: Kind::Null });
+                entries[index].value = over(below, entry.value, &at, replaced, diagnostics);
+                entries[index].key_span = entry.key_span;
+            }
+            (None, _) => {
+                refuse_deletions(&entry.value, &at, diagnostics);
+                entries.push(entry);
+            }
+        }
+    }
+    Value { span: value.span, kind: Kind::Object(entries) }
+}
+
+/// Finds `null`s where there is nothing below that they could delete.
+pub(super) fn refuse_deletions(value: &Value, pointer: &str, diagnostics: &mut Diagnostics) {
+    match &value.kind {
+        Kind::Object(entries) => {
+            for entry in entries {
+                let at = pointer_join(pointer, &entry.key);
+                if matches!(entry.value.kind, Kind::Null) {
+                    diagnostics.push(
+                        Diagnostic::error(
+                            codes::DELETES_NOTHING,
+                            entry.value.span,
+                            format!("there is no \"{}\" to delete", entry.key),
+                        )
+                        .pointer(at)
+                        .help("null deletes what an extended file has under that key; leave the key out"),
+                    );
+                } else {
+                    refuse_deletions(&entry.value, &at, diagnostics);
+                }
+            }
+        }
+        Kind::Array(elements) => {
+            for (at, element) in elements.iter().enumerate() {
+                refuse_deletions(element, &format!("{pointer}/{at}"), diagnostics);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Adds the sections of an included document; what stands in both is a finding.
+pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnostics) {
+    let Kind::Object(part_entries) = part.kind else {
+        let message = "an included file is an object with sections of a pipeline";
+        diagnostics.push(Diagnostic::error(codes::WRONG_TYPE, part.span, message).help("start it with { and a section such as \"parameters\""));
+        return;
+    };
+    let Kind::Object(entries) = &mut whole.kind else { return };
+    for section in part_entries {
+        if matches!(section.key.as_str(), "$schema" | "format" | "name" | "description") {
+            continue;
+        }
+        if !SECTIONS.contains(&section.key.as_str()) {
+            let finding = Diagnostic::error(
+                codes::UNKNOWN_KEY,
+                section.key_span,
+                format!("an included file cannot say \"{}\"", section.key),
+            );
+            let help = did_you_mean(&section.key, SECTIONS.iter().copied())
+                .map_or_else(|| format!("its sections are {}", SECTIONS.join(", ")), |meant| format!("did you mean \"{meant}\"?"));
+            diagnostics.push(finding.help(help));
+            continue;
+        }
+        let Some(index) = entries.iter().position(|known| known.key == section.key) else {
+            entries.push(section);
+            continue;
+        };
+        let (Kind::Object(known), Kind::Object(added)) = (&mut entries[index].value.kind, section.value.kind) else { continue };
+        for entry in added {
+            match known.iter().find(|other| other.key == entry.key) {
+                Some(other) => diagnostics.push(
+                    Diagnostic::error(
+                        codes::DUPLICATE_KEY,
+                        entry.key_span,
+                        format!("\"{}\" of the included file stands in \"{}\" already", entry.key, section.key),
+                    )
+                    .related(other.key_span, "it stands here")
+                    .help("an include adds and never changes; to change a file, extend it"),
+                ),
+                None => known.push(entry),
+            }
+        }
+    }
+}
+
+fn remember(replaced: &mut BTreeMap<String, Vec<Span>>, pointer: &str, span: Span) {
+    replaced.entry(pointer.to_owned()).or_default().insert(0, span);
+}

@@ -1,0 +1,222 @@
+//! Several files to one document: `extends`, `include`, and extensions.
+//!
+//! - `"extends": "base.json"` (or a list, the first is the lowest): the base's document with this one laid over it.
+//!   Objects are merged key by key, everything else is replaced, and `null` deletes what the base has.
+//! - `"include": ["parts.json"]`: the sections of another file beside one's own. Here nothing may stand twice: an
+//!   include adds, it never changes.
+//! - extensions: further files, named by the host, whose `inserts` put passes at the pipeline's extension points
+//!   ([`insert`]).
+//!
+//! Paths are relative to the folder of the file that names them. The result is one [`Document`] whose every value still
+//! knows where it was written; what it replaced is kept in [`Composed::replaced`], so that `why` can tell all layers.
+//!
+//! Limits: 64 files, 32 levels; a file that leads back to itself is a finding.
+
+mod insert;
+mod merge;
+
+pub use insert::insert;
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::document::{self, Document, Kind, Value};
+use crate::source::{FileId, Sources, Span};
+
+const MAXIMUM_FILES: usize = 64;
+const MAXIMUM_LEVELS: usize = 32;
+
+/// Finds the texts that a document names.
+pub trait Files {
+    /// Reads and registers the text at a path.
+    ///
+    /// # Errors
+    /// A finding without a place worth naming; the caller adds where the path is named.
+    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic>;
+}
+
+/// The files of the file system.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Disk;
+
+impl Files for Disk {
+    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+        crate::read_source(path, sources)
+    }
+}
+
+/// Texts in memory, by path.
+#[derive(Clone, Debug, Default)]
+pub struct Memory(pub BTreeMap<String, String>);
+
+impl Files for Memory {
+    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+        let name = path.to_string_lossy().replace('\\', "/");
+        match self.0.get(&name) {
+            Some(text) => Ok(sources.add(name, text.as_str())),
+            None => Err(Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", format!("the file \"{name}\" cannot be read: it does not exist"))
+                .help("paths are relative to the folder of the file that names them")),
+        }
+    }
+}
+
+/// One document made of several files.
+#[derive(Clone, Debug)]
+pub struct Composed {
+    /// The document.
+    pub document: Document,
+    /// For each JSON pointer whose value was replaced or deleted, the places of the older values, the newest first.
+    pub replaced: BTreeMap<String, Vec<Span>>,
+    /// The files that it is made of, the first is the pipeline's own.
+    pub files: Vec<FileId>,
+}
+
+/// Composes the document of a registered file, which stands at `path`.
+pub fn compose(
+    file: FileId,
+    path: &Path,
+    files: &mut dyn Files,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Option<Composed> {
+    let mut composer = Composer { files, sources, diagnostics, seen: Vec::new(), chain: Vec::new(), replaced: BTreeMap::new() };
+    let root = composer.file(file, path)?;
+    Some(Composed { document: Document { root }, replaced: composer.replaced, files: composer.seen })
+}
+
+struct Composer<'a> {
+    files: &'a mut dyn Files,
+    sources: &'a mut Sources,
+    diagnostics: &'a mut Diagnostics,
+    seen: Vec<FileId>,
+    /// The paths that lead to the file at hand, each with the place that names the next.
+    chain: Vec<(PathBuf, Option<Span>)>,
+    replaced: BTreeMap<String, Vec<Span>>,
+}
+
+impl Composer<'_> {
+    fn file(&mut self, file: FileId, path: &Path) -> Option<Value> {
+        self.seen.push(file);
+        self.chain.push((path.to_owned(), None));
+        let root = match document::parse(self.sources, file) {
+            Ok(document) => Some(document.root),
+            Err(findings) => {
+                self.diagnostics.extend(findings);
+                None
+            }
+        };
+        let root = root.and_then(|root| self.compose_value(root, path));
+        self.chain.pop();
+        root
+    }
+
+    fn compose_value(&mut self, mut root: Value, path: &Path) -> Option<Value> {
+        let bases = self.named_files(&root, "extends", path);
+        let parts = self.named_files(&root, "include", path);
+        if let Kind::Object(entries) = &mut root.kind {
+            entries.retain(|entry| entry.key != "extends" && entry.key != "include");
+        }
+        let mut fine = true;
+        let mut below: Option<Value> = None;
+        for (name, place) in bases {
+            match self.follow(&name, place, path) {
+                Some(value) => {
+                    below = Some(match below {
+                        None => value,
+                        Some(lower) => merge::over(lower, value, "", &mut self.replaced, self.diagnostics),
+                    });
+                }
+                None => fine = false,
+            }
+        }
+        let mut merged = match below {
+            None => {
+                merge::refuse_deletions(&root, "", self.diagnostics);
+                root
+            }
+            Some(base) => merge::over(base, root, "", &mut self.replaced, self.diagnostics),
+        };
+        for (name, place) in parts {
+            match self.follow(&name, place, path) {
+                Some(value) => merge::beside(&mut merged, value, self.diagnostics),
+                None => fine = false,
+            }
+        }
+        fine.then_some(merged)
+    }
+
+    /// The paths under a key, a string or a list of strings, each with its place.
+    fn named_files(&mut self, root: &Value, key: &str, _path: &Path) -> Vec<(String, Span)> {
+        let Some(value) = root.get(key) else { return Vec::new() };
+        let list = match &value.kind {
+            Kind::Array(elements) => elements.as_slice(),
+            _ => std::slice::from_ref(value),
+        };
+        let mut names = Vec::new();
+        for value in list {
+            match value.text() {
+                Some(name) => names.push((name.to_owned(), value.span)),
+                None => {
+                    let message = format!("a path is wanted here, this is {}", value.kind_name());
+                    self.diagnostics.push(
+                        Diagnostic::error(codes::WRONG_TYPE, value.span, message)
+                            .pointer(format!("/{key}"))
+                            .help("write the path of a file, relative to the folder of this one"),
+                    );
+                }
+            }
+        }
+        names
+    }
+
+    fn follow(&mut self, name: &str, place: Span, from: &Path) -> Option<Value> {
+        let path = normalize(&from.parent().unwrap_or_else(|| Path::new("")).join(name));
+        if let Some(at) = self.chain.iter().position(|(known, _)| normalize(known) == path) {
+            let mut finding = Diagnostic::error(codes::FILE_CYCLE, place, format!("\"{name}\" leads back to itself"))
+                .help("take what both need into a third file");
+            for (_, place) in &self.chain[at..] {
+                if let Some(place) = place {
+                    finding = finding.related(*place, "on the way");
+                }
+            }
+            self.diagnostics.push(finding);
+            return None;
+        }
+        if self.seen.len() >= MAXIMUM_FILES || self.chain.len() >= MAXIMUM_LEVELS {
+            let message = format!("a pipeline is made of at most {MAXIMUM_FILES} files on {MAXIMUM_LEVELS} levels");
+            self.diagnostics.push(Diagnostic::error(codes::FILE_CYCLE, place, message).help("join some of the files"));
+            return None;
+        }
+        match self.files.read(&path, self.sources) {
+            Ok(file) => {
+                if let Some((_, named)) = self.chain.last_mut() {
+                    *named = Some(place);
+                }
+                self.file(file, &path)
+            }
+            Err(finding) => {
+                let mut finding = finding;
+                finding.place = place.into();
+                finding.help = Some("paths are relative to the folder of the file that names them".to_owned());
+                self.diagnostics.push(finding);
+                None
+            }
+        }
+    }
+}
+
+/// A path without `.` and, where something stands before it, `..`.
+fn normalize(path: &Path) -> PathBuf {
+    let mut clean = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(clean.components().next_back(), Some(Component::Normal(_))) => {
+                clean.pop();
+            }
+            other => clean.push(other),
+        }
+    }
+    clean
+}
