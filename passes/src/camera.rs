@@ -52,24 +52,41 @@ impl Node for Camera {
             None => false,
         };
         let output = pass.publish(&self.to, "/to", shape())?;
-        Some(pass.produce(Work::Host(HostWork { node: Arc::new(RunCamera { reverse }), output, inputs: Vec::new() })))
+        Some(pass.produce(Work::Host(HostWork {
+            node: Arc::new(RunCamera { reverse }),
+            output,
+            inputs: Vec::new(),
+        })))
     }
 }
 
 /// What a camera publishes.
 pub fn shape() -> DataShape {
-    let matrices =
-        ["clip_from_world", "clip_from_view", "view_from_world", "world_from_clip", "view_from_clip", "world_from_view"];
+    let matrices = [
+        "clip_from_world",
+        "clip_from_view",
+        "view_from_world",
+        "world_from_clip",
+        "view_from_clip",
+        "world_from_view",
+    ];
     let vectors = ["position", "forward", "right", "up"];
     let numbers = ["near", "far", "aspect", "time"];
     let flags = ["orthographic", "reverse", "frame_index"];
-    let of = |names: &[&'static str], value_type| names.iter().map(move |name| (*name, value_type)).collect::<Vec<_>>();
-    [of(&matrices, ValueType::MAT4), of(&vectors, ValueType::VEC3), of(&numbers, ValueType::F32), of(&flags, ValueType::U32)]
-        .concat()
-        .into_iter()
-        .fold(DataShape::new(), |shape, (name, value_type)| shape.value(name, value_type))
-        .value("half_size", ValueType::VEC2)
-        .views(1)
+    let of = |names: &[&'static str], value_type| {
+        names.iter().map(move |name| (*name, value_type)).collect::<Vec<_>>()
+    };
+    [
+        of(&matrices, ValueType::MAT4),
+        of(&vectors, ValueType::VEC3),
+        of(&numbers, ValueType::F32),
+        of(&flags, ValueType::U32),
+    ]
+    .concat()
+    .into_iter()
+    .fold(DataShape::new(), |shape, (name, value_type)| shape.value(name, value_type))
+    .value("half_size", ValueType::VEC2)
+    .views(1)
 }
 
 #[derive(Debug)]
@@ -247,7 +264,10 @@ mod tests {
                 for point in [DVec3::new(0.0, 0.0, 0.0), DVec3::new(-10.0, 1.0, -30.0)] {
                     let clip = matrix(&data, "clip_from_world") * point.extend(1.0);
                     let back = matrix(&data, "world_from_clip") * clip;
-                    assert!((back.truncate() / back.w - point).length() < 1e-2, "{projection:?} {reverse} {point}");
+                    assert!(
+                        (back.truncate() / back.w - point).length() < 1e-2,
+                        "{projection:?} {reverse} {point}"
+                    );
                 }
             }
         }
@@ -263,7 +283,10 @@ mod tests {
                     clip.z / clip.w
                 };
                 let (first, last) = if reverse { (1.0, 0.0) } else { (0.0, 1.0) };
-                assert!((depth(near) - first).abs() < 1e-5 && (depth(far) - last).abs() < 1e-5, "{projection:?} {reverse}");
+                assert!(
+                    (depth(near) - first).abs() < 1e-5 && (depth(far) - last).abs() < 1e-5,
+                    "{projection:?} {reverse}"
+                );
                 assert_eq!(data.words("reverse"), Some([u32::from(reverse)].as_slice()));
             }
         }
@@ -278,15 +301,23 @@ mod tests {
             FrameCamera { rotation: DQuat::from_xyzw(0.0, 0.0, 0.0, 0.0), ..fine },
             FrameCamera { aspect: 0.0, ..fine },
             FrameCamera { aspect: f64::MIN_POSITIVE, ..fine },
-            FrameCamera { projection: Projection::Perspective { vertical_fov: 1.0, near: 1.0, far: 1.0 }, ..fine },
-            FrameCamera { projection: Projection::Perspective { vertical_fov: 1.0, near: 1e-300, far: 1e300 }, ..fine },
+            FrameCamera {
+                projection: Projection::Perspective { vertical_fov: 1.0, near: 1.0, far: 1.0 },
+                ..fine
+            },
+            FrameCamera {
+                projection: Projection::Perspective { vertical_fov: 1.0, near: 1e-300, far: 1e300 },
+                ..fine
+            },
         ];
         for camera in broken {
             let data = run(camera, true);
             assert_eq!(matrix(&data, "clip_from_world"), DMat4::IDENTITY, "{camera:?}");
             assert_eq!(data.views().len(), 1);
             assert!(data.views()[0].clip_from_world.is_finite());
-            assert!(shape().values.iter().all(|(name, _)| floats(&data, name).iter().all(|value| value.is_finite() || name == "frame_index")));
+            assert!(shape().values.iter().all(|(name, _)| {
+                floats(&data, name).iter().all(|value| value.is_finite() || name == "frame_index")
+            }));
         }
     }
 

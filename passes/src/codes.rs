@@ -24,5 +24,5 @@ umbragraph_graph::codes! {
         "The up vector is a list of three numbers, not all zero; [0, 1, 0] for scenes whose Y axis points up, [0, 0, 1] for those with Z.";
     /// A distance by which the depth range is extended that is none.
     CASCADE_DEPTH = "UG0617", "depth range of cascades",
-        "The near plane of a cascade goes to the bounds of the casters (\"casters\") or so many metres, from 0, beyond the slice; the far plane so many metres, from 0, behind it.";
+        "The near plane of a cascade goes to the bounds of the casters (\"casters\") or so many metres beyond the slice; the far plane stands so many metres behind it. Both lie between 0 and 100,000 m.";
 }

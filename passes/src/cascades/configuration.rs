@@ -129,8 +129,11 @@ impl Configuration {
         let FrameInput { camera, caster_bounds, scene_bounds, .. } = frame;
         let extent = self.extent(camera, &slice, scene_bounds, light);
         let resolution = self.layout.tiles.get(at)?.resolution;
-        let rectangle =
-            snap::rectangle(&extent, Texels { resolution, border: self.border, square: self.square }, self.snap);
+        let rectangle = snap::rectangle(
+            &extent,
+            Texels { resolution, border: self.border, square: self.square },
+            self.snap,
+        );
         let (near, far) = depth::planes(
             (extent.near, extent.minimum.z),
             &rectangle,
@@ -140,7 +143,8 @@ impl Configuration {
             self.far_extension,
         );
         let center = rectangle.minimum + 0.5 * rectangle.size;
-        let clip_from_light = orthographic(center.extend(near), rectangle.size.extend(near - far), self.reverse);
+        let clip_from_light =
+            orthographic(center.extend(near), rectangle.size.extend(near - far), self.reverse);
         let light_from_world = DMat4::from_mat3(*light);
         let eye = center.extend(near);
         let view = View {

@@ -7,7 +7,7 @@ use umbragraph_graph::pipeline::PassBuilder;
 
 use super::MAXIMUM_CASCADES;
 use super::configuration::Configuration;
-use super::depth::NearPull;
+use super::depth::{LONGEST_REACH, NearPull};
 use super::layout::{LARGEST_SIDE, Layout, LayoutFault};
 use super::node::Cascades;
 use super::splits::{Blend, SplitScheme, Splits};
@@ -78,14 +78,24 @@ fn splits(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Splits> {
         && !(near > 0.0 && near < last)
     {
         let message = format!("the splits cannot begin at {near} m and end at {last} m");
-        pass.report(codes::CASCADE_SPLITS, "/splits/near", message, format!("begin above 0 m and before {last} m"));
+        pass.report(
+            codes::CASCADE_SPLITS,
+            "/splits/near",
+            message,
+            format!("begin above 0 m and before {last} m"),
+        );
         return None;
     }
     let lambda = match scheme {
         SplitScheme::Explicit => {
             if count > far.len() {
                 let message = format!("{count} cascades are wanted, but \"far\" has {} distances", far.len());
-                pass.report(codes::CASCADE_COUNT, "/splits/count", message, "add far distances, or choose a formula as the scheme");
+                pass.report(
+                    codes::CASCADE_COUNT,
+                    "/splits/count",
+                    message,
+                    "add far distances, or choose a formula as the scheme",
+                );
                 return None;
             }
             let mut all = [0.0; MAXIMUM_CASCADES];
@@ -107,7 +117,10 @@ fn far_distances(far: Vec<f64>, far_setting: &Expr, pass: &mut PassBuilder<'_>) 
         if !rounded.is_finite() || rounded <= before {
             let message = match at {
                 0 => format!("the far distance {distance} m is not above zero"),
-                _ => format!("the far distance {distance} m does not lie beyond the {} m before it", far[at - 1]),
+                _ => format!(
+                    "the far distance {distance} m does not lie beyond the {} m before it",
+                    far[at - 1]
+                ),
             };
             let help = "far distances are metres above zero, each greater than the one before";
             pass.report(codes::CASCADE_FAR, &element(far_setting, "/far", at), message, help);
@@ -139,7 +152,12 @@ fn up(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<DVec3> {
     let numbers = pass.numbers(expr, "/up")?;
     let up = <[f64; 3]>::try_from(numbers).ok().map(DVec3::from).and_then(DVec3::try_normalize);
     if up.is_none() {
-        pass.report(codes::LIGHT_UP, "/up", "the up vector has no direction", "write three numbers that are not all zero: [0, 1, 0]");
+        pass.report(
+            codes::LIGHT_UP,
+            "/up",
+            "the up vector has no direction",
+            "write three numbers that are not all zero: [0, 1, 0]",
+        );
     }
     up
 }
@@ -155,7 +173,12 @@ fn near_pull(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<NearPull
         Value::Text(word) if word == WORD => Some(NearPull::Casters),
         Value::Text(word) => {
             let message = format!("the near plane cannot be pulled to \"{word}\"");
-            pass.report(codes::CASCADE_DEPTH, "/near_pull", message, "write \"casters\", or a number of metres from 0");
+            pass.report(
+                codes::CASCADE_DEPTH,
+                "/near_pull",
+                message,
+                "write \"casters\", or a number of metres from 0",
+            );
             None
         }
         _ => metres(pass, expr, "/near_pull").map(NearPull::Metres),
@@ -172,7 +195,12 @@ fn resolutions(
     let (count, border) = (count?, border?);
     if numbers.len() != 1 && numbers.len() < count {
         let message = format!("there are {count} cascades, but {} resolutions", numbers.len());
-        pass.report(codes::CASCADE_RESOLUTION, "/resolution", message, "write one number for all, or one for each");
+        pass.report(
+            codes::CASCADE_RESOLUTION,
+            "/resolution",
+            message,
+            "write one number for all, or one for each",
+        );
         return None;
     }
     let least = 2.0 * f64::from(border) + 2.0;
@@ -183,7 +211,8 @@ fn resolutions(
             several => (several[at], element(&settings.resolution, "/resolution", at)),
         };
         if number.fract() != 0.0 || !(least..=f64::from(LARGEST_SIDE)).contains(&number) {
-            let message = format!("a cascade cannot have a resolution of {number} texels with a border of {border}");
+            let message =
+                format!("a cascade cannot have a resolution of {number} texels with a border of {border}");
             let help = format!("write a whole number from {least} to {LARGEST_SIDE}");
             pass.report(codes::CASCADE_RESOLUTION, &pointer, message, help);
             return None;
@@ -200,7 +229,12 @@ fn layout(settings: &Cascades, pass: &mut PassBuilder<'_>, resolutions: &[u32]) 
             let size = texels(&numbers).filter(|size| size.cmpgt(UVec2::ZERO).all());
             if size.is_none() {
                 let message = "the size of the map is no width and height in texels";
-                pass.report(codes::CASCADE_TILE, "/map", message, "write two whole numbers above zero: [2048, 2048]");
+                pass.report(
+                    codes::CASCADE_TILE,
+                    "/map",
+                    message,
+                    "write two whole numbers above zero: [2048, 2048]",
+                );
             }
             Some(size?)
         }
@@ -215,7 +249,10 @@ fn layout(settings: &Cascades, pass: &mut PassBuilder<'_>, resolutions: &[u32]) 
         let (tile, message, help) = match fault {
             LayoutFault::Outside { tile } => {
                 let (end, map) = (layout.tiles[*tile].end(), layout.map);
-                let message = format!("cascade {tile} reaches to texel ({}, {}) of a map of {} × {}", end.x, end.y, map.x, map.y);
+                let message = format!(
+                    "cascade {tile} reaches to texel ({}, {}) of a map of {} × {}",
+                    end.x, end.y, map.x, map.y
+                );
                 (*tile, message, "move the tile, or make the map larger".to_owned())
             }
             LayoutFault::Overlap { first, second } => {
@@ -223,7 +260,8 @@ fn layout(settings: &Cascades, pass: &mut PassBuilder<'_>, resolutions: &[u32]) 
                 (*second, message, format!("move one of them by {} texels", layout.tiles[*second].resolution))
             }
         };
-        let pointer = settings.tiles.as_ref().map_or_else(|| "/map".to_owned(), |tiles| element(tiles, "/tiles", tile));
+        let pointer =
+            settings.tiles.as_ref().map_or_else(|| "/map".to_owned(), |tiles| element(tiles, "/tiles", tile));
         pass.report(codes::CASCADE_TILE, &pointer, message, help);
     }
     faults.is_empty().then_some(layout)
@@ -240,10 +278,17 @@ fn origins(expr: &Expr, pass: &mut PassBuilder<'_>, count: usize) -> Option<Vec<
     };
     let message = match &origins {
         None => "a tile is no [x, y] of whole texels".to_owned(),
-        Some(origins) if origins.len() < count => format!("there are {count} cascades, but {} tiles", origins.len()),
+        Some(origins) if origins.len() < count => {
+            format!("there are {count} cascades, but {} tiles", origins.len())
+        }
         Some(_) => return origins,
     };
-    pass.report(codes::CASCADE_TILE, "/tiles", message, "write the upper left texel of each tile: [[0, 0], [1024, 0]]");
+    pass.report(
+        codes::CASCADE_TILE,
+        "/tiles",
+        message,
+        "write the upper left texel of each tile: [[0, 0], [1024, 0]]",
+    );
     None
 }
 
@@ -279,11 +324,12 @@ fn boolean(pass: &mut PassBuilder<'_>, expr: Option<&Expr>, pointer: &str, defau
 
 fn metres(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str) -> Option<f64> {
     let metres = pass.number(expr, pointer)?;
-    if metres >= 0.0 {
+    if (0.0..=LONGEST_REACH).contains(&metres) {
         return Some(metres);
     }
     let message = format!("the depth range cannot be extended by {metres} m");
-    pass.report(codes::CASCADE_DEPTH, pointer, message, "write a number of metres from 0");
+    let help = format!("write a number of metres from 0 to {LONGEST_REACH}");
+    pass.report(codes::CASCADE_DEPTH, pointer, message, help);
     None
 }
 
@@ -298,6 +344,11 @@ fn fraction(
     if (0.0..=1.0).contains(&fraction) {
         return Some(fraction);
     }
-    pass.report(code, pointer, format!("{what} is {fraction}, which is no fraction"), "write a number from 0 to 1");
+    pass.report(
+        code,
+        pointer,
+        format!("{what} is {fraction}, which is no fraction"),
+        "write a number from 0 to 1",
+    );
     None
 }

@@ -10,11 +10,21 @@
 //!
 //! Both planes are moved outwards to multiples of the texel's size, so that the matrices stay bit-identical until the
 //! rectangle moves.
+//!
+//! Limits: the near plane stands at most [`LONGEST_REACH`] beyond the slice, so that one object with broken bounds does
+//! not leave all others without depth.
 
 use glam::{DMat3, DVec2, DVec3};
 use umbragraph_graph::frame::Bounds;
 
 use super::snap::Rectangle;
+
+/// The farthest that a plane is moved beyond the slice, in metres; a 32-bit depth still tells centimetres apart there.
+pub const LONGEST_REACH: f64 = 1e5;
+
+/// Coordinates beyond this, in metres, count as this, so that clipping stays exact; 32 bits do not tell a house from
+/// its neighbour there.
+const LARGEST_WORLD: f64 = 1e9;
 
 /// How far the near plane is pulled towards the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,7 +37,8 @@ pub enum NearPull {
 }
 
 /// The corners of a box's faces, as [`Bounds::corners`] counts them.
-const FACES: [[usize; 4]; 6] = [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+const FACES: [[usize; 4]; 6] =
+    [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
 
 /// The planes as light-space z: (near, far), near above far.
 pub fn planes(
@@ -40,7 +51,10 @@ pub fn planes(
 ) -> (f64, f64) {
     let (slice_near, slice_far) = slice;
     let near = match pull {
-        NearPull::Casters => highest(casters, light, rectangle).map_or(slice_near, |highest| highest.max(slice_near)),
+        NearPull::Casters => {
+            let highest = highest(casters, light, rectangle).unwrap_or(slice_near);
+            highest.max(slice_near).min(slice_near + LONGEST_REACH)
+        }
         NearPull::Metres(metres) => slice_near + metres,
     };
     let step = rectangle.texel.max_element();
@@ -53,12 +67,14 @@ pub fn highest(bounds: &Bounds, light: &DMat3, rectangle: &Rectangle) -> Option<
     if bounds.is_empty() {
         return None;
     }
+    let within = |corner: DVec3| corner.clamp(DVec3::splat(-LARGEST_WORLD), DVec3::splat(LARGEST_WORLD));
+    let bounds = Bounds { minimum: within(bounds.minimum), maximum: within(bounds.maximum) };
     let corners = bounds.corners().map(|corner| *light * corner);
-    let (low, high) = (rectangle.minimum - rectangle.texel, rectangle.minimum + rectangle.size + rectangle.texel);
+    let (low, high) =
+        (rectangle.minimum - rectangle.texel, rectangle.minimum + rectangle.size + rectangle.texel);
     FACES
         .into_iter()
         .flat_map(|face| Polygon::quad(face.map(|at| corners[at])).clipped(low, high).z_values())
-        .filter(|z| z.is_finite())
         .max_by(f64::total_cmp)
 }
 
@@ -125,8 +141,10 @@ mod tests {
 
     #[test]
     fn the_highest_point_is_that_of_a_fine_grid_of_points() {
-        let bounds = Bounds { minimum: DVec3::new(-40.0, -1.0, -70.0), maximum: DVec3::new(60.0, 25.0, 30.0) };
-        for (x, y, size) in [(-5.0, -5.0, 10.0), (20.0, 3.0, 8.0), (-60.0, -60.0, 130.0), (-50.0, 0.0, 30.0)] {
+        let bounds =
+            Bounds { minimum: DVec3::new(-40.0, -1.0, -70.0), maximum: DVec3::new(60.0, 25.0, 30.0) };
+        for (x, y, size) in [(-5.0, -5.0, 10.0), (20.0, 3.0, 8.0), (-60.0, -60.0, 130.0), (-50.0, 0.0, 30.0)]
+        {
             let rectangle = rectangle(DVec2::new(x, y), size);
             let steps = 60;
             let mut sampled = f64::NEG_INFINITY;
@@ -154,20 +172,29 @@ mod tests {
         assert_eq!(highest(&bounds, &tilted(), &far_away), None);
         assert_eq!(highest(&Bounds::EMPTY, &tilted(), &far_away), None);
         let (near, far) = planes((3.0, -3.0), &far_away, &bounds, &tilted(), NearPull::Casters, 0.0);
-        assert!(near >= 3.0 && near < 3.1 && far <= -3.0 && far > -3.1, "{near} {far}");
+        assert!((3.0..3.1).contains(&near) && (-3.1..=-3.0).contains(&far), "{near} {far}");
     }
 
     #[test]
     fn the_planes_move_by_the_metres_that_are_asked_for() {
         let rectangle = rectangle(DVec2::ZERO, 10.0);
-        let (near, far) = planes((3.0, -3.0), &rectangle, &Bounds::EMPTY, &tilted(), NearPull::Metres(100.0), 50.0);
+        let (near, far) =
+            planes((3.0, -3.0), &rectangle, &Bounds::EMPTY, &tilted(), NearPull::Metres(100.0), 50.0);
         assert!((103.0..103.1).contains(&near) && (-53.1..-53.0).contains(&far), "{near} {far}");
     }
 
     #[test]
-    fn bounds_beyond_all_measure_are_no_trouble() {
-        let bounds = Bounds { minimum: DVec3::splat(-f64::MAX), maximum: DVec3::splat(f64::MAX) };
-        let (near, far) = planes((3.0, -3.0), &rectangle(DVec2::ZERO, 10.0), &bounds, &tilted(), NearPull::Casters, 0.0);
-        assert!(near.is_finite() && far.is_finite() && near > far);
+    fn bounds_beyond_all_measure_pull_the_near_plane_as_far_as_it_goes() {
+        let rectangle = rectangle(DVec2::splat(-5.0), 10.0);
+        for size in [1e7, 1e20, 1e300, f64::MAX] {
+            let bounds = Bounds { minimum: DVec3::splat(-size), maximum: DVec3::splat(size) };
+            for light in [tilted(), DMat3::IDENTITY] {
+                let (near, far) = planes((3.0, -3.0), &rectangle, &bounds, &light, NearPull::Casters, 0.0);
+                assert!(
+                    (near - LONGEST_REACH - 3.0).abs() < 0.1 && (-3.1..=-3.0).contains(&far),
+                    "{size} {near}"
+                );
+            }
+        }
     }
 }

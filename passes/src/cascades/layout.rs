@@ -115,7 +115,9 @@ impl Tile {
     }
 
     fn overlaps(&self, other: &Self) -> bool {
-        self.layer == other.layer && self.origin.cmplt(other.end()).all() && other.origin.cmplt(self.end()).all()
+        self.layer == other.layer
+            && self.origin.cmplt(other.end()).all()
+            && other.origin.cmplt(self.end()).all()
     }
 }
 
@@ -139,7 +141,8 @@ mod tests {
         assert_eq!(row.map, UVec2::new(3072, 1024));
         assert_eq!(row.viewport(2), Some([2048, 0, 1024, 1024]));
         assert!((row.scale_offset(1) - DVec4::new(1.0 / 3.0, 1.0, 1.0 / 3.0, 0.0)).length() < 1e-12);
-        let square = Layout::tiles(&[1024; 3], &[UVec2::ZERO, UVec2::new(1024, 0), UVec2::new(0, 1024)], None);
+        let square =
+            Layout::tiles(&[1024; 3], &[UVec2::ZERO, UVec2::new(1024, 0), UVec2::new(0, 1024)], None);
         assert_eq!(square.map, UVec2::splat(2048));
         let half = 0.5 / 2048.0;
         assert_eq!(square.uv_bounds(2), DVec4::new(half, 0.5 + half, 0.5 - half, 1.0 - half));

@@ -19,8 +19,8 @@
 //! *relative to the camera*, so that they are bit-identical wherever the camera stands; with the snap "world" the
 //! rectangle's corner is a whole multiple of the texel's size in light space, so a translation of the camera moves
 //! every static point by whole texels. With the fit "sphere" sizes do not depend on the camera's rotation either.
-//! Everything is `f64` up to the rounding of the final matrices; that rounding is beyond 1/100 texel only where a
-//! cascade's width is below 1/200 of its distance from the world's origin.
+//! Everything is `f64` up to the rounding of the final matrices to 32 bits. That moves a cascade of 2048 texels by less
+//! than 1/100 texel as long as it is at least 1/100 as wide as it is far from the world's origin.
 //!
 //! Limits: at most [`MAXIMUM_CASCADES`] cascades, one light; no fit to the visible depth range.
 //!

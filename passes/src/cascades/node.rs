@@ -133,7 +133,8 @@ pub struct BlendSettings {
 
 impl Node for Cascades {
     const NAME: &'static str = "cascades";
-    const SUMMARY: &'static str = "Fits cascades of a directional light to the camera, and publishes a view for each.";
+    const SUMMARY: &'static str =
+        "Fits cascades of a directional light to the camera, and publishes a view for each.";
 
     fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let configuration = declare::configuration(&self, pass)?;
@@ -188,7 +189,10 @@ fn publish(configuration: &Configuration, set: &CascadeSet, data: &mut HostData)
     let numbers = |value: fn(&Cascade) -> f64| set.iter().map(move |cascade| bounded(value(cascade)));
     let vectors = |value: &dyn Fn(usize) -> DVec4| {
         let mut all = [glam::Vec4::ZERO; MAXIMUM_CASCADES];
-        all.iter_mut().zip(set.iter()).enumerate().for_each(|(at, (vector, _))| *vector = value(at).as_vec4());
+        all.iter_mut()
+            .zip(set.iter())
+            .enumerate()
+            .for_each(|(at, (vector, _))| *vector = value(at).as_vec4());
         all.into_iter().take(set.count())
     };
     data.set_matrices("clip_from_world", set.iter().map(|cascade| cascade.view.clip_from_world));

@@ -113,7 +113,9 @@ mod tests {
     #[test]
     fn the_rectangle_holds_the_box_and_its_border_with_any_snap() {
         for snap in SNAPS {
-            for (resolution, border, square) in [(2048, 2, true), (1023, 1, true), (16, 0, false), (64, 31, true)] {
+            for (resolution, border, square) in
+                [(2048, 2, true), (1023, 1, true), (16, 0, false), (64, 31, true)]
+            {
                 for step in 0..200 {
                     let minimum = DVec2::new(-17.3 + 0.137 * f64::from(step), 5.1 - 0.071 * f64::from(step));
                     let extent = extent(minimum, DVec2::new(20.0, 11.0));
@@ -122,7 +124,10 @@ mod tests {
                     let low = texel_of(minimum, &rectangle);
                     let high = texel_of(minimum + extent.size, &rectangle);
                     assert!(low.min_element() >= margin, "{snap:?} {resolution} {low}");
-                    assert!(high.max_element() <= f64::from(resolution) - margin, "{snap:?} {resolution} {high}");
+                    assert!(
+                        high.max_element() <= f64::from(resolution) - margin,
+                        "{snap:?} {resolution} {high}"
+                    );
                     assert_eq!(rectangle.texel.x == rectangle.texel.y, square);
                 }
             }
@@ -137,8 +142,12 @@ mod tests {
             let worst = (0..500)
                 .map(|step| {
                     let moved = DVec2::new(0.0031 * f64::from(step), -0.0173 * f64::from(step));
-                    let before = texel_of(DVec2::ZERO, &rectangle(&extent(DVec2::splat(-20.0), size), texels, snap));
-                    let after = texel_of(DVec2::ZERO, &rectangle(&extent(DVec2::splat(-20.0) + moved, size), texels, snap));
+                    let before =
+                        texel_of(DVec2::ZERO, &rectangle(&extent(DVec2::splat(-20.0), size), texels, snap));
+                    let after = texel_of(
+                        DVec2::ZERO,
+                        &rectangle(&extent(DVec2::splat(-20.0) + moved, size), texels, snap),
+                    );
                     let shift = after - before;
                     (shift - shift.round()).abs().max_element()
                 })

@@ -128,10 +128,11 @@ impl Splits {
         let mut begin = near;
         let mut previous = self.near(near);
         distances.into_iter().take(self.count()).map_while(move |distance| {
-            let zone = blend.fraction * match blend.of {
-                BlendOf::Far => distance,
-                BlendOf::Range => distance - previous,
-            };
+            let zone = blend.fraction
+                * match blend.of {
+                    BlendOf::Far => distance,
+                    BlendOf::Range => distance - previous,
+                };
             let slice = Slice {
                 begin: begin.min(distance),
                 end: distance.min(far),
@@ -168,15 +169,22 @@ mod tests {
     #[test]
     fn the_practical_split_gives_the_documented_distances() {
         let near = formula(0.7, 0.1, 200.0, 3);
-        assert!((near[0] - 20.9).abs() < 0.05 && (near[1] - 51.1).abs() < 0.05 && near[2] == 200.0, "{near:?}");
+        assert!(
+            (near[0] - 20.9).abs() < 0.05 && (near[1] - 51.1).abs() < 0.05 && near[2] == 200.0,
+            "{near:?}"
+        );
         let half = formula(0.5, 0.1, 200.0, 3);
-        assert!((half[0] - 34.0).abs() < 0.05 && (half[1] - 74.6).abs() < 0.1 && half[2] == 200.0, "{half:?}");
+        assert!(
+            (half[0] - 34.0).abs() < 0.05 && (half[1] - 74.6).abs() < 0.1 && half[2] == 200.0,
+            "{half:?}"
+        );
     }
 
     #[test]
     fn the_ends_of_the_mix_are_the_uniform_and_the_logarithmic_split() {
         assert_eq!(formula(0.0, 1.0, 401.0, 4)[..4], [101.0, 201.0, 301.0, 401.0]);
-        for (found, wanted) in formula(1.0, 1.0, 10_000.0, 4).into_iter().zip([10.0, 100.0, 1000.0, 10_000.0]) {
+        for (found, wanted) in formula(1.0, 1.0, 10_000.0, 4).into_iter().zip([10.0, 100.0, 1000.0, 10_000.0])
+        {
             assert!((found / wanted - 1.0).abs() < 1e-12, "{found} {wanted}");
         }
     }
@@ -186,7 +194,10 @@ mod tests {
         for near in [-5.0, 0.0, 1e-300, 199.0, 200.0, 1e9] {
             for lambda in [0.0, 0.5, 1.0] {
                 let far = formula(lambda, near, 200.0, 8);
-                assert!(far[0] > 0.0 && far.windows(2).all(|pair| pair[0] < pair[1]), "{near} {lambda} {far:?}");
+                assert!(
+                    far[0] > 0.0 && far.windows(2).all(|pair| pair[0] < pair[1]),
+                    "{near} {lambda} {far:?}"
+                );
             }
         }
     }
@@ -194,7 +205,8 @@ mod tests {
     #[test]
     fn each_slice_begins_where_the_one_before_begins_to_blend() {
         for of in [BlendOf::Far, BlendOf::Range] {
-            let slices: Vec<_> = explicit(&[10.0, 30.0, 80.0]).slices(Blend { fraction: 0.1, of }, 0.1, 1e4).collect();
+            let slices: Vec<_> =
+                explicit(&[10.0, 30.0, 80.0]).slices(Blend { fraction: 0.1, of }, 0.1, 1e4).collect();
             assert_eq!((slices[0].begin, slices[2].end), (0.1, 80.0));
             for pair in slices.windows(2) {
                 assert_eq!(pair[1].begin, pair[0].blend_start);

@@ -124,7 +124,10 @@ fn the_view_agrees_with_its_matrices() {
 #[test]
 fn the_map_is_found_through_scale_and_offset_and_directly_alike() {
     let origins = [glam::UVec2::ZERO, glam::UVec2::new(1024, 0), glam::UVec2::new(0, 1024)];
-    let settings = Configuration { layout: Layout::tiles(&[1024; 3], &origins, None), ..configuration(&[8.0, 40.0, 200.0]) };
+    let settings = Configuration {
+        layout: Layout::tiles(&[1024; 3], &origins, None),
+        ..configuration(&[8.0, 40.0, 200.0])
+    };
     let camera = identity_camera();
     for (at, cascade) in settings.fit(&frame(camera, DVec3::new(0.5, -0.6, 0.1))).iter().enumerate() {
         let point = frustum_point(&camera, cascade.slice.end * 0.97, 0.3, -0.2);

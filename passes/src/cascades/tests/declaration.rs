@@ -26,7 +26,8 @@ fn declare(settings: &str, parameters: &str) -> (Option<Pipeline>, Diagnostics, 
     let mut diagnostics = Diagnostics::new();
     let templates = Arc::new(TemplateSet::new());
     let choice = Choice::default();
-    let pipeline = load(&document, &registry, &templates, &TargetProfile::webgpu(), &choice, &sources, &mut diagnostics);
+    let pipeline =
+        load(&document, &registry, &templates, &TargetProfile::webgpu(), &choice, &sources, &mut diagnostics);
     (pipeline, diagnostics, sources)
 }
 
@@ -43,7 +44,9 @@ pub(super) fn run(settings: &str, frame: &FrameInput) -> HostData {
 }
 
 fn declared(pipeline: &Pipeline) -> u32 {
-    let umbragraph_graph::pipeline::ResourceKind::Data(Some(shape)) = &pipeline.resources[0].kind else { panic!("data") };
+    let umbragraph_graph::pipeline::ResourceKind::Data(Some(shape)) = &pipeline.resources[0].kind else {
+        panic!("data")
+    };
     assert_eq!(*shape, node::shape(shape.maximum_views));
     shape.maximum_views
 }
@@ -114,7 +117,8 @@ fn near_pull_and_words_can_be_parameters() {
     let settings = r#"{ "far": "ends", "resolution": 64, "near_pull": "pull", "snap": "=snap_to" }"#;
     let (pipeline, diagnostics, _) = declare(settings, parameters);
     assert!(pipeline.is_some() && diagnostics.is_empty(), "{diagnostics:?}");
-    let (_, diagnostics, _) = declare(settings, &parameters.replace(r#""default": "casters""#, r#""default": "sky""#));
+    let (_, diagnostics, _) =
+        declare(settings, &parameters.replace(r#""default": "casters""#, r#""default": "sky""#));
     assert_eq!(diagnostics.iter().map(|finding| finding.code.id).collect::<Vec<_>>(), ["UG0617"]);
 }
 
@@ -130,18 +134,43 @@ fn settings_that_make_no_sense_are_found_at_their_place() {
         (r#"{ "far": [9], "splits": { "count": 0 }, "resolution": 64 }"#, "UG0611", "/splits/count", "0"),
         (r#"{ "far": [9], "splits": { "count": 2 }, "resolution": 64 }"#, "UG0611", "/splits/count", "2"),
         (r#"{ "far": [9], "splits": { "near": 9 }, "resolution": 64 }"#, "UG0612", "/splits/near", "9"),
-        (r#"{ "far": [9], "splits": { "lambda": 1.5 }, "resolution": 64 }"#, "UG0612", "/splits/lambda", "1.5"),
+        (
+            r#"{ "far": [9], "splits": { "lambda": 1.5 }, "resolution": 64 }"#,
+            "UG0612",
+            "/splits/lambda",
+            "1.5",
+        ),
         (r#"{ "far": [9], "resolution": 0 }"#, "UG0613", "/resolution", "0"),
         (r#"{ "far": [9], "resolution": 9, "border": 4 }"#, "UG0613", "/resolution", "9"),
         (r#"{ "far": [9, 10, 11], "resolution": [64, 64] }"#, "UG0613", "/resolution", "[64, 64]"),
         (r#"{ "far": [9, 10], "resolution": [64, 0.5] }"#, "UG0613", "/resolution/1", "0.5"),
         (r#"{ "far": [9, 10], "resolution": 64, "tiles": [[0, 0]] }"#, "UG0614", "/tiles", "[[0, 0]]"),
-        (r#"{ "far": [9, 10], "resolution": 64, "tiles": [[0, 0], [64, -1]] }"#, "UG0614", "/tiles", "[[0, 0], [64, -1]]"),
-        (r#"{ "far": [9, 10], "resolution": 64, "tiles": [[0, 0], [63, 0]] }"#, "UG0614", "/tiles/1", "[63, 0]"),
-        (r#"{ "far": [9], "resolution": 64, "tiles": [[1, 0]], "map": [64, 64] }"#, "UG0614", "/tiles/0", "[1, 0]"),
+        (
+            r#"{ "far": [9, 10], "resolution": 64, "tiles": [[0, 0], [64, -1]] }"#,
+            "UG0614",
+            "/tiles",
+            "[[0, 0], [64, -1]]",
+        ),
+        (
+            r#"{ "far": [9, 10], "resolution": 64, "tiles": [[0, 0], [63, 0]] }"#,
+            "UG0614",
+            "/tiles/1",
+            "[63, 0]",
+        ),
+        (
+            r#"{ "far": [9], "resolution": 64, "tiles": [[1, 0]], "map": [64, 64] }"#,
+            "UG0614",
+            "/tiles/0",
+            "[1, 0]",
+        ),
         (r#"{ "far": [9], "resolution": 64, "map": [32, 64] }"#, "UG0614", "/map", "[32, 64]"),
         (r#"{ "far": [9], "resolution": 64, "map": 64 }"#, "UG0614", "/map", "64"),
-        (r#"{ "far": [9], "resolution": 64, "blend": { "fraction": -0.1 } }"#, "UG0615", "/blend/fraction", "-0.1"),
+        (
+            r#"{ "far": [9], "resolution": 64, "blend": { "fraction": -0.1 } }"#,
+            "UG0615",
+            "/blend/fraction",
+            "-0.1",
+        ),
         (r#"{ "far": [9], "resolution": 64, "up": [0, 0, 0] }"#, "UG0616", "/up", "[0, 0, 0]"),
         (r#"{ "far": [9], "resolution": 64, "up": [0, 1] }"#, "UG0616", "/up", "[0, 1]"),
         (r#"{ "far": [9], "resolution": 64, "near_pull": -1 }"#, "UG0617", "/near_pull", "-1"),
@@ -152,7 +181,9 @@ fn settings_that_make_no_sense_are_found_at_their_place() {
         let found: Vec<_> = diagnostics
             .iter()
             .map(|finding| {
-                let umbragraph_graph::diagnostic::Place::Span(span) = finding.place else { panic!("a place in the text") };
+                let umbragraph_graph::diagnostic::Place::Span(span) = finding.place else {
+                    panic!("a place in the text")
+                };
                 assert!(finding.help.is_some(), "{settings}");
                 (finding.code.id, finding.pointer.as_str(), sources.text(span))
             })

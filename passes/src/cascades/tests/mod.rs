@@ -56,7 +56,14 @@ fn sun(direction: DVec3) -> Light {
 
 fn frame(camera: Camera, direction: DVec3) -> FrameInput {
     let bounds = Bounds { minimum: DVec3::new(-60.0, -2.0, -60.0), maximum: DVec3::new(60.0, 40.0, 60.0) };
-    FrameInput { camera, lights: vec![sun(direction)], caster_bounds: bounds, scene_bounds: bounds, time: 0.0, index: 0 }
+    FrameInput {
+        camera,
+        lights: vec![sun(direction)],
+        caster_bounds: bounds,
+        scene_bounds: bounds,
+        time: 0.0,
+        index: 0,
+    }
 }
 
 fn identity_camera() -> Camera {
@@ -105,8 +112,9 @@ fn projection() -> impl Strategy<Value = Projection> {
 }
 
 fn camera() -> impl Strategy<Value = Camera> {
-    (position(1000.0), rotation(), projection(), 0.4..3.0)
-        .prop_map(|(position, rotation, projection, aspect)| Camera { position, rotation, projection, aspect })
+    (position(1000.0), rotation(), projection(), 0.4..3.0).prop_map(
+        |(position, rotation, projection, aspect)| Camera { position, rotation, projection, aspect },
+    )
 }
 
 fn shape() -> impl Strategy<Value = FitShape> {

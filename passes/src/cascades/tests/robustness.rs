@@ -33,14 +33,16 @@ fn odd_vector() -> impl Strategy<Value = DVec3> {
 
 fn odd_camera() -> impl Strategy<Value = Camera> {
     let numbers = (odd_number(), odd_number(), odd_number(), odd_number());
-    (odd_vector(), rotation(), numbers, any::<bool>()).prop_map(|(position, rotation, (a, near, far, aspect), perspective)| {
-        let projection = if perspective {
-            Projection::Perspective { vertical_fov: a.abs() % 4.0, near: near.abs(), far: far.abs() }
-        } else {
-            Projection::Orthographic { half_height: a.abs(), near, far }
-        };
-        Camera { position, rotation, projection, aspect: aspect.abs() }
-    })
+    (odd_vector(), rotation(), numbers, any::<bool>()).prop_map(
+        |(position, rotation, (a, near, far, aspect), perspective)| {
+            let projection = if perspective {
+                Projection::Perspective { vertical_fov: a.abs() % 4.0, near: near.abs(), far: far.abs() }
+            } else {
+                Projection::Orthographic { half_height: a.abs(), near, far }
+            };
+            Camera { position, rotation, projection, aspect: aspect.abs() }
+        },
+    )
 }
 
 proptest! {
@@ -79,7 +81,10 @@ fn the_identity_camera_gives_finite_matrices_that_are_not_the_identity() {
 #[test]
 fn wide_splits_blend_over_a_metre_and_more() {
     for of in [BlendOf::Far, BlendOf::Range] {
-        let settings = Configuration { blend: Blend { fraction: 0.05, of }, ..configuration(&[32.0, 128.0, 512.0, 2048.0]) };
+        let settings = Configuration {
+            blend: Blend { fraction: 0.05, of },
+            ..configuration(&[32.0, 128.0, 512.0, 2048.0])
+        };
         let set = settings.fit(&frame(identity_camera(), DVec3::NEG_Y));
         assert_eq!(set.count(), 4);
         assert!(set.iter().all(|cascade| cascade.slice.far - cascade.slice.blend_start >= 1.0), "{of:?}");
@@ -95,6 +100,14 @@ fn an_unusable_camera_or_light_leaves_no_cascades() {
     camera.camera.position.x = f64::NAN;
     let set = settings.fit(&camera);
     assert!(set.count() == 0 && set.light.is_some());
+    let projection = |vertical_fov, near, far| Projection::Perspective { vertical_fov, near, far };
+    for camera in [
+        Camera { rotation: DQuat::from_xyzw(0.0, 0.0, 0.0, 2.0), ..fine.camera },
+        Camera { projection: projection(4.0, 0.1, 100.0), ..fine.camera },
+        Camera { projection: projection(1.0, -0.1, 100.0), ..fine.camera },
+    ] {
+        assert_eq!(settings.fit(&FrameInput { camera, ..fine.clone() }).count(), 0, "{camera:?}");
+    }
     let mut shadowless = fine.clone();
     shadowless.lights[0].cast_shadow = false;
     let set = settings.fit(&shadowless);
@@ -103,6 +116,19 @@ fn an_unusable_camera_or_light_leaves_no_cascades() {
     broken.lights[0].direction = DVec3::ZERO;
     assert!(settings.fit(&broken).light.is_none());
     assert_eq!(Configuration { light: Some("moon".into()), ..settings }.fit(&fine).count(), 0);
+}
+
+#[test]
+fn one_object_with_broken_bounds_leaves_the_cascades_as_they_are() {
+    let settings = configuration(&[10.0, 100.0]);
+    let mut frame = frame(identity_camera(), DVec3::NEG_Y);
+    let sizes =
+        |frame: &FrameInput| settings.fit(frame).iter().map(|cascade| cascade.texel_size).collect::<Vec<_>>();
+    let fine = sizes(&frame);
+    for size in [1e20, 1e300, f64::MAX] {
+        frame.caster_bounds = Bounds { minimum: DVec3::splat(-size), maximum: DVec3::splat(size) };
+        assert_eq!(sizes(&frame), fine, "{size}");
+    }
 }
 
 #[test]
@@ -119,7 +145,9 @@ fn a_frame_with_large_numbers_is_published_within_32_bits() {
     frame.lights[0].color = Vec3::splat(1e30);
     frame.lights[0].angular_diameter_deg = f32::NAN;
     let data = super::declaration::run(r#"{ "far": [10, 20], "resolution": 512 }"#, &frame);
-    let floats = |name: &str| -> Vec<f32> { data.words(name).unwrap_or_default().iter().map(|word| f32::from_bits(*word)).collect() };
+    let floats = |name: &str| -> Vec<f32> {
+        data.words(name).unwrap_or_default().iter().map(|word| f32::from_bits(*word)).collect()
+    };
     let published: &HostData = &data;
     for (name, _) in &published.shape().values {
         assert!(floats(name).iter().all(|value| value.is_finite()), "{name}");
