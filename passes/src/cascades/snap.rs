@@ -11,9 +11,10 @@
 //! | projection | the translation of the projection, in a light view centred on the slice, rounded down | any fraction |
 //! | none | nothing | any fraction |
 //!
-//! "world" and "origin" differ in where the rectangle lies by at most one texel (and, for an odd resolution, half of
-//! one). "projection" is what engines do that re-centre the light view on the slice for each frame; it is there to be
-//! compared with, since what it rounds does not change as the camera moves.
+//! "world" and "origin" use one grid (for an odd resolution, two that are half a texel apart). They differ where texels
+//! are left over, as on the shorter side of a tight fit: "origin" leaves as many on either side of the slice, "world"
+//! all of them beyond it. "projection" is what engines do that re-centre the light view on the slice for each frame;
+//! it is there to be compared with, since what it rounds does not change as the camera moves.
 //!
 //! Limits: a texel is at least a nanometre, or 2⁻⁴⁰ of the coordinates, since `f64` cannot count smaller ones.
 

@@ -110,6 +110,69 @@ fn every_setting_can_be_said() {
 }
 
 #[test]
+fn every_setting_changes_what_is_published() {
+    let mut camera = identity_camera();
+    camera.position = DVec3::new(1.3, 2.1, 0.7);
+    camera.rotation = DQuat::from_rotation_y(0.4);
+    let mut frame = frame(camera, DVec3::new(0.3, -0.8, 0.5));
+    frame.lights.push(Light { name: "moon".into(), intensity: 0.1, ..sun(DVec3::new(-0.4, -0.8, 0.1)) });
+    let published = |settings: &str| {
+        let data = run(&format!(r#"{{ "far": [10, 90], "resolution": 256 {settings} }}"#), &frame);
+        let words: Vec<u32> =
+            (0..data.shape().values.len()).flat_map(|at| data.words_at(at).unwrap().to_vec()).collect();
+        (words, data.views().to_vec())
+    };
+    let plain = published("");
+    for settings in [
+        r#""light": "moon""#,
+        r#""splits": { "scheme": "uniform" }"#,
+        r#""splits": { "count": 1 }"#,
+        r#""tiles": [[0, 0], [256, 0]]"#,
+        r#""tiles": [0, 0, 256, 0]"#,
+        r#""map": [512, 256]"#,
+        r#""reverse": true"#,
+        r#""fit": "tight""#,
+        r#""snap": "none""#,
+        r#""snap": "projection""#,
+        r#""fit": "tight", "square_texels": false"#,
+        r#""border": 5"#,
+        r#""up": [0, 0, 1]"#,
+        r#""near_pull": 7"#,
+        r#""far_extension": 11"#,
+        r#""clip_to_scene": true"#,
+        r#""blend": { "fraction": 0.2 }"#,
+    ] {
+        assert_ne!(published(&format!(", {settings}")), plain, "{settings}");
+    }
+    let tight = published(r#", "fit": "tight""#);
+    assert_ne!(published(r#", "fit": "tight", "square_texels": false"#), tight);
+    assert_ne!(published(r#", "fit": "tight", "snap": "origin""#), tight);
+}
+
+#[test]
+fn schemes_and_counts_choose_the_far_distances() {
+    let frame = frame(identity_camera(), DVec3::NEG_Y);
+    let far = |splits: &str| {
+        floats(
+            &run(&format!(r#"{{ "far": [1, 10, 100], "resolution": 64, "splits": {splits} }}"#), &frame),
+            "far",
+        )
+    };
+    assert_eq!(far(r#"{ "count": 2 }"#), [1.0, 10.0]);
+    assert_eq!(far(r#"{ "scheme": "explicit" }"#), [1.0, 10.0, 100.0]);
+    assert_eq!(far(r#"{ "scheme": "uniform", "count": 2, "near": 2 }"#), [51.0, 100.0]);
+    let logarithmic = far(r#"{ "scheme": "logarithmic", "count": 4, "near": 0.01 }"#);
+    let wanted = [0.1, 1.0, 10.0, 100.0];
+    assert!(
+        logarithmic.iter().zip(wanted).all(|(found, wanted)| (found / wanted - 1.0).abs() < 1e-6),
+        "{logarithmic:?}"
+    );
+    // Without a near distance, from the camera's near plane at 0.1 m; half of each formula without a lambda.
+    let practical = far(r#"{ "scheme": "practical", "count": 3 }"#);
+    assert!((practical[0] - 0.5 * (1.0 + 33.4)).abs() < 1e-4 && practical[2] == 100.0, "{practical:?}");
+}
+
+#[test]
 fn near_pull_and_words_can_be_parameters() {
     let parameters = r#""pull": { "type": "enum", "values": ["casters", "sky"], "default": "casters" },
         "snap_to": { "type": "enum", "values": ["world", "none"], "default": "none" },
