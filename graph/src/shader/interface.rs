@@ -29,7 +29,7 @@ pub fn unite<'a>(
     variants: impl IntoIterator<Item = &'a Reflection>,
 ) -> (Vec<Binding>, Vec<InterfaceConflict>) {
     let mut united: BTreeMap<(u32, u32), (usize, Binding)> = BTreeMap::new();
-    let mut names: BTreeMap<String, (usize, (u32, u32))> = BTreeMap::new();
+    let mut names: BTreeMap<&str, (usize, (u32, u32))> = BTreeMap::new();
     let mut conflicts = Vec::new();
     for (variant, reflection) in variants.into_iter().enumerate() {
         for binding in &reflection.bindings {
@@ -42,7 +42,7 @@ pub fn unite<'a>(
                     message,
                 });
             };
-            let (known_variant, known_place) = *names.entry(binding.name.clone()).or_insert((variant, place));
+            let (known_variant, known_place) = *names.entry(&binding.name).or_insert((variant, place));
             if known_place != place {
                 disagree(
                     known_variant,

@@ -91,7 +91,7 @@ impl Check<'_> {
     }
 
     fn bindings_of_stage(&mut self, reflection: &Reflection, entry_point: &EntryPoint) {
-        let limits = self.profile.limits.clone();
+        let limits = &self.profile.limits;
         let storage_buffers = match entry_point.stage {
             ShaderStage::Vertex => self.profile.vertex_storage_buffers,
             ShaderStage::Fragment | ShaderStage::Compute => limits.max_storage_buffers_per_shader_stage,
@@ -135,7 +135,7 @@ impl Check<'_> {
     }
 
     fn entry_point(&mut self, entry_point: &EntryPoint) {
-        let limits = self.profile.limits.clone();
+        let limits = &self.profile.limits;
         let span = self.span_of_entry_point(entry_point);
         let name = &entry_point.name;
         let count = |length: usize| length as u64;

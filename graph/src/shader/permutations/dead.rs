@@ -22,6 +22,9 @@ pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
     }
     let mut effective = BTreeSet::new();
     for (at, one) in leaves.iter().enumerate() {
+        if effective.len() == exploration.read.len() {
+            break;
+        }
         for two in &leaves[at + 1..] {
             if one.text == two.text {
                 continue;

@@ -47,7 +47,7 @@ pub(crate) struct Leaf {
 pub(crate) struct Text {
     pub(crate) wgsl: Arc<str>,
     pub(crate) hash: [u8; 32],
-    pub(crate) map: TextMap,
+    pub(crate) map: Arc<TextMap>,
     /// The first path that leads to it.
     pub(crate) leaf: usize,
     /// All paths that lead to it.
@@ -91,12 +91,13 @@ struct Pending {
     next: u64,
 }
 
-/// Takes every path through a template.
+/// Takes every path through a template; where `track` is set, with a note of the literal text that each writes.
 pub(crate) fn explore(
     set: &TemplateSet,
     placement: &Placement<'_>,
     template: &str,
     space: &Arc<Space>,
+    track: bool,
 ) -> Exploration {
     let mut exploration = Exploration { complete: true, ..Exploration::default() };
     let mut unknown = BTreeSet::new();
@@ -116,15 +117,25 @@ pub(crate) fn explore(
         let leaf = exploration.leaves.len();
         let text = match result {
             Ok((wgsl, map)) => {
-                exploration.literals.extend(map.segments.iter().filter_map(|segment| match segment.origin {
-                    Some(Origin::Literal(file, offset)) => Some((file, offset)),
-                    _ => None,
-                }));
+                if track {
+                    exploration.literals.extend(map.segments.iter().filter_map(
+                        |segment| match segment.origin {
+                            Some(Origin::Literal(file, offset)) => Some((file, offset)),
+                            _ => None,
+                        },
+                    ));
+                }
                 let hash = *blake3::hash(wgsl.as_bytes()).as_bytes();
                 let known = *by_hash.entry(hash).or_insert(exploration.texts.len());
                 if known == exploration.texts.len() {
                     exploration.bytes += wgsl.len();
-                    exploration.texts.push(Text { wgsl: wgsl.into(), hash, map, leaf, leaves: Vec::new() });
+                    exploration.texts.push(Text {
+                        wgsl: wgsl.into(),
+                        hash,
+                        map: Arc::new(map),
+                        leaf,
+                        leaves: Vec::new(),
+                    });
                 }
                 if let Some(text) = exploration.texts.get_mut(known) {
                     text.leaves.push(leaf);

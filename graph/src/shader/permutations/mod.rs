@@ -125,7 +125,8 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
         match space_of(templates, request) {
             Ok(space) => {
                 let space = Arc::new(space);
-                let exploration = explore::explore(templates, &placement, &request.template, &space);
+                let exploration =
+                    explore::explore(templates, &placement, &request.template, &space, options.report_dead);
                 explored.push(Explored { request, space, exploration, tasks: Vec::new() });
             }
             Err(found) => findings.extend(found),
@@ -396,7 +397,7 @@ fn report_on(
             paths: leaves.len(),
             configurations,
             bytes: text.wgsl.len(),
-            hash: text.hash.iter().map(|byte| format!("{byte:02x}")).collect(),
+            hash: blake3::Hash::from_bytes(text.hash).to_string(),
             valid: proof.is_some_and(|proof| proof.refusals.is_empty()),
             wgsl: text.wgsl.clone(),
             map: text.map.clone(),
@@ -427,7 +428,7 @@ fn unite(
     let reflected: Vec<&VariantReport> =
         variants.iter().filter(|variant| variant.reflection.is_some()).collect();
     let (bindings, conflicts) =
-        interface::unite(reflected.iter().filter_map(|variant| variant.reflection.as_ref()));
+        interface::unite(reflected.iter().filter_map(|variant| variant.reflection.as_deref()));
     let place = |variant: &VariantReport, name: &str| {
         let at = declaration_of(&variant.wgsl, name).and_then(|range| variant.map.span(range));
         at.or_else(|| templates.file(&request.template).map(|file| Span::new(file, 0..0)))

@@ -13,7 +13,7 @@ use naga::back::pipeline_constants::process_overrides;
 use crate::shader::axes::{Axes, AxisKind, AxisMode};
 use crate::shader::compile;
 use crate::shader::profile::{TargetLanguage, TargetProfile};
-use crate::shader::reflection::{self, Reflection, WorkgroupSizes};
+use crate::shader::reflection::{self, Reflection};
 use crate::shader::value::{AxisValue, AxisValues};
 use crate::shader::wgsl_error::Refusal;
 use crate::shader::{backend, limits, wgsl};
@@ -31,7 +31,7 @@ pub(crate) struct Proof {
     /// Why it is refused, and by which of the profiles, by index.
     pub(crate) refusals: Vec<(Refusal, Vec<usize>)>,
     /// What it says of itself, where some profile accepts it.
-    pub(crate) reflection: Option<Reflection>,
+    pub(crate) reflection: Option<Arc<Reflection>>,
 }
 
 impl Proof {
@@ -122,39 +122,33 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
             }
         };
         let mut sizes = Vec::new();
+        let mut refused = false;
         for constants in &constants {
             match wgsl::resolve_overrides(&module, &info, constants) {
                 Ok(found) => sizes.push(found),
-                Err(refusal) => proof.refuse(refusal, profiles.iter().copied()),
+                Err(refusal) => {
+                    refused = true;
+                    proof.refuse(refusal, profiles.iter().copied());
+                }
             }
         }
-        if sizes.len() < constants.len() {
+        sizes.dedup();
+        if refused {
             continue;
         }
-        let reflection = reflection::reflect(&module, &info, &sizes.first().cloned().unwrap_or_default());
-        check_limits(task, profiles, &module, &info, &sizes, &mut proof);
+        for sizes in &sizes {
+            let reflection = reflection::reflect(&module, &info, sizes);
+            for at in profiles {
+                for refusal in limits::exceeded(&task.wgsl, &module, &reflection, &task.profiles[*at]) {
+                    proof.refuse(refusal, [*at]);
+                }
+            }
+            // The first sizes are those of the defaults.
+            proof.reflection.get_or_insert_with(|| Arc::new(reflection));
+        }
         check_writers(task, profiles, &module, &info, constants.first(), &mut proof);
-        proof.reflection.get_or_insert(reflection);
     }
     proof
-}
-
-fn check_limits(
-    task: &Task<'_>,
-    profiles: &[usize],
-    module: &naga::Module,
-    info: &naga::valid::ModuleInfo,
-    sizes: &[WorkgroupSizes],
-    proof: &mut Proof,
-) {
-    for sizes in sizes {
-        let reflection = reflection::reflect(module, info, sizes);
-        for at in profiles {
-            for refusal in limits::exceeded(&task.wgsl, module, &reflection, &task.profiles[*at]) {
-                proof.refuse(refusal, [*at]);
-            }
-        }
-    }
 }
 
 fn check_writers(

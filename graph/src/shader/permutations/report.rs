@@ -65,10 +65,10 @@ pub struct VariantReport {
     pub wgsl: Arc<str>,
     /// From the text back to the templates.
     #[serde(skip)]
-    pub map: TextMap,
+    pub map: Arc<TextMap>,
     /// What the module says of itself; `None` for a text that no profile accepts.
     #[serde(skip)]
-    pub reflection: Option<Reflection>,
+    pub reflection: Option<Arc<Reflection>>,
 }
 
 /// What a value adds to the text, against the text of all defaults.

@@ -107,7 +107,47 @@ pub(crate) struct Space {
     axes: BTreeMap<String, (Domain, AxisMode)>,
     defaults: AxisValues,
     constraints: Vec<Constraint>,
-    clauses: Vec<Clause>,
+    diagram: Diagram,
+}
+
+/// The shape of the decision diagram of some constraints: one layer per axis that they name.
+#[derive(Clone, Debug, Default)]
+struct Diagram {
+    layers: Vec<Layer>,
+    clauses: usize,
+}
+
+#[derive(Clone, Debug)]
+struct Layer {
+    axis: String,
+    /// The values that clauses name.
+    named: BTreeSet<AxisValue>,
+    /// The clauses that name this axis, each with its conditions on it, and whether this is the last axis of the clause.
+    clauses: Vec<(usize, Vec<Condition>, bool)>,
+}
+
+impl Diagram {
+    fn new(constraints: &[Constraint]) -> Self {
+        let clauses = clauses(constraints);
+        let axes: BTreeSet<&str> =
+            clauses.iter().flat_map(|clause| &clause.0).map(|condition| condition.axis.as_str()).collect();
+        let layers = axes.iter().map(|axis| {
+            let of_clause = |(at, clause): (usize, &Clause)| {
+                let here: Vec<Condition> =
+                    clause.0.iter().filter(|each| each.axis == *axis).cloned().collect();
+                let last = clause.0.iter().all(|each| each.axis.as_str() <= *axis);
+                (!here.is_empty()).then_some((at, here, last))
+            };
+            let clauses: Vec<_> = clauses.iter().enumerate().filter_map(of_clause).collect();
+            let named = clauses.iter().flat_map(|(_, here, _)| here).map(|each| each.value.clone()).collect();
+            Layer { axis: (*axis).to_owned(), named, clauses }
+        });
+        Self { layers: layers.collect(), clauses: clauses.len() }
+    }
+
+    fn names(&self, axis: &str) -> bool {
+        self.layers.binary_search_by(|layer| layer.axis.as_str().cmp(axis)).is_ok()
+    }
 }
 
 /// A disjunction of conditions.
@@ -131,7 +171,7 @@ impl Space {
             axes: domains.collect(),
             defaults: axes.defaults(),
             constraints: axes.constraints().to_vec(),
-            clauses: clauses(axes.constraints()),
+            diagram: Diagram::new(axes.constraints()),
         }
     }
 
@@ -147,7 +187,7 @@ impl Space {
 
     /// The number of configurations that agree with `decided`.
     pub(crate) fn count(&self, decided: &AxisValues) -> Count {
-        match self.walk(decided, &self.clauses) {
+        match self.walk(decided, &self.diagram) {
             Some(count) => count,
             None => Count { number: 1, exact: false },
         }
@@ -155,11 +195,11 @@ impl Space {
 
     /// Whether some configuration agrees with `decided`.
     pub(crate) fn possible(&self, decided: &AxisValues) -> bool {
-        if self.clauses.is_empty() {
+        if self.diagram.clauses == 0 {
             return decided.iter().all(|(name, value)| self.allows(name, value))
                 && self.axes.values().all(|(domain, _)| domain.count() > 0);
         }
-        self.walk(decided, &self.clauses).is_none_or(|count| count.number > 0)
+        self.walk(decided, &self.diagram).is_none_or(|count| count.number > 0)
     }
 
     fn allows(&self, name: &str, value: &AxisValue) -> bool {
@@ -170,7 +210,7 @@ impl Space {
     pub(crate) fn clash(&self) -> Vec<Constraint> {
         let nothing = AxisValues::new();
         let impossible = |constraints: &[Constraint]| {
-            self.walk(&nothing, &clauses(constraints)).is_some_and(|count| count.number == 0)
+            self.walk(&nothing, &Diagram::new(constraints)).is_some_and(|count| count.number == 0)
         };
         if !impossible(&self.constraints) {
             return Vec::new();
@@ -202,8 +242,8 @@ impl Space {
             }
             let default = self.defaults.get(name).filter(|value| domain.contains(value)).cloned();
             // Values that no constraint names are alike, so looking further than one beyond the named ones is in vain.
-            let named =
-                self.clauses.iter().flat_map(|clause| &clause.0).filter(|each| each.axis == *name).count();
+            let layer = self.diagram.layers.iter().find(|layer| layer.axis == *name);
+            let named = layer.map_or(0, |layer| layer.named.len());
             let others = (0..domain.count().min(named as u64 + 2)).filter_map(|at| domain.value(at));
             let chosen = default.into_iter().chain(others).find(|value| {
                 values.insert(name.clone(), value.clone());
@@ -214,11 +254,9 @@ impl Space {
         Some(values)
     }
 
-    /// Counts the completions of `decided` under `clauses`; `None` where the diagram grows too wide.
-    fn walk(&self, decided: &AxisValues, clauses: &[Clause]) -> Option<Count> {
+    /// Counts the completions of `decided`; `None` where the diagram grows too wide.
+    fn walk(&self, decided: &AxisValues, diagram: &Diagram) -> Option<Count> {
         let mut total = Count { number: 1, exact: true };
-        let involved: BTreeSet<&str> =
-            clauses.iter().flat_map(|clause| &clause.0).map(|condition| condition.axis.as_str()).collect();
         for (name, (domain, _)) in &self.axes {
             let number = match decided.get(name) {
                 Some(value) => u128::from(domain.contains(value)),
@@ -227,32 +265,19 @@ impl Space {
             if number == 0 {
                 return Some(Count::ZERO);
             }
-            if !involved.contains(name.as_str()) {
+            if !diagram.names(name) {
                 total = total.times(number);
             }
         }
-        let mut layer: HashMap<Vec<u64>, Count> = HashMap::new();
-        layer.insert(vec![0; clauses.len().div_ceil(64)], Count { number: 1, exact: true });
-        for (at, name) in involved.iter().enumerate() {
-            let Some((domain, _)) = self.axes.get(*name) else { return Some(Count::ZERO) };
-            let classes = classes(name, domain, decided.get(*name), clauses);
-            let rest: BTreeSet<&str> = involved.iter().skip(at + 1).copied().collect();
+        let mut nodes: HashMap<Vec<u64>, Count> = HashMap::new();
+        nodes.insert(vec![0; diagram.clauses.div_ceil(64)], Count { number: 1, exact: true });
+        for layer in &diagram.layers {
+            let Some((domain, _)) = self.axes.get(&layer.axis) else { return Some(Count::ZERO) };
+            let classes = classes(layer, domain, decided.get(&layer.axis));
             let mut next: HashMap<Vec<u64>, Count> = HashMap::new();
-            for (satisfied, count) in &layer {
-                'classes: for (value, weight) in &classes {
-                    let mut satisfied = satisfied.clone();
-                    for (index, clause) in clauses.iter().enumerate() {
-                        let bit = 1 << (index % 64);
-                        if satisfied[index / 64] & bit != 0 {
-                            continue;
-                        }
-                        let here = clause.0.iter().any(|each| each.axis == **name && each.accepts(value));
-                        if here {
-                            satisfied[index / 64] |= bit;
-                        } else if clause.0.iter().all(|each| !rest.contains(each.axis.as_str())) {
-                            continue 'classes;
-                        }
-                    }
+            for (satisfied, count) in &nodes {
+                for (value, weight) in &classes {
+                    let Some(satisfied) = layer.after(satisfied, value) else { continue };
                     let count = count.times(*weight);
                     let sum = next.entry(satisfied).or_insert(Count::ZERO);
                     *sum = sum.plus(count);
@@ -261,33 +286,43 @@ impl Space {
             if next.len() > MAXIMUM_NODES {
                 return None;
             }
-            layer = next;
+            nodes = next;
         }
-        let mut sum = Count::ZERO;
-        for count in layer.values() {
-            sum = sum.plus(*count);
-        }
+        let sum = nodes.values().fold(Count::ZERO, |sum, count| sum.plus(*count));
         Some(Count { exact: sum.exact && total.exact, ..sum.times(total.number) })
     }
 }
 
+impl Layer {
+    /// The clauses satisfied once the axis has this value; `None` if a clause can no longer be.
+    ///
+    /// A clause that is through is forgotten, so that nodes which differ in nothing that matters meet.
+    fn after(&self, satisfied: &[u64], value: &AxisValue) -> Option<Vec<u64>> {
+        let mut satisfied = satisfied.to_vec();
+        for (clause, conditions, last) in &self.clauses {
+            let (word, bit) = (clause / 64, 1 << (clause % 64));
+            let holds = satisfied[word] & bit != 0 || conditions.iter().any(|each| each.accepts(value));
+            match (holds, last) {
+                (true, true) => satisfied[word] &= !bit,
+                (true, false) => satisfied[word] |= bit,
+                (false, true) => return None,
+                (false, false) => {}
+            }
+        }
+        Some(satisfied)
+    }
+}
+
 /// The values of an axis that clauses can tell apart, with the number of values that each stands for.
-fn classes(
-    name: &str,
-    domain: &Domain,
-    decided: Option<&AxisValue>,
-    clauses: &[Clause],
-) -> Vec<(AxisValue, u128)> {
+fn classes(layer: &Layer, domain: &Domain, decided: Option<&AxisValue>) -> Vec<(AxisValue, u128)> {
     if let Some(value) = decided {
         return vec![(value.clone(), 1)];
     }
-    let conditions = clauses.iter().flat_map(|clause| &clause.0).filter(|condition| condition.axis == name);
-    let named: BTreeSet<&AxisValue> =
-        conditions.map(|condition| &condition.value).filter(|value| domain.contains(value)).collect();
-    let mut classes: Vec<(AxisValue, u128)> = named.iter().map(|value| ((*value).clone(), 1)).collect();
-    let others = u128::from(domain.count()) - named.len() as u128;
+    let named = layer.named.iter().filter(|value| domain.contains(value));
+    let mut classes: Vec<(AxisValue, u128)> = named.map(|value| (value.clone(), 1)).collect();
+    let others = u128::from(domain.count()) - classes.len() as u128;
     if others > 0
-        && let Some(value) = (0..).map_while(|at| domain.value(at)).find(|value| !named.contains(value))
+        && let Some(value) = (0..).map_while(|at| domain.value(at)).find(|value| !layer.named.contains(value))
     {
         classes.push((value, others));
     }

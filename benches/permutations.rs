@@ -1,0 +1,269 @@
+//! Proving permutations, against doing it without this crate, in one run.
+//!
+//! Each line `ratio NAME VALUE` is ours divided by the rival's, or by the bound where there is no rival; the goal of each
+//! stands beside it. Rivals: naga's parser and validator called directly on the same distinct texts; one thread; one
+//! `naga` process per combination (the installed one, or this program standing in for it). Times are the least of
+//! several runs.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use umbragraph_graph::diagnostic::Diagnostics;
+use umbragraph_graph::shader::permutations::{Options, Permutations, Request, check};
+use umbragraph_graph::shader::{TargetProfile, TemplateSet};
+use umbragraph_graph::source::Sources;
+
+/// The argument that makes this program stand in for the `naga` command.
+const STAND_IN: &str = "--stand-in-for-naga";
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    if let Some(at) = arguments.iter().position(|argument| argument == STAND_IN) {
+        validate_file(&arguments[at + 1]);
+        return;
+    }
+    let synthetic =
+        set(&[("synthetic.wgsl.jinja", &synthetic_template()), ("synthetic.axes.json", &synthetic_axes(0))]);
+    let project = set(umbragraph_shaders_templates::FILES);
+    let parts = [overhead("overhead_synthetic", &synthetic), overhead("overhead_project", &project)];
+    let (ours, bare) = (parts[0].0 + parts[1].0, parts[0].1 + parts[1].1);
+    report("overhead", "at most 1.10", ours, bare, "of naga alone, on both");
+    threads(&synthetic);
+    wide_space();
+    everything(&project);
+    processes(&synthetic);
+    memory();
+}
+
+fn set(files: &[(&str, &str)]) -> TemplateSet {
+    let (mut sources, mut set, mut findings) = (Sources::new(), TemplateSet::new(), Diagnostics::new());
+    for (name, text) in files {
+        set.add(&mut sources, name, text, &mut findings);
+    }
+    set.check(&mut findings);
+    assert!(findings.is_empty(), "{findings:?}");
+    set
+}
+
+fn roots(set: &TemplateSet) -> Vec<String> {
+    set.names().filter(|name| !name.starts_with("lib/")).map(str::to_owned).collect()
+}
+
+fn prove(set: &TemplateSet, profiles: &[TargetProfile], threads: usize) -> Permutations {
+    let requests: Vec<Request> = roots(set).iter().map(|name| Request::all(name, profiles)).collect();
+    check(set, &requests, &Options { threads, ..Options::default() })
+}
+
+/// The least time of several runs of each of two things, alternating, so that a slow moment of the machine hits both.
+fn least(runs: usize, mut ours: impl FnMut(), mut rival: impl FnMut()) -> (Duration, Duration) {
+    let mut least = (Duration::MAX, Duration::MAX);
+    for _ in 0..runs {
+        let start = Instant::now();
+        ours();
+        least.0 = least.0.min(start.elapsed());
+        let start = Instant::now();
+        rival();
+        least.1 = least.1.min(start.elapsed());
+    }
+    least
+}
+
+fn report(name: &str, goal: &str, ours: Duration, rival: Duration, of: &str) {
+    println!("{name}: {ours:.2?} against {rival:.2?} {of} (goal {goal})");
+    println!("ratio {name} {:.4}", ours.as_secs_f64() / rival.as_secs_f64());
+}
+
+/// Everything around naga, against naga alone on the same distinct texts: one profile, no writers, one thread.
+fn overhead(name: &str, set: &TemplateSet) -> (Duration, Duration) {
+    let profiles = [TargetProfile::webgpu()];
+    let texts: BTreeSet<String> = prove(set, &profiles, 1)
+        .templates
+        .iter()
+        .flat_map(|report| &report.variants)
+        .map(|variant| variant.wgsl.to_string())
+        .collect();
+    let bytes: usize = texts.iter().map(String::len).sum();
+    println!("{name}: {} distinct texts, {bytes} bytes", texts.len());
+    let (ours, bare) = least(
+        15,
+        || drop(prove(set, &profiles, 1)),
+        || {
+            // On a thread of its own as ours are: a new thread begins with a cold heap.
+            std::thread::scope(|scope| {
+                scope.spawn(|| {
+                    for text in &texts {
+                        let module = naga::front::wgsl::parse_str(text).expect("the text is valid");
+                        let mut validator = Validator::new(ValidationFlags::all(), profiles[0].capabilities);
+                        drop(validator.validate(&module).expect("the text is valid"));
+                    }
+                });
+            });
+        },
+    );
+    report(name, "no goal of its own", ours, bare, "of naga alone");
+    (ours, bare)
+}
+
+fn threads(set: &TemplateSet) {
+    let profiles = TargetProfile::all();
+    let (two, one) = least(7, || drop(prove(set, &profiles, 2)), || drop(prove(set, &profiles, 1)));
+    report("two_threads", "at most 0.625", two, one, "on one thread");
+}
+
+/// Some 10^10 combinations with 9 distinct texts, against 100 ms.
+fn wide_space() {
+    let text = "{% for i in range(group) %}\nconst G{{ i }} = {{ i }};\n{% endfor %}\n{% if needs %}\n{% if sscs %}\n\
+                const S = 1;\n{% endif %}\nconst N = 1;\n{% endif %}\n@compute @workgroup_size(1) fn main() {}\n";
+    let set = set(&[("wide.wgsl.jinja", text), ("wide.axes.json", &synthetic_axes(30))]);
+    let outcome = prove(&set, &[TargetProfile::webgpu()], 2);
+    let found = &outcome.templates[0];
+    println!("wide_space: {} combinations, {} distinct texts", found.configurations, found.variants.len());
+    assert!(found.configurations.number >= 10_u128.pow(10) && found.variants.len() == 9);
+    let (ours, _) = least(7, || drop(prove(&set, &[TargetProfile::webgpu()], 2)), || {});
+    report("wide_space", "at most 1", ours, Duration::from_millis(100), "allowed");
+}
+
+fn everything(set: &TemplateSet) {
+    let profiles = TargetProfile::all();
+    let outcome = prove(set, &profiles, 2);
+    println!("everything: {} distinct texts, {} profiles", outcome.proven, profiles.len());
+    for finding in &outcome.findings {
+        println!("  {} {}", finding.code, finding.message);
+    }
+    let (ours, _) = least(3, || drop(prove(set, &profiles, 2)), || {});
+    report("everything", "at most 1", ours, Duration::from_secs(10), "allowed");
+}
+
+/// One process of the `naga` command per combination, two at a time, against this crate for all of them.
+fn processes(set: &TemplateSet) {
+    const COMBINATIONS: usize = 384;
+    let profiles = [TargetProfile::webgpu()];
+    let outcome = prove(set, &profiles, 2);
+    let found = &outcome.templates[0];
+    let folder = std::env::temp_dir().join(format!("umbragraph-bench-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).expect("a temporary folder");
+    let files: Vec<PathBuf> = found
+        .variants
+        .iter()
+        .enumerate()
+        .map(|(at, variant)| {
+            let path = folder.join(format!("{at}.wgsl"));
+            std::fs::write(&path, variant.wgsl.as_bytes()).expect("a file");
+            path
+        })
+        .collect();
+    let this = std::env::current_exe().expect("this program");
+    let installed = Command::new("naga").arg("--version").stdout(Stdio::null()).status().is_ok();
+    let start = |path: &PathBuf| {
+        let mut command = if installed { Command::new("naga") } else { Command::new(&this) };
+        if !installed {
+            command.arg(STAND_IN);
+        }
+        command.arg(path).stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("a process")
+    };
+    let begin = Instant::now();
+    let order: Vec<&PathBuf> = files.iter().cycle().take(COMBINATIONS).collect();
+    for pair in order.chunks(2) {
+        let children: Vec<_> = pair.iter().map(|path| start(path)).collect();
+        for mut child in children {
+            assert!(child.wait().expect("a status").success());
+        }
+    }
+    let rival = begin.elapsed();
+    let _ = std::fs::remove_dir_all(&folder);
+    let (ours, _) = least(7, || drop(prove(set, &profiles, 2)), || {});
+    let name = if installed { "of naga processes" } else { "of processes that stand in for naga" };
+    assert_eq!(found.configurations.number, COMBINATIONS as u128);
+    report("processes", "at most 0.02", ours, rival, name);
+}
+
+fn memory() {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.parse::<f64>().ok());
+    if let Some(kib) = peak {
+        println!("peak_memory: {:.1} MiB (goal at most 200)", kib / 1024.0);
+        println!("ratio peak_memory {:.4}", kib / 1024.0 / 200.0);
+    }
+}
+
+fn validate_file(path: &str) {
+    let text = std::fs::read_to_string(path).expect("a file");
+    let module = naga::front::wgsl::parse_str(&text).expect("the text is valid");
+    let info = Validator::new(ValidationFlags::all(), Capabilities::all()).validate(&module);
+    drop(info.expect("the text is valid"));
+}
+
+/// Axes with 384 combinations, of which the template reads three, and `free` more that nothing reads.
+fn synthetic_axes(free: usize) -> String {
+    let mut axes = String::from(
+        "{ \"axes\": { \"group\": { \"type\": \"integer\", \"min\": 1, \"max\": 3, \"default\": 1 }",
+    );
+    let named = ["needs", "sscs", "msaa", "skinning", "transmission", "overlay", "fog"].map(str::to_owned);
+    for name in named.into_iter().chain((0..free).map(|at| format!("free{at}"))) {
+        write!(axes, ", \"{name}\": {{ \"type\": \"bool\", \"default\": false }}").expect("a string grows");
+    }
+    axes.push_str(" } }");
+    axes
+}
+
+/// Some 50 KB of WGSL: filters, projections and lights, two thirds of it under features.
+fn synthetic_template() -> String {
+    let mut text = String::from(
+        "struct Light { matrix: mat4x4<f32>, color: vec4<f32>, range: f32, bias: f32, kind: u32, layer: i32 }\n\
+         struct Frame { view: mat4x4<f32>, eye: vec3<f32>, count: u32, lights: array<Light, 16> }\n\
+         @group({{ group }}) @binding(0) var<uniform> frame: Frame;\n\
+         @group({{ group }}) @binding(1) var maps: texture_depth_2d_array;\n\
+         @group({{ group }}) @binding(2) var map_sampler: sampler_comparison;\n",
+    );
+    let function = |at: usize| {
+        format!(
+            "fn filter_{at}(light: Light, position: vec3<f32>, normal: vec3<f32>) -> f32 {{\n\
+             \x20   let world = vec4<f32>(position + normal * light.bias, 1.0);\n\
+             \x20   let clip = light.matrix * world;\n\
+             \x20   let ndc = clip.xyz / max(clip.w, 1e-6);\n\
+             \x20   let uv = ndc.xy * vec2<f32>(0.5, -0.5) + vec2<f32>(0.5);\n\
+             \x20   var sum = 0.0;\n\
+             \x20   for (var y = -1; y <= 1; y++) {{\n\
+             \x20       for (var x = -1; x <= 1; x++) {{\n\
+             \x20           let offset = vec2<f32>(f32(x), f32(y)) * {at}.5 / 2048.0;\n\
+             \x20           sum += textureSampleCompareLevel(maps, map_sampler, uv + offset, light.layer, ndc.z);\n\
+             \x20       }}\n\
+             \x20   }}\n\
+             \x20   let fade = clamp(1.0 - length(position - frame.eye) / light.range, 0.0, 1.0);\n\
+             \x20   return mix(1.0, sum / 9.0, fade * fade * (3.0 - 2.0 * fade));\n\
+             }}\n"
+        )
+    };
+    let calls = |from: usize, to: usize| -> String {
+        (from..to)
+            .map(|at| format!("    visible *= filter_{at}(frame.lights[{}], position, normal);\n", at % 16))
+            .collect()
+    };
+    for at in 0..20 {
+        text.push_str(&function(at));
+    }
+    text.push_str("{% if needs %}\n");
+    for at in 20..40 {
+        text.push_str(&function(at));
+    }
+    text.push_str("{% if sscs %}\n");
+    for at in 40..60 {
+        text.push_str(&function(at));
+    }
+    text.push_str("{% endif %}\n{% endif %}\n");
+    text.push_str("@fragment fn main(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> @location(0) vec4<f32> {\n    var visible = 1.0;\n");
+    text.push_str(&calls(0, 20));
+    text.push_str(&format!(
+        "{{% if needs %}}\n{}{{% if sscs %}}\n{}{{% endif %}}\n{{% endif %}}\n",
+        calls(20, 40),
+        calls(40, 60)
+    ));
+    text.push_str("    return vec4<f32>(visible);\n}\n");
+    text
+}
