@@ -19,6 +19,7 @@ mod guard;
 mod hint;
 pub mod interface;
 mod limits;
+mod listing;
 mod markers;
 pub mod permutations;
 mod profile;

@@ -27,10 +27,12 @@
 mod condition;
 mod constraint;
 mod parse;
+mod schema;
 
 pub use condition::Condition;
 pub use constraint::{Constraint, Rule};
 pub(crate) use parse::{Declaration, parse};
+pub use schema::schema;
 
 use std::collections::BTreeMap;
 

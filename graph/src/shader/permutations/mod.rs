@@ -57,6 +57,9 @@ pub struct Request {
     pub profiles: Vec<TargetProfile>,
     /// Where a finding about the request itself belongs.
     pub place: Place,
+    /// Whether all variants are used side by side, with one layout: the variants of one configured pass, as meshes need
+    /// them. Variants of different configurations never meet, and may differ.
+    pub one_interface: bool,
 }
 
 impl Request {
@@ -68,7 +71,14 @@ impl Request {
             allowed: BTreeMap::new(),
             profiles: profiles.to_vec(),
             place: Place::Nowhere,
+            one_interface: false,
         }
+    }
+
+    /// The same request for variants that are used side by side, with one layout.
+    #[must_use]
+    pub fn with_one_interface(self) -> Self {
+        Self { one_interface: true, ..self }
     }
 
     /// One configuration; axes that `values` does not name have their defaults.
@@ -435,7 +445,7 @@ fn unite(
             .map_or(Place::Nowhere, Place::Span)
     };
     let mut findings: Vec<Diagnostic> = Vec::new();
-    for conflict in conflicts {
+    for conflict in conflicts.into_iter().filter(|_| request.one_interface) {
         let (Some(first), Some(second)) = (reflected.get(conflict.first), reflected.get(conflict.second))
         else {
             continue;

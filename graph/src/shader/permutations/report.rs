@@ -40,7 +40,7 @@ pub struct TemplateReport {
     pub dead_axes: Vec<String>,
     /// What each value adds to the text.
     pub bytes_of_values: Vec<ValueBytes>,
-    /// The bindings of all variants together; the layout of the pass.
+    /// The bindings of all variants together, as far as they agree; the layout of the pass.
     #[serde(skip)]
     pub interface: Vec<Binding>,
 }

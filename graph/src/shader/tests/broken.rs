@@ -62,7 +62,11 @@ fn found(case: &Case<'_>) -> String {
     let fixture = Fixture::new(&files);
     let mut findings = fixture.findings.clone();
     let options = Options { report_dead: true, ..Options::default() };
-    let outcome = check(&fixture.set, &[Request::all("main.wgsl.jinja", &case.profiles)], &options);
+    let outcome = check(
+        &fixture.set,
+        &[Request::all("main.wgsl.jinja", &case.profiles).with_one_interface()],
+        &options,
+    );
     findings.extend(outcome.findings);
     findings.sort();
     describe(&fixture, &findings)

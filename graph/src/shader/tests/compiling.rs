@@ -1,7 +1,7 @@
 //! Variants that compile: what they contain, what they are known by, how their text maps back.
 
 use super::{FRAGMENT, Fixture};
-use crate::shader::AxisValue;
+use crate::shader::{AxisValue, TargetLanguage, TargetProfile};
 
 const AXES: &str = r#"{ "axes": {
   "tint":   { "type": "bool", "default": false },
@@ -107,4 +107,44 @@ fn inherited_axes_and_constraints_hold() {
             "UG0513 main.axes.json:1:100 evsm=false, fog=true breaks a constraint of \"main.wgsl.jinja\": fog requires evsm"
         ]
     );
+}
+
+#[test]
+fn a_variant_is_written_in_every_language_and_line_by_line() {
+    let lib = "fn half(x: f32) -> f32 {\n    return x * 0.5;\n}\n";
+    let main = format!(
+        "{{% include 'lib/half.wgsl.jinja' %}}\n{{% if tint %}}\nconst T = 1;\n{{% endif %}}\n{FRAGMENT}"
+    );
+    let axes = r#"{ "axes": { "tint": { "type": "bool", "default": false } } }"#;
+    let files = [("main.wgsl.jinja", main.as_str()), ("main.axes.json", axes), ("lib/half.wgsl.jinja", lib)];
+    let fixture = Fixture::sound(&files);
+    let module = fixture.compile("main.wgsl.jinja", &[]);
+    assert_eq!(
+        module.annotated(&fixture.sources).lines().collect::<Vec<_>>(),
+        [
+            "lib/half.wgsl.jinja:1 | fn half(x: f32) -> f32 {",
+            "lib/half.wgsl.jinja:2 |     return x * 0.5;",
+            "lib/half.wgsl.jinja:3 | }",
+            "main.wgsl.jinja:5     | @fragment fn main() -> @location(0) vec4<f32> { return vec4<f32>(1.0); }",
+        ]
+    );
+    for (language, sign) in [
+        (TargetLanguage::Wgsl, "fn half"),
+        (TargetLanguage::Msl, "metal_stdlib"),
+        (TargetLanguage::Hlsl, "float half"),
+        (TargetLanguage::Glsl, "#version 310 es"),
+    ] {
+        let written = module.emit(&TargetProfile::webgpu(), language).unwrap();
+        let text = String::from_utf8(written.to_bytes()).unwrap();
+        assert!(text.contains(sign), "{text}");
+    }
+    let words = module.emit(&TargetProfile::webgpu(), TargetLanguage::Spirv).unwrap().to_bytes();
+    assert_eq!(words[..4], 0x0723_0203_u32.to_le_bytes());
+}
+
+#[test]
+fn ten_megabytes_of_text_are_a_finding() {
+    let fixture = Fixture::sound(&[("main.wgsl.jinja", &"// 0123456789\n".repeat(800_000))]);
+    let lines = fixture.refusal("main.wgsl.jinja", &[]);
+    assert_eq!(lines, ["UG0505 main.wgsl.jinja:1:1 the template writes more than 4 MiB of WGSL"]);
 }

@@ -1,5 +1,6 @@
 //! What the tests of this module share: template sets from pairs, and findings as one line each.
 
+mod arbitrary;
 mod broken;
 mod compiling;
 mod exploring;

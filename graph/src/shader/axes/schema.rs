@@ -1,0 +1,100 @@
+//! The JSON Schema of `NAME.axes.json`, for editors.
+
+use serde_json::{Value, json};
+
+/// The schema of a declaration of axes.
+///
+/// It says what can be said of a file on its own; that conditions are about existing axes, and defaults among the
+/// values, is checked when the file is read.
+pub fn schema() -> Value {
+    let conditions = json!({
+        "type": "array",
+        "description": "Conditions: `name` or `!name` for boolean axes, `name=value`, `name!=value`.",
+        "items": { "type": "string" }
+    });
+    let values =
+        json!({ "type": "array", "minItems": 1, "uniqueItems": true, "items": { "type": "string" } });
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Axes of a shader template",
+        "description": "What the template beside this file varies in.",
+        "type": "object",
+        "additionalProperties": false,
+        "properties": {
+            "$schema": { "type": "string" },
+            "description": { "type": "string" },
+            "inherits": {
+                "description": "Included templates, whose axes and constraints hold here too.",
+                "type": "array", "items": { "type": "string" }
+            },
+            "axes": {
+                "description": "The axes by name; a name is a WGSL identifier that starts with a letter.",
+                "type": "object",
+                "additionalProperties": {
+                    "type": "object",
+                    "additionalProperties": false,
+                    "required": ["type", "default"],
+                    "properties": {
+                        "type": { "enum": ["bool", "enum", "integer", "texture_format"] },
+                        "default": { "type": ["boolean", "integer", "string"] },
+                        "description": { "type": "string" },
+                        "as": {
+                            "description": "Whether the axis is a variable of the template or a pipeline-overridable constant of the WGSL.",
+                            "enum": ["template", "override"]
+                        },
+                        "values": values,
+                        "min": { "type": "integer" },
+                        "max": { "type": "integer" },
+                        "requires": conditions,
+                        "excludes": conditions
+                    }
+                }
+            },
+            "constraints": {
+                "type": "array",
+                "items": {
+                    "type": "object",
+                    "additionalProperties": false,
+                    "properties": {
+                        "description": { "type": "string" },
+                        "when": { "type": "string" },
+                        "requires": conditions,
+                        "excludes": conditions,
+                        "one_of": conditions
+                    }
+                }
+            }
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::schema;
+    use crate::diagnostic::Diagnostics;
+    use crate::source::Sources;
+
+    fn findings(text: &str) -> usize {
+        let mut sources = Sources::new();
+        let file = sources.add("a.axes.json", text);
+        let document = crate::document::parse(&sources, file).unwrap();
+        let (schema, mut diagnostics) = (schema(), Diagnostics::new());
+        crate::document::schema::check(&document.root, &schema, &schema, "", &mut diagnostics);
+        diagnostics.len()
+    }
+
+    #[test]
+    fn the_schema_accepts_the_project_s_declarations_and_refuses_misspelt_ones() {
+        let files =
+            umbragraph_shaders_templates::FILES.iter().filter(|(name, _)| name.ends_with(".axes.json"));
+        for (name, text) in files {
+            assert_eq!(findings(text), 0, "{name}");
+        }
+        assert_eq!(
+            findings(r#"{ "axes": { "a": { "type": "bool", "default": true, "requires": ["b"] } } }"#),
+            0
+        );
+        assert_ne!(findings(r#"{ "axes": { "a": { "type": "bool", "defualt": true } } }"#), 0);
+        assert_ne!(findings(r#"{ "axes": { "a": { "type": "boolean", "default": true } } }"#), 0);
+    }
+}
