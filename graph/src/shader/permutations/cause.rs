@@ -7,8 +7,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::count::Count;
 use super::explore::Leaf;
-use super::space::{Count, Space};
+use super::space::Space;
 use crate::diagnostic::{Diagnostic, Place};
 use crate::shader::value::{AxisValues, describe};
 

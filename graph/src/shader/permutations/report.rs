@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::space::Count;
+use super::count::Count;
 use crate::diagnostic::Diagnostics;
 use crate::shader::reflection::{Binding, Reflection};
 use crate::shader::text_map::TextMap;

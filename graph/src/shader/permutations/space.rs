@@ -10,60 +10,15 @@
 //! Limits: a layer has at most 65,536 nodes and a count at most 128 bits. Beyond either the count says "at least", and
 //! an undecided question of completion is answered with yes, so that nothing is left out.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::fmt;
+use std::collections::{BTreeMap, HashMap};
 
-use crate::shader::axes::{Axes, AxisMode, Condition, Constraint, Rule};
+use super::count::Count;
+use super::diagram::{Diagram, classes};
+use crate::shader::axes::{Axes, AxisMode, Constraint};
 use crate::shader::value::{AxisValue, AxisValues};
 
 /// The most nodes of one layer of the diagram.
 const MAXIMUM_NODES: usize = 1 << 16;
-
-/// A number of configurations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
-pub struct Count {
-    /// The number, or a lower bound of it.
-    pub number: u128,
-    /// Whether it is the number itself.
-    pub exact: bool,
-}
-
-impl Count {
-    /// None.
-    pub const ZERO: Self = Self { number: 0, exact: true };
-
-    /// The sum.
-    #[must_use]
-    pub fn plus(self, other: Self) -> Self {
-        let (number, exact) = match self.number.checked_add(other.number) {
-            Some(number) => (number, true),
-            None => (u128::MAX, false),
-        };
-        Self { number, exact: exact && self.exact && other.exact }
-    }
-
-    fn times(self, factor: u128) -> Self {
-        let (number, exact) = match self.number.checked_mul(factor) {
-            Some(number) => (number, true),
-            None => (u128::MAX, false),
-        };
-        Self { number, exact: exact && self.exact }
-    }
-}
-
-impl fmt::Display for Count {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let digits = self.number.to_string();
-        let mut grouped = String::with_capacity(digits.len() * 4 / 3);
-        for (at, digit) in digits.chars().enumerate() {
-            if at > 0 && (digits.len() - at).is_multiple_of(3) {
-                grouped.push(',');
-            }
-            grouped.push(digit);
-        }
-        if self.exact { f.write_str(&grouped) } else { write!(f, "at least {grouped}") }
-    }
-}
 
 /// The values that an axis may still have.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -92,7 +47,7 @@ impl Domain {
         }
     }
 
-    fn contains(&self, value: &AxisValue) -> bool {
+    pub(super) fn contains(&self, value: &AxisValue) -> bool {
         match (self, value) {
             (Domain::Range(min, max), AxisValue::Integer(value)) => (min..=max).contains(&value),
             (Domain::Range(..), _) => false,
@@ -109,50 +64,6 @@ pub(crate) struct Space {
     constraints: Vec<Constraint>,
     diagram: Diagram,
 }
-
-/// The shape of the decision diagram of some constraints: one layer per axis that they name.
-#[derive(Clone, Debug, Default)]
-struct Diagram {
-    layers: Vec<Layer>,
-    clauses: usize,
-}
-
-#[derive(Clone, Debug)]
-struct Layer {
-    axis: String,
-    /// The values that clauses name.
-    named: BTreeSet<AxisValue>,
-    /// The clauses that name this axis, each with its conditions on it, and whether this is the last axis of the clause.
-    clauses: Vec<(usize, Vec<Condition>, bool)>,
-}
-
-impl Diagram {
-    fn new(constraints: &[Constraint]) -> Self {
-        let clauses = clauses(constraints);
-        let axes: BTreeSet<&str> =
-            clauses.iter().flat_map(|clause| &clause.0).map(|condition| condition.axis.as_str()).collect();
-        let layers = axes.iter().map(|axis| {
-            let of_clause = |(at, clause): (usize, &Clause)| {
-                let here: Vec<Condition> =
-                    clause.0.iter().filter(|each| each.axis == *axis).cloned().collect();
-                let last = clause.0.iter().all(|each| each.axis.as_str() <= *axis);
-                (!here.is_empty()).then_some((at, here, last))
-            };
-            let clauses: Vec<_> = clauses.iter().enumerate().filter_map(of_clause).collect();
-            let named = clauses.iter().flat_map(|(_, here, _)| here).map(|each| each.value.clone()).collect();
-            Layer { axis: (*axis).to_owned(), named, clauses }
-        });
-        Self { layers: layers.collect(), clauses: clauses.len() }
-    }
-
-    fn names(&self, axis: &str) -> bool {
-        self.layers.binary_search_by(|layer| layer.axis.as_str().cmp(axis)).is_ok()
-    }
-}
-
-/// A disjunction of conditions.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Clause(Vec<Condition>);
 
 impl Space {
     /// The space of all configurations in which the axes that `allowed` names have one of the values named there.
@@ -291,70 +202,6 @@ impl Space {
         let sum = nodes.values().fold(Count::ZERO, |sum, count| sum.plus(*count));
         Some(Count { exact: sum.exact && total.exact, ..sum.times(total.number) })
     }
-}
-
-impl Layer {
-    /// The clauses satisfied once the axis has this value; `None` if a clause can no longer be.
-    ///
-    /// A clause that is through is forgotten, so that nodes which differ in nothing that matters meet.
-    fn after(&self, satisfied: &[u64], value: &AxisValue) -> Option<Vec<u64>> {
-        let mut satisfied = satisfied.to_vec();
-        for (clause, conditions, last) in &self.clauses {
-            let (word, bit) = (clause / 64, 1 << (clause % 64));
-            let holds = satisfied[word] & bit != 0 || conditions.iter().any(|each| each.accepts(value));
-            match (holds, last) {
-                (true, true) => satisfied[word] &= !bit,
-                (true, false) => satisfied[word] |= bit,
-                (false, true) => return None,
-                (false, false) => {}
-            }
-        }
-        Some(satisfied)
-    }
-}
-
-/// The values of an axis that clauses can tell apart, with the number of values that each stands for.
-fn classes(layer: &Layer, domain: &Domain, decided: Option<&AxisValue>) -> Vec<(AxisValue, u128)> {
-    if let Some(value) = decided {
-        return vec![(value.clone(), 1)];
-    }
-    let named = layer.named.iter().filter(|value| domain.contains(value));
-    let mut classes: Vec<(AxisValue, u128)> = named.map(|value| (value.clone(), 1)).collect();
-    let others = u128::from(domain.count()) - classes.len() as u128;
-    if others > 0
-        && let Some(value) = (0..).map_while(|at| domain.value(at)).find(|value| !layer.named.contains(value))
-    {
-        classes.push((value, others));
-    }
-    classes
-}
-
-fn clauses(constraints: &[Constraint]) -> Vec<Clause> {
-    let not = |condition: &Condition| Condition { equal: !condition.equal, ..condition.clone() };
-    let mut clauses = BTreeSet::new();
-    for constraint in constraints {
-        match &constraint.rule {
-            Rule::Requires { when, all } => {
-                clauses.extend(
-                    all.iter().map(|each| Clause(when.iter().map(not).chain([each.clone()]).collect())),
-                );
-            }
-            Rule::Excludes { when, none } => {
-                clauses.extend(
-                    none.iter().map(|each| Clause(when.iter().map(not).chain([not(each)]).collect())),
-                );
-            }
-            Rule::OneOf(conditions) => {
-                clauses.insert(Clause(conditions.clone()));
-                for (at, first) in conditions.iter().enumerate() {
-                    clauses.extend(
-                        conditions[at + 1..].iter().map(|second| Clause(vec![not(first), not(second)])),
-                    );
-                }
-            }
-        }
-    }
-    clauses.into_iter().collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,52 @@
+//! Numbers of configurations.
+//!
+//! Spaces of axes grow beyond any machine word, so a count has 128 bits and says whether it is exact: one that
+//! overflowed, or whose diagram grew too wide, is a lower bound.
+
+use std::fmt;
+
+/// A number of configurations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+pub struct Count {
+    /// The number, or a lower bound of it.
+    pub number: u128,
+    /// Whether it is the number itself.
+    pub exact: bool,
+}
+
+impl Count {
+    /// None.
+    pub const ZERO: Self = Self { number: 0, exact: true };
+
+    /// The sum.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        let (number, exact) = match self.number.checked_add(other.number) {
+            Some(number) => (number, true),
+            None => (u128::MAX, false),
+        };
+        Self { number, exact: exact && self.exact && other.exact }
+    }
+
+    pub(super) fn times(self, factor: u128) -> Self {
+        let (number, exact) = match self.number.checked_mul(factor) {
+            Some(number) => (number, true),
+            None => (u128::MAX, false),
+        };
+        Self { number, exact: exact && self.exact }
+    }
+}
+
+impl fmt::Display for Count {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let digits = self.number.to_string();
+        let mut grouped = String::with_capacity(digits.len() * 4 / 3);
+        for (at, digit) in digits.chars().enumerate() {
+            if at > 0 && (digits.len() - at).is_multiple_of(3) {
+                grouped.push(',');
+            }
+            grouped.push(digit);
+        }
+        if self.exact { f.write_str(&grouped) } else { write!(f, "at least {grouped}") }
+    }
+}

@@ -1,0 +1,119 @@
+//! Constraints as the layers of a decision diagram.
+//!
+//! Each constraint becomes clauses, disjunctions of conditions on single axes. The axes that clauses name are the layers,
+//! in the order of their names; a node of a layer is the set of clauses already satisfied among those that are still
+//! open. A clause whose last axis is passed is either satisfied, and forgotten, or ends the path.
+
+use std::collections::BTreeSet;
+
+use super::space::Domain;
+use crate::shader::axes::{Condition, Constraint, Rule};
+use crate::shader::value::AxisValue;
+
+/// The shape of the decision diagram of some constraints: one layer per axis that they name.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Diagram {
+    pub(super) layers: Vec<Layer>,
+    pub(super) clauses: usize,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Layer {
+    pub(super) axis: String,
+    /// The values that clauses name.
+    pub(super) named: BTreeSet<AxisValue>,
+    /// The clauses that name this axis, each with its conditions on it, and whether this is the last axis of the clause.
+    clauses: Vec<(usize, Vec<Condition>, bool)>,
+}
+
+impl Diagram {
+    pub(super) fn new(constraints: &[Constraint]) -> Self {
+        let clauses = clauses(constraints);
+        let axes: BTreeSet<&str> =
+            clauses.iter().flat_map(|clause| &clause.0).map(|condition| condition.axis.as_str()).collect();
+        let layers = axes.iter().map(|axis| {
+            let of_clause = |(at, clause): (usize, &Clause)| {
+                let here: Vec<Condition> =
+                    clause.0.iter().filter(|each| each.axis == *axis).cloned().collect();
+                let last = clause.0.iter().all(|each| each.axis.as_str() <= *axis);
+                (!here.is_empty()).then_some((at, here, last))
+            };
+            let clauses: Vec<_> = clauses.iter().enumerate().filter_map(of_clause).collect();
+            let named = clauses.iter().flat_map(|(_, here, _)| here).map(|each| each.value.clone()).collect();
+            Layer { axis: (*axis).to_owned(), named, clauses }
+        });
+        Self { layers: layers.collect(), clauses: clauses.len() }
+    }
+
+    pub(super) fn names(&self, axis: &str) -> bool {
+        self.layers.binary_search_by(|layer| layer.axis.as_str().cmp(axis)).is_ok()
+    }
+}
+
+/// A disjunction of conditions.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Clause(Vec<Condition>);
+
+impl Layer {
+    /// The clauses satisfied once the axis has this value; `None` if a clause can no longer be.
+    ///
+    /// A clause that is through is forgotten, so that nodes which differ in nothing that matters meet.
+    pub(super) fn after(&self, satisfied: &[u64], value: &AxisValue) -> Option<Vec<u64>> {
+        let mut satisfied = satisfied.to_vec();
+        for (clause, conditions, last) in &self.clauses {
+            let (word, bit) = (clause / 64, 1 << (clause % 64));
+            let holds = satisfied[word] & bit != 0 || conditions.iter().any(|each| each.accepts(value));
+            match (holds, last) {
+                (true, true) => satisfied[word] &= !bit,
+                (true, false) => satisfied[word] |= bit,
+                (false, true) => return None,
+                (false, false) => {}
+            }
+        }
+        Some(satisfied)
+    }
+}
+
+/// The values of an axis that clauses can tell apart, with the number of values that each stands for.
+pub(super) fn classes(layer: &Layer, domain: &Domain, decided: Option<&AxisValue>) -> Vec<(AxisValue, u128)> {
+    if let Some(value) = decided {
+        return vec![(value.clone(), 1)];
+    }
+    let named = layer.named.iter().filter(|value| domain.contains(value));
+    let mut classes: Vec<(AxisValue, u128)> = named.map(|value| (value.clone(), 1)).collect();
+    let others = u128::from(domain.count()) - classes.len() as u128;
+    if others > 0
+        && let Some(value) = (0..).map_while(|at| domain.value(at)).find(|value| !layer.named.contains(value))
+    {
+        classes.push((value, others));
+    }
+    classes
+}
+
+fn clauses(constraints: &[Constraint]) -> Vec<Clause> {
+    let not = |condition: &Condition| Condition { equal: !condition.equal, ..condition.clone() };
+    let mut clauses = BTreeSet::new();
+    for constraint in constraints {
+        match &constraint.rule {
+            Rule::Requires { when, all } => {
+                clauses.extend(
+                    all.iter().map(|each| Clause(when.iter().map(not).chain([each.clone()]).collect())),
+                );
+            }
+            Rule::Excludes { when, none } => {
+                clauses.extend(
+                    none.iter().map(|each| Clause(when.iter().map(not).chain([not(each)]).collect())),
+                );
+            }
+            Rule::OneOf(conditions) => {
+                clauses.insert(Clause(conditions.clone()));
+                for (at, first) in conditions.iter().enumerate() {
+                    clauses.extend(
+                        conditions[at + 1..].iter().map(|second| Clause(vec![not(first), not(second)])),
+                    );
+                }
+            }
+        }
+    }
+    clauses.into_iter().collect()
+}

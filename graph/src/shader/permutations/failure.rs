@@ -1,0 +1,130 @@
+//! From proofs and opinions to failures in the templates.
+//!
+//! A refusal is about a generated text; the failure is about the template that it came from. Literal text maps exactly.
+//! Where the place was captured by a macro, a block or a filter, the marked templates give it, with the tags through
+//! which it was written out.
+
+use std::collections::BTreeSet;
+
+use super::cause::Failure;
+use super::dead::Marked;
+use super::external::{ExternalValidator, Opinion};
+use super::prove::{self, Proof, Task};
+use super::{Explored, Options};
+use crate::diagnostic::{Diagnostic, Place};
+use crate::shader::text_map::Origin;
+use crate::shader::wgsl_error::{Refusal, Stage};
+use crate::shader::{TemplateSet, codes};
+
+/// What each external validator says of each text that naga accepts.
+pub(super) fn judge(tasks: &[Task<'_>], proofs: &[Proof], options: &Options<'_>) -> Vec<Vec<Opinion>> {
+    if options.external.is_empty() {
+        return Vec::new();
+    }
+    prove::in_parallel(tasks.len(), options.threads, &|_| {}, &|at| {
+        let accepted = proofs.get(at).is_some_and(|proof| proof.refusals.is_empty());
+        let validators = options.external.iter();
+        validators.map(|each| if accepted { each.judge(&tasks[at].wgsl) } else { Opinion::Accepts }).collect()
+    })
+}
+
+pub(super) fn unavailable(opinions: &[Vec<Opinion>], validators: &[ExternalValidator]) -> Vec<Diagnostic> {
+    let found = validators.iter().enumerate().filter_map(|(at, _)| {
+        opinions.iter().find_map(|each| match each.get(at) {
+            Some(Opinion::Unavailable(message)) => Some(message.clone()),
+            _ => None,
+        })
+    });
+    found.map(|message| Diagnostic::error(codes::EXTERNAL_UNAVAILABLE, Place::Nowhere, message)).collect()
+}
+
+/// What naga, the limits and the writers refuse.
+pub(super) fn refusals(
+    templates: &TemplateSet,
+    each: &Explored<'_>,
+    proofs: &[Proof],
+    marked: &mut Marked<'_>,
+) -> Vec<Failure> {
+    let mut failures = Vec::new();
+    for (text, task) in each.tasks.iter().enumerate() {
+        for (refusal, profiles) in proofs.get(*task).into_iter().flat_map(|proof| &proof.refusals) {
+            let names = profiles.iter().filter_map(|at| each.request.profiles.get(*at));
+            failures.push(Failure {
+                finding: place_refusal(templates, each, text, refusal, marked),
+                leaves: each.exploration.leaves_of(text),
+                profiles: names.map(|profile| profile.name.clone()).collect(),
+            });
+        }
+    }
+    failures
+}
+
+/// What external validators refuse, or do not come to an end on.
+pub(super) fn disagreements(
+    templates: &TemplateSet,
+    each: &Explored<'_>,
+    opinions: &[Vec<Opinion>],
+    validators: &[ExternalValidator],
+    marked: &mut Marked<'_>,
+) -> Vec<Failure> {
+    let mut failures = Vec::new();
+    for (text, task) in each.tasks.iter().enumerate() {
+        let Some(wgsl) = each.exploration.texts.get(text).map(|text| &text.wgsl) else { continue };
+        for (opinion, validator) in opinions.get(*task).into_iter().flatten().zip(validators) {
+            let refusal = match opinion {
+                Opinion::Accepts | Opinion::Unavailable(_) => continue,
+                Opinion::Refuses { message, place } => {
+                    let message = format!("{} refuses this: {message}", validator.name());
+                    let range =
+                        place.map(|(line, column)| offset_of(wgsl, line, column)).map(|at| at..at + 1);
+                    Refusal { range, ..Refusal::new(Stage::External, message, naga::Span::UNDEFINED) }
+                }
+                Opinion::TimedOut => Refusal::new(
+                    Stage::ExternalTimeout,
+                    format!("{} does not come to an end on this template", validator.name()),
+                    naga::Span::UNDEFINED,
+                ),
+            };
+            failures.push(Failure {
+                finding: place_refusal(templates, each, text, &refusal, marked),
+                leaves: each.exploration.leaves_of(text),
+                profiles: BTreeSet::new(),
+            });
+        }
+    }
+    failures
+}
+
+fn offset_of(text: &str, line: usize, column: usize) -> usize {
+    let start: usize = text.split_inclusive('\n').take(line.saturating_sub(1)).map(str::len).sum();
+    (start + column.saturating_sub(1)).min(text.len())
+}
+
+/// The finding for a refusal of a text: by the plain map, or by markers where captured text hides the place.
+fn place_refusal(
+    templates: &TemplateSet,
+    each: &Explored<'_>,
+    text: usize,
+    refusal: &Refusal,
+    marked: &mut Marked<'_>,
+) -> Diagnostic {
+    let template = &each.request.template;
+    let Some(found) = each.exploration.texts.get(text) else {
+        return templates.unknown(template, Place::Nowhere);
+    };
+    let file = templates.templates.get(template).map(|template| template.file);
+    let Some(file) = file else { return templates.unknown(template, Place::Nowhere) };
+    let start = refusal.range.as_ref().map(|range| range.start);
+    let captured = start.is_some_and(|start| matches!(found.map.origin(start), Some(Origin::Tag(_)) | None));
+    if captured
+        && let Some(leaf) = each.exploration.leaves.get(found.leaf)
+        && let Some(exact) = marked.get(templates).map(template, &leaf.decided, &found.wgsl)
+    {
+        let mut finding = refusal.to_diagnostic(&found.wgsl, &exact.map, file);
+        for span in start.into_iter().flat_map(|start| exact.trail(start)).take(8) {
+            finding = finding.related(span, "written out here");
+        }
+        return finding;
+    }
+    refusal.to_diagnostic(&found.wgsl, &found.map, file)
+}

@@ -1,0 +1,192 @@
+//! From texts and proofs to a report: variants, coverage, the interface of all variants together, sizes, what is dead.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::count::Count;
+use super::dead::{self, Coverage, Marked};
+use super::prove::Proof;
+use super::report::{TemplateReport, ValueBytes, VariantReport};
+use super::{Explored, Request};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::shader::compile::template_values;
+use crate::shader::markers::MarkedTemplates;
+use crate::shader::render::{self, Placement};
+use crate::shader::value::{AxisValues, describe};
+use crate::shader::{Axes, Binding, TemplateSet, codes, interface};
+use crate::source::Span;
+
+/// The report on one request, and what its variants disagree about.
+pub(super) fn report_on(
+    templates: &TemplateSet,
+    placement: &Placement<'_>,
+    each: &Explored<'_>,
+    proofs: &[Proof],
+) -> (TemplateReport, Vec<Diagnostic>) {
+    let Explored { request, space, exploration, tasks } = each;
+    let mut variants = Vec::new();
+    let mut covered = Count::ZERO;
+    for (at, text) in exploration.texts.iter().enumerate() {
+        let leaves = exploration.leaves_of(at);
+        let mut configurations = Count::ZERO;
+        for leaf in leaves.iter().filter_map(|leaf| exploration.leaves.get(*leaf)) {
+            configurations = configurations.plus(space.count(&leaf.decided));
+        }
+        covered = covered.plus(configurations);
+        let proof = tasks.get(at).and_then(|task| proofs.get(*task));
+        variants.push(VariantReport {
+            axes: exploration.leaves.get(text.leaf).map(|leaf| leaf.decided.clone()).unwrap_or_default(),
+            paths: leaves.len(),
+            configurations,
+            bytes: text.wgsl.len(),
+            hash: blake3::Hash::from_bytes(text.hash).to_string(),
+            valid: proof.is_some_and(|proof| proof.refusals.is_empty()),
+            wgsl: text.wgsl.clone(),
+            map: text.map.clone(),
+            reflection: proof.and_then(|proof| proof.reflection.clone()),
+        });
+    }
+    let (interface, conflicts) = unite(templates, request, &variants);
+    let report = TemplateReport {
+        name: request.name.clone(),
+        template: request.template.clone(),
+        profiles: request.profiles.iter().map(|profile| profile.name.clone()).collect(),
+        configurations: space.count(&AxisValues::new()),
+        covered,
+        paths: exploration.leaves.len(),
+        dead_axes: dead_axes(templates, each, &variants),
+        bytes_of_values: bytes_of_values(templates, placement, each),
+        variants,
+        interface,
+    };
+    (report, conflicts)
+}
+
+fn unite(
+    templates: &TemplateSet,
+    request: &Request,
+    variants: &[VariantReport],
+) -> (Vec<Binding>, Vec<Diagnostic>) {
+    let reflected: Vec<&VariantReport> =
+        variants.iter().filter(|variant| variant.reflection.is_some()).collect();
+    let (bindings, conflicts) =
+        interface::unite(reflected.iter().filter_map(|variant| variant.reflection.as_deref()));
+    let place = |variant: &VariantReport, name: &str| {
+        let at = declaration_of(&variant.wgsl, name).and_then(|range| variant.map.span(range));
+        at.or_else(|| templates.file(&request.template).map(|file| Span::new(file, 0..0)))
+            .map_or(Place::Nowhere, Place::Span)
+    };
+    let mut findings: Vec<Diagnostic> = Vec::new();
+    for conflict in conflicts.into_iter().filter(|_| request.one_interface) {
+        let (Some(first), Some(second)) = (reflected.get(conflict.first), reflected.get(conflict.second))
+        else {
+            continue;
+        };
+        let message = format!("two variants of \"{}\" disagree: {}", request.name, conflict.message);
+        if findings.iter().any(|known| known.message == message) {
+            continue;
+        }
+        findings.push(
+            Diagnostic::error(codes::INTERFACE_CONFLICT, place(second, &conflict.name), message)
+                .related(place(first, &conflict.name), format!("the one is {}", describe(&first.axes)))
+                .related(place(second, &conflict.name), format!("the other is {}", describe(&second.axes))),
+        );
+    }
+    (bindings, findings)
+}
+
+/// The name in the declaration of a module-scope variable.
+fn declaration_of(wgsl: &str, name: &str) -> Option<std::ops::Range<usize>> {
+    let is_word = |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
+    let bytes = wgsl.as_bytes();
+    wgsl.match_indices(name).map(|(at, name)| at..at + name.len()).find(|range| {
+        let statement = wgsl[..range.start].rfind([';', '}']).map_or(0, |end| end + 1);
+        let before = &wgsl[statement..range.start];
+        let whole = !is_word(bytes.get(range.end))
+            && !is_word(range.start.checked_sub(1).and_then(|at| bytes.get(at)));
+        whole && before.contains("@binding") && before.contains("var")
+    })
+}
+
+fn dead_axes(templates: &TemplateSet, each: &Explored<'_>, variants: &[VariantReport]) -> Vec<String> {
+    let effective = dead::effective_axes(&each.exploration);
+    let overrides: BTreeSet<&str> = variants
+        .iter()
+        .filter_map(|variant| variant.reflection.as_ref())
+        .flat_map(|each| &each.overrides)
+        .map(String::as_str)
+        .collect();
+    let axes = templates.axes(&each.request.template).into_iter().flat_map(Axes::iter);
+    axes.filter(|axis| {
+        let choice = each.request.allowed.get(&axis.name).is_none_or(|values| values.len() > 1);
+        choice && !effective.contains(&axis.name) && !overrides.contains(axis.name.as_str())
+    })
+    .map(|axis| axis.name.clone())
+    .collect()
+}
+
+/// What each value of a small axis adds to the text of all defaults.
+fn bytes_of_values(
+    templates: &TemplateSet,
+    placement: &Placement<'_>,
+    each: &Explored<'_>,
+) -> Vec<ValueBytes> {
+    const MAXIMUM_VALUES: u64 = 16;
+    let template = &each.request.template;
+    let size = |values: &AxisValues| -> Option<i64> {
+        let values = template_values(templates, template, &each.space.complete(values)?);
+        render::render_with(templates, placement, template, render::fixed_context(&values))
+            .ok()
+            .map(|(text, _)| text.len() as i64)
+    };
+    let Some(plain) = size(&AxisValues::new()) else { return Vec::new() };
+    let mut found = Vec::new();
+    for name in &each.exploration.read {
+        let Some(domain) = each.space.variable(name).filter(|domain| domain.count() <= MAXIMUM_VALUES) else {
+            continue;
+        };
+        for value in (0..domain.count()).filter_map(|at| domain.value(at)) {
+            if each.space.default_of(name) == Some(&value) {
+                continue;
+            }
+            if let Some(bytes) = size(&[(name.clone(), value.clone())].into()) {
+                found.push(ValueBytes { axis: name.clone(), value, bytes: bytes - plain });
+            }
+        }
+    }
+    found
+}
+
+/// The findings about axes without effect and text in no variant.
+pub(super) fn dead_findings(
+    templates: &TemplateSet,
+    explored: &[Explored<'_>],
+    reports: &[TemplateReport],
+    marked: &mut Option<MarkedTemplates>,
+    findings: &mut Diagnostics,
+) {
+    let sound =
+        |each: &Explored<'_>| each.exploration.failures.is_empty() && each.exploration.findings.is_empty();
+    // An axis is dead where no template that has it depends on it; a template with other findings says nothing.
+    let mut axes: BTreeMap<Span, (String, bool)> = BTreeMap::new();
+    for (each, report) in explored.iter().zip(reports) {
+        let valid = sound(each) && report.variants.iter().all(|variant| variant.valid);
+        for axis in templates.axes(&each.request.template).into_iter().flat_map(Axes::iter) {
+            let entry = axes.entry(axis.span).or_insert_with(|| (axis.name.clone(), true));
+            entry.1 &= valid && report.dead_axes.contains(&axis.name);
+        }
+    }
+    for (span, (name, _)) in axes.into_iter().filter(|(_, (_, dead))| *dead) {
+        let message = format!("no text depends on the axis \"{name}\"");
+        findings.push(Diagnostic::warning(codes::AXIS_DEAD, span, message).help("remove it, or use it"));
+    }
+    let mut coverage = Coverage::default();
+    for each in explored {
+        coverage.add(templates, &each.request.template, &each.exploration, &mut Marked(marked));
+    }
+    if explored.iter().all(sound) {
+        findings.extend(coverage.dead(templates).into_iter().map(|span| {
+            Diagnostic::warning(codes::LINES_DEAD, span, "no variant contains this text")
+                .help("its condition can never hold under the declared axes and constraints; remove it")
+        }));
+    }
+}
