@@ -17,6 +17,8 @@ pub mod data;
 pub mod diagnostic;
 pub mod document;
 pub mod draw;
+#[cfg(feature = "gpu")]
+pub mod executor;
 pub mod expression;
 pub mod frame;
 pub mod language;

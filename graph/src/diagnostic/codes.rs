@@ -81,6 +81,14 @@ crate::codes! {
     /// A geometry contract that is not there.
     UNKNOWN_GEOMETRY = "UG0209", "unknown geometry",
         "A pass draws with a contract that \"geometry\" does not declare.";
+    /// A loop that cannot be gone through.
+    LOOP = "UG0211", "impossible loop",
+        "`for_each` has one variable with a whole number (rounds from 0) or a list. A loop has at most 4,096 rounds, a pipeline at most 65,536 passes.";
+    /// A subgraph that is not there, or uses itself.
+    UNKNOWN_SUBGRAPH = "UG0212", "unknown subgraph",
+        "`use` names a subgraph that `subgraphs` does not declare, or a subgraph uses itself.";
+    /// A preset that is not there.
+    UNKNOWN_PRESET = "UG0213", "unknown preset", "A preset that the pipeline does not declare is asked for.";
     /// A resource that is not there.
     UNKNOWN_RESOURCE = "UG0301", "unknown resource",
         "A reference names a resource that \"resources\" does not declare.";
@@ -155,6 +163,9 @@ crate::codes! {
     /// A pipeline that shows nothing.
     NO_OUTPUT = "UG0407", "nothing comes out",
         "No pass writes an imported or persistent resource or has a side effect, so everything is culled.";
+    /// An import that is used in a way that the host did not create it for.
+    IMPORT_USAGE = "UG0408", "import used beyond its usage",
+        "A pass uses a texture of the host's own in a way that the host did not create it for; the usages are told with the imports.";
     /// A host that stores things otherwise than a shader reads them.
     HOST_INTERFACE = "UG0608", "host interface",
         "The host's vertex attributes or blocks (names, types, offsets) do not fit a shader that draws its meshes.";
@@ -170,6 +181,12 @@ crate::codes! {
     /// A device that lacks what a plan needs.
     DEVICE_LIMIT = "UG0804", "device cannot run the plan",
         "A texture, a feature or a limit that the plan needs is beyond what this device offers.";
+    /// Frame input that no pass could use.
+    FRAME_INPUT = "UG0806", "unusable frame input",
+        "The camera or a light of a frame has a value that is not finite, a direction that is not of unit length, or an empty depth range. The frame is recorded without it.";
+    /// A host pass that publishes what it did not declare.
+    HOST_DATA = "UG0807", "undeclared host data",
+        "A host pass sets a value that it did not declare, or more views or elements than declared. That is a defect of the node kind.";
     /// A filter that the host does not know.
     UNKNOWN_FILTER = "UG0805", "unknown filter",
         "A draw pass names a `filter` that the host's draw source does not know.";

@@ -37,8 +37,76 @@ pub struct PipelineDeclaration {
     /// Textures and buffers.
     #[serde(default)]
     pub resources: BTreeMap<String, ResourceDeclaration>,
+    /// Parts of pipelines that passes can use.
+    #[serde(default)]
+    pub subgraphs: BTreeMap<String, SubgraphDeclaration>,
+    /// Named sets of values of parameters and features.
+    #[serde(default)]
+    pub presets: BTreeMap<String, PresetDeclaration>,
+    /// Points at which other files can put passes.
+    #[serde(default)]
+    pub extension_points: BTreeMap<String, ExtensionPointDeclaration>,
     /// The passes: each has one key that names its node kind, and may have common keys beside it.
     pub passes: BTreeMap<String, serde_json::Value>,
+}
+
+/// A part of a pipeline that passes can use, each time with inputs and parameters of its own.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SubgraphDeclaration {
+    /// Where editors find the schema.
+    #[serde(rename = "$schema", default)]
+    pub schema: Option<String>,
+    /// The version of the language: 1.
+    #[serde(default)]
+    pub format: Option<u32>,
+    /// The subgraph's name.
+    #[serde(default)]
+    pub name: Option<String>,
+    /// What it is for, for people.
+    #[serde(default)]
+    pub description: Option<String>,
+    /// Resources that the user gives, each with what it is for.
+    #[serde(default)]
+    pub inputs: BTreeMap<String, String>,
+    /// Values that the user gives; without one the default.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, ParameterDeclaration>,
+    /// Textures and buffers of each use.
+    #[serde(default)]
+    pub resources: BTreeMap<String, ResourceDeclaration>,
+    /// The passes.
+    pub passes: BTreeMap<String, serde_json::Value>,
+}
+
+/// A named set of values.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PresetDeclaration {
+    /// What it is for, for people.
+    #[serde(default)]
+    pub description: Option<String>,
+    /// Values of parameters.
+    #[serde(default)]
+    pub parameters: BTreeMap<String, serde_json::Value>,
+    /// Values of features.
+    #[serde(default)]
+    pub features: BTreeMap<String, serde_json::Value>,
+}
+
+/// A point at which other files can put passes.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ExtensionPointDeclaration {
+    /// What is there to be read and written, for people.
+    #[serde(default)]
+    pub description: Option<String>,
+    /// The passes behind which it lies.
+    #[serde(default)]
+    pub after: Vec<String>,
+    /// The passes before which it lies.
+    #[serde(default)]
+    pub before: Vec<String>,
 }
 
 /// A named value that a user can set.
@@ -185,6 +253,15 @@ pub struct PassCommon {
     /// Whether the pass is there at all: an expression over parameters and features.
     #[serde(default)]
     pub when: Option<Expr>,
+    /// Repeats the pass: one variable, with a count or a list as an expression. Rounds are named NAME.0, NAME.1, …
+    #[serde(default)]
+    pub for_each: Option<BTreeMap<String, Expr>>,
+    /// Instead of a node kind: the subgraph, or the file of one, that stands here.
+    #[serde(default, rename = "use")]
+    pub subgraph: Option<String>,
+    /// Inputs and parameters of the subgraph.
+    #[serde(default)]
+    pub with: Option<BTreeMap<String, Expr>>,
     /// Passes that have to run before this one, where no data says so.
     #[serde(default)]
     pub after: Vec<String>,

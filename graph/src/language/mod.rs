@@ -12,8 +12,8 @@ mod resource;
 mod word;
 
 pub use declaration::{
-    FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Order, ParameterDeclaration, ParameterType,
-    PassCommon, PipelineDeclaration, VertexFormatName,
+    ExtensionPointDeclaration, FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Order, ParameterDeclaration, ParameterType,
+    PassCommon, PipelineDeclaration, PresetDeclaration, SubgraphDeclaration, VertexFormatName,
 };
 pub use expression::Expr;
 pub use reference::{Reference, ReferenceError};

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 
 use super::binding::{Bind, BindObject};
+use super::environment::Environment;
 use super::load::Shared;
 use super::program::{Program, ProgramBinding};
 use super::{Part, ResourceKind, Usage, Use, Version, host_contract};
@@ -29,6 +30,7 @@ pub struct PassBuilder<'a> {
     /// The pointer of the settings in the document.
     pub(super) pointer: String,
     pub(super) uses: Vec<Use>,
+    pub(super) environment: &'a Environment,
 }
 
 /// The proof that a pass said what it does; made by [`PassBuilder::produce`].
@@ -59,7 +61,7 @@ impl PassBuilder<'_> {
 
     /// Evaluates an expression over parameters and features.
     pub fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value> {
-        let result = expr.parse().and_then(|expression| expression::evaluate(&expression, &self.shared.scope));
+        let result = self.evaluate(expr);
         result.map_err(|error| self.expression_error(&error, pointer)).ok()
     }
 
@@ -103,8 +105,7 @@ impl PassBuilder<'_> {
             Word::Is(word) => return Some(word.clone()),
             Word::Computed(expr) => expr,
         };
-        let result = expr.parse().and_then(|expression| expression::evaluate(&expression, &self.shared.scope));
-        match result {
+        match self.evaluate(expr) {
             Ok(Value::Text(text)) => match serde_json::from_value(text.as_str().into()) {
                 Ok(word) => Some(word),
                 Err(_) => {
@@ -127,6 +128,7 @@ impl PassBuilder<'_> {
     pub fn deferred(&mut self, expr: &Expr, pointer: &str) -> Option<Deferred> {
         match expr.parse() {
             Ok(expression) => {
+                let expression = self.environment.close(&expression, &|name| self.shared.find(name).is_some());
                 self.check_names(&expression, pointer)?;
                 Some(Deferred { expression, place: self.place(pointer), pointer: self.absolute(pointer) })
             }
@@ -141,6 +143,7 @@ impl PassBuilder<'_> {
     pub fn publish(&mut self, name: &str, pointer: &str, shape: DataShape) -> Option<ResourceHandle> {
         let place = self.place(pointer);
         let at = self.absolute(pointer);
+        let name = &self.outside(name, pointer)?;
         let handle = self.shared.intern_data(name, place, &at);
         let resource = &mut self.shared.resources[handle.index()];
         match &mut resource.kind {
@@ -175,6 +178,7 @@ impl PassBuilder<'_> {
     pub fn data(&mut self, name: &str, pointer: &str) -> Option<ResourceHandle> {
         let place = self.place(pointer);
         let at = self.absolute(pointer);
+        let name = &self.outside(name, pointer)?;
         let handle = self.shared.intern_data(name, place, &at);
         let resource = &self.shared.resources[handle.index()];
         if matches!(resource.kind, ResourceKind::Broken) {
@@ -425,7 +429,10 @@ impl PassBuilder<'_> {
                     self.values_slot(&layout, values, &format!("{here}/values"), &program.template)
                 }
                 Bind::Name(name) => {
-                    let resource = Reference::parse(name).ok().and_then(|reference| self.shared.find(reference.resource));
+                    let written = self.environment.interpolate(name, &self.shared.scope).unwrap_or_default();
+                    let resource = Reference::parse(&written)
+                        .ok()
+                        .and_then(|reference| self.shared.find(&self.environment.resource(reference.resource)));
                     let is_buffer = resource.is_some_and(|handle| {
                         matches!(self.shared.resources[handle.index()].kind, ResourceKind::Buffer(_))
                     });
@@ -559,19 +566,43 @@ impl PassBuilder<'_> {
         self.report(codes::WRONG_TYPE, "", format!("the settings do not decode: {error}"), "compare them with the schema");
     }
 
+    fn evaluate(&self, expr: &Expr) -> Result<Value, ExpressionError> {
+        let expression = self.environment.close(&expr.parse()?, &|name| self.shared.find(name).is_some());
+        expression::evaluate(&expression, &self.shared.scope)
+    }
+
+    /// The name outside of what is named here, with expressions in braces replaced.
+    fn outside(&mut self, name: &str, pointer: &str) -> Option<String> {
+        match self.environment.interpolate(name, &self.shared.scope) {
+            Ok(name) => Some(self.environment.resource(&name)),
+            Err(error) => {
+                self.expression_error(&error, pointer);
+                None
+            }
+        }
+    }
+
     pub(super) fn absolute(&self, pointer: &str) -> String {
         format!("{}{pointer}", self.pointer)
     }
 
     fn reference(&mut self, text: &str, pointer: &str) -> Option<(ResourceHandle, Version)> {
-        let reference = match Reference::parse(text) {
+        let text = match self.environment.interpolate(text, &self.shared.scope) {
+            Ok(text) => text,
+            Err(error) => {
+                self.expression_error(&error, pointer);
+                return None;
+            }
+        };
+        let reference = match Reference::parse(&text) {
             Ok(reference) => reference,
             Err(error) => {
                 self.report(codes::BAD_REFERENCE, pointer, format!("\"{text}\" is no reference"), error.to_string());
                 return None;
             }
         };
-        let found = self.shared.find(reference.resource);
+        let outside = self.environment.resource(reference.resource);
+        let found = self.shared.find(&outside);
         if found.is_some_and(|handle| matches!(self.shared.resources[handle.index()].kind, ResourceKind::Broken)) {
             return None;
         }
@@ -584,7 +615,7 @@ impl PassBuilder<'_> {
             self.report(codes::UNKNOWN_RESOURCE, pointer, format!("there is no resource \"{}\"", reference.resource), help);
             return None;
         };
-        let version = reference.version.map_or(Version::Newest, |pass| Version::WrittenBy(pass.to_owned()));
+        let version = reference.version.map_or(Version::Newest, |pass| Version::WrittenBy(self.environment.pass(pass)));
         Some((handle, version))
     }
 

@@ -1,9 +1,11 @@
 //! Document to pipeline.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::builder::{PassBuilder, expression_finding};
+use super::environment::Environment;
+use super::expand::Expander;
 use super::{
     Choice, Pass, Pipeline, Program, ProgramVariant, Resource, ResourceKind, StaticScope, binding, schema, setting,
 };
@@ -17,7 +19,7 @@ use crate::source::{Sources, Span};
 use crate::work::{BoundSlot, Draw, PassHandle, ProgramHandle, ResourceHandle, SlotSource, Work};
 
 /// Names that are no parameters or features, because expressions know them already.
-const RESERVED: &[&str] = &["viewport", "true", "false"];
+pub(super) const RESERVED: &[&str] = &["viewport", "true", "false"];
 
 /// Makes the pipeline that a document describes, in the configuration that `choice` names.
 ///
@@ -62,6 +64,7 @@ pub fn load(
     let mut shared = Shared {
         scope: StaticScope::new(&parameters, &features),
         resources: Vec::new(),
+        resource_index: HashMap::new(),
         geometry: decoded.geometry,
         programs: Vec::new(),
         program_keys: BTreeMap::new(),
@@ -80,95 +83,112 @@ pub fn load(
             .filter(|name| !parameters.contains_key(name) && !features.contains_key(name))
             .collect(),
     };
-    for entry in section("resources") {
-        if !is_name(&entry.key) || RESERVED.contains(&entry.key.as_str()) {
-            shared.diagnostics.push(bad_name(entry));
-        }
-        let pointer = pointer_join("/resources", &entry.key);
-        let kind = match decoded.resources.get(&entry.key) {
-            Some(ResourceDeclaration::Texture(texture)) => ResourceKind::Texture(texture.clone()),
-            Some(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(buffer.clone()),
+    let mut expander = Expander::new(document, registry, &is_broken, &mut shared);
+    expander.top();
+    let Expander { resources, instances, mut gaps, mut unreadable, .. } = expander;
+    for instance in resources {
+        let declaration: Option<ResourceDeclaration> =
+            if instance.is_broken { None } else { serde_json::from_value(instance.entry.value.to_json()).ok() };
+        let kind = match declaration {
+            Some(ResourceDeclaration::Texture(texture)) => ResourceKind::Texture(texture),
+            Some(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(buffer),
             None => ResourceKind::Broken,
         };
-        shared.resources.push(Resource {
-            name: entry.key.clone(),
-            place: entry.key_span,
-            pointer,
-            value: entry.value.clone(),
+        shared.add_resource(Resource {
+            name: instance.name,
+            place: instance.entry.key_span,
+            pointer: instance.pointer,
+            value: instance.entry.value.clone(),
+            environment: instance.environment,
             kind,
         });
     }
     let mut passes: Vec<Pass> = Vec::new();
     let mut after: Vec<(usize, Vec<String>, &Entry)> = Vec::new();
-    let mut absent: BTreeSet<&str> = BTreeSet::new();
-    let mut gaps: Vec<&Entry> = Vec::new();
-    let mut unreadable = false;
-    for entry in section("passes") {
-        let pointer = pointer_join("/passes", &entry.key);
-        if !is_name(&entry.key) {
-            shared.diagnostics.push(bad_name(entry));
-        }
-        if is_broken(&pointer) {
+    let mut absent: BTreeSet<String> = BTreeSet::new();
+    for instance in &instances {
+        let (entry, pointer, environment) = (instance.entry, &instance.pointer, &instance.environment);
+        if instance.is_broken {
             unreadable = true;
-            gaps.push(entry);
+            gaps.push((instance.name.clone(), entry));
             continue;
         }
         let Some((kind, common)) = take_apart(entry, registry) else {
-            gaps.push(entry);
+            gaps.push((instance.name.clone(), entry));
             continue;
         };
         let Some(node) = registry.get(&kind.key) else { continue };
+        // Findings of an instance carry the places where it is used; those of its pass alone are collected first.
+        let outer = std::mem::take(&mut shared.diagnostics);
         let mut builder = PassBuilder {
-            name: &entry.key,
+            name: &instance.name,
             settings: &entry.value,
             pointer: pointer.clone(),
             uses: Vec::new(),
+            environment,
             shared: &mut shared,
         };
-        match common.when.as_ref().map_or(Some(true), |when| builder.boolean(when, "/when")) {
-            Some(true) => {}
-            Some(false) => {
-                absent.insert(&entry.key);
-                continue;
-            }
-            None => {
-                gaps.push(entry);
-                continue;
-            }
-        }
+        let present = common.when.as_ref().map_or(Some(true), |when| builder.boolean(when, "/when"));
         builder.settings = &kind.value;
-        builder.pointer = pointer_join(&pointer, &kind.key);
-        let before = builder.shared.diagnostics.error_count();
-        let produced = node.declare(kind.value.to_json(), &mut builder);
+        builder.pointer = pointer_join(pointer, &kind.key);
+        let produced = match present {
+            Some(true) => node.declare(kind.value.to_json(), &mut builder),
+            _ => None,
+        };
         let uses = std::mem::take(&mut builder.uses);
-        match produced {
-            Some(produced) if shared.diagnostics.error_count() == before => {
+        let own = std::mem::replace(&mut shared.diagnostics, outer);
+        let sound = !own.has_errors();
+        shared.report_from(own, environment);
+        match (present, produced) {
+            (Some(false), _) => {
+                absent.insert(instance.name.clone());
+            }
+            (_, Some(produced)) if sound => {
                 after.push((passes.len(), common.after, entry));
                 passes.push(Pass {
-                    name: entry.key.clone(),
+                    name: instance.name.clone(),
                     kind: kind.key.clone(),
                     place: entry.key_span,
-                    pointer,
+                    pointer: pointer.clone(),
+                    environment: environment.clone(),
                     uses,
                     after: Vec::new(),
                     side_effect: common.side_effect,
                     work: produced.0,
                 });
             }
-            _ => gaps.push(entry),
+            _ => gaps.push((instance.name.clone(), entry)),
         }
     }
-    let names: Vec<String> = passes.iter().map(|pass| pass.name.clone()).collect();
+    let positions: BTreeMap<String, usize> =
+        passes.iter().enumerate().map(|(at, pass)| (pass.name.clone(), at)).collect();
     for (at, wanted, entry) in after {
-        for (position, name) in wanted.iter().enumerate() {
-            if let Some(index) = names.iter().position(|known| known == name) {
-                passes[at].after.push(PassHandle(index as u32));
-            } else if !absent.contains(name.as_str()) && !gaps.iter().any(|gap| gap.key == *name) {
-                let pointer = format!("{}/after/{position}", passes[at].pointer);
-                let place = entry.value.nearest(&format!("/after/{position}")).span;
-                let all: Vec<String> = section("passes").iter().map(|entry| entry.key.clone()).collect();
-                shared.diagnostics.push(unknown_pass(name, &all, place).pointer(pointer));
+        for (position, written) in wanted.iter().enumerate() {
+            let environment = passes[at].environment.clone();
+            let pointer = format!("{}/after/{position}", passes[at].pointer);
+            let value = entry.value.nearest(&format!("/after/{position}"));
+            let name = match environment.interpolate(written, &shared.scope) {
+                Ok(name) => environment.pass(&name),
+                Err(error) => {
+                    let raw = shared.sources_text(value.span);
+                    shared.diagnostics.push(expression_finding(&error, value, &raw).pointer(pointer));
+                    continue;
+                }
+            };
+            let members: Vec<usize> = match positions.get(&name) {
+                Some(index) => vec![*index],
+                // The name of a loop or subgraph means all of its passes.
+                None => positions
+                    .range(format!("{name}.")..)
+                    .take_while(|(other, _)| other.starts_with(&format!("{name}.")))
+                    .map(|(_, index)| *index)
+                    .collect(),
+            };
+            if members.is_empty() && !absent.contains(&name) && !gaps.iter().any(|(gap, _)| *gap == name) {
+                let all: Vec<String> = instances.iter().map(|instance| instance.name.clone()).collect();
+                shared.diagnostics.push(unknown_pass(&name, &all, value.span).pointer(pointer));
             }
+            passes[at].after.extend(members.into_iter().map(|index| PassHandle(index as u32)));
         }
     }
     let uncertain = uncertain(&gaps, unreadable, &shared);
@@ -192,6 +212,7 @@ pub fn load(
 pub(super) struct Shared {
     pub(super) scope: StaticScope,
     pub(super) resources: Vec<Resource>,
+    resource_index: HashMap<String, ResourceHandle>,
     pub(super) geometry: BTreeMap<String, GeometryDeclaration>,
     pub(super) programs: Vec<Program>,
     program_keys: BTreeMap<(String, AxisValues, Vec<String>), Option<ProgramHandle>>,
@@ -206,16 +227,46 @@ pub(super) struct Shared {
 
 impl Shared {
     pub(super) fn find(&self, name: &str) -> Option<ResourceHandle> {
-        self.resources.iter().position(|resource| resource.name == name).map(|at| ResourceHandle(at as u32))
+        self.resource_index.get(name).copied()
+    }
+
+    fn add_resource(&mut self, resource: Resource) -> ResourceHandle {
+        let handle = ResourceHandle(self.resources.len() as u32);
+        self.resource_index.entry(resource.name.clone()).or_insert(handle);
+        self.resources.push(resource);
+        handle
     }
 
     pub(super) fn intern_data(&mut self, name: &str, place: Span, pointer: &str) -> ResourceHandle {
         self.find(name).unwrap_or_else(|| {
-            let kind = ResourceKind::Data(None);
-            let value = document::Value { span: place, kind: document::Kind::Null };
-            self.resources.push(Resource { name: name.to_owned(), place, pointer: pointer.to_owned(), value, kind });
-            ResourceHandle(self.resources.len() as u32 - 1)
+            self.add_resource(Resource {
+                name: name.to_owned(),
+                place,
+                pointer: pointer.to_owned(),
+                value: document::Value { span: place, kind: document::Kind::Null },
+                environment: Arc::default(),
+                kind: ResourceKind::Data(None),
+            })
         })
+    }
+
+    /// Reports the findings of one instance: with the places where it is used, and each fault of a subgraph once.
+    pub(super) fn report_from(&mut self, findings: Diagnostics, environment: &Environment) {
+        for mut finding in findings {
+            if environment.used_at.is_empty() {
+                self.diagnostics.push(finding);
+                continue;
+            }
+            let known = self.diagnostics.iter().any(|known| {
+                (known.code, &known.place, &known.message) == (finding.code, &finding.place, &finding.message)
+            });
+            if !known {
+                for place in &environment.used_at {
+                    finding = finding.related(*place, "used here");
+                }
+                self.diagnostics.push(finding);
+            }
+        }
     }
 
     pub(super) fn sources_text(&self, span: Span) -> String {
@@ -248,9 +299,10 @@ impl Shared {
     pub(super) fn unknown_name(&self, expression: &Expression) -> Option<ExpressionError> {
         match &expression.kind {
             ExpressionKind::Name(name) => {
-                let head = name.split('.').next().unwrap_or(name);
+                let head = name.rsplit_once('.').map_or(name.as_str(), |(head, _)| head);
                 let known = self.scope.lookup(name).is_some()
-                    || head == "viewport"
+                    || matches!(name.as_str(), "viewport" | "viewport.width" | "viewport.height")
+                    || self.find(name).is_some()
                     || self.find(head).is_some()
                     || self.broken_settings.contains(name);
                 (!known).then(|| {
@@ -400,12 +452,12 @@ fn has_word(text: &str, word: &str) -> bool {
 }
 
 /// A name starts with a letter and goes on with letters, digits and underscores.
-fn is_name(name: &str) -> bool {
+pub(super) fn is_name(name: &str) -> bool {
     name.chars().next().is_some_and(|first| first.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
 }
 
-fn bad_name(entry: &Entry) -> Diagnostic {
+pub(super) fn bad_name(entry: &Entry) -> Diagnostic {
     Diagnostic::error(codes::BAD_NAME, entry.key_span, format!("\"{}\" cannot be a name here", entry.key))
         .help("a name starts with a letter, goes on with letters, digits and underscores, and is no word of the expression language")
 }
@@ -433,11 +485,11 @@ fn unknown_pass(name: &str, names: &[String], place: Span) -> Diagnostic {
 /// The resources of which nothing is known: broken ones, and those that passes with findings mention (any string that
 /// is a reference to one). A pass that does not fit the schema may lack the very key that names a resource; then no
 /// resource is certain.
-fn uncertain(gaps: &[&Entry], unreadable: bool, shared: &Shared) -> BTreeSet<ResourceHandle> {
+fn uncertain(gaps: &[(String, &Entry)], unreadable: bool, shared: &Shared) -> BTreeSet<ResourceHandle> {
     let all = (0..shared.resources.len() as u32).map(ResourceHandle);
     let broken = |handle: &ResourceHandle| matches!(shared.resources[handle.index()].kind, ResourceKind::Broken);
     let mut found: BTreeSet<ResourceHandle> = all.filter(|handle| unreadable || broken(handle)).collect();
-    for gap in gaps {
+    for (_, gap) in gaps {
         gap.value.for_each_text(&mut |text| {
             let name = text.split('@').next().unwrap_or(text);
             found.extend(shared.find(name));
@@ -514,7 +566,7 @@ fn slots_mut(work: &mut Work) -> Option<(ProgramHandle, &mut Vec<BoundSlot>)> {
 }
 
 /// Finds versions that no pass writes.
-fn check_versions(passes: &[Pass], absent: &BTreeSet<&str>, gaps: &[&Entry], shared: &mut Shared) {
+fn check_versions(passes: &[Pass], absent: &BTreeSet<String>, gaps: &[(String, &Entry)], shared: &mut Shared) {
     for pass in passes {
         for one in &pass.uses {
             let super::Version::WrittenBy(writer) = &one.version else { continue };
@@ -524,10 +576,10 @@ fn check_versions(passes: &[Pass], absent: &BTreeSet<&str>, gaps: &[&Entry], sha
                 .filter(|other| other.uses.iter().any(|other| other.resource == one.resource && other.usage.writes()))
                 .map(|pass| pass.name.clone())
                 .collect();
-            if writers.contains(writer) || gaps.iter().any(|gap| gap.key == *writer) {
+            if writers.contains(writer) || gaps.iter().any(|(gap, _)| gap == writer) {
                 continue;
             }
-            let why = if absent.contains(writer.as_str()) { ", which is switched off here" } else { "" };
+            let why = if absent.contains(writer) { ", which is switched off here" } else { "" };
             let message = format!("no pass \"{writer}\" writes \"{resource}\"{why}");
             let help = match did_you_mean(writer, writers.iter().map(String::as_str)) {
                 Some(meant) => format!("did you mean \"{resource}@{meant}\"?"),

@@ -15,6 +15,8 @@
 
 mod binding;
 mod builder;
+mod environment;
+mod expand;
 mod host_contract;
 mod load;
 mod program;
@@ -26,6 +28,7 @@ pub use binding::{Bind, BindObject, ValuesBind};
 pub(crate) use binding::{element_type, member_runs};
 pub(crate) use builder::expression_finding;
 pub use builder::{PassBuilder, Produced};
+pub use environment::Environment;
 pub use load::load;
 pub(crate) use load::evaluate_at;
 pub use program::{Program, ProgramBinding, ProgramVariant};
@@ -34,6 +37,7 @@ pub use scope::StaticScope;
 pub use setting::{Choice, Feature, Parameter, Setting};
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use crate::data::DataShape;
 use crate::language::{BufferDeclaration, GeometryDeclaration, Lifetime, TextureDeclaration};
@@ -117,6 +121,8 @@ pub struct Resource {
     pub pointer: String,
     /// The declaration as it is written; for host data, the value that names it.
     pub value: crate::document::Value,
+    /// What names mean in its declaration.
+    pub environment: Arc<Environment>,
     /// What it is.
     pub kind: ResourceKind,
 }
@@ -174,6 +180,8 @@ pub struct Pass {
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
+    /// What names mean in its settings.
+    pub environment: Arc<Environment>,
     /// What it uses.
     pub uses: Vec<Use>,
     /// Passes that have to run before it, where no data says so.

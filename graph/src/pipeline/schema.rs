@@ -16,7 +16,7 @@ pub fn schema(registry: &Registry) -> Json {
     if let Some(Json::Object(common)) = common.get("properties") {
         properties.extend(common.clone());
     }
-    let mut kinds = Vec::new();
+    let mut kinds = vec![json!({ "required": ["use"] })];
     for kind in registry.iter() {
         let mut settings = kind.schema(&mut generator).to_value();
         if let Json::Object(rules) = &mut settings
@@ -35,12 +35,14 @@ pub fn schema(registry: &Registry) -> Json {
         "oneOf": kinds,
     });
     let mut root = generator.into_root_schema_for::<PipelineDeclaration>().to_value();
-    if let Some(passes) = root.pointer_mut("/properties/passes") {
-        *passes = json!({
-            "description": "The passes by name.",
-            "type": "object",
-            "additionalProperties": { "$ref": "#/$defs/Pass" },
-        });
+    for pointer in ["/properties/passes", "/$defs/SubgraphDeclaration/properties/passes"] {
+        if let Some(passes) = root.pointer_mut(pointer) {
+            *passes = json!({
+                "description": "The passes by name.",
+                "type": "object",
+                "additionalProperties": { "$ref": "#/$defs/Pass" },
+            });
+        }
     }
     if let Some(Json::Object(definitions)) = root.get_mut("$defs") {
         definitions.insert("Pass".to_owned(), pass);

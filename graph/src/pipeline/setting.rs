@@ -169,7 +169,7 @@ fn not_there<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a String>
     }
 }
 
-fn decode_parameter(
+pub(super) fn decode_parameter(
     name: &str,
     declaration: &ParameterDeclaration,
     value: &document::Value,

@@ -1,0 +1,356 @@
+//! Loops and subgraphs: from the passes and resources of a document to their instances.
+//!
+//! ```jsonc
+//! "subgraphs": { "blur": { "inputs": { "image": "what is blurred" }, "parameters": { … }, "resources": { … }, "passes": { … } } },
+//! "passes": {
+//!   "soften": { "use": "blur", "with": { "image": "color", "radius": 6 } },
+//!   "down":   { "for_each": { "level": "levels" }, "fullscreen": { … "down@down.{level - 1}" … } }
+//! }
+//! ```
+//!
+//! An instance shares the document's entry with all others and carries its own [`Environment`]; nothing of the text is
+//! copied or decoded twice. Passes of a subgraph are named `soften.half`, rounds of a loop `down.0`, `down.1`, … A loop
+//! over a number counts from 0; over a list it takes each element. A subgraph that is used in a loop is named
+//! `soften.0.half`.
+//!
+//! Limits: 4,096 rounds of a loop, 65,536 passes in all, subgraphs 16 levels deep.
+
+use std::sync::Arc;
+
+use super::builder::expression_finding;
+use super::environment::Environment;
+use super::load::{RESERVED, Shared, bad_name, is_name};
+use super::setting;
+use crate::diagnostic::{Code, Diagnostic, codes, did_you_mean};
+use crate::document::{self, Document, Entry, Kind, pointer_join};
+use crate::expression::{self, Value};
+use crate::language::{Expr, ParameterDeclaration};
+use crate::node::Registry;
+
+const MAXIMUM_ROUNDS: usize = 4096;
+const MAXIMUM_PASSES: usize = 65_536;
+const MAXIMUM_DEPTH: usize = 16;
+
+/// A pass or resource as it is used once.
+pub(super) struct Instance<'a> {
+    pub(super) name: String,
+    pub(super) entry: &'a Entry,
+    pub(super) pointer: String,
+    pub(super) environment: Arc<Environment>,
+    /// Whether it does not fit the schema, so that it has findings already.
+    pub(super) is_broken: bool,
+}
+
+/// Expands a document.
+pub(super) struct Expander<'a, 's> {
+    document: &'a Document,
+    registry: &'s Registry,
+    is_broken: &'s dyn Fn(&str) -> bool,
+    shared: &'s mut Shared,
+    pub(super) resources: Vec<Instance<'a>>,
+    pub(super) instances: Vec<Instance<'a>>,
+    /// Passes that could not be expanded.
+    pub(super) gaps: Vec<(String, &'a Entry)>,
+    pub(super) unreadable: bool,
+    full: bool,
+}
+
+impl<'a, 's> Expander<'a, 's> {
+    pub(super) fn new(
+        document: &'a Document,
+        registry: &'s Registry,
+        is_broken: &'s dyn Fn(&str) -> bool,
+        shared: &'s mut Shared,
+    ) -> Self {
+        Self {
+            document,
+            registry,
+            is_broken,
+            shared,
+            resources: Vec::new(),
+            instances: Vec::new(),
+            gaps: Vec::new(),
+            unreadable: false,
+            full: false,
+        }
+    }
+
+    /// Expands the pipeline's own sections.
+    pub(super) fn top(&mut self) {
+        let document = self.document;
+        self.sections(&document.root, "", &Arc::new(Environment::default()), 0);
+    }
+
+    fn sections(&mut self, owner: &'a document::Value, pointer: &str, environment: &Arc<Environment>, depth: usize) {
+        let entries = |name: &str| owner.get(name).and_then(document::Value::entries).unwrap_or_default();
+        for entry in entries("resources") {
+            self.check_name(entry);
+            let pointer = pointer_join(&format!("{pointer}/resources"), &entry.key);
+            let is_broken = (self.is_broken)(&pointer);
+            let name = environment.resource(&entry.key);
+            self.resources.push(Instance { name, entry, pointer, environment: environment.clone(), is_broken });
+        }
+        for entry in entries("passes") {
+            self.check_name(entry);
+            let pointer = pointer_join(&format!("{pointer}/passes"), &entry.key);
+            self.looped(entry, environment.pass(&entry.key), pointer, environment, depth);
+        }
+    }
+
+    fn check_name(&mut self, entry: &Entry) {
+        if !is_name(&entry.key) || RESERVED.contains(&entry.key.as_str()) {
+            self.shared.diagnostics.push(bad_name(entry));
+        }
+    }
+
+    fn looped(&mut self, entry: &'a Entry, name: String, pointer: String, environment: &Arc<Environment>, depth: usize) {
+        if self.full {
+            return;
+        }
+        let rounds = entry.value.get("for_each").filter(|_| !(self.is_broken)(&pointer));
+        let Some(rounds) = rounds else {
+            self.single(entry, name, pointer, environment, depth);
+            return;
+        };
+        let at = format!("{pointer}/for_each");
+        let [variable] = rounds.entries().unwrap_or_default() else {
+            self.refuse(codes::LOOP, rounds, &at, "a loop has one variable", "write { \"level\": 4 }", entry, &name);
+            return;
+        };
+        let at = pointer_join(&at, &variable.key);
+        let values = match self.evaluate(&variable.value, environment) {
+            Some(Value::List(list)) => list,
+            Some(Value::Number(count)) if count.fract() == 0.0 && count >= 0.0 => {
+                if count > MAXIMUM_ROUNDS as f64 {
+                    let message = format!("{count} rounds are too many");
+                    let help = format!("a loop has at most {MAXIMUM_ROUNDS}");
+                    self.refuse(codes::LOOP, &variable.value, &at, &message, &help, entry, &name);
+                    return;
+                }
+                (0..count as u32).map(|round| Value::Number(f64::from(round))).collect()
+            }
+            Some(other) => {
+                let message = format!("a loop goes over a whole number or a list, this is {other}");
+                self.refuse(codes::LOOP, &variable.value, &at, &message, "write a count such as \"len(far)\", or a list", entry, &name);
+                return;
+            }
+            None => {
+                self.gaps.push((name, entry));
+                return;
+            }
+        };
+        if values.len() > MAXIMUM_ROUNDS {
+            let message = format!("{} rounds are too many", values.len());
+            self.refuse(codes::LOOP, &variable.value, &at, &message, &format!("a loop has at most {MAXIMUM_ROUNDS}"), entry, &name);
+            return;
+        }
+        for (round, value) in values.into_iter().enumerate() {
+            let mut inner = (**environment).clone();
+            inner.locals.insert(variable.key.clone(), value);
+            self.single(entry, format!("{name}.{round}"), pointer.clone(), &Arc::new(inner), depth);
+        }
+    }
+
+    fn single(&mut self, entry: &'a Entry, name: String, pointer: String, environment: &Arc<Environment>, depth: usize) {
+        let is_broken = (self.is_broken)(&pointer);
+        if self.instances.len() >= MAXIMUM_PASSES {
+            self.full = true;
+            let message = format!("the pipeline has more than {MAXIMUM_PASSES} passes");
+            let help = "draw more in one pass, or split the pipeline";
+            self.shared.diagnostics.push(Diagnostic::error(codes::LOOP, entry.key_span, message).help(help).pointer(pointer));
+            return;
+        }
+        match entry.value.get("use") {
+            Some(used) if !is_broken => self.used(entry, used, name, &pointer, environment, depth),
+            _ => self.instances.push(Instance { name, entry, pointer, environment: environment.clone(), is_broken }),
+        }
+    }
+
+    fn used(
+        &mut self,
+        entry: &'a Entry,
+        used: &'a document::Value,
+        name: String,
+        pointer: &str,
+        environment: &Arc<Environment>,
+        depth: usize,
+    ) {
+        let subgraphs = self.document.root.get("subgraphs");
+        let wanted = used.text().unwrap_or_default();
+        let at = format!("{pointer}/use");
+        let Some(subgraph) = subgraphs.and_then(|subgraphs| subgraphs.entry(wanted)) else {
+            let known: Vec<&str> =
+                subgraphs.and_then(document::Value::entries).unwrap_or_default().iter().map(|entry| entry.key.as_str()).collect();
+            let help = match did_you_mean(wanted, known.iter().copied()) {
+                Some(meant) => format!("did you mean \"{meant}\"?"),
+                None if known.is_empty() => "declare it under \"subgraphs\", or name a file".to_owned(),
+                None => format!("the subgraphs are {}", known.join(", ")),
+            };
+            self.refuse(codes::UNKNOWN_SUBGRAPH, used, &at, &format!("there is no subgraph \"{wanted}\""), &help, entry, &name);
+            return;
+        };
+        let inside = pointer_join("/subgraphs", wanted);
+        if depth >= MAXIMUM_DEPTH {
+            let message = format!("subgraphs are used {MAXIMUM_DEPTH} levels deep");
+            self.refuse(codes::UNKNOWN_SUBGRAPH, used, &at, &message, "a subgraph cannot use itself", entry, &name);
+            return;
+        }
+        if let Some(extra) = entry.value.entries().unwrap_or_default().iter().find(|member| self.registry.get(&member.key).is_some()) {
+            let message = format!("\"use\" and \"{}\" exclude one another", extra.key);
+            self.refuse(codes::UNKNOWN_KEY, &extra.value, &at, &message, "make it two passes", entry, &name);
+            return;
+        }
+        if let Some(when) = entry.value.get("when") {
+            match self.evaluate(when, environment) {
+                Some(Value::Bool(true)) => {}
+                Some(Value::Bool(false)) => return,
+                Some(other) => {
+                    let message = format!("a boolean is wanted here, this is {}", other.kind_name());
+                    self.refuse(codes::EXPRESSION_TYPE, when, &format!("{pointer}/when"), &message, "make it a comparison", entry, &name);
+                    return;
+                }
+                None => {
+                    self.gaps.push((name, entry));
+                    return;
+                }
+            }
+        }
+        let Some(inner) = self.environment_of(entry, &subgraph.value, &inside, wanted, &name, pointer, environment) else {
+            self.gaps.push((name, entry));
+            return;
+        };
+        self.sections(&subgraph.value, &inside, &Arc::new(inner), depth + 1);
+    }
+
+    /// What names mean in one use of a subgraph.
+    #[allow(clippy::too_many_arguments)]
+    fn environment_of(
+        &mut self,
+        entry: &'a Entry,
+        subgraph: &'a document::Value,
+        inside: &str,
+        subgraph_name: &str,
+        name: &str,
+        pointer: &str,
+        outer: &Arc<Environment>,
+    ) -> Option<Environment> {
+        let section = |name: &str| subgraph.get(name).and_then(document::Value::entries).unwrap_or_default();
+        let with = entry.value.get("with");
+        let at = format!("{pointer}/with");
+        let mut used_at = vec![entry.key_span];
+        used_at.extend(&outer.used_at);
+        let mut inner = Environment { prefix: format!("{name}."), used_at, ..Environment::default() };
+        let mut fine = true;
+        let mut misspelt: Vec<&str> = Vec::new();
+        for given in with.and_then(document::Value::entries).unwrap_or_default() {
+            let known: Vec<&str> =
+                section("inputs").iter().chain(section("parameters")).map(|entry| entry.key.as_str()).collect();
+            if !known.contains(&given.key.as_str()) {
+                let finding = document::schema::unknown_key(given, &known);
+                self.shared.diagnostics.push(finding.pointer(pointer_join(&at, &given.key)));
+                misspelt.push(&given.key);
+                fine = false;
+            }
+        }
+        let is_misspelt = |name: &str| misspelt.iter().any(|given| did_you_mean(given, [name]).is_some());
+        for input in section("inputs") {
+            match with.and_then(|with| with.get(&input.key)) {
+                Some(given) => match given.text().map(|text| outer.interpolate(text, &self.shared.scope)) {
+                    Some(Ok(text)) => {
+                        inner.inputs.insert(input.key.clone(), outer.resource(&text));
+                    }
+                    Some(Err(error)) => {
+                        let raw = self.shared.sources_text(given.span);
+                        self.shared.diagnostics.push(expression_finding(&error, given, &raw).pointer(&at));
+                        fine = false;
+                    }
+                    None => {
+                        let message = format!("the input \"{}\" is a resource, this is {}", input.key, given.kind_name());
+                        let finding = Diagnostic::error(codes::WRONG_TYPE, given.span, message);
+                        self.shared.diagnostics.push(finding.pointer(&at).help("name a resource"));
+                        fine = false;
+                    }
+                },
+                None if is_misspelt(&input.key) => {}
+                None => {
+                    let message = format!("the input \"{}\" of \"{subgraph_name}\" is not given", input.key);
+                    let finding = Diagnostic::error(codes::MISSING_KEY, entry.key_span, message)
+                        .related(input.key_span, "declared here")
+                        .help(format!("add \"{}\" to \"with\"", input.key));
+                    self.shared.diagnostics.push(finding.pointer(&at));
+                    fine = false;
+                }
+            }
+        }
+        for parameter in section("parameters") {
+            let here = pointer_join(&format!("{inside}/parameters"), &parameter.key);
+            if (self.is_broken)(&here) {
+                fine = false;
+                continue;
+            }
+            let Ok(declaration) = serde_json::from_value::<ParameterDeclaration>(parameter.value.to_json()) else { continue };
+            let given = with.and_then(|with| with.get(&parameter.key));
+            let value = match given {
+                None => parameter.value.get("default").cloned(),
+                Some(given) if declaration.parameter_type == crate::language::ParameterType::Enum => Some(given.clone()),
+                Some(given) => self.evaluate(given, outer).map(|value| to_document(&value, given.span)),
+            };
+            let Some(value) = value else {
+                fine = false;
+                continue;
+            };
+            let diagnostics = &mut self.shared.diagnostics;
+            let decoded = setting::decode_parameter(&parameter.key, &declaration, &value, &mut |finding| {
+                diagnostics.push(finding.related(parameter.key_span, "the parameter is declared here"));
+            });
+            match decoded {
+                Some(value) => {
+                    inner.locals.insert(parameter.key.clone(), value);
+                }
+                None => fine = false,
+            }
+        }
+        fine.then_some(inner)
+    }
+
+    fn evaluate(&mut self, value: &document::Value, environment: &Environment) -> Option<Value> {
+        let result = Expr(value.to_json()).parse().and_then(|expression| {
+            expression::evaluate(&environment.close(&expression, &|_| false), &self.shared.scope)
+        });
+        match result {
+            Ok(value) => Some(value),
+            Err(error) => {
+                let raw = self.shared.sources_text(value.span);
+                let finding = expression_finding(&error, value, &raw);
+                self.shared.report_from(finding.into(), environment);
+                None
+            }
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn refuse(
+        &mut self,
+        code: Code,
+        value: &document::Value,
+        pointer: &str,
+        message: &str,
+        help: &str,
+        entry: &'a Entry,
+        name: &str,
+    ) {
+        self.shared.diagnostics.push(Diagnostic::error(code, value.span, message).pointer(pointer).help(help));
+        self.gaps.push((name.to_owned(), entry));
+    }
+}
+
+/// An expression's value as it would stand in a document.
+fn to_document(value: &Value, span: crate::source::Span) -> document::Value {
+    let kind = match value {
+        Value::Bool(value) => Kind::Bool(*value),
+        Value::Number(number) => serde_json::Number::from_f64(*number).map_or(Kind::Null, Kind::Number),
+        Value::Text(text) => Kind::Text(text.clone()),
+        Value::List(list) => Kind::Array(list.iter().map(|value| to_document(value, span)).collect()),
+    };
+    document::Value { span, kind }
+}
