@@ -8,6 +8,7 @@ use naga::{Module, Scalar, Span, TypeInner};
 
 use super::axes::{Axes, AxisMode};
 use super::codes;
+use super::markers::{self, MarkedTemplates};
 use super::profile::TargetProfile;
 use super::reflection::{self, Reflection};
 use super::render::{self, Rendered};
@@ -139,7 +140,11 @@ fn check(
     let checked = match (checked, templates.file(template)) {
         (Ok(checked), _) => checked,
         (Err(refusal), Some(file)) => {
-            return Err(vec![refusal.to_diagnostic(&rendered.text, &rendered.map, file)]);
+            let finding = markers::place(&refusal, &rendered.text, &rendered.map, file, || {
+                let values = template_values(templates, template, values);
+                MarkedTemplates::new(templates).map(template, &values, &rendered.text)
+            });
+            return Err(vec![finding]);
         }
         (Err(_), None) => return Err(vec![templates.unknown(template, Place::Nowhere)]),
     };

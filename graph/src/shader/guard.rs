@@ -193,7 +193,9 @@ thread_local! {
 
 /// Starts the clock and the count of one rendering on this thread.
 pub(crate) fn begin() {
-    DEADLINE.set(Instant::now().checked_add(MAXIMUM_TIME));
+    // Browsers have no clock here; fuel and sizes hold there too.
+    let clock = (!cfg!(target_family = "wasm")).then(Instant::now);
+    DEADLINE.set(clock.and_then(|now| now.checked_add(MAXIMUM_TIME)));
     WRITTEN.set(0);
 }
 

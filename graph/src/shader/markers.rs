@@ -12,7 +12,9 @@ use super::render::fixed_context;
 use super::scan::{TagKind, scan};
 use super::text_map::{Origin, Segment, TextMap};
 use super::value::AxisValues;
+use super::wgsl_error::Refusal;
 use super::{TemplateSet, filters, guard};
+use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Span};
 
 const OPEN: char = '\u{E000}';
@@ -32,6 +34,28 @@ impl MarkedMap {
     pub(crate) fn trail(&self, offset: usize) -> impl Iterator<Item = Span> {
         let at = self.map.segments.partition_point(|segment| segment.start as usize <= offset).checked_sub(1);
         at.and_then(|at| self.trails.get(at)).into_iter().flat_map(|trail| trail.iter().rev().copied())
+    }
+}
+
+/// The finding for a refused text: by the plain map, or by `exact` where captured text hides the place.
+pub(crate) fn place(
+    refusal: &Refusal,
+    wgsl: &str,
+    map: &TextMap,
+    template: FileId,
+    exact: impl FnOnce() -> Option<MarkedMap>,
+) -> Diagnostic {
+    let start = refusal.range.as_ref().map(|range| range.start);
+    let hidden = start.filter(|start| !matches!(map.origin(*start), Some(Origin::Literal(..))));
+    match hidden.and_then(|start| Some((start, exact()?))) {
+        Some((start, exact)) => {
+            let finding = refusal.to_diagnostic(wgsl, &exact.map, template);
+            exact
+                .trail(start)
+                .take(8)
+                .fold(finding, |finding, span| finding.related(span, "written out here"))
+        }
+        None => refusal.to_diagnostic(wgsl, map, template),
     }
 }
 

@@ -12,9 +12,8 @@ use super::external::{ExternalValidator, Opinion};
 use super::prove::{self, Proof, Task};
 use super::{Explored, Options};
 use crate::diagnostic::{Diagnostic, Place};
-use crate::shader::text_map::Origin;
 use crate::shader::wgsl_error::{Refusal, Stage};
-use crate::shader::{TemplateSet, codes};
+use crate::shader::{TemplateSet, codes, markers};
 
 /// What each external validator says of each text that naga accepts.
 pub(super) fn judge(tasks: &[Task<'_>], proofs: &[Proof], options: &Options<'_>) -> Vec<Vec<Opinion>> {
@@ -114,17 +113,8 @@ fn place_refusal(
     };
     let file = templates.templates.get(template).map(|template| template.file);
     let Some(file) = file else { return templates.unknown(template, Place::Nowhere) };
-    let start = refusal.range.as_ref().map(|range| range.start);
-    let captured = start.is_some_and(|start| matches!(found.map.origin(start), Some(Origin::Tag(_)) | None));
-    if captured
-        && let Some(leaf) = each.exploration.leaves.get(found.leaf)
-        && let Some(exact) = marked.get(templates).map(template, &leaf.decided, &found.wgsl)
-    {
-        let mut finding = refusal.to_diagnostic(&found.wgsl, &exact.map, file);
-        for span in start.into_iter().flat_map(|start| exact.trail(start)).take(8) {
-            finding = finding.related(span, "written out here");
-        }
-        return finding;
-    }
-    refusal.to_diagnostic(&found.wgsl, &found.map, file)
+    markers::place(refusal, &found.wgsl, &found.map, file, || {
+        let leaf = each.exploration.leaves.get(found.leaf)?;
+        marked.get(templates).map(template, &leaf.decided, &found.wgsl)
+    })
 }

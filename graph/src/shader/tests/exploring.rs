@@ -218,3 +218,52 @@ fn an_external_validator_judges_distinct_texts_and_its_messages_are_mapped() {
         ]
     );
 }
+
+/// Reads `provoked by a=true, taps=6` back into values.
+fn provocation(finding: &crate::diagnostic::Diagnostic) -> AxisValues {
+    let effect = finding.related.iter().find_map(|related| related.message.split_once("provoked by "));
+    let (_, list) = effect.expect("the finding says what provokes it");
+    let value = |text: &str| match (text.parse::<bool>(), text.parse::<i64>()) {
+        (Ok(value), _) => value.into(),
+        (_, Ok(value)) => value.into(),
+        _ => text.into(),
+    };
+    list.split(", ")
+        .filter_map(|pair| pair.split_once('='))
+        .map(|(name, text)| (name.to_owned(), value(text)))
+        .collect()
+}
+
+#[test]
+fn a_provocation_is_sufficient_and_minimal() {
+    let conditions = [
+        "b and mode == 'pcf'",
+        "taps == 5",
+        "not b and mode != 'hard'",
+        "(a and taps > 3) or mode == 'evsm'",
+        "c or (b and taps == 2)",
+    ];
+    for condition in conditions {
+        let fixture = readers(&format!(
+            "// {{{{ a }}}} {{{{ mode }}}}\n{{% if {condition} %}}\nconst X = oops;\n{{% endif %}}"
+        ));
+        let finding = all(&fixture, &Options::default()).findings.into_iter().next().unwrap();
+        let provoked = provocation(&finding);
+        let fails = |values: &AxisValues| {
+            let values = compile::template_values(&fixture.set, "main.wgsl.jinja", values);
+            render::render(&fixture.set, "main.wgsl.jinja", &values).unwrap().text.contains("oops")
+        };
+        let all = configurations(&fixture, "main.wgsl.jinja");
+        let always_fails = |values: &AxisValues| {
+            let agreeing =
+                all.iter().filter(|each| values.iter().all(|(name, value)| each.get(name) == Some(value)));
+            agreeing.clone().count() > 0 && agreeing.into_iter().all(fails)
+        };
+        assert!(always_fails(&provoked), "{condition}: {provoked:?}");
+        for name in provoked.keys() {
+            let mut fewer = provoked.clone();
+            fewer.remove(name);
+            assert!(!always_fails(&fewer), "{condition}: {name} of {provoked:?} is not needed");
+        }
+    }
+}

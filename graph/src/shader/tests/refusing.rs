@@ -125,3 +125,14 @@ fn errors_of_the_wgsl_stand_in_the_template() {
     assert_eq!(lines.len(), 1);
     assert!(lines[0].contains("lib/half.wgsl.jinja:2:12"), "{lines:?}");
 }
+
+#[test]
+fn an_error_in_a_macro_stands_in_the_macro() {
+    let lib = "{% macro tap(i) -%}\n    sum += weight({{ i }});\n{%- endmacro %}\n";
+    let main = format!(
+        "{{% from 'lib.wgsl.jinja' import tap %}}\nfn f() {{\n    var sum = 0.0;\n    {{{{ tap(1) }}}}\n}}\n{FRAGMENT}"
+    );
+    let fixture = Fixture::sound(&[("main.wgsl.jinja", &main), ("lib.wgsl.jinja", lib)]);
+    let lines = fixture.refusal("main.wgsl.jinja", &[]);
+    assert!(lines[0].starts_with("UG0520 lib.wgsl.jinja:2:12 no definition in scope"), "{lines:?}");
+}
