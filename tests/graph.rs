@@ -93,7 +93,7 @@ fn what_nothing_reads_is_culled_with_all_that_leads_to_it_and_allocates_nothing(
 #[test]
 fn a_kept_pass_says_on_which_way_it_leads_to_the_output() {
     let outcome = check(&pipeline(&["a", "b"], &[fill("one", "a"), copy("two", "a", "b"), copy("three", "b", "target")]));
-    assert_eq!(outcome.plan().passes[0].kept, ["two reads a", "three reads b", "writes the output target"]);
+    assert_eq!(outcome.plan().why_kept(outcome.plan().passes[0].handle), ["two reads a", "three reads b", "writes the output target"]);
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use umbragraph::Checked;
-use umbragraph::compiler::{Plan, PlanOptions};
+use umbragraph::compiler::{Plan, PlanOptions, verify};
 use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::document;
 use umbragraph::pipeline::{Choice, Setting};
@@ -91,6 +91,10 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
     };
     let checked = umbragraph::check(file, &job, &sources, &mut findings);
     findings.sort();
+    if let Some(plan) = checked.plan.as_ref().filter(|_| !findings.has_errors()) {
+        let faults = verify(plan, &PlanOptions::new(640, 480));
+        assert!(faults.is_empty(), "the plan of {name} has faults: {faults:#?}");
+    }
     Outcome { sources, findings, checked }
 }
 

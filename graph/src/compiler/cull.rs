@@ -5,13 +5,13 @@
 //! pass remembers the first reason found, breadth first, so that following the reasons leads to an output on a
 //! shortest way; each culled one says who would have had to read it.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 use serde::Serialize;
 
 use super::graph::Graph;
 use crate::language::Lifetime;
-use crate::pipeline::Pipeline;
+use crate::pipeline::{Part, Pipeline, Usage};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// Why a pass is kept.
@@ -40,15 +40,17 @@ pub enum CullReason {
 /// For each pass why it is kept, or `None` if it is not.
 pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>> {
     let mut kept: Vec<Option<KeepReason>> = vec![None; pipeline.passes.len()];
+    for resource in pipeline.resource_handles().filter(|resource| pipeline.resource(*resource).lifetime() != Lifetime::Transient) {
+        for writer in surviving_writers(pipeline, graph, resource) {
+            kept[writer.index()].get_or_insert(KeepReason::Output(resource));
+        }
+    }
     let mut queue = VecDeque::new();
     for handle in pipeline.pass_handles() {
-        let pass = pipeline.pass(handle);
-        let output = pass.uses.iter().filter(|one| one.usage.writes()).map(|one| one.resource).find(|resource| {
-            pipeline.resource(*resource).lifetime() != Lifetime::Transient
-        });
-        let reason = if pass.side_effect { Some(KeepReason::SideEffect) } else { output.map(KeepReason::Output) };
-        if let Some(reason) = reason {
-            kept[handle.index()] = Some(reason);
+        if pipeline.pass(handle).side_effect {
+            kept[handle.index()] = Some(KeepReason::SideEffect);
+        }
+        if kept[handle.index()].is_some() {
             queue.push_back(handle);
         }
     }
@@ -65,25 +67,39 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
     kept
 }
 
+/// The passes of whose writes something is left at the end of the frame: those that no later attachment with a clear
+/// or discard covers whole. Storage and copies may leave texels as they were, so they never count as covering.
+fn surviving_writers(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> Vec<PassHandle> {
+    let mut covered: BTreeSet<Part> = BTreeSet::new();
+    let mut writers = Vec::new();
+    for (part, writer) in graph.versions_of(resource).rev() {
+        if !covered.contains(&part) {
+            writers.push(writer);
+        }
+        let clears = pipeline.pass(writer).uses.iter().any(|one| {
+            one.resource == resource
+                && one.part == part
+                && matches!(one.usage, Usage::ColorAttachment | Usage::DepthAttachment)
+        });
+        if clears && part.layer.is_some() {
+            covered.insert(part);
+        }
+    }
+    writers
+}
+
 /// Why a pass is culled.
 pub(super) fn cull_reason(pipeline: &Pipeline, graph: &Graph, pass: PassHandle) -> CullReason {
-    let mut written: Vec<String> = pipeline
-        .pass(pass)
-        .uses
-        .iter()
-        .filter(|one| one.usage.writes())
-        .map(|one| pipeline.resource(one.resource).name.clone())
-        .collect();
-    written.sort();
-    written.dedup();
+    let sorted = |names: &mut dyn Iterator<Item = &String>| {
+        let names: BTreeSet<&String> = names.collect();
+        names.into_iter().cloned().collect::<Vec<_>>()
+    };
+    let uses = &pipeline.pass(pass).uses;
+    let mut written = uses.iter().filter(|one| one.usage.writes()).map(|one| &pipeline.resource(one.resource).name);
+    let written = sorted(&mut written);
     if written.is_empty() {
         return CullReason::WritesNothing;
     }
-    let mut readers: Vec<String> = pipeline
-        .pass_handles()
-        .filter(|reader| graph.producers(*reader).any(|(producer, _)| producer == pass))
-        .map(|reader| pipeline.pass(reader).name.clone())
-        .collect();
-    readers.sort();
+    let readers = sorted(&mut graph.consumers(pass).map(|(reader, _)| &pipeline.pass(reader).name));
     if readers.is_empty() { CullReason::NothingReads(written) } else { CullReason::OnlyCulledRead(readers) }
 }

@@ -1,14 +1,17 @@
 //! Choosing formats: the first candidate that supports every use, and why the others do not.
 
+use std::collections::HashMap;
+
 use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureSampleType};
 
 use crate::diagnostic::{Diagnostic, codes, did_you_mean};
 use crate::language::TextureDeclaration;
 use crate::pipeline::{Pipeline, Program, Resource, Usage, Use};
 use crate::shader::TargetProfile;
-use crate::work::{BoundSlot, Draw, PassHandle, ResourceHandle, SlotSource, Work};
+use crate::work::{BoundSlot, Draw, PassHandle, SlotSource, Work};
 
 /// What the live passes want of the format of one texture.
+#[derive(Default)]
 pub(super) struct Wants<'a> {
     /// The uses, each with its pass.
     pub(super) uses: Vec<(PassHandle, &'a Use)>,
@@ -16,6 +19,21 @@ pub(super) struct Wants<'a> {
     pub(super) bindings: Vec<(PassHandle, BindingType)>,
     /// Whether some attachment blends.
     pub(super) blends: bool,
+}
+
+/// The formats by name that one plan has met, so that each name is parsed once.
+#[derive(Default)]
+pub(super) struct Formats(HashMap<String, Option<TextureFormat>>);
+
+impl Formats {
+    fn parse(&mut self, name: &str) -> Option<TextureFormat> {
+        if let Some(known) = self.0.get(name) {
+            return *known;
+        }
+        let format = parse_format(name);
+        self.0.insert(name.to_owned(), format);
+        format
+    }
 }
 
 /// A texture format by its WebGPU name.
@@ -41,28 +59,27 @@ pub(super) fn slots<'a>(pipeline: &'a Pipeline, pass: PassHandle) -> Option<(&'a
     Some((pipeline.program(program), slots))
 }
 
-/// What the given passes want of one texture.
-pub(super) fn wants<'a>(pipeline: &'a Pipeline, handle: ResourceHandle, passes: &[PassHandle]) -> Wants<'a> {
-    let mut wants = Wants { uses: Vec::new(), bindings: Vec::new(), blends: false };
+/// What the live passes want of every texture, by its handle. Each use and each binding is looked at once.
+pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Wants<'a>> {
+    let mut wants: Vec<Wants<'a>> = pipeline.resources.iter().map(|_| Wants::default()).collect();
     for pass in passes {
         let declared = pipeline.pass(*pass);
-        let uses: Vec<_> = declared.uses.iter().filter(|one| one.resource == handle).collect();
-        if uses.is_empty() {
-            continue;
+        for one in &declared.uses {
+            wants[one.resource.index()].uses.push((*pass, one));
         }
-        wants.uses.extend(uses.into_iter().map(|one| (*pass, one)));
         if let Some((program, slots)) = slots(pipeline, *pass) {
             for slot in slots {
                 if let SlotSource::Texture(view) = &slot.source
-                    && view.resource == handle
                     && let Some(binding) = program.binding_at(slot.group, slot.binding)
                 {
-                    wants.bindings.push((*pass, binding.entry.ty));
+                    wants[view.resource.index()].bindings.push((*pass, binding.entry.ty));
                 }
             }
         }
         if let Work::Render(render) = &declared.work {
-            wants.blends |= render.color.iter().any(|color| color.target.resource == handle && color.blend.is_some());
+            for color in render.color.iter().filter(|color| color.blend.is_some()) {
+                wants[color.target.resource.index()].blends = true;
+            }
         }
     }
     wants
@@ -74,6 +91,7 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, handle: ResourceHandle, passes: 
 /// One finding that says of each candidate why not.
 pub(super) fn choose(
     pipeline: &Pipeline,
+    formats: &mut Formats,
     resource: &Resource,
     texture: &TextureDeclaration,
     wants: &Wants<'_>,
@@ -83,7 +101,7 @@ pub(super) fn choose(
     let mut reasons = Vec::new();
     let mut unknown = None;
     for (at, name) in names.iter().enumerate() {
-        let Some(format) = parse_format(name) else {
+        let Some(format) = formats.parse(name) else {
             unknown.get_or_insert((at, name));
             continue;
         };

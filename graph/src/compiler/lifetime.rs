@@ -1,4 +1,4 @@
-//! Lifetimes, store operations, and which transients share one physical resource.
+//! Which resources share one physical resource.
 //!
 //! A lifetime runs from the first to the last pass of the order that uses a resource. Two resources of one class
 //! (descriptors that wgpu can exchange for one another) share if their lifetimes do not touch: taking resources by
@@ -8,14 +8,13 @@
 //! Cost: each resource is pushed and popped once in a heap of its class: linear but for the logarithm.
 
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap};
-use std::hash::Hash;
+use std::collections::BinaryHeap;
 
 /// A resource that wants a place: its class and the first and last pass that use it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Want<K> {
-    /// What can be exchanged for one another.
-    pub(super) class: K,
+pub(super) struct Want {
+    /// What can be exchanged for one another: classes are numbered from 0.
+    pub(super) class: usize,
     /// The first pass of the order that uses it.
     pub(super) first: usize,
     /// The last one.
@@ -23,16 +22,17 @@ pub(super) struct Want<K> {
 }
 
 /// The index of the physical resource of each wanted one. Physical resources are numbered by their first use.
-pub(super) fn assign<K: Ord + Clone + Hash>(wants: &[Want<K>]) -> Vec<usize> {
+pub(super) fn assign(wants: &[Want]) -> Vec<usize> {
     let mut by_start: Vec<usize> = (0..wants.len()).collect();
     by_start.sort_by_key(|at| (wants[*at].first, *at));
+    let classes = wants.iter().map(|want| want.class + 1).max().unwrap_or(0);
     // For each class the physical resources in use, the one that is free the earliest on top.
-    let mut busy: BTreeMap<&K, BinaryHeap<Reverse<(usize, usize)>>> = BTreeMap::new();
+    let mut busy: Vec<BinaryHeap<Reverse<(usize, usize)>>> = vec![BinaryHeap::new(); classes];
     let mut assigned = vec![0; wants.len()];
     let mut count = 0;
     for at in by_start {
         let want = &wants[at];
-        let heap = busy.entry(&want.class).or_default();
+        let heap = &mut busy[want.class];
         let physical = match heap.peek() {
             Some(Reverse((last, physical))) if *last < want.first => {
                 let physical = *physical;
@@ -55,7 +55,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    fn want(class: u8, first: usize, last: usize) -> Want<u8> {
+    fn want(class: usize, first: usize, last: usize) -> Want {
         Want { class, first, last }
     }
 
@@ -69,7 +69,7 @@ mod tests {
     proptest! {
         #[test]
         fn the_count_is_the_peak_and_nothing_overlaps(
-            list in proptest::collection::vec((0u8..3, 0usize..40, 0usize..10), 0..60)
+            list in proptest::collection::vec((0usize..3, 0usize..40, 0usize..10), 0..60)
         ) {
             let wants: Vec<_> = list.iter().map(|(class, first, length)| want(*class, *first, first + length)).collect();
             let assigned = assign(&wants);
@@ -81,7 +81,7 @@ mod tests {
                     }
                 }
             }
-            let peak: usize = (0u8..3)
+            let peak: usize = (0usize..3)
                 .map(|class| {
                     (0..60).map(|t| wants.iter().filter(|w| w.class == class && w.first <= t && t <= w.last).count()).max().unwrap_or(0)
                 })

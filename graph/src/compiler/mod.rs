@@ -1,24 +1,44 @@
 //! Pipeline to graph to plan.
 //!
-//! - [`graph`](self::build): passes and resource versions as a petgraph, with every hazard an edge;
+//! - [`build`]: passes and resource versions as a petgraph, with every hazard an edge;
 //! - culling: what leads to an output stays, with the reason;
-//! - order: deterministic, by the order of the document where the graph leaves a choice;
-//! - [`plan`](self::plan()): lifetimes, physical resources, load and store operations, sizes, dispatches.
+//! - order: deterministic, by the order of the document where the graph leaves a choice, or for an [`Objective`];
+//! - [`plan`](self::plan()): lifetimes, physical resources, load and store operations, sizes, dispatches;
+//! - [`verify`]: a second opinion on a plan, which shares no code with what made it.
+//!
+//! [`Assembly`] makes pipelines in code, without a text.
 
+mod access;
+mod allocate;
+mod assemble;
+mod attachments;
 mod cull;
 mod cycle;
+mod dispatch;
+mod facts;
 mod format;
 mod graph;
 mod lifetime;
+mod merge;
+mod order;
+mod order_memory;
 mod plan;
+mod planner;
+#[cfg(test)]
+mod property_tests;
 mod size;
 mod values;
+mod verify;
+mod writers;
 
+pub use assemble::{Assembly, AssemblyPass};
 pub use cull::{CullReason, KeepReason};
-pub use size::TextureSize;
 pub use graph::{Edge, Graph, GraphNode, Hazard, build};
+pub use order::{MemoryOrder, Objective, OrderMethod, OrderReport};
 pub use plan::{
-    Import, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedAttachment, PlannedPass,
+    Import, Kept, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedAttachment, PlannedPass,
     PlannedResource, StoreOperation, plan,
 };
+pub use size::TextureSize;
 pub use values::PackedBlock;
+pub use verify::{Fault, FaultKind, verify};

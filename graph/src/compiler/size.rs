@@ -3,8 +3,12 @@
 //! A size may name other resources, so resources are evaluated on demand; one whose size depends on itself is a
 //! finding. A width, height, layer or mip count that is not whole is rounded down; zero, or more than the profile's
 //! limits allow, is a finding.
+//!
+//! All expressions of one plan are evaluated in one scope, so one text has one value: each distinct text is parsed and
+//! evaluated once. Sizes that lead through more than [`MAXIMUM_STEPS`] other resources are refused.
 
-use std::cell::RefCell;
+use std::cell::{Cell, OnceCell, RefCell};
+use std::collections::HashMap;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::expression::{Scope, Value};
@@ -12,6 +16,9 @@ use crate::language::{Expr, TextureShape};
 use crate::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, evaluate_at};
 use crate::source::{Sources, Span};
 use crate::work::ResourceHandle;
+
+/// The most resources that one size may lead through; evaluation is recursive.
+const MAXIMUM_STEPS: u32 = 64;
 
 /// The size of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
@@ -54,6 +61,10 @@ pub(super) struct Sizes<'a> {
     findings: RefCell<Diagnostics>,
     /// Sizes of imported textures that the host has told.
     imported: Vec<Option<TextureSize>>,
+    /// The values of the texts so far.
+    values: RefCell<HashMap<&'a str, Value>>,
+    names: OnceCell<HashMap<&'a str, ResourceHandle>>,
+    steps: Cell<u32>,
 }
 
 impl<'a> Sizes<'a> {
@@ -71,12 +82,15 @@ impl<'a> Sizes<'a> {
             states: RefCell::new(vec![State::Unknown; pipeline.resources.len()]),
             findings: RefCell::new(Diagnostics::new()),
             imported,
+            values: RefCell::new(HashMap::new()),
+            names: OnceCell::new(),
+            steps: Cell::new(0),
         }
     }
 
-    /// The findings so far.
-    pub(super) fn into_findings(self) -> Diagnostics {
-        self.findings.into_inner()
+    /// The findings so far, once.
+    pub(super) fn take_findings(&self) -> Diagnostics {
+        std::mem::take(&mut *self.findings.borrow_mut())
     }
 
     /// The size of a resource; `None` after a finding.
@@ -93,8 +107,17 @@ impl<'a> Sizes<'a> {
                 None
             }
             State::Unknown => {
+                if self.steps.get() >= MAXIMUM_STEPS {
+                    let resource = self.pipeline.resource(handle);
+                    let message = format!("the size of \"{}\" is reached over more than {MAXIMUM_STEPS} other resources", resource.name);
+                    self.report(codes::SIZE_CYCLE, resource, "/texture/size", message, "say the size with a parameter");
+                    self.states.borrow_mut()[handle.index()] = State::Failed;
+                    return None;
+                }
                 self.states.borrow_mut()[handle.index()] = State::InProgress;
+                self.steps.set(self.steps.get() + 1);
                 let size = self.evaluate_size(handle);
+                self.steps.set(self.steps.get() - 1);
                 let already_failed = matches!(self.states.borrow()[handle.index()], State::Failed);
                 let state = size.filter(|_| !already_failed).map_or(State::Failed, State::Known);
                 self.states.borrow_mut()[handle.index()] = state;
@@ -119,8 +142,8 @@ impl<'a> Sizes<'a> {
         let follows = |finding: &Diagnostic| {
             finding.code == codes::EXPRESSION_NAME
                 && finding.message.split('"').nth(1).is_some_and(|name| {
-                    let head = name.split('.').next().unwrap_or(name);
-                    self.pipeline.find_resource(head).is_some_and(|handle| self.of(handle).is_none())
+                    let head = name.rsplit_once('.').map_or(name, |(head, _)| head);
+                    self.named(name).or_else(|| self.named(head)).is_some_and(|handle| self.of(handle).is_none())
                 })
         };
         let certain: Vec<Diagnostic> = findings.into_iter().filter(|finding| !follows(finding)).collect();
@@ -129,7 +152,8 @@ impl<'a> Sizes<'a> {
     }
 
     fn evaluate_size(&self, handle: ResourceHandle) -> Option<Size> {
-        let resource = self.pipeline.resource(handle);
+        let pipeline: &'a Pipeline = self.pipeline;
+        let resource = pipeline.resource(handle);
         match &resource.kind {
             ResourceKind::Data(_) => Some(Size::Host),
             ResourceKind::Broken => None,
@@ -169,7 +193,7 @@ impl<'a> Sizes<'a> {
                 };
                 let width_whole = whole(*width, side, "width", "/texture/size");
                 let height_whole = whole(*height, side, "height", "/texture/size");
-                let optional = |expr: &Option<Expr>, limit: u32, what: &str, pointer: &str| match expr {
+                let optional = |expr: &'a Option<Expr>, limit: u32, what: &str, pointer: &str| match expr {
                     Some(expr) => whole(self.number(resource, expr, pointer)?, limit, what, pointer),
                     None => Some(1),
                 };
@@ -193,7 +217,7 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    fn number(&self, resource: &Resource, expr: &Expr, pointer: &str) -> Option<f64> {
+    fn number(&self, resource: &Resource, expr: &'a Expr, pointer: &str) -> Option<f64> {
         match self.value_of(resource, expr, pointer)? {
             Value::Number(number) => Some(number),
             other => {
@@ -204,7 +228,16 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    fn value_of(&self, resource: &Resource, expr: &Expr, pointer: &str) -> Option<Value> {
+    fn value_of(&self, resource: &Resource, expr: &'a Expr, pointer: &str) -> Option<Value> {
+        if let Some(value) = literal(&expr.0) {
+            return Some(value);
+        }
+        let text = expr.0.as_str();
+        // At the top of a pipeline every name means one thing; inside a subgraph it depends on the instance.
+        let text = text.filter(|_| resource.environment.is_top());
+        if let Some(value) = text.and_then(|text| self.values.borrow().get(text).cloned()) {
+            return Some(value);
+        }
         let place = self.place(resource, pointer);
         let expression = match expr.parse() {
             Ok(expression) => expression,
@@ -218,7 +251,26 @@ impl<'a> Sizes<'a> {
                 return None;
             }
         };
-        self.value(&expression, place, &format!("{}{pointer}", resource.pointer))
+        let expression = resource.environment.close(&expression, &|name| self.named(name).is_some());
+        let value = self.value(&expression, place, &format!("{}{pointer}", resource.pointer))?;
+        if let Some(text) = text {
+            self.values.borrow_mut().insert(text, value.clone());
+        }
+        Some(value)
+    }
+
+    fn named(&self, name: &str) -> Option<ResourceHandle> {
+        self.names.get_or_init(|| self.by_name()).get(name).copied()
+    }
+
+    /// The handles by name; of two resources of one name, which is a finding elsewhere, the first.
+    fn by_name(&self) -> HashMap<&'a str, ResourceHandle> {
+        let pipeline: &'a Pipeline = self.pipeline;
+        let mut names = HashMap::with_capacity(pipeline.resources.len());
+        for handle in pipeline.resource_handles() {
+            names.entry(pipeline.resource(handle).name.as_str()).or_insert(handle);
+        }
+        names
     }
 
     fn place(&self, resource: &Resource, pointer: &str) -> Span {
@@ -230,6 +282,15 @@ impl<'a> Sizes<'a> {
             .help(help)
             .pointer(format!("{}{pointer}", resource.pointer));
         self.findings.borrow_mut().push(finding);
+    }
+}
+
+/// The value of an expression that is written as a number or a list of numbers.
+fn literal(value: &serde_json::Value) -> Option<Value> {
+    match value {
+        serde_json::Value::Number(number) => number.as_f64().map(Value::Number),
+        serde_json::Value::Array(list) => list.iter().map(literal).collect::<Option<_>>().map(Value::List),
+        _ => None,
     }
 }
 
@@ -247,8 +308,11 @@ impl Scope for Sizes<'_> {
             "viewport.height" => return Some(number(height)),
             _ => {}
         }
-        let (head, property) = name.split_once('.').map_or((name, None), |(head, tail)| (head, Some(tail)));
-        let handle = self.pipeline.find_resource(head)?;
+        let (handle, property) = match (self.named(name), name.rsplit_once('.')) {
+            (Some(handle), _) => (handle, None),
+            (None, Some((head, tail))) => (self.named(head)?, Some(tail)),
+            (None, None) => return None,
+        };
         match (self.of(handle)?, property) {
             (Size::Texture(size), None) => Some(pair(size.width, size.height)),
             (Size::Texture(size), Some("width")) => Some(number(size.width)),

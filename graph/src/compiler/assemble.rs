@@ -1,0 +1,224 @@
+//! Pipelines put together in code rather than read from a text.
+//!
+//! For hosts that generate graphs, for tests of the compiler and for benchmarks: resources and passes with their uses,
+//! without shaders. A pass does nothing on a device unless it draws; what it uses is all that the compiler asks.
+//! Findings about such a pipeline point at an empty text.
+
+use std::sync::Arc;
+
+use crate::data::HostData;
+use crate::document::{Kind, Value};
+use crate::language::{BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration};
+use crate::pipeline::{Part, Pass, Pipeline, Program, Resource, ResourceKind, Usage, Use, Version};
+use crate::shader::TargetProfile;
+use crate::source::{Sources, Span};
+use crate::work::{
+    AttachmentTarget, ColorAttachment, DepthAttachment, Draw, HostContext, HostNode, HostWork, LoadOperation, PassHandle,
+    ProgramHandle, RenderWork, ResourceHandle, Work,
+};
+
+/// A pipeline in the making.
+#[derive(Debug)]
+pub struct Assembly {
+    pipeline: Pipeline,
+    sources: Sources,
+    place: Span,
+}
+
+/// A pass in the making; it is part of the pipeline from the start.
+#[derive(Debug)]
+pub struct AssemblyPass<'a> {
+    assembly: &'a mut Assembly,
+    handle: PassHandle,
+    color: Vec<ColorAttachment>,
+    depth: Option<DepthAttachment>,
+}
+
+#[derive(Debug)]
+struct Nothing;
+
+impl HostNode for Nothing {
+    fn run(&self, _: &HostContext<'_>, _: &mut HostData) {}
+}
+
+impl Assembly {
+    /// An empty pipeline for the profile `webgpu`.
+    pub fn new(name: &str) -> Self {
+        let mut sources = Sources::new();
+        let place = Span::new(sources.add("<assembled>", ""), 0..0);
+        let program = Program { template: String::new(), axes: Default::default(), variants: Vec::new(), bindings: Vec::new() };
+        let pipeline = Pipeline {
+            name: name.to_owned(),
+            profile: TargetProfile::webgpu(),
+            parameters: Default::default(),
+            features: Default::default(),
+            geometry: Default::default(),
+            resources: Vec::new(),
+            passes: Vec::new(),
+            programs: vec![program],
+            uncertain: Default::default(),
+        };
+        Self { pipeline, sources, place }
+    }
+
+    /// A transient texture of the size of the viewport, one mip, one layer.
+    pub fn texture(&mut self, name: &str) -> ResourceHandle {
+        self.texture_with(name, |_| {})
+    }
+
+    /// An imported texture.
+    pub fn imported(&mut self, name: &str) -> ResourceHandle {
+        self.texture_with(name, |texture| texture.lifetime = Lifetime::Imported)
+    }
+
+    /// A texture as the caller describes it, starting from a transient one of the size of the viewport.
+    pub fn texture_with(&mut self, name: &str, describe: impl FnOnce(&mut TextureDeclaration)) -> ResourceHandle {
+        let mut texture = TextureDeclaration {
+            format: FormatCandidates::One("rgba8unorm".to_owned()),
+            size: Expr::from("viewport"),
+            layers: None,
+            mips: None,
+            samples: None,
+            view: None,
+            lifetime: Lifetime::Transient,
+            description: None,
+        };
+        describe(&mut texture);
+        self.resource(name, ResourceKind::Texture(texture))
+    }
+
+    /// A transient texture of a size of its own.
+    pub fn sized_texture(&mut self, name: &str, width: u32, height: u32) -> ResourceHandle {
+        self.texture_with(name, |texture| texture.size = Expr(serde_json::json!([width, height])))
+    }
+
+    /// A buffer.
+    pub fn buffer(&mut self, name: &str, bytes: u32, lifetime: Lifetime) -> ResourceHandle {
+        let size = Expr::from(f64::from(bytes));
+        self.resource(name, ResourceKind::Buffer(BufferDeclaration { size, lifetime, description: None }))
+    }
+
+    fn resource(&mut self, name: &str, kind: ResourceKind) -> ResourceHandle {
+        let value = Value { span: self.place, kind: Kind::Null };
+        let pointer = format!("/resources/{name}");
+        self.pipeline.resources.push(Resource { name: name.to_owned(), place: self.place, pointer, value, environment: Arc::default(), kind });
+        ResourceHandle(self.pipeline.resources.len() as u32 - 1)
+    }
+
+    /// A pass that uses nothing yet.
+    pub fn pass(&mut self, name: &str) -> AssemblyPass<'_> {
+        let handle = PassHandle(self.pipeline.passes.len() as u32);
+        // Only the uses count for the compiler, so any host work stands for work that has no attachments.
+        let work = HostWork { node: Arc::new(Nothing), output: ResourceHandle(u32::MAX), inputs: Vec::new() };
+        self.pipeline.passes.push(Pass {
+            name: name.to_owned(),
+            kind: "assembled".to_owned(),
+            place: self.place,
+            pointer: format!("/passes/{name}"),
+            environment: Arc::default(),
+            uses: Vec::new(),
+            after: Vec::new(),
+            side_effect: false,
+            work: Work::Host(work),
+        });
+        AssemblyPass { assembly: self, handle, color: Vec::new(), depth: None }
+    }
+
+    /// The pipeline, and the sources that its places belong to.
+    pub fn finish(self) -> (Arc<Pipeline>, Sources) {
+        (Arc::new(self.pipeline), self.sources)
+    }
+}
+
+impl AssemblyPass<'_> {
+    /// The pass.
+    pub fn handle(&self) -> PassHandle {
+        self.handle
+    }
+
+    /// Samples all of the newest version of a texture.
+    pub fn reads(self, resource: ResourceHandle) -> Self {
+        self.uses(resource, Part::WHOLE, Usage::Sampled, Version::Newest)
+    }
+
+    /// Samples a part of the newest version of a texture.
+    pub fn reads_part(self, resource: ResourceHandle, part: Part) -> Self {
+        self.uses(resource, part, Usage::Sampled, Version::Newest)
+    }
+
+    /// Samples the version that a pass wrote.
+    pub fn reads_version(self, resource: ResourceHandle, writer: &str) -> Self {
+        self.uses(resource, Part::WHOLE, Usage::Sampled, Version::WrittenBy(writer.to_owned()))
+    }
+
+    /// Writes all of a resource as storage.
+    pub fn writes(self, resource: ResourceHandle) -> Self {
+        self.writes_part(resource, Part::WHOLE)
+    }
+
+    /// Writes a part of a resource as storage.
+    pub fn writes_part(self, resource: ResourceHandle, part: Part) -> Self {
+        self.uses(resource, part, Usage::StorageWrite, Version::Newest)
+    }
+
+    /// Reads and writes all of a resource as storage.
+    pub fn updates(self, resource: ResourceHandle) -> Self {
+        self.uses(resource, Part::WHOLE, Usage::StorageReadWrite, Version::Newest)
+    }
+
+    /// Any use.
+    pub fn uses(mut self, resource: ResourceHandle, part: Part, usage: Usage, version: Version) -> Self {
+        let place = self.assembly.place;
+        self.declared().uses.push(Use { resource, part, usage, version, place, pointer: String::new() });
+        self
+    }
+
+    /// Draws to mip 0 and layer 0 of a color texture.
+    pub fn color(mut self, resource: ResourceHandle, load: LoadOperation<[f64; 4]>) -> Self {
+        let usage = if load == LoadOperation::Load { Usage::ColorAttachmentLoad } else { Usage::ColorAttachment };
+        let target = attached(resource);
+        self.color.push(ColorAttachment { target, load, blend: None });
+        self.draw();
+        self.uses(resource, Part { mip: Some(0), layer: Some(0) }, usage, Version::Newest)
+    }
+
+    /// Draws with mip 0 and layer 0 of a depth texture, which it writes unless `write` is false.
+    pub fn depth(mut self, resource: ResourceHandle, load: LoadOperation<f64>, write: bool) -> Self {
+        let usage = match (load == LoadOperation::Load, write) {
+            (true, true) => Usage::DepthAttachmentLoad,
+            (true, false) => Usage::DepthAttachmentReadOnly,
+            _ => Usage::DepthAttachment,
+        };
+        let compare = wgpu_types::CompareFunction::Less;
+        self.depth = Some(DepthAttachment { target: attached(resource), load, write, compare, slope_bias: 0.0 });
+        self.draw();
+        self.uses(resource, Part { mip: Some(0), layer: Some(0) }, usage, Version::Newest)
+    }
+
+    /// Runs after another pass.
+    pub fn after(mut self, pass: PassHandle) -> Self {
+        self.declared().after.push(pass);
+        self
+    }
+
+    /// Is kept even if nothing reads what it writes.
+    pub fn side_effect(mut self) -> Self {
+        self.declared().side_effect = true;
+        self
+    }
+
+    fn declared(&mut self) -> &mut Pass {
+        &mut self.assembly.pipeline.passes[self.handle.index()]
+    }
+
+    /// Makes the pass draw to the attachments so far.
+    fn draw(&mut self) {
+        let (color, depth) = (self.color.clone(), self.depth.clone());
+        let draw = Draw::Fullscreen { program: ProgramHandle(0), bindings: Vec::new() };
+        self.declared().work = Work::Render(Box::new(RenderWork { color, depth, draw }));
+    }
+}
+
+fn attached(resource: ResourceHandle) -> AttachmentTarget {
+    AttachmentTarget { resource, mip: 0, layer: Some(0) }
+}

@@ -1,0 +1,173 @@
+//! Attachments: what each loads and stores, and whether they fit one another, the views and the shader.
+//!
+//! Load comes from the pass. Store is per use: an attachment is stored if a later live pass reads a part of it before
+//! another clears all of that part, or if it outlives the frame. Only an attachment that clears or discards, of one
+//! fixed layer, counts as clearing: what draws a layer for each view may have fewer views than layers this frame.
+//!
+//! Cost: for each attachment the uses of its resource up to the one that decides.
+
+use super::facts::TextureFacts;
+use super::plan::{PlannedAttachment, PlannedPass, StoreOperation};
+use super::planner::Planner;
+use crate::diagnostic::{Diagnostic, codes};
+use crate::language::Lifetime;
+use crate::pipeline::{Part, ResourceKind, Usage};
+use crate::shader::{ScalarKind, Stage};
+use crate::source::Span;
+use crate::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, RenderWork, ResourceHandle};
+
+impl Planner<'_> {
+    /// Plans an attachment of the pass at a position.
+    pub(super) fn attachment(&self, at: usize, target: AttachmentTarget, load: LoadOperation<()>) -> PlannedAttachment {
+        let resource = self.pipeline.resource(target.resource);
+        let part = Part { mip: Some(target.mip), layer: target.layer };
+        let users = &self.users[target.resource.index()];
+        let transient = resource.lifetime() == Lifetime::Transient;
+        let mut store = if transient { StoreOperation::Discard } else { StoreOperation::Store };
+        let start = users.partition_point(|(position, _)| *position <= at);
+        for (_, later) in users[start..].iter().filter(|(_, later)| later.part.overlaps(part)) {
+            if later.usage.reads() {
+                store = StoreOperation::Store;
+                break;
+            }
+            let clears = matches!(later.usage, Usage::ColorAttachment | Usage::DepthAttachment);
+            if clears && later.part.layer.is_some() && later.part.contains(part) {
+                store = StoreOperation::Discard;
+                break;
+            }
+        }
+        let alone = users.first().is_some_and(|(first, _)| *first == at)
+            && users.last().is_some_and(|(last, _)| *last == at)
+            && users.iter().all(|(_, one)| one.usage.is_attachment());
+        let transient_attachment = transient && alone && store == StoreOperation::Discard && load != LoadOperation::Load;
+        PlannedAttachment { resource: resource.name.clone(), load, store, transient_attachment, target }
+    }
+
+    /// Where a pass says that it attaches a resource.
+    fn place_of(&self, handle: PassHandle, resource: ResourceHandle) -> (Span, String) {
+        let pass = self.pipeline.pass(handle);
+        let found = pass.uses.iter().find(|one| one.resource == resource && one.usage.is_attachment());
+        found.map_or((pass.place, pass.pointer.clone()), |one| (one.place, one.pointer.clone()))
+    }
+
+    /// Finds attachments that do not fit one another, the views, or the shader's outputs.
+    pub(super) fn check_attachments(
+        &self,
+        handle: PassHandle,
+        planned: &PlannedPass,
+        render: &RenderWork,
+        findings: &mut Vec<Diagnostic>,
+    ) {
+        let mut first: Option<(&PlannedAttachment, [u32; 3])> = None;
+        for attachment in planned.color.iter().chain(&planned.depth) {
+            let Some(TextureFacts { size, .. }) = self.facts.texture(attachment.target.resource) else { return };
+            let mip = attachment.target.mip.min(31);
+            let own = [(size.width >> mip).max(1), (size.height >> mip).max(1), size.samples];
+            match first {
+                None => first = Some((attachment, own)),
+                Some((other, wanted)) if wanted != own => {
+                    let (place, pointer) = self.place_of(handle, attachment.target.resource);
+                    let words = |size: [u32; 3]| format!("{} by {} with {} samples", size[0], size[1], size[2]);
+                    findings.push(
+                        Diagnostic::error(
+                            codes::ATTACHMENTS,
+                            place,
+                            format!(
+                                "\"{}\" is {}, but \"{}\" of the same pass is {}",
+                                attachment.resource,
+                                words(own),
+                                other.resource,
+                                words(wanted)
+                            ),
+                        )
+                        .pointer(pointer)
+                        .help("attachments of one pass have one size and sample count"),
+                    );
+                }
+                Some(_) => {}
+            }
+        }
+        self.check_views(handle, planned, render, findings);
+        self.check_outputs(handle, planned, render, findings);
+    }
+
+    /// Finds attachments with fewer layers than there are views.
+    fn check_views(&self, handle: PassHandle, planned: &PlannedPass, render: &RenderWork, findings: &mut Vec<Diagnostic>) {
+        if let Draw::Scene(scene) = &render.draw
+            && let ResourceKind::Data(Some(shape)) = &self.pipeline.resource(scene.views).kind
+        {
+            for attachment in planned.color.iter().chain(&planned.depth).filter(|attachment| attachment.target.layer.is_none()) {
+                let Some(TextureFacts { size, .. }) = self.facts.texture(attachment.target.resource) else { continue };
+                if size.layers > 1 && size.layers < shape.maximum_views {
+                    let (place, pointer) = self.place_of(handle, attachment.target.resource);
+                    findings.push(
+                        Diagnostic::error(
+                            codes::ATTACHMENTS,
+                            place,
+                            format!("\"{}\" has {} layers for {} views", attachment.resource, size.layers, shape.maximum_views),
+                        )
+                        .pointer(pointer)
+                        .help("give the texture a layer for each view"),
+                    );
+                }
+            }
+        }
+    }
+
+    /// Finds color attachments that the fragment shader does not write as they are, and outputs that go nowhere.
+    fn check_outputs(&self, handle: PassHandle, planned: &PlannedPass, render: &RenderWork, findings: &mut Vec<Diagnostic>) {
+        let program = match &render.draw {
+            Draw::Fullscreen { program, .. } => *program,
+            Draw::Scene(scene) => scene.program,
+        };
+        let program = self.pipeline.program(program);
+        for variant in &program.variants {
+            let Some(fragment) = variant.entry_point(Stage::Fragment) else {
+                if !planned.color.is_empty() {
+                    findings.push(self.output_mismatch(handle, &program.template, "has no fragment stage to write color attachments"));
+                    return;
+                }
+                continue;
+            };
+            for (location, attachment) in planned.color.iter().enumerate() {
+                let Some(TextureFacts { format, .. }) = self.facts.texture(attachment.target.resource) else { continue };
+                let wanted = match format.sample_type(None, None) {
+                    Some(wgpu_types::TextureSampleType::Uint) => ScalarKind::Uint,
+                    Some(wgpu_types::TextureSampleType::Sint) => ScalarKind::Sint,
+                    _ => ScalarKind::Float,
+                };
+                let output = fragment.outputs.iter().find(|output| output.location as usize == location);
+                let fault = match output {
+                    None => format!("writes no @location({location}), which \"{}\" wants", attachment.resource),
+                    Some(output) if output.kind != wanted => {
+                        format!("writes another type to @location({location}) than \"{}\" has", attachment.resource)
+                    }
+                    Some(_) => continue,
+                };
+                findings.push(self.output_mismatch(handle, &program.template, &fault));
+                return;
+            }
+            if let Some(output) = fragment.outputs.iter().find(|output| output.location as usize >= planned.color.len()) {
+                let fault = format!("writes @location({}), for which the pass has no color attachment", output.location);
+                findings.push(self.output_mismatch(handle, &program.template, &fault));
+                return;
+            }
+        }
+    }
+
+    fn output_mismatch(&self, handle: PassHandle, template: &str, fault: &str) -> Diagnostic {
+        let pass = self.pipeline.pass(handle);
+        Diagnostic::error(codes::ATTACHMENTS, pass.place, format!("{template} {fault}"))
+            .pointer(&pass.pointer)
+            .help("the outputs of the fragment shader and the color attachments match one to one")
+    }
+}
+
+/// The operation without its value.
+pub(super) fn load_kind<T>(load: &LoadOperation<T>) -> LoadOperation<()> {
+    match load {
+        LoadOperation::Load => LoadOperation::Load,
+        LoadOperation::Clear(_) => LoadOperation::Clear(()),
+        LoadOperation::Discard => LoadOperation::Discard,
+    }
+}

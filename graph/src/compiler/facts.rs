@@ -1,0 +1,230 @@
+//! What each resource is, whatever the order of the passes: its size, format, usages and class.
+//!
+//! Two resources of one class can stand for one another on a device: the same format, size, layers, mips, samples,
+//! dimension and usages, or, for buffers, the same bytes and usages. (Buffers of different sizes are kept apart since
+//! a shader can ask for the length of what is bound.) What outlives the frame is a class of its own.
+//!
+//! Findings: parts that a texture does not have, formats that do not support their uses, imports used beyond the usage
+//! that the host created them with.
+//!
+//! Cost: linear in resources and uses.
+
+use std::collections::HashMap;
+
+use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
+
+use super::format;
+use super::plan::PlanOptions;
+use super::size::{Size, Sizes, TextureSize};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::language::{Lifetime, TextureDeclaration, TextureShape};
+use crate::pipeline::{Pipeline, ResourceKind};
+use crate::source::Sources;
+use crate::work::{PassHandle, ResourceHandle};
+
+/// What a texture is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct TextureFacts {
+    pub(super) format: TextureFormat,
+    pub(super) size: TextureSize,
+    pub(super) volume: bool,
+    pub(super) usages: TextureUsages,
+}
+
+/// What a resource is on the device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Descriptor {
+    Texture(TextureFacts),
+    Buffer { bytes: u64, usages: BufferUsages },
+}
+
+/// A resource that live passes use.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Fact {
+    /// `None` for host data, and after a finding.
+    pub(super) descriptor: Option<Descriptor>,
+    /// The class of what can stand for it; `None` for what the plan does not create.
+    pub(super) class: Option<usize>,
+    pub(super) bytes: u64,
+}
+
+impl Fact {
+    pub(super) fn texture(&self) -> Option<TextureFacts> {
+        match self.descriptor {
+            Some(Descriptor::Texture(texture)) => Some(texture),
+            _ => None,
+        }
+    }
+}
+
+/// What every resource is.
+pub(super) struct Facts<'a> {
+    pipeline: &'a Pipeline,
+    pub(super) sizes: Sizes<'a>,
+    /// By handle; `None` for what no live pass uses.
+    pub(super) list: Vec<Option<Fact>>,
+    /// The number of classes.
+    pub(super) classes: usize,
+}
+
+impl<'a> Facts<'a> {
+    /// Finds out about the resources that the live passes use.
+    pub(super) fn new(
+        pipeline: &'a Pipeline,
+        options: &PlanOptions,
+        sources: &'a Sources,
+        live: &[PassHandle],
+        findings: &mut Vec<Diagnostic>,
+    ) -> Self {
+        let told = |name: &str, lifetime| options.imports.get(name).filter(|_| lifetime == Lifetime::Imported);
+        let imported: Vec<_> =
+            pipeline.resources.iter().map(|one| told(&one.name, one.lifetime()).map(|import| import.size)).collect();
+        let mut facts = Self {
+            pipeline,
+            sizes: Sizes::new(pipeline, sources, options.viewport, imported),
+            list: vec![None; pipeline.resources.len()],
+            classes: 0,
+        };
+        let mut formats = format::Formats::default();
+        let mut classes: HashMap<(Descriptor, Option<ResourceHandle>), usize> = HashMap::new();
+        let wants = format::wants(pipeline, live);
+        for handle in pipeline.resource_handles() {
+            let resource = pipeline.resource(handle);
+            let wants = &wants[handle.index()];
+            if wants.uses.is_empty() {
+                continue;
+            }
+            let lifetime = resource.lifetime();
+            let descriptor = match (&resource.kind, facts.sizes.of(handle)) {
+                (ResourceKind::Texture(texture), Some(Size::Texture(size))) => {
+                    facts.check_parts(handle, texture, size, wants, findings);
+                    let usages = wants.uses.iter().fold(TextureUsages::empty(), |all, (_, one)| all | one.usage.texture_usages());
+                    facts.check_import(handle, usages, wants, options, findings);
+                    let format = match told(&resource.name, lifetime) {
+                        Some(import) => Some(import.format),
+                        None => format::choose(pipeline, &mut formats, resource, texture, wants, size.samples)
+                            .map_err(|finding| findings.push(*finding))
+                            .ok(),
+                    };
+                    let volume = texture.view == Some(TextureShape::D3);
+                    format.map(|format| Descriptor::Texture(TextureFacts { format, size, volume, usages }))
+                }
+                (ResourceKind::Buffer(_), Some(Size::Buffer(bytes))) => {
+                    let usages = wants.uses.iter().fold(BufferUsages::empty(), |all, (_, one)| all | one.usage.buffer_usages());
+                    Some(Descriptor::Buffer { bytes, usages })
+                }
+                _ => None,
+            };
+            let created = descriptor.filter(|_| lifetime != Lifetime::Imported);
+            let alone = (lifetime != Lifetime::Transient || !options.aliasing).then_some(handle);
+            let class = created.map(|descriptor| {
+                let next = classes.len();
+                *classes.entry((descriptor, alone)).or_insert(next)
+            });
+            let bytes = match descriptor {
+                Some(Descriptor::Texture(texture)) => texture_bytes(&texture),
+                Some(Descriptor::Buffer { bytes, .. }) => bytes,
+                None => 0,
+            };
+            facts.list[handle.index()] = Some(Fact { descriptor, class, bytes });
+        }
+        facts.classes = classes.len();
+        facts
+    }
+
+    /// What a resource is, if a live pass uses it.
+    pub(super) fn get(&self, handle: ResourceHandle) -> Option<&Fact> {
+        self.list.get(handle.index())?.as_ref()
+    }
+
+    /// What a texture is.
+    pub(super) fn texture(&self, handle: ResourceHandle) -> Option<TextureFacts> {
+        self.get(handle)?.texture()
+    }
+
+    /// Finds what is wrong with sizes that nothing live uses, too.
+    pub(super) fn check_all_sizes(&self) {
+        for handle in self.pipeline.resource_handles() {
+            self.sizes.of(handle);
+        }
+    }
+
+    /// The findings about sizes and other expressions.
+    pub(super) fn take_findings(&self) -> Diagnostics {
+        self.sizes.take_findings()
+    }
+
+    /// Finds uses of mips and layers that a texture does not have.
+    fn check_parts(
+        &self,
+        handle: ResourceHandle,
+        texture: &TextureDeclaration,
+        size: TextureSize,
+        wants: &format::Wants<'_>,
+        findings: &mut Vec<Diagnostic>,
+    ) {
+        let name = &self.pipeline.resource(handle).name;
+        let volume = texture.view == Some(TextureShape::D3);
+        for (_, one) in &wants.uses {
+            // The layers of a volume are slices, fewer on each mip.
+            let layers = if volume { (size.layers >> one.part.mip.unwrap_or(0).min(31)).max(1) } else { size.layers };
+            for (what, at, count) in [("mip", one.part.mip, size.mips), ("layer", one.part.layer, layers)] {
+                if let Some(at) = at.filter(|at| *at >= count) {
+                    findings.push(
+                        Diagnostic::error(codes::ATTACHMENTS, one.place, format!("\"{name}\" has no {what} {at}"))
+                            .pointer(&one.pointer)
+                            .help(format!("it has {count}, counted from 0")),
+                    );
+                }
+            }
+        }
+    }
+
+    /// Finds uses of the host's own texture that it was not created for.
+    fn check_import(
+        &self,
+        handle: ResourceHandle,
+        usages: TextureUsages,
+        wants: &format::Wants<'_>,
+        options: &PlanOptions,
+        findings: &mut Vec<Diagnostic>,
+    ) {
+        let resource = self.pipeline.resource(handle);
+        let Some(allowed) = options.import_usages.get(&resource.name).filter(|_| resource.lifetime() == Lifetime::Imported) else {
+            return;
+        };
+        if allowed.contains(usages) {
+            return;
+        }
+        for (pass, one) in wants.uses.iter().filter(|(_, one)| !allowed.contains(one.usage.texture_usages())) {
+            let message = format!(
+                "\"{}\" uses the import \"{}\" as {}, which the host's texture does not allow",
+                self.pipeline.pass(*pass).name,
+                resource.name,
+                one.usage.name()
+            );
+            findings.push(
+                Diagnostic::error(codes::IMPORT_USAGE, one.place, message)
+                    .pointer(&one.pointer)
+                    .related(resource.place, "declared here")
+                    .help(format!("create the host's texture with the usage {:?}", one.usage.texture_usages())),
+            );
+        }
+    }
+}
+
+/// The bytes of a texture: all mips, layers and samples.
+fn texture_bytes(texture: &TextureFacts) -> u64 {
+    let TextureFacts { format, size, volume, .. } = *texture;
+    let (block_width, block_height) = format.block_dimensions();
+    let depth_only = || format.block_copy_size(Some(wgpu_types::TextureAspect::DepthOnly));
+    let block = u64::from(format.block_copy_size(None).or_else(depth_only).unwrap_or(4));
+    (0..size.mips)
+        .map(|mip| {
+            let side = |length: u32, block: u32| u64::from((length >> mip).max(1).div_ceil(block));
+            let layers = if volume { (size.layers >> mip).max(1) } else { size.layers };
+            side(size.width, block_width) * side(size.height, block_height) * u64::from(layers) * block
+        })
+        .sum::<u64>()
+        * u64::from(size.samples)
+}

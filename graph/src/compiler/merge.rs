@@ -1,0 +1,96 @@
+//! Which neighbouring passes can be recorded as one render pass.
+//!
+//! Draws fit into one render pass if they have the same attachments (texture, mip, layer), all but the first load all
+//! of them, and nothing else connects them: no other resource that one of them writes is used by another, and what is
+//! attached is used in no second way. Draws whose layer depends on the view stay apart.
+//!
+//! Cost: linear in the uses of the passes.
+
+use std::collections::HashSet;
+
+use super::facts::Facts;
+use crate::pipeline::{Pipeline, Use};
+use crate::work::{AttachmentTarget, LoadOperation, PassHandle, RenderWork, ResourceHandle, Work};
+
+/// What has to be equal: the color attachments and the depth attachment, each as texture, mip and layer.
+pub(super) type Key = (Vec<Target>, Option<Target>);
+type Target = (ResourceHandle, u32, Option<u32>);
+
+/// The attachments of a pass; `None` for one that shares no render pass with others.
+pub(super) fn key(pipeline: &Pipeline, facts: &Facts<'_>, pass: PassHandle) -> Option<Key> {
+    let Work::Render(render) = &pipeline.pass(pass).work else { return None };
+    let target = |target: &AttachmentTarget| (target.resource, target.mip, target.layer);
+    let color: Vec<Target> = render.color.iter().map(|color| target(&color.target)).collect();
+    let depth = render.depth.as_ref().map(|depth| target(&depth.target));
+    let fixed = |(resource, _, layer): &Target| {
+        layer.is_some() || facts.texture(*resource).is_some_and(|texture| texture.size.layers == 1)
+    };
+    let mut targets = color.iter().chain(&depth);
+    let once = others(pipeline, pass).all(|one| color.iter().chain(&depth).all(|(resource, ..)| *resource != one.resource));
+    (once && targets.all(fixed)).then_some((color, depth))
+}
+
+/// Whether nothing of the attachments is cleared or discarded at the start.
+pub(super) fn loads_all(pipeline: &Pipeline, pass: PassHandle) -> bool {
+    let loads = |render: &RenderWork| {
+        render.color.iter().all(|color| color.load == LoadOperation::Load)
+            && render.depth.as_ref().is_none_or(|depth| depth.load == LoadOperation::Load)
+    };
+    matches!(&pipeline.pass(pass).work, Work::Render(render) if loads(render))
+}
+
+/// The uses that are no attachments.
+fn others(pipeline: &Pipeline, pass: PassHandle) -> impl Iterator<Item = &Use> {
+    pipeline.pass(pass).uses.iter().filter(|one| !one.usage.is_attachment())
+}
+
+/// Takes passes in their order and says which join the render pass of those before.
+pub(super) struct Merger<'a> {
+    pipeline: &'a Pipeline,
+    facts: &'a Facts<'a>,
+    key: Option<Key>,
+    used: HashSet<ResourceHandle>,
+    written: HashSet<ResourceHandle>,
+}
+
+impl<'a> Merger<'a> {
+    /// Before the first pass.
+    pub(super) fn new(pipeline: &'a Pipeline, facts: &'a Facts<'a>) -> Self {
+        Self { pipeline, facts, key: None, used: HashSet::new(), written: HashSet::new() }
+    }
+
+    /// The attachments that the next pass must have to join.
+    pub(super) fn key(&self) -> Option<&Key> {
+        self.key.as_ref()
+    }
+
+    /// Whether a pass could be recorded into the render pass so far.
+    pub(super) fn joins(&self, pass: PassHandle) -> bool {
+        self.key.is_some()
+            && loads_all(self.pipeline, pass)
+            && key(self.pipeline, self.facts, pass) == self.key
+            && others(self.pipeline, pass).all(|one| {
+                let used = if one.usage.writes() { &self.used } else { &self.written };
+                !used.contains(&one.resource)
+            })
+    }
+
+    /// Takes the next pass; whether it joins.
+    pub(super) fn push(&mut self, pass: PassHandle) -> bool {
+        let joins = self.joins(pass);
+        if !joins {
+            self.key = key(self.pipeline, self.facts, pass);
+            self.used.clear();
+            self.written.clear();
+        }
+        if self.key.is_some() {
+            for one in others(self.pipeline, pass) {
+                self.used.insert(one.resource);
+                if one.usage.writes() {
+                    self.written.insert(one.resource);
+                }
+            }
+        }
+        joins
+    }
+}

@@ -1,0 +1,94 @@
+//! One live pass after the other, in their order: attachments, dispatch sizes, shader variants, constant blocks.
+
+use super::attachments;
+use super::cull::KeepReason;
+use super::dispatch;
+use super::facts::Facts;
+use super::format;
+use super::plan::{Kept, PlannedPass};
+use super::values::{self, PackedBlock};
+use crate::diagnostic::Diagnostic;
+use crate::pipeline::{Pipeline, Use};
+use crate::work::{PassHandle, SlotSource, Work};
+
+/// Plans the live passes of one order.
+pub(super) struct Planner<'a> {
+    pub(super) pipeline: &'a Pipeline,
+    pub(super) facts: &'a Facts<'a>,
+    /// For each resource its live uses with their position in the order, ascending.
+    pub(super) users: Vec<Vec<(usize, &'a Use)>>,
+}
+
+impl<'a> Planner<'a> {
+    /// A planner for these passes in this order.
+    pub(super) fn new(pipeline: &'a Pipeline, facts: &'a Facts<'a>, order: &[PassHandle]) -> Self {
+        let mut users = vec![Vec::new(); pipeline.resources.len()];
+        for (at, pass) in order.iter().enumerate() {
+            for one in &pipeline.pass(*pass).uses {
+                users[one.resource.index()].push((at, one));
+            }
+        }
+        Self { pipeline, facts, users }
+    }
+
+    /// For each resource the positions of its first and its last use.
+    pub(super) fn spans(&self) -> Vec<Option<(usize, usize)>> {
+        self.users.iter().map(|uses| Some((uses.first()?.0, uses.last()?.0))).collect()
+    }
+
+    /// Plans the pass at a position.
+    pub(super) fn pass(&self, at: usize, handle: PassHandle, reason: KeepReason, findings: &mut Vec<Diagnostic>) -> PlannedPass {
+        let pass = self.pipeline.pass(handle);
+        let resource_name = |handle| self.pipeline.resource(handle).name.clone();
+        let mut planned = PlannedPass {
+            name: pass.name.clone(),
+            kind: pass.kind.clone(),
+            kept: match reason {
+                KeepReason::SideEffect => Kept::SideEffect,
+                KeepReason::Output(resource) => Kept::Output(resource_name(resource)),
+                KeepReason::ReadBy(reader, resource) => {
+                    Kept::ReadBy { pass: self.pipeline.pass(reader).name.clone(), resource: resource_name(resource) }
+                }
+            },
+            color: Vec::new(),
+            depth: None,
+            group: 0,
+            workgroups: None,
+            variants: Vec::new(),
+            blocks: Vec::new(),
+            handle,
+            reason,
+        };
+        if let Some((program, slots)) = format::slots(self.pipeline, handle) {
+            planned.variants = program
+                .variants
+                .iter()
+                .map(|variant| {
+                    let hash: String = variant.module.hash[..4].iter().map(|byte| format!("{byte:02x}")).collect();
+                    format!("{} [{}] {hash}", program.template, crate::shader::describe(&variant.module.axes))
+                })
+                .collect();
+            for slot in slots {
+                if let SlotSource::Values { layout, values } = &slot.source
+                    && let Some(bytes) = values::pack(layout, values, &self.facts.sizes, findings)
+                {
+                    planned.blocks.push(PackedBlock { group: slot.group, binding: slot.binding, bytes });
+                }
+            }
+        }
+        match &pass.work {
+            Work::Render(render) => {
+                for color in &render.color {
+                    planned.color.push(self.attachment(at, color.target, attachments::load_kind(&color.load)));
+                }
+                if let Some(depth) = &render.depth {
+                    planned.depth = Some(self.attachment(at, depth.target, attachments::load_kind(&depth.load)));
+                }
+                self.check_attachments(handle, &planned, render, findings);
+            }
+            Work::Compute(compute) => planned.workgroups = dispatch::workgroups(self, compute, handle, findings),
+            Work::Host(_) | Work::Copy(_) => {}
+        }
+        planned
+    }
+}

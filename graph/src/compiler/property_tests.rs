@@ -1,0 +1,173 @@
+//! Properties that hold for every valid pipeline, tried on random ones.
+//!
+//! A random pipeline is made so that it is valid: passes come in an order of their own, each writes resources afresh or
+//! updates them after the last writer, and reads what is written before it or a named older version.
+
+use std::collections::BTreeMap;
+
+use proptest::prelude::*;
+
+use super::{Assembly, Objective, Plan, PlanOptions, build, plan, verify};
+use crate::diagnostic::Diagnostics;
+use crate::language::{Expr, FormatCandidates, Lifetime};
+use crate::pipeline::{Part, Usage, Version};
+use crate::work::{LoadOperation, PassHandle, ResourceHandle};
+
+/// What a random pass does: resources by number, each modulo what there is.
+#[derive(Clone, Debug)]
+struct RandomPass {
+    reads: Vec<usize>,
+    writes: usize,
+    part: Option<u32>,
+    action: u8,
+    side_effect: bool,
+}
+
+fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
+    let one = (proptest::collection::vec(0usize..100, 0..4), 0usize..100, proptest::option::of(0u32..3), 0u8..4, 0u8..12)
+        .prop_map(|(reads, writes, part, action, effect)| RandomPass { reads, writes, part, action, side_effect: effect == 0 });
+    proptest::collection::vec(one, 1..24)
+}
+
+/// The version that each part of a resource has, and the passes that wrote the whole of it.
+#[derive(Default)]
+struct Written {
+    last: Option<PassHandle>,
+    parts: BTreeMap<Option<u32>, ()>,
+    names: Vec<String>,
+}
+
+/// A valid pipeline of random passes over `count` resources, planned.
+fn planned(passes: &[RandomPass], count: usize, options: &PlanOptions) -> Plan {
+    with_unrelated(passes, count, options, None)
+}
+
+/// The same with one pass more, declared at a position, that has nothing to do with the others and may have an effect.
+fn with_unrelated(passes: &[RandomPass], count: usize, options: &PlanOptions, unrelated: Option<(usize, bool)>) -> Plan {
+    let mut assembly = Assembly::new("random");
+    let resources: Vec<ResourceHandle> = (0..count)
+        .map(|at| {
+            assembly.texture_with(&format!("r{at}"), |texture| {
+                texture.mips = Some(Expr::from(3.0));
+                texture.format = FormatCandidates::One(["rgba8unorm", "rgba16float"][at % 2].to_owned());
+                texture.lifetime = if at % 7 == 6 { Lifetime::Persistent } else { Lifetime::Transient };
+            })
+        })
+        .collect();
+    let target = assembly.imported("target");
+    let mut written: Vec<Written> = (0..count).map(|_| Written::default()).collect();
+    let mut last_target = None;
+    let alone = unrelated.map(|_| assembly.sized_texture("alone", 7, 7));
+    for (at, random) in passes.iter().enumerate() {
+        if let (Some((_, effect)), Some(alone)) = (unrelated.filter(|(position, _)| *position == at), alone) {
+            let pass = assembly.pass("unrelated").writes(alone);
+            let _ = if effect { pass.side_effect() } else { pass };
+        }
+        let own = random.writes % count;
+        let mut pass = assembly.pass(&format!("p{at}"));
+        let handle = pass.handle();
+        let mut read: Vec<(ResourceHandle, Version)> = Vec::new();
+        for resource in &random.reads {
+            let resource = resource % count;
+            if resource == own || written[resource].names.is_empty() || read.iter().any(|(known, _)| *known == resources[resource]) {
+                continue;
+            }
+            // The version is named, since later passes may write on.
+            let Some(name) = written[resource].names.last() else { continue };
+            read.push((resources[resource], Version::WrittenBy(name.clone())));
+        }
+        for (resource, version) in read {
+            pass = pass.uses(resource, Part::WHOLE, Usage::Sampled, version);
+        }
+        let state = &mut written[own];
+        if let Some(last) = state.last {
+            pass = pass.after(last);
+        }
+        state.last = Some(handle);
+        let updates = random.action == 1 && state.parts.contains_key(&None);
+        let part = Part { mip: random.part, layer: None };
+        if updates {
+            pass = pass.uses(resources[own], Part::WHOLE, Usage::StorageReadWrite, Version::Newest);
+        } else if random.action == 2 {
+            pass = pass.color(resources[own], LoadOperation::Clear([0.0; 4]));
+        } else {
+            pass = pass.uses(resources[own], part, Usage::StorageWrite, Version::Newest);
+            state.parts.insert(random.part, ());
+        }
+        state.names.push(format!("p{at}"));
+        if random.side_effect {
+            pass = pass.side_effect();
+        }
+        if random.action == 3 {
+            if let Some(last) = last_target {
+                pass = pass.after(last);
+            }
+            pass.writes(target);
+            last_target = Some(handle);
+        }
+    }
+    let mut end = assembly.pass("end").side_effect();
+    if let Some(last) = last_target {
+        end = end.after(last);
+    }
+    for (at, state) in written.iter().enumerate().take(2) {
+        if !state.names.is_empty() {
+            end = end.reads(resources[at]);
+        }
+    }
+    let _ = end;
+    let (pipeline, sources) = assembly.finish();
+    let mut findings = Diagnostics::new();
+    let planned = build(&pipeline, &mut findings).and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
+    planned.unwrap_or_else(|| panic!("{findings:#?}"))
+}
+
+fn options(objective: Objective, aliasing: bool) -> PlanOptions {
+    PlanOptions { objective, aliasing, ..PlanOptions::new(64, 64) }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_plan_of_every_objective_passes_the_checker(passes in passes(), count in 1usize..9) {
+        for objective in Objective::ALL {
+            for aliasing in [true, false] {
+                let options = options(objective, aliasing);
+                let plan = planned(&passes, count, &options);
+                prop_assert_eq!(verify(&plan, &options), Vec::new());
+            }
+        }
+    }
+
+    #[test]
+    fn aliasing_meets_its_bound_and_memory_order_is_never_worse(passes in passes(), count in 1usize..9) {
+        let plans = Objective::ALL.map(|objective| planned(&passes, count, &options(objective, true)));
+        for plan in &plans {
+            prop_assert_eq!(plan.bytes, plan.bytes_bound);
+            prop_assert!(plan.bytes_peak <= plan.bytes && plan.bytes <= plan.bytes_without_aliasing);
+        }
+        prop_assert!(plans[1].bytes <= plans[0].bytes);
+        let memory = plans[1].order.memory.expect("a report");
+        prop_assert_eq!(memory.chosen, plans[1].bytes);
+        prop_assert!(memory.bound <= memory.chosen && memory.chosen <= memory.declaration);
+        let groups = |plan: &Plan| plan.passes.last().map_or(0, |last| last.group);
+        prop_assert!(groups(&plans[2]) <= groups(&plans[0]));
+    }
+
+    #[test]
+    fn an_unrelated_pass_changes_nothing_about_the_others(
+        passes in passes(), count in 1usize..9, position in 0usize..24, effect in any::<bool>()
+    ) {
+        let options = options(Objective::Declaration, true);
+        let before = planned(&passes, count, &options);
+        let after = with_unrelated(&passes, count, &options, Some((position % passes.len(), effect)));
+        let names = |plan: &Plan| -> Vec<String> {
+            plan.passes.iter().map(|pass| pass.name.clone()).filter(|name| name != "unrelated").collect()
+        };
+        prop_assert_eq!(names(&before), names(&after));
+        prop_assert_eq!(after.passes.len() - before.passes.len(), usize::from(effect));
+        let extra = if effect { 7 * 7 * 4 } else { 0 };
+        prop_assert_eq!(before.bytes + extra, after.bytes);
+    }
+}

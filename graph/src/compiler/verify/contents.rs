@@ -1,0 +1,365 @@
+//! Plays a frame through, region by region.
+//!
+//! A texture is cut into regions so that every use covers whole regions: one for each mip (and layer) that some use
+//! names, and one for all the others together. For each region the player knows which pass wrote it last, or that it
+//! was dropped. Then:
+//!
+//! - a read of the newest version has to come after every write of the region by another pass;
+//! - a read of the version of a named pass has to find what that pass, or the last writer before it, left;
+//! - a part that is read has to be written in at least one region, and dropped in none;
+//! - at the end nothing of what outlives the frame may be dropped;
+//! - two writers of a region have to be ordered by data, by `after` or by a named version, unless the first of them is
+//!   the only one that does not load. An order found for one resource may explain that of another.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+use super::{FaultKind, Faults, Schedule};
+use crate::compiler::plan::{Plan, StoreOperation};
+use crate::language::Lifetime;
+use crate::pipeline::{Use, Version};
+use crate::work::{PassHandle, ResourceHandle};
+
+/// Who feeds whom.
+pub(super) struct Flow {
+    /// Writer, reader and resource.
+    pub(super) feeds: HashSet<(PassHandle, PassHandle, ResourceHandle)>,
+    /// The passes of whose writes something outlives the frame.
+    pub(super) lasting: BTreeSet<PassHandle>,
+}
+
+/// What a region holds.
+#[derive(Clone, Copy, PartialEq)]
+enum Content {
+    Nothing,
+    Written(PassHandle),
+    Dropped(PassHandle),
+}
+
+/// One use with its pass and the regions that it covers.
+struct Event<'a> {
+    pass: PassHandle,
+    one: &'a Use,
+    regions: Vec<usize>,
+}
+
+/// Regions of one resource: positions of named mips and layers, and one position more for the rest.
+struct Regions {
+    mips: Vec<u32>,
+    layers: Vec<u32>,
+}
+
+impl Regions {
+    fn new<'a>(uses: impl Iterator<Item = &'a Use> + Clone) -> Self {
+        let named = |list: BTreeSet<u32>| list.into_iter().collect();
+        Self {
+            mips: named(uses.clone().filter_map(|one| one.part.mip).collect()),
+            layers: named(uses.filter_map(|one| one.part.layer).collect()),
+        }
+    }
+
+    fn count(&self) -> usize {
+        (self.mips.len() + 1) * (self.layers.len() + 1)
+    }
+
+    fn of(&self, mip: Option<u32>, layer: Option<u32>) -> Vec<usize> {
+        let positions = |named: &[u32], wanted: Option<u32>| match wanted {
+            Some(wanted) => named.binary_search(&wanted).map_or(0..0, |at| at..at + 1),
+            None => 0..named.len() + 1,
+        };
+        let layers = positions(&self.layers, layer);
+        let width = self.layers.len() + 1;
+        positions(&self.mips, mip).flat_map(|mip| layers.clone().map(move |layer| mip * width + layer)).collect()
+    }
+}
+
+/// Edges between passes that the document gives, by which writers can be ordered.
+struct Explained {
+    next: HashMap<PassHandle, Vec<PassHandle>>,
+}
+
+impl Explained {
+    fn add(&mut self, from: PassHandle, to: PassHandle) {
+        self.next.entry(from).or_default().push(to);
+    }
+
+    fn leads(&self, schedule: &Schedule, from: PassHandle, to: PassHandle) -> bool {
+        let mut seen = HashSet::from([from]);
+        let mut stack = vec![from];
+        while let Some(pass) = stack.pop() {
+            let list = self.next.get(&pass).map_or(&[][..], Vec::as_slice);
+            if list.contains(&to) {
+                return true;
+            }
+            for next in list {
+                // What runs later than the goal leads back to it only over a pass that is out of order.
+                let early = schedule.of(*next).is_none() || schedule.of(*next) < schedule.of(to);
+                if early && seen.insert(*next) {
+                    stack.push(*next);
+                }
+            }
+        }
+        false
+    }
+}
+
+/// Plays the frame of a plan through.
+pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Flow {
+    let pipeline = &plan.pipeline;
+    let mut flow = Flow { feeds: HashSet::new(), lasting: BTreeSet::new() };
+    let mut explained = Explained { next: HashMap::new() };
+    for pass in pipeline.pass_handles() {
+        for before in &pipeline.pass(pass).after {
+            explained.add(*before, pass);
+        }
+    }
+    let by_name: HashMap<&str, PassHandle> =
+        pipeline.pass_handles().map(|pass| (pipeline.pass(pass).name.as_str(), pass)).collect();
+    let mut all: Vec<Vec<(PassHandle, &Use)>> = vec![Vec::new(); pipeline.resources.len()];
+    for pass in plan.passes.iter().map(|planned| planned.handle).chain(pipeline.pass_handles().filter(|pass| schedule.of(*pass).is_none())) {
+        for one in &pipeline.pass(pass).uses {
+            all[one.resource.index()].push((pass, one));
+        }
+    }
+    let mut sequences: Vec<(ResourceHandle, Vec<(PassHandle, bool)>)> = Vec::new();
+    for handle in pipeline.resource_handles() {
+        let uses = &all[handle.index()];
+        if uses.is_empty() {
+            continue;
+        }
+        let regions = Regions::new(uses.iter().map(|(_, one)| *one));
+        let events: Vec<Event<'_>> =
+            uses.iter().map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.part.mip, one.part.layer) }).collect();
+        let mut player = Player { plan, schedule, by_name: &by_name, handle, flow: &mut flow, explained: &mut explained, faults };
+        sequences.extend(player.play(&events, regions.count()).into_iter().map(|sequence| (handle, sequence)));
+    }
+    explain(plan, schedule, &mut explained, sequences, faults);
+    flow
+}
+
+struct Player<'a, 'b> {
+    plan: &'a Plan,
+    schedule: &'a Schedule,
+    by_name: &'a HashMap<&'a str, PassHandle>,
+    handle: ResourceHandle,
+    flow: &'b mut Flow,
+    explained: &'b mut Explained,
+    faults: &'b mut Faults,
+}
+
+impl Player<'_, '_> {
+    /// Plays one resource through; for each region its writers in order, each with whether it loads.
+    fn play(&mut self, events: &[Event<'_>], regions: usize) -> Vec<Vec<(PassHandle, bool)>> {
+        let lasting = self.plan.pipeline.resource(self.handle).lifetime() != Lifetime::Transient;
+        let mut writers: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
+        let mut culled: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
+        for event in events.iter().filter(|event| event.one.usage.writes()) {
+            let lists = if self.schedule.of(event.pass).is_some() { &mut writers } else { &mut culled };
+            for region in &event.regions {
+                lists[*region].push((event.pass, event.one.usage.reads()));
+            }
+        }
+        let mut content = vec![Content::Nothing; regions];
+        let mut at = 0;
+        let live = events.iter().take_while(|event| self.schedule.of(event.pass).is_some()).count();
+        while at < live {
+            let pass = events[at].pass;
+            let end = (at..live).find(|next| events[*next].pass != pass).unwrap_or(live);
+            for event in events[at..end].iter().filter(|event| event.one.usage.reads()) {
+                self.read(event, &content, &writers, &culled, lasting);
+            }
+            for event in &events[at..end] {
+                let dropped = self.drops(event);
+                for region in &event.regions {
+                    if dropped {
+                        content[*region] = Content::Dropped(pass);
+                    } else if event.one.usage.writes() {
+                        content[*region] = Content::Written(pass);
+                    }
+                }
+            }
+            at = end;
+        }
+        if lasting {
+            self.finish(&content, &writers);
+        }
+        // The order of one pass's several uses is no question.
+        writers.dedup();
+        writers.retain(|list| list.len() > 1);
+        writers
+    }
+
+    fn read(
+        &mut self,
+        event: &Event<'_>,
+        content: &[Content],
+        writers: &[Vec<(PassHandle, bool)>],
+        culled: &[Vec<(PassHandle, bool)>],
+        lasting: bool,
+    ) {
+        let (name, resource) = self.names(event.pass);
+        let own = self.schedule.of(event.pass);
+        let named = match &event.one.version {
+            Version::WrittenBy(name) => self.by_name.get(name.as_str()).copied(),
+            Version::Newest => None,
+        };
+        let mut fed = lasting;
+        let mut wrong: Option<(FaultKind, String)> = None;
+        for region in &event.regions {
+            match content[*region] {
+                Content::Nothing => {}
+                Content::Dropped(by) => {
+                    let (by, _) = self.names(by);
+                    wrong = Some((FaultKind::ContentsDropped, format!("\"{name}\" needs \"{resource}\", which \"{by}\" does not store")));
+                }
+                Content::Written(by) => {
+                    fed = true;
+                    self.flow.feeds.insert((by, event.pass, self.handle));
+                }
+            }
+            let written = match content[*region] {
+                Content::Written(by) | Content::Dropped(by) => Some(by),
+                Content::Nothing => None,
+            };
+            if let Some(named) = named {
+                self.explained.add(named, event.pass);
+                // What the named pass left, or, where it wrote nothing, the last writer before it.
+                let limit = self.schedule.of(named);
+                let expected = writers[*region].iter().rev().find(|(writer, _)| limit.is_some() && self.schedule.of(*writer) <= limit);
+                if limit.is_none() {
+                    wrong = Some((FaultKind::CulledButNeeded, format!("\"{name}\" reads \"{resource}\" of a culled pass")));
+                } else if written != expected.map(|(writer, _)| *writer) {
+                    wrong = Some((FaultKind::WrongVersion, format!("\"{name}\" reads another version of \"{resource}\" than it asks for")));
+                }
+                for (later, _) in writers[*region].iter().filter(|(writer, _)| self.schedule.of(*writer) > limit && *writer != event.pass) {
+                    self.explained.add(event.pass, *later);
+                }
+            } else if !event.one.usage.writes() {
+                let late = writers[*region].iter().find(|(writer, _)| *writer != event.pass && self.schedule.of(*writer) > own);
+                if let Some((late, _)) = late {
+                    let (late, _) = self.names(*late);
+                    wrong = Some((FaultKind::ReadTooEarly, format!("\"{name}\" reads \"{resource}\" before \"{late}\" writes it")));
+                }
+                if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region]) {
+                    let (needed, _) = self.names(needed);
+                    wrong = Some((FaultKind::CulledButNeeded, format!("\"{name}\" reads \"{resource}\", but \"{needed}\" is culled")));
+                }
+                for (writer, _) in writers[*region].iter().filter(|(writer, _)| *writer != event.pass) {
+                    self.explained.add(*writer, event.pass);
+                }
+            } else if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region])
+                && written.is_none()
+            {
+                let (needed, _) = self.names(needed);
+                wrong = Some((FaultKind::CulledButNeeded, format!("\"{name}\" loads \"{resource}\", but \"{needed}\" is culled")));
+            }
+        }
+        if !fed && wrong.is_none() {
+            wrong = Some((FaultKind::ReadUnfed, format!("\"{name}\" reads \"{resource}\", which nothing has written")));
+        }
+        if let Some((kind, message)) = wrong {
+            self.faults.add(kind, message);
+        }
+    }
+
+    /// Whether a use is an attachment that the plan does not store.
+    fn drops(&self, event: &Event<'_>) -> bool {
+        if !event.one.usage.is_attachment() {
+            return false;
+        }
+        let Some(planned) = self.schedule.of(event.pass).and_then(|at| self.plan.passes.get(at)) else { return false };
+        planned.color.iter().chain(&planned.depth).any(|attachment| {
+            attachment.target.resource == self.handle
+                && event.one.part.mip == Some(attachment.target.mip)
+                && event.one.part.layer == attachment.target.layer
+                && attachment.store == StoreOperation::Discard
+        })
+    }
+
+    /// What is left at the end of a resource that outlives the frame.
+    fn finish(&mut self, content: &[Content], writers: &[Vec<(PassHandle, bool)>]) {
+        for (region, content) in content.iter().enumerate() {
+            match content {
+                Content::Dropped(by) => {
+                    let (by, resource) = self.names(*by);
+                    let message = format!("\"{resource}\" outlives the frame, but \"{by}\" does not store it");
+                    self.faults.add(FaultKind::OutputDropped, message);
+                }
+                // Storage and copies may leave texels as they were, and so may a draw to a layer for each view.
+                Content::Written(_) => {
+                    for (writer, _) in writers[region].iter().rev() {
+                        self.flow.lasting.insert(*writer);
+                        if self.covers(*writer, region, writers) {
+                            break;
+                        }
+                    }
+                }
+                Content::Nothing => {}
+            }
+        }
+    }
+
+    /// Whether a pass clears or discards a region at its start.
+    fn covers(&self, pass: PassHandle, region: usize, writers: &[Vec<(PassHandle, bool)>]) -> bool {
+        let loads = writers[region].iter().any(|(writer, loads)| *writer == pass && *loads);
+        let attached = self.plan.pipeline.pass(pass).uses.iter().any(|one| {
+            one.resource == self.handle && one.usage.writes() && one.usage.is_attachment() && one.part.layer.is_some()
+        });
+        !loads && attached
+    }
+
+    fn names(&self, pass: PassHandle) -> (String, String) {
+        (self.plan.pipeline.pass(pass).name.clone(), self.plan.pipeline.resource(self.handle).name.clone())
+    }
+}
+
+/// A culled writer whose result the newest version contains, as far as that is certain: one that loads, or the only one
+/// that does not, if no live writer starts afresh after it.
+fn needed_but_culled(live: &[(PassHandle, bool)], culled: &[(PassHandle, bool)]) -> Option<PassHandle> {
+    let fresh_live = live.iter().filter(|(_, loads)| !loads).count();
+    let fresh_culled = culled.iter().filter(|(_, loads)| !loads).count();
+    culled
+        .iter()
+        .find(|(_, loads)| if *loads { fresh_live + fresh_culled <= 1 } else { fresh_live == 0 })
+        .map(|(pass, _)| *pass)
+}
+
+/// Looks for what orders each pair of neighbouring writers, until nothing changes.
+fn explain(
+    plan: &Plan,
+    schedule: &Schedule,
+    explained: &mut Explained,
+    sequences: Vec<(ResourceHandle, Vec<(PassHandle, bool)>)>,
+    faults: &mut Faults,
+) {
+    let mut open: BTreeSet<(ResourceHandle, PassHandle, PassHandle)> = BTreeSet::new();
+    for (resource, sequence) in &sequences {
+        let mut fresh = sequence.iter().filter(|(_, loads)| !loads);
+        let single = fresh.next().filter(|_| fresh.next().is_none());
+        for pair in sequence.windows(2) {
+            let ((first, _), (second, _)) = (pair[0], pair[1]);
+            if single == Some(&pair[0]) || first == second {
+                explained.add(first, second);
+            } else {
+                open.insert((*resource, first, second));
+            }
+        }
+    }
+    loop {
+        let found: Vec<_> = open.iter().copied().filter(|(_, first, second)| explained.leads(schedule, *first, *second)).collect();
+        if found.is_empty() {
+            break;
+        }
+        for pair in found {
+            open.remove(&pair);
+            explained.add(pair.1, pair.2);
+        }
+    }
+    for (resource, first, second) in open {
+        let (first, second) = (&plan.pipeline.pass(first).name, &plan.pipeline.pass(second).name);
+        let resource = &plan.pipeline.resource(resource).name;
+        faults.add(
+            FaultKind::WritersUnordered,
+            format!("nothing says that \"{first}\" writes \"{resource}\" before \"{second}\""),
+        );
+    }
+}

@@ -1,0 +1,254 @@
+//! Whether the places of resources are right: enough of them, not more than needed, fitting, and never shared by two
+//! resources that are alive together.
+
+use std::collections::{BTreeMap, HashMap};
+
+use wgpu_types::{BufferUsages, TextureUsages};
+
+use super::{FaultKind, Faults};
+use crate::compiler::plan::{Physical, Plan, PlanOptions, PlannedResource};
+use crate::language::{Lifetime, TextureShape};
+use crate::pipeline::{ResourceKind, Usage};
+use crate::work::ResourceHandle;
+
+/// Where a resource is really used, and how.
+struct Used {
+    first: usize,
+    last: usize,
+    textures: TextureUsages,
+    buffers: BufferUsages,
+    highest_mip: u32,
+    highest_layer: u32,
+}
+
+/// Checks places, spans, usages and sums.
+pub(super) fn check(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
+    let used = used(plan);
+    let mut handles: Vec<&ResourceHandle> = used.keys().collect();
+    handles.sort_unstable();
+    for handle in &handles {
+        let name = &plan.pipeline.resource(**handle).name;
+        if !plan.resources.get(name).is_some_and(|planned| planned.handle == **handle) {
+            faults.add(FaultKind::ResourceMissing, format!("\"{name}\" is used but not planned"));
+        }
+    }
+    let mut tenants: BTreeMap<Physical, Vec<(usize, usize, &str)>> = BTreeMap::new();
+    for (name, planned) in &plan.resources {
+        let known = plan.pipeline.resources.get(planned.handle.index()).filter(|resource| resource.name == *name);
+        let (Some(resource), Some(used)) = (known, used.get(&planned.handle)) else {
+            faults.add(FaultKind::ResourceUnused, format!("\"{name}\" is planned, but no pass uses it"));
+            continue;
+        };
+        if resource.lifetime() != planned.lifetime {
+            faults.add(FaultKind::NameWrong, format!("\"{name}\" has another lifetime than the plan says"));
+        }
+        if (planned.first, planned.last) != (used.first, used.last) {
+            let message = format!("\"{name}\" is used from {} to {}, not from {} to {}", used.first, used.last, planned.first, planned.last);
+            faults.add(FaultKind::SpanWrong, message);
+        }
+        check_place(plan, options, name, planned, used, faults);
+        if matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_)) {
+            tenants.entry(planned.physical).or_default().push((used.first, used.last, name));
+        }
+    }
+    check_sharing(plan, options, &mut tenants, faults);
+    check_sums(plan, options, faults);
+}
+
+fn used(plan: &Plan) -> HashMap<ResourceHandle, Used> {
+    let mut used: HashMap<ResourceHandle, Used> = HashMap::new();
+    for (at, planned) in plan.passes.iter().enumerate() {
+        for one in &plan.pipeline.pass(planned.handle).uses {
+            let entry = used.entry(one.resource).or_insert(Used {
+                first: at,
+                last: at,
+                textures: TextureUsages::empty(),
+                buffers: BufferUsages::empty(),
+                highest_mip: 0,
+                highest_layer: 0,
+            });
+            entry.last = at;
+            entry.textures |= needed(one.usage).0;
+            entry.buffers |= needed(one.usage).1;
+            entry.highest_mip = entry.highest_mip.max(one.part.mip.unwrap_or(0));
+            entry.highest_layer = entry.highest_layer.max(one.part.layer.unwrap_or(0));
+        }
+    }
+    used
+}
+
+/// What wgpu wants a texture, or a buffer, to be created with for a use.
+fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
+    use BufferUsages as B;
+    use TextureUsages as T;
+    match usage {
+        Usage::Sampled => (T::TEXTURE_BINDING, B::empty()),
+        Usage::Uniform => (T::empty(), B::UNIFORM),
+        Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => (T::STORAGE_BINDING, B::STORAGE),
+        Usage::CopySource => (T::COPY_SRC, B::COPY_SRC),
+        Usage::CopyDestination => (T::COPY_DST, B::COPY_DST),
+        Usage::HostRead | Usage::HostWrite => (T::empty(), B::empty()),
+        _ if usage.is_attachment() => (T::RENDER_ATTACHMENT, B::empty()),
+        _ => (T::empty(), B::empty()),
+    }
+}
+
+fn check_place(plan: &Plan, options: &PlanOptions, name: &str, planned: &PlannedResource, used: &Used, faults: &mut Faults) {
+    let kind = &plan.pipeline.resource(planned.handle).kind;
+    let right = match (kind, planned.lifetime, planned.physical) {
+        (ResourceKind::Data(_), _, Physical::Host) => true,
+        (ResourceKind::Data(_), ..) => false,
+        (_, Lifetime::Imported, physical) => physical == Physical::Imported,
+        (ResourceKind::Texture(_), _, Physical::Texture(_)) | (ResourceKind::Buffer(_), _, Physical::Buffer(_)) => true,
+        _ => false,
+    };
+    if !right {
+        faults.add(FaultKind::PlaceWrong, format!("\"{name}\" cannot stand at {:?}", planned.physical));
+        return;
+    }
+    if let Some(size) = planned.size {
+        let volume = matches!(kind, ResourceKind::Texture(texture) if texture.view == Some(TextureShape::D3));
+        if used.highest_mip >= size.mips || (!volume && used.highest_layer >= size.layers) {
+            faults.add(FaultKind::PartMissing, format!("\"{name}\" is used beyond its mips or layers"));
+        }
+    }
+    match planned.physical {
+        Physical::Texture(index) => match plan.textures.get(index) {
+            None => faults.add(FaultKind::PlaceMissing, format!("\"{name}\" stands at texture {index}, which is not there")),
+            Some(texture) => {
+                let volume = matches!(kind, ResourceKind::Texture(declared) if declared.view == Some(TextureShape::D3));
+                if planned.format != Some(texture.format) || planned.size != Some(texture.size) || texture.volume != volume {
+                    faults.add(FaultKind::ClassMismatch, format!("\"{name}\" is not of the class of texture {index}"));
+                }
+                if !texture.usages.contains(used.textures) {
+                    faults.add(FaultKind::UsageMissing, format!("texture {index} lacks a usage that \"{name}\" needs"));
+                }
+            }
+        },
+        Physical::Buffer(index) => match plan.buffers.get(index) {
+            None => faults.add(FaultKind::PlaceMissing, format!("\"{name}\" stands at buffer {index}, which is not there")),
+            Some(buffer) => {
+                if buffer.bytes != planned.bytes {
+                    faults.add(FaultKind::ClassMismatch, format!("\"{name}\" is not of the class of buffer {index}"));
+                }
+                if !buffer.usages.contains(used.buffers) {
+                    faults.add(FaultKind::UsageMissing, format!("buffer {index} lacks a usage that \"{name}\" needs"));
+                }
+            }
+        },
+        Physical::Imported => {
+            let allowed = options.import_usages.get(name).copied().unwrap_or(TextureUsages::all());
+            let told = options.imports.get(name);
+            let differs = told.is_some_and(|told| planned.format != Some(told.format) || planned.size != Some(told.size));
+            if !allowed.contains(used.textures) || differs {
+                faults.add(FaultKind::ImportMisused, format!("\"{name}\" is used otherwise than the host's texture allows"));
+            }
+        }
+        Physical::Host => {}
+    }
+}
+
+fn check_sharing(
+    plan: &Plan,
+    options: &PlanOptions,
+    tenants: &mut BTreeMap<Physical, Vec<(usize, usize, &str)>>,
+    faults: &mut Faults,
+) {
+    for list in tenants.values_mut() {
+        list.sort_unstable();
+        for pair in list.windows(2) {
+            let ((_, end, first), (start, _, second)) = (pair[0], pair[1]);
+            if start <= end {
+                faults.add(FaultKind::Overlap, format!("\"{first}\" and \"{second}\" share memory while both are alive"));
+            }
+        }
+        let lasting = list.iter().find(|(.., name)| plan.resources[*name].lifetime != Lifetime::Transient || !options.aliasing);
+        if let (true, Some((.., name))) = (list.len() > 1, lasting) {
+            faults.add(FaultKind::SharedThoughLasting, format!("\"{name}\" shares memory, though it may not"));
+        }
+    }
+    let textures = (0..plan.textures.len()).map(Physical::Texture);
+    for place in textures.chain((0..plan.buffers.len()).map(Physical::Buffer)) {
+        if !tenants.contains_key(&place) {
+            faults.add(FaultKind::PhysicalUnused, format!("{place:?} stands for nothing"));
+        }
+    }
+    check_minimal(plan, options, tenants, faults);
+}
+
+/// In each class as many physical resources as are alive at once.
+fn check_minimal(
+    plan: &Plan,
+    options: &PlanOptions,
+    tenants: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
+    faults: &mut Faults,
+) {
+    // Classes by what wgpu would be told at creation.
+    let mut classes: HashMap<String, (usize, Vec<(usize, bool)>)> = HashMap::new();
+    for (place, list) in tenants {
+        let class = match place {
+            Physical::Texture(index) => plan.textures.get(*index).map(|one| (format!("{:?} {:?}", one.format, one.size), one.volume, one.usages.bits())),
+            Physical::Buffer(index) => plan.buffers.get(*index).map(|one| (format!("{} bytes", one.bytes), false, one.usages.bits())),
+            _ => None,
+        };
+        let transient = list.iter().all(|(.., name)| plan.resources[*name].lifetime == Lifetime::Transient);
+        let Some(class) = class.filter(|_| transient && options.aliasing) else { continue };
+        let (count, events) = classes.entry(format!("{class:?}")).or_default();
+        *count += 1;
+        for (first, last, _) in list {
+            // At one position what begins is counted before what ends: touching lifetimes are both alive.
+            events.extend([(2 * first, true), (2 * last + 1, false)]);
+        }
+    }
+    let mut names: Vec<_> = classes.into_iter().collect();
+    names.sort_unstable();
+    for (class, (count, mut events)) in names {
+        events.sort_unstable();
+        let (mut alive, mut peak) = (0usize, 0usize);
+        for (_, begins) in events {
+            alive = if begins { alive + 1 } else { alive.saturating_sub(1) };
+            peak = peak.max(alive);
+        }
+        if count > peak {
+            faults.add(FaultKind::NotMinimal, format!("{count} resources of the class {class} are created, {peak} are alive at once"));
+        }
+    }
+}
+
+fn check_sums(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
+    let created: u64 = plan.textures.iter().map(|one| one.bytes).chain(plan.buffers.iter().map(|one| one.bytes)).sum();
+    let own = |planned: &&PlannedResource| matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_));
+    let apart: u64 = plan.resources.values().filter(own).map(|planned| planned.bytes).sum();
+    for (what, stated, right) in [("bytes", plan.bytes, created), ("bytes_without_aliasing", plan.bytes_without_aliasing, apart)] {
+        if stated != right {
+            faults.add(FaultKind::BytesWrong, format!("{what} is {stated}, but should be {right}"));
+        }
+    }
+    // Aliasing meets its bound, and the bound is at least what is alive at once.
+    let mut alive = vec![0i128; plan.passes.len() + 1];
+    for planned in plan.resources.values().filter(own) {
+        let lasts = planned.lifetime != Lifetime::Transient || !options.aliasing;
+        let (first, last) = if lasts { (0, plan.passes.len().saturating_sub(1)) } else { (planned.first, planned.last) };
+        if let Some(begin) = alive.get_mut(first) {
+            *begin += i128::from(planned.bytes);
+        }
+        if let Some(end) = alive.get_mut(last + 1) {
+            *end -= i128::from(planned.bytes);
+        }
+    }
+    let mut sum = 0;
+    let peak = alive.into_iter().map(|change| {
+        sum += change;
+        sum
+    });
+    let peak = peak.max().unwrap_or(0);
+    if i128::from(plan.bytes_peak) != peak {
+        faults.add(FaultKind::BytesWrong, format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak));
+    }
+    if plan.bytes_bound != plan.bytes || i128::from(plan.bytes_bound) < peak {
+        faults.add(FaultKind::BytesWrong, format!("bytes_bound is {}, but {created} bytes are created", plan.bytes_bound));
+    }
+    for texture in plan.textures.iter().filter(|texture| texture.bytes == 0) {
+        faults.add(FaultKind::BytesWrong, format!("the texture \"{}\" has no bytes", texture.label));
+    }
+}

@@ -1,0 +1,406 @@
+//! The order of writers, and the versions that readers read.
+//!
+//! **Order of writers.** The writers of one part of a resource have to be ordered by something that the document says:
+//! data that flows from one to the other, `after`, or a version (`color@opaque`). One rule is added: a single writer
+//! that does not load runs before those that do. What is left unordered is an error that names both, because any
+//! choice would be a guess. Since an order found for one resource can order the writers of another, resources are
+//! tried until nothing changes.
+//!
+//! **Versions read.** A plain reference reads the newest version; a pass that loads what it writes reads the one
+//! before its own. Two uses overlap if their mip and their layer can be the same; a part without a mip (layer) means
+//! all of them.
+//!
+//! Cost: each writer and reader looks back only to the first write that covers its part. Whether a way leads from one
+//! writer to the next is searched only between their positions, and mostly found at the first step.
+
+use std::cmp::Reverse;
+use std::collections::{BTreeSet, BinaryHeap, HashMap, HashSet};
+
+use petgraph::graph::{DiGraph, NodeIndex};
+
+use super::access::{Access, Writers, in_conflict};
+use super::cycle;
+use super::graph::{Edge, Graph, GraphNode, Hazard};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::language::Lifetime;
+use crate::pipeline::{Part, Pipeline, ResourceKind, Version};
+use crate::work::{PassHandle, ResourceHandle};
+
+/// How one pass comes before another.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Via {
+    Data(ResourceHandle),
+    Order(Hazard),
+}
+
+/// A graph in the making.
+pub(super) struct Builder<'a> {
+    pipeline: &'a Pipeline,
+    accesses: &'a [Vec<Access<'a>>],
+    /// Successors of each pass, and why.
+    next: Vec<Vec<(PassHandle, Via)>>,
+    /// What each pass reads: a resource, and the rank of the writer.
+    reads: Vec<Vec<(ResourceHandle, usize)>>,
+    /// The writers of each resource that is ordered.
+    ordered: Vec<Option<Writers>>,
+}
+
+impl<'a> Builder<'a> {
+    /// A graph with the explicit edges only.
+    pub(super) fn new(pipeline: &'a Pipeline, accesses: &'a [Vec<Access<'a>>]) -> Self {
+        let count = pipeline.passes.len();
+        let mut builder = Self {
+            pipeline,
+            accesses,
+            next: vec![Vec::new(); count],
+            reads: vec![Vec::new(); count],
+            ordered: accesses.iter().map(|_| None).collect(),
+        };
+        for pass in pipeline.pass_handles() {
+            for before in &pipeline.pass(pass).after {
+                builder.add(*before, pass, Via::Order(Hazard::Explicit));
+            }
+        }
+        builder
+    }
+
+    /// Orders the writers of every resource and connects what they feed; whether an order is left.
+    pub(super) fn order_all(&mut self, diagnostics: &mut Diagnostics) -> bool {
+        let mut waiting: Vec<ResourceHandle> = Vec::new();
+        for resource in self.pipeline.resource_handles() {
+            let list = &self.accesses[resource.index()];
+            let writers: Vec<usize> = (0..list.len()).filter(|at| list[*at].writes).collect();
+            if writers.len() > 1 && in_conflict(list, &writers) {
+                self.add_certain(resource);
+                waiting.push(resource);
+            } else if !list.is_empty() {
+                self.connect(resource, writers, diagnostics);
+            }
+        }
+        while !waiting.is_empty() {
+            let Some(position) = self.positions() else { break };
+            let before = waiting.len();
+            waiting.retain(|resource| match self.order_writers(*resource, &position) {
+                Ok(writers) => {
+                    self.connect(*resource, writers, diagnostics);
+                    false
+                }
+                Err(_) => true,
+            });
+            if waiting.len() == before {
+                break;
+            }
+        }
+        let Some(position) = self.positions() else {
+            self.report_cycles(diagnostics);
+            return false;
+        };
+        for resource in &waiting {
+            if let Err((first, second)) = self.order_writers(*resource, &position) {
+                let list = &self.accesses[resource.index()];
+                diagnostics.push(unordered_writers(self.pipeline, *resource, &list[first], &list[second]));
+            }
+        }
+        waiting.is_empty()
+    }
+
+    fn add(&mut self, from: PassHandle, to: PassHandle, via: Via) {
+        if from != to {
+            self.next[from.index()].push((to, via));
+        }
+    }
+
+    /// The edges that hold whatever the order of the writers is: from a named version to its reader.
+    fn add_certain(&mut self, resource: ResourceHandle) {
+        let list = &self.accesses[resource.index()];
+        let names = named_writers(self.pipeline, list, 0..list.len());
+        for reader in list.iter().filter(|access| access.reads) {
+            if let Version::WrittenBy(name) = reader.version
+                && let Some(writer) = names.get(name.as_str())
+            {
+                self.add(list[*writer].pass, reader.pass, Via::Data(resource));
+            }
+        }
+    }
+
+    /// The position of each pass in an order that respects all edges so far; `None` if there is a cycle.
+    fn positions(&self) -> Option<Vec<usize>> {
+        let mut position = vec![usize::MAX; self.next.len()];
+        let sorted = self.sorted();
+        for (at, pass) in sorted.iter().enumerate() {
+            position[pass.index()] = at;
+        }
+        (sorted.len() == position.len()).then_some(position)
+    }
+
+    /// Kahn's algorithm; among the passes that are ready the first of the document goes first.
+    fn sorted(&self) -> Vec<PassHandle> {
+        let mut missing = vec![0usize; self.next.len()];
+        for (to, _) in self.next.iter().flatten() {
+            missing[to.index()] += 1;
+        }
+        let mut ready: BinaryHeap<Reverse<PassHandle>> =
+            self.pipeline.pass_handles().filter(|pass| missing[pass.index()] == 0).map(Reverse).collect();
+        let mut order = Vec::with_capacity(self.next.len());
+        while let Some(Reverse(pass)) = ready.pop() {
+            order.push(pass);
+            for (to, _) in &self.next[pass.index()] {
+                missing[to.index()] -= 1;
+                if missing[to.index()] == 0 {
+                    ready.push(Reverse(*to));
+                }
+            }
+        }
+        order
+    }
+
+    /// The writers of a resource in their order, or the first two that nothing orders.
+    fn order_writers(&self, resource: ResourceHandle, position: &[usize]) -> Result<Vec<usize>, (usize, usize)> {
+        let list = &self.accesses[resource.index()];
+        let mut order: Vec<usize> = (0..list.len()).filter(|at| list[*at].writes).collect();
+        let mut fresh = order.iter().copied().filter(|at| !list[*at].reads);
+        let single_fresh = fresh.next().filter(|_| fresh.next().is_none());
+        order.sort_by_key(|at| (Some(*at) != single_fresh, position[list[*at].pass.index()]));
+        let writers = Writers::new(list, order);
+        for (rank, at) in writers.list.iter().enumerate() {
+            let later = &list[*at];
+            for earlier_rank in writers.before(rank, later.part) {
+                let earlier_at = writers.list[earlier_rank];
+                let earlier = &list[earlier_at];
+                if !earlier.part.overlaps(later.part) {
+                    continue;
+                }
+                if Some(earlier_at) != single_fresh && !self.reaches(earlier.pass, later.pass, position) {
+                    return Err((earlier_at, *at));
+                }
+                if earlier.part.contains(later.part) {
+                    break;
+                }
+            }
+        }
+        Ok(writers.list)
+    }
+
+    /// Whether a way leads from one pass to another.
+    fn reaches(&self, from: PassHandle, to: PassHandle, position: &[usize]) -> bool {
+        if from == to || self.next[from.index()].iter().any(|(next, _)| *next == to) {
+            return true;
+        }
+        let mut seen = BTreeSet::from([from]);
+        let mut stack = vec![from];
+        while let Some(pass) = stack.pop() {
+            for (next, _) in &self.next[pass.index()] {
+                if *next == to {
+                    return true;
+                }
+                if position[next.index()] < position[to.index()] && seen.insert(*next) {
+                    stack.push(*next);
+                }
+            }
+        }
+        false
+    }
+
+    /// Adds the edges of a resource whose writers are in order.
+    fn connect(&mut self, resource: ResourceHandle, order: Vec<usize>, diagnostics: &mut Diagnostics) {
+        let list = &self.accesses[resource.index()];
+        let writers = Writers::new(list, order);
+        for (rank, at) in writers.list.iter().enumerate() {
+            let current = list[*at];
+            for earlier in writers.before(rank, current.part) {
+                let earlier = list[writers.list[earlier]];
+                if earlier.part.overlaps(current.part) {
+                    self.add(earlier.pass, current.pass, Via::Order(Hazard::WriteAfterWrite(resource)));
+                    if earlier.part.contains(current.part) {
+                        break;
+                    }
+                }
+            }
+        }
+        let names = if list.iter().any(|access| matches!(access.version, Version::WrittenBy(_))) {
+            named_writers(self.pipeline, list, writers.list.iter().copied())
+        } else {
+            HashMap::new()
+        };
+        for reader in list.iter().filter(|access| access.reads) {
+            let own = writers.rank(reader.pass, reader.part).filter(|_| reader.writes);
+            let limit = match reader.version {
+                Version::WrittenBy(name) => {
+                    let named = names.get(name.as_str()).map(|at| &list[*at]);
+                    let Some(rank) = named.and_then(|writer| writers.rank(writer.pass, writer.part)) else { continue };
+                    rank + 1
+                }
+                Version::Newest => own.unwrap_or(writers.list.len()),
+            };
+            self.connect_reader(resource, reader, &writers, limit, diagnostics);
+        }
+        self.ordered[resource.index()] = Some(writers);
+    }
+
+    /// Connects one reader to the writers below a limit that feed it, and to those from the limit that overwrite it.
+    fn connect_reader(
+        &mut self,
+        resource: ResourceHandle,
+        reader: &Access<'_>,
+        writers: &Writers,
+        limit: usize,
+        diagnostics: &mut Diagnostics,
+    ) {
+        let pipeline = self.pipeline;
+        let list = &self.accesses[resource.index()];
+        let mut fed = false;
+        // What was written since: an older write of such a part is not there any more.
+        let mut newer: HashSet<Part> = HashSet::new();
+        for rank in writers.before(limit, reader.part) {
+            let writer = &list[writers.list[rank]];
+            if writer.pass == reader.pass || !writer.part.overlaps(reader.part) || within(&newer, writer.part) {
+                continue;
+            }
+            fed = true;
+            newer.insert(writer.part);
+            self.add(writer.pass, reader.pass, Via::Data(resource));
+            self.reads[reader.pass.index()].push((resource, rank));
+            if writer.part.contains(reader.part) {
+                break;
+            }
+        }
+        let own_memory = pipeline.resource(resource).lifetime() == Lifetime::Transient;
+        if !fed && own_memory && !pipeline.uncertain.contains(&resource) {
+            diagnostics.push(never_written(pipeline, resource, reader, list));
+        }
+        for rank in writers.after(limit, reader.part) {
+            let writer = &list[writers.list[rank]];
+            if writer.pass != reader.pass && writer.part.overlaps(reader.part) {
+                self.add(reader.pass, writer.pass, Via::Order(Hazard::WriteAfterRead(resource)));
+                if writer.part.contains(reader.part) {
+                    break;
+                }
+            }
+        }
+    }
+
+    fn report_cycles(&self, diagnostics: &mut Diagnostics) {
+        let edges: Vec<Vec<usize>> = self.next.iter().map(|list| list.iter().map(|(to, _)| to.index()).collect()).collect();
+        for members in cycle::shortest(&edges) {
+            let first = &self.pipeline.passes[members[0]];
+            let names: Vec<String> = members.iter().map(|pass| format!("\"{}\"", self.pipeline.passes[*pass].name)).collect();
+            let mut finding = Diagnostic::error(
+                codes::CYCLE,
+                first.place,
+                format!("the passes {} wait for one another", names.join(", ")),
+            )
+            .pointer(&first.pointer)
+            .help("break the circle: read an older version (name@pass), or write to another resource");
+            for (at, pass) in members.iter().enumerate() {
+                let step = self.describe_step(*pass, members[(at + 1) % members.len()]);
+                finding = finding.related(self.pipeline.passes[*pass].place, step);
+            }
+            diagnostics.push(finding);
+        }
+    }
+
+    fn describe_step(&self, from: usize, to: usize) -> String {
+        let via = self.next[from].iter().find(|(next, _)| next.index() == to).map(|(_, via)| *via);
+        let (first, second) = (&self.pipeline.passes[from].name, &self.pipeline.passes[to].name);
+        let resource = |handle: ResourceHandle| &self.pipeline.resource(handle).name;
+        match via {
+            Some(Via::Data(handle)) => format!("\"{second}\" reads \"{}\" of \"{first}\"", resource(handle)),
+            Some(Via::Order(Hazard::WriteAfterRead(handle))) => {
+                format!("\"{second}\" overwrites \"{}\", which \"{first}\" reads", resource(handle))
+            }
+            Some(Via::Order(Hazard::WriteAfterWrite(handle))) => {
+                format!("\"{second}\" overwrites \"{}\" of \"{first}\"", resource(handle))
+            }
+            _ => format!("\"{second}\" is after \"{first}\""),
+        }
+    }
+
+    /// The graph of what was connected.
+    pub(super) fn finish(self) -> Graph {
+        let order = self.sorted();
+        let edges: usize = self.next.iter().map(Vec::len).sum();
+        let mut graph = DiGraph::with_capacity(self.next.len() * 2, edges + self.next.len());
+        let nodes: Vec<NodeIndex> = self.pipeline.pass_handles().map(|pass| graph.add_node(GraphNode::Pass(pass))).collect();
+        let mut versions: Vec<Vec<NodeIndex>> = vec![Vec::new(); self.ordered.len()];
+        for resource in self.pipeline.resource_handles() {
+            let Some(writers) = &self.ordered[resource.index()] else { continue };
+            for (rank, at) in writers.list.iter().enumerate() {
+                let access = &self.accesses[resource.index()][*at];
+                let (part, writer, number) = (access.part, access.pass, rank as u32 + 1);
+                let node = graph.add_node(GraphNode::Version { resource, part, number, writer });
+                graph.add_edge(nodes[writer.index()], node, Edge::Writes);
+                versions[resource.index()].push(node);
+            }
+        }
+        for (reader, mut reads) in self.reads.into_iter().enumerate() {
+            reads.sort_unstable();
+            reads.dedup();
+            for (resource, rank) in reads {
+                graph.add_edge(versions[resource.index()][rank], nodes[reader], Edge::Reads);
+            }
+        }
+        let mut successors = Vec::with_capacity(self.next.len());
+        for (from, mut list) in self.next.into_iter().enumerate() {
+            let key = |via: &Via| match via {
+                Via::Data(resource) => (None, Some(*resource)),
+                Via::Order(hazard) => (Some(*hazard), None),
+            };
+            list.sort_unstable_by_key(|(to, via)| (*to, key(via)));
+            list.dedup();
+            for (to, via) in &list {
+                if let Via::Order(hazard) = via {
+                    graph.add_edge(nodes[from], nodes[to.index()], Edge::Order(*hazard));
+                }
+            }
+            successors.push(list.into_iter().map(|(to, _)| to).collect());
+        }
+        Graph { graph, order, nodes, versions, successors }
+    }
+}
+
+/// Whether one of the parts has everything of another.
+fn within(parts: &HashSet<Part>, part: Part) -> bool {
+    let Part { mip, layer } = part;
+    let wider = [part, Part { mip: None, layer }, Part { mip, layer: None }, Part::WHOLE];
+    wider.iter().any(|wider| parts.contains(wider))
+}
+
+/// The writers of a resource by the name of their pass; of several writes of one pass the last in the given order.
+fn named_writers<'a>(pipeline: &'a Pipeline, list: &[Access<'_>], order: impl IntoIterator<Item = usize>) -> HashMap<&'a str, usize> {
+    let writers = order.into_iter().filter(|at| list[*at].writes);
+    writers.map(|at| (pipeline.pass(list[at].pass).name.as_str(), at)).collect()
+}
+
+fn never_written(pipeline: &Pipeline, resource: ResourceHandle, reader: &Access<'_>, list: &[Access<'_>]) -> Diagnostic {
+    let known = pipeline.resource(resource);
+    let verb = if reader.writes { "loads" } else { "reads" };
+    let mut finding = Diagnostic::error(
+        codes::NEVER_WRITTEN,
+        reader.one.place,
+        format!("\"{}\" {verb} \"{}\", which nothing writes before", pipeline.pass(reader.pass).name, known.name),
+    )
+    .pointer(&reader.one.pointer)
+    .related(known.place, "declared here");
+    let others = list.iter().any(|access| access.writes && access.pass != reader.pass);
+    finding.help = Some(match (&known.kind, others, reader.writes) {
+        (ResourceKind::Data(_), ..) => "let a host pass publish it".to_owned(),
+        (_, true, _) => "the passes that write it write other mips or layers, or run later".to_owned(),
+        (_, false, true) => "give the attachment a \"clear\" value".to_owned(),
+        (_, false, false) => "let a pass write it, or make it \"lifetime\": \"imported\" if the host fills it".to_owned(),
+    });
+    finding
+}
+
+fn unordered_writers(pipeline: &Pipeline, resource: ResourceHandle, a: &Access<'_>, b: &Access<'_>) -> Diagnostic {
+    let (first, second) = if a.pass < b.pass { (a, b) } else { (b, a) };
+    let name = |access: &Access<'_>| &pipeline.pass(access.pass).name;
+    let resource = &pipeline.resource(resource).name;
+    Diagnostic::error(
+        codes::UNORDERED_WRITERS,
+        second.one.place,
+        format!("\"{}\" and \"{}\" both write \"{resource}\", and nothing says which goes first", name(first), name(second)),
+    )
+    .pointer(&second.one.pointer)
+    .related(first.one.place, format!("\"{}\" writes it here", name(first)))
+    .help(format!("add \"after\": [\"{}\"] to \"{}\", or the other way round", name(first), name(second)))
+}
