@@ -1,6 +1,9 @@
 //! What the integration tests share.
 #![allow(dead_code, missing_docs, unreachable_pub)]
 
+#[cfg(all(feature = "gpu", feature = "gltf"))]
+pub mod gpu;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -59,6 +62,10 @@ pub struct With<'a> {
     pub parameters: &'a [(&'a str, &'a str)],
     pub features: &'a [(&'a str, &'a str)],
     pub templates: &'a [(&'a str, &'a str)],
+    /// Width and height of the picture; 640 by 480 without it.
+    pub size: Option<[u32; 2]>,
+    /// Whether transients keep their own memory.
+    pub without_aliasing: bool,
 }
 
 /// Takes a text all the way to a plan of 640 by 480.
@@ -82,17 +89,19 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
         parameters: with.parameters.iter().map(|(name, value)| setting(name, value, &mut sources)).collect(),
         features: with.features.iter().map(|(name, value)| setting(name, value, &mut sources)).collect(),
     };
+    let [width, height] = with.size.unwrap_or([640, 480]);
+    let options = PlanOptions { aliasing: !with.without_aliasing, ..PlanOptions::new(width, height) };
     let job = umbragraph::Job {
         registry: &umbragraph::registry(),
         templates: &templates,
         profile: &TargetProfile::webgpu(),
         choice: &choice,
-        options: &PlanOptions::new(640, 480),
+        options: &options,
     };
     let checked = umbragraph::check(file, &job, &sources, &mut findings);
     findings.sort();
     if let Some(plan) = checked.plan.as_ref().filter(|_| !findings.has_errors()) {
-        let faults = verify(plan, &PlanOptions::new(640, 480));
+        let faults = verify(plan, &options);
         assert!(faults.is_empty(), "the plan of {name} has faults: {faults:#?}");
     }
     Outcome { sources, findings, checked }

@@ -1,0 +1,135 @@
+//! Rendering in tests.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use umbragraph::compiler::Plan;
+use umbragraph::executor::{Executor, Frame};
+use umbragraph::frame::FrameInput;
+use umbragraph::scene::Scene;
+use umbragraph::scene::gpu::SceneResources;
+use umbragraph_test_support::gpu::Gpu;
+use umbragraph_test_support::image::{Channels, Picture};
+
+use super::Outcome;
+
+/// A texture as the host of a plan would bring it for one of its imports.
+pub fn import(gpu: &Gpu, plan: &Plan, name: &str) -> wgpu::Texture {
+    let resource = &plan.resources[name];
+    let (format, size) = (resource.format.expect("a texture"), resource.size.expect("a texture"));
+    gpu.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(name),
+        size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: size.layers },
+        mip_level_count: size.mips,
+        sample_count: size.samples,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::COPY_SRC
+            | wgpu::TextureUsages::COPY_DST
+            | wgpu::TextureUsages::TEXTURE_BINDING,
+        view_formats: &[],
+    })
+}
+
+/// An executor for a plan.
+#[track_caller]
+pub fn executor(gpu: &Gpu, plan: &Plan, scene: Option<&SceneResources>) -> Executor {
+    let source = scene.map(|scene| scene as &dyn umbragraph::draw::DrawSource);
+    match pollster::block_on(Executor::new(&gpu.device, &gpu.queue, Arc::new(plan.clone()), source)) {
+        Ok(executor) => executor,
+        Err(findings) => panic!("{findings:?}"),
+    }
+}
+
+/// A camera that sees nothing in particular, without lights.
+pub fn empty_frame() -> FrameInput {
+    use umbragraph::frame::{Bounds, Camera, Projection};
+    FrameInput {
+        camera: Camera {
+            position: Default::default(),
+            rotation: Default::default(),
+            projection: Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 },
+            aspect: 4.0 / 3.0,
+        },
+        lights: Vec::new(),
+        caster_bounds: Bounds::EMPTY,
+        scene_bounds: Bounds::EMPTY,
+        time: 0.0,
+        index: 0,
+    }
+}
+
+/// The picture that a pipeline without a scene writes to `target`.
+#[track_caller]
+pub fn picture(gpu: &Gpu, outcome: &Outcome) -> Picture {
+    let plan = outcome.plan();
+    let target = import(gpu, plan, "target");
+    let mut executor = executor(gpu, plan, None);
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let frame = Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)] };
+    executor.record(&mut encoder, &frame).expect("a record");
+    gpu.queue.submit([encoder.finish()]);
+    read(gpu, &target)
+}
+
+/// A scene of the workspace or of elsewhere.
+#[track_caller]
+pub fn scene(path: &Path) -> Scene {
+    match umbragraph::scene::load(path) {
+        Ok(scene) => scene,
+        Err(findings) => panic!("{}: {findings:?}", path.display()),
+    }
+}
+
+/// The picture that a pipeline makes of a scene.
+#[track_caller]
+pub fn render(gpu: &Gpu, outcome: &Outcome, scene: &Scene) -> Picture {
+    let plan = outcome.plan();
+    let [width, height] = plan.viewport;
+    let input = scene.frame_input(f64::from(width) / f64::from(height), 0.0);
+    render_frame(gpu, plan, scene, &input)
+}
+
+/// The picture that a plan makes of a scene as a frame sees it.
+#[track_caller]
+pub fn render_frame(gpu: &Gpu, plan: &Plan, scene: &Scene, input: &FrameInput) -> Picture {
+    let resources = SceneResources::new(&gpu.device, &gpu.queue, scene, &scene.pose(0.0)).expect("a scene that fits");
+    let target = import(gpu, plan, "target");
+    let mut executor = executor(gpu, plan, Some(&resources));
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let frame = Frame { input, draws: Some(&resources), imports: &[("target", &target)] };
+    if let Err(findings) = executor.record(&mut encoder, &frame) {
+        panic!("{findings:?}");
+    }
+    gpu.queue.submit([encoder.finish()]);
+    read(gpu, &target)
+}
+
+/// Reads an rgba8 texture back, row 0 on top.
+pub fn read(gpu: &Gpu, texture: &wgpu::Texture) -> Picture {
+    let (width, height) = (texture.width(), texture.height());
+    let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read back"),
+        size: u64::from(row) * u64::from(height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: Some(height) },
+        },
+        wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+    );
+    gpu.queue.submit([encoder.finish()]);
+    buffer.slice(..).map_async(wgpu::MapMode::Read, |result| result.expect("a mapped buffer"));
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
+    let mapped = buffer.slice(..).get_mapped_range().expect("a mapped buffer");
+    let bytes: &[u8] = &mapped;
+    let pixels = bytes.chunks_exact(row as usize).flat_map(|line| &line[..width as usize * 4]).copied().collect();
+    Picture::new(width, height, Channels::Rgba, pixels).expect("a picture")
+}

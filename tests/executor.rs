@@ -1,0 +1,215 @@
+//! The executor: what it records, what it creates, and what it refuses.
+
+mod common;
+
+use common::gpu::{empty_frame, executor, import, picture, read, render, scene};
+use common::{With, check_file, check_with, root};
+use umbragraph::executor::Frame;
+use umbragraph::scene::gpu::SceneResources;
+use umbragraph_test_support::gpu;
+
+const FILL: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+struct Settings { color: vec4<f32> }
+@group(1) @binding(0) var<uniform> settings: Settings;
+@fragment fn fill(covered: Covered) -> @location(0) vec4<f32> { return settings.color; }
+"#;
+
+const CLOCK: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+struct Eye { time: f32 }
+@group(0) @binding(0) var<uniform> eye: Eye;
+@fragment fn fill(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(eye.time, 0.0, 0.0, 1.0); }
+"#;
+
+const DOUBLE: &str = "@group(0) @binding(0) var source: texture_2d<f32>;
+@group(0) @binding(1) var result: texture_storage_2d<rgba8unorm, write>;
+@compute @workgroup_size(8, 8) fn double(@builtin(global_invocation_id) id: vec3<u32>) {
+    if all(id.xy < textureDimensions(result)) { textureStore(result, id.xy, 2.0 * textureLoad(source, id.xy, 0)); }
+}
+";
+
+const TARGET: &str = r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
+
+fn fill(name: &str, to: &str, color: &str, more: &str) -> String {
+    format!(
+        r#""{name}": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja", "bind": {{ "settings": {{ "values": {{ "color": {color} }} }} }},
+            "color": [{{ "to": "{to}" {more} }}] }} }}"#
+    )
+}
+
+fn templates() -> Vec<(&'static str, &'static str)> {
+    vec![("fill.wgsl.jinja", FILL), ("clock.wgsl.jinja", CLOCK), ("double.wgsl.jinja", DOUBLE)]
+}
+
+#[track_caller]
+fn outcome(resources: &str, passes: &[String], without_aliasing: bool) -> common::Outcome {
+    let text = format!(
+        r#"{{ "format": 1, "name": "test", "resources": {{ {resources} {TARGET} }}, "passes": {{ {} }} }}"#,
+        passes.join(",")
+    );
+    let own = templates();
+    let with = With { templates: &own, size: Some([20, 12]), without_aliasing, ..With::default() };
+    check_with("test.json", &text, &with)
+}
+
+#[test]
+fn a_full_screen_pass_writes_every_texel_with_its_values() {
+    let Some(gpu) = gpu::device() else { return };
+    let picture = picture(&gpu, &outcome("", &[fill("one", "target", "[1, 0.2, 0.4, 1]", "")], false));
+    assert!(picture.rgba_pixels().all(|pixel| pixel == [255, 51, 102, 255]));
+}
+
+#[test]
+fn a_compute_pass_reads_and_writes_textures_that_its_shader_names() {
+    let Some(gpu) = gpu::device() else { return };
+    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+    let passes = [
+        fill("one", "a", "[0.1, 0.2, 0.3, 0.5]", ""),
+        r#""twice": { "compute": { "shader": "double.wgsl.jinja", "bind": { "source": "a", "result": "b" }, "over": "b" } }"#.to_owned(),
+        r#""show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
+            "bind": { "source": "b" }, "color": [{ "to": "target" }] } }"#
+            .to_owned(),
+    ];
+    let picture = picture(&gpu, &outcome(&format!("\"a\": {texture}, \"b\": {texture},"), &passes, false));
+    for pixel in picture.rgba_pixels() {
+        for (value, wanted) in pixel.into_iter().zip([52, 102, 152, 255]) {
+            assert!(value.abs_diff(wanted) <= 2, "{pixel:?}");
+        }
+    }
+}
+
+#[test]
+fn a_cleared_attachment_is_blended_onto() {
+    let Some(gpu) = gpu::device() else { return };
+    let passes = [fill("one", "target", "[0.2, 0.2, 0, 1]", r#", "clear": [0, 0.2, 0, 0], "blend": "add""#)];
+    let picture = picture(&gpu, &outcome("", &passes, false));
+    assert!(picture.rgba_pixels().all(|pixel| pixel == [51, 102, 0, 255]));
+}
+
+#[test]
+fn a_copy_copies() {
+    let Some(gpu) = gpu::device() else { return };
+    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+    let passes = [
+        fill("one", "a", "[0, 1, 0, 1]", ""),
+        r#""two": { "copy": { "from": { "name": "a" }, "to": { "name": "target" } } }"#.to_owned(),
+    ];
+    let picture = picture(&gpu, &outcome(&format!("\"a\": {texture},"), &passes, false));
+    assert!(picture.rgba_pixels().all(|pixel| pixel == [0, 255, 0, 255]));
+}
+
+#[test]
+fn records_of_one_submission_do_not_disturb_one_another() {
+    let Some(gpu) = gpu::device() else { return };
+    let passes = [
+        r#""eye": { "camera": { "to": "eye" } }"#.to_owned(),
+        r#""show": { "fullscreen": { "shader": "clock.wgsl.jinja", "bind": { "eye": "eye" }, "color": [{ "to": "target" }] } }"#.to_owned(),
+    ];
+    let outcome = outcome("", &passes, false);
+    let plan = outcome.plan();
+    let mut executor = executor(&gpu, plan, None);
+    let targets = [import(&gpu, plan, "target"), import(&gpu, plan, "target")];
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    for (target, time) in targets.iter().zip([0.2, 0.6]) {
+        let mut input = empty_frame();
+        input.time = time;
+        executor.record(&mut encoder, &Frame { input: &input, draws: None, imports: &[("target", target)] }).unwrap();
+    }
+    gpu.queue.submit([encoder.finish()]);
+    let red = |texture| read(&gpu, texture).rgba_pixels().next().unwrap()[0];
+    assert_eq!((red(&targets[0]), red(&targets[1])), (51, 153));
+}
+
+#[test]
+fn a_steady_frame_creates_nothing() {
+    let Some(gpu) = gpu::device() else { return };
+    let outcome = check_file("pipelines/nebula.json", &With { size: Some([64, 64]), ..With::default() });
+    let scene = scene(&root().join("examples/scenes/courtyard.glb"));
+    let resources = SceneResources::new(&gpu.device, &gpu.queue, &scene, &scene.pose(0.0)).unwrap();
+    let target = import(&gpu, outcome.plan(), "target");
+    let mut executor = executor(&gpu, outcome.plan(), Some(&resources));
+    let input = scene.frame_input(1.0, 0.0);
+    let mut after = Vec::new();
+    for _ in 0..4 {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        executor.record(&mut encoder, &Frame { input: &input, draws: Some(&resources), imports: &[("target", &target)] }).unwrap();
+        gpu.queue.submit([encoder.finish()]);
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        after.push(executor.statistics());
+    }
+    assert_eq!(after[0], after[3]);
+    assert!(after[0].pipelines > 0 && after[0].bind_groups > 0);
+}
+
+#[test]
+fn an_encoder_that_is_dropped_gives_its_buffers_back() {
+    let Some(gpu) = gpu::device() else { return };
+    let outcome = outcome("", &[fill("one", "target", "[1, 1, 1, 1]", "")], false);
+    let target = import(&gpu, outcome.plan(), "target");
+    let mut executor = executor(&gpu, outcome.plan(), None);
+    for _ in 0..8 {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let frame = Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)] };
+        executor.record(&mut encoder, &frame).unwrap();
+    }
+    assert_eq!(executor.statistics().buffers, 1);
+}
+
+#[test]
+fn sharing_memory_changes_no_picture() {
+    let Some(gpu) = gpu::device() else { return };
+    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+    let show = |name: &str, from: &str, to: &str, more: &str| {
+        format!(
+            r#""{name}": {{ "fullscreen": {{ "shader": "tonemap.wgsl.jinja", "axes": {{ "debug_view": "'shadow_term'" }},
+                "bind": {{ "source": "{from}" }}, "color": [{{ "to": "{to}" {more} }}] }} }}"#
+        )
+    };
+    let passes = [
+        fill("one", "a", "[0.1, 0.3, 0.5, 1]", ""),
+        show("two", "a", "b", ""),
+        show("three", "b", "c", ""),
+        fill("four", "c@three", "[0.2, 0, 0, 0]", r#", "blend": "add""#),
+        show("five", "c", "target", ""),
+    ];
+    let resources = format!("\"a\": {texture}, \"b\": {texture}, \"c\": {texture},");
+    let (shared, alone) = (outcome(&resources, &passes, false), outcome(&resources, &passes, true));
+    assert!(shared.plan().textures.len() < alone.plan().textures.len());
+    assert_eq!(picture(&gpu, &shared).bytes(), picture(&gpu, &alone).bytes());
+}
+
+#[test]
+fn imports_that_are_missing_or_not_as_planned_are_refused_and_the_next_frame_is_fine() {
+    let Some(gpu) = gpu::device() else { return };
+    let outcome = outcome("", &[fill("one", "target", "[1, 1, 1, 1]", "")], false);
+    let mut executor = executor(&gpu, outcome.plan(), None);
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let input = empty_frame();
+    let mut record = |imports: &[(&str, &wgpu::Texture)]| {
+        let result = executor.record(&mut encoder, &Frame { input: &input, draws: None, imports });
+        result.err().map(|findings| findings.iter().map(|finding| (finding.code.id, finding.message.clone())).collect::<Vec<_>>())
+    };
+    assert_eq!(record(&[]), Some(vec![("UG0802", "the host gave no texture for \"target\"".to_owned())]));
+    let other = check_file("pipelines/nebula.json", &With { size: Some([64, 64]), ..With::default() });
+    let wrong = import(&gpu, other.plan(), "target");
+    assert!(record(&[("target", &wrong)]).unwrap()[0].1.starts_with("the texture for \"target\" is 64 by 64"));
+    let right = import(&gpu, outcome.plan(), "target");
+    assert_eq!(record(&[("target", &right)]), None);
+}
+
+#[test]
+fn a_pipeline_that_draws_meshes_wants_a_source_of_them() {
+    let Some(gpu) = gpu::device() else { return };
+    let outcome = check_file("pipelines/nebula.json", &With::default());
+    let plan = std::sync::Arc::new(outcome.plan().clone());
+    let result = pollster::block_on(umbragraph::executor::Executor::new(&gpu.device, &gpu.queue, plan, None));
+    let findings = result.err().expect("a refusal");
+    assert!(findings.iter().all(|finding| finding.code.id == "UG0608"), "{findings:?}");
+}
+
+#[test]
+fn the_picture_does_not_depend_on_the_run() {
+    let Some(gpu) = gpu::device() else { return };
+    let outcome = check_file("pipelines/nebula.json", &With { size: Some([96, 64]), ..With::default() });
+    let scene = scene(&root().join("examples/scenes/courtyard.glb"));
+    assert_eq!(render(&gpu, &outcome, &scene).bytes(), render(&gpu, &outcome, &scene).bytes());
+}
