@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use umbragraph::compiler::Objective;
+use umbragraph::report::GraphFormat;
 
 /// Checks, inspects and renders pipelines of umbragraph.
 #[derive(Parser)]
@@ -18,6 +20,10 @@ pub(crate) enum Command {
     Check(CheckArguments),
     /// Prints the plan of a pipeline as JSON: passes in order, resources, what is culled and why.
     Plan(PlanArguments),
+    /// Draws the graph of a pipeline: as a picture, a page to explore, or text for other tools.
+    Graph(GraphArguments),
+    /// Says in words what differs between the plans of two pipelines.
+    Diff(DiffArguments),
     /// Prints the generated shaders of a pipeline.
     Wgsl(WgslArguments),
     /// Explains the code of a finding.
@@ -45,6 +51,9 @@ pub(crate) struct Choices {
     /// Width and height of the picture.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
+    /// What the order of the passes is chosen for: declaration, memory or few-passes.
+    #[arg(long, value_name = "NAME", default_value = "declaration", value_parser = parse_objective)]
+    pub(crate) objective: Objective,
 }
 
 #[derive(Args)]
@@ -60,6 +69,36 @@ pub(crate) struct CheckArguments {
 pub(crate) struct PlanArguments {
     /// The pipeline.
     pub(crate) pipeline: PathBuf,
+    /// Has the plan checked by a second algorithm that shares no code with what made it.
+    #[arg(long)]
+    pub(crate) verify: bool,
+    #[command(flatten)]
+    pub(crate) choices: Choices,
+}
+
+#[derive(Args)]
+pub(crate) struct GraphArguments {
+    /// The pipeline.
+    pub(crate) pipeline: PathBuf,
+    /// The form: svg, html, dot, mermaid or json.
+    #[arg(long, value_name = "NAME", default_value = "svg", value_parser = parse_format)]
+    pub(crate) format: GraphFormat,
+    /// Where it goes; without it to standard output.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// A second pipeline to compare with; html only.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) compare: Option<PathBuf>,
+    #[command(flatten)]
+    pub(crate) choices: Choices,
+}
+
+#[derive(Args)]
+pub(crate) struct DiffArguments {
+    /// The first pipeline.
+    pub(crate) before: PathBuf,
+    /// The second pipeline.
+    pub(crate) after: PathBuf,
     #[command(flatten)]
     pub(crate) choices: Choices,
 }
@@ -97,6 +136,16 @@ pub(crate) struct RenderArguments {
     pub(crate) time: f64,
     #[command(flatten)]
     pub(crate) choices: Choices,
+}
+
+fn parse_objective(text: &str) -> Result<Objective, String> {
+    let names = || Objective::ALL.map(Objective::name).join(", ");
+    Objective::from_name(text).ok_or_else(|| format!("the objectives are {}", names()))
+}
+
+fn parse_format(text: &str) -> Result<GraphFormat, String> {
+    let names = || GraphFormat::ALL.map(GraphFormat::name).join(", ");
+    GraphFormat::from_name(text).ok_or_else(|| format!("the forms are {}", names()))
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {

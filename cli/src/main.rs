@@ -6,7 +6,9 @@ mod arguments;
 mod check;
 #[cfg(feature = "gpu")]
 mod device;
+mod diff;
 mod explain;
+mod graph;
 #[cfg(feature = "gpu")]
 mod output;
 mod plan;
@@ -34,6 +36,8 @@ fn main() -> ExitCode {
     let fine = match arguments.command {
         Command::Check(arguments) => check::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Graph(arguments) => graph::run(&arguments),
+        Command::Diff(arguments) => diff::run(&arguments),
         Command::Wgsl(arguments) => wgsl::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         #[cfg(feature = "gpu")]

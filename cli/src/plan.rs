@@ -1,18 +1,32 @@
 //! `umbragraph plan`
 
+use umbragraph::compiler::verify;
+
 use crate::arguments::PlanArguments;
 use crate::session::Session;
 
-/// Prints a plan; whether there were no errors.
+/// Prints a plan; whether there were no errors, and no faults where they are looked for.
 pub(crate) fn run(arguments: &PlanArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref());
     let checked = session.check(&arguments.pipeline, &arguments.choices);
     let fine = session.report();
-    match checked.plan.map(|plan| serde_json::to_string_pretty(&plan)) {
-        Some(Ok(text)) if fine => {
+    let Some(plan) = checked.plan.filter(|_| fine) else { return false };
+    if arguments.verify {
+        let faults = verify(&plan, &Session::options(&arguments.choices));
+        for fault in &faults {
+            eprintln!("fault: {fault}");
+        }
+        if !faults.is_empty() {
+            eprintln!("the plan is wrong: this is a defect of the compiler");
+            return false;
+        }
+        eprintln!("verified: {} passes, {} resources, no faults", plan.passes.len(), plan.resources.len());
+    }
+    match serde_json::to_string_pretty(&plan) {
+        Ok(text) => {
             println!("{text}");
             true
         }
-        _ => false,
+        Err(_) => false,
     }
 }

@@ -56,9 +56,14 @@ impl Session {
             templates: &self.templates,
             profile: &profile,
             choice: &choice,
-            options: &PlanOptions::new(choices.size[0], choices.size[1]),
+            options: &Self::options(choices),
         };
         umbragraph::check_document(&composed.document, &job, &self.sources, &mut self.findings)
+    }
+
+    /// What the choices say of the plan.
+    pub(crate) fn options(choices: &Choices) -> PlanOptions {
+        PlanOptions { objective: choices.objective, ..PlanOptions::new(choices.size[0], choices.size[1]) }
     }
 
     /// Prints the findings to standard error; whether there was no error among them.

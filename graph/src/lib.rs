@@ -24,6 +24,7 @@ pub mod frame;
 pub mod language;
 pub mod node;
 pub mod pipeline;
+pub mod report;
 pub mod shader;
 pub mod source;
 pub mod work;

@@ -33,6 +33,7 @@ mod writers;
 
 pub use assemble::{Assembly, AssemblyPass};
 pub use cull::{CullReason, KeepReason};
+pub(crate) use format::format_name;
 pub use graph::{Edge, Graph, GraphNode, Hazard, build};
 pub use order::{MemoryOrder, Objective, OrderMethod, OrderReport};
 pub use plan::{

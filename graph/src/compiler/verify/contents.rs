@@ -253,8 +253,8 @@ impl Player<'_, '_> {
                 wrong = Some((FaultKind::CulledButNeeded, format!("\"{name}\" loads \"{resource}\", but \"{needed}\" is culled")));
             }
         }
-        if !fed && wrong.is_none() {
-            wrong = Some((FaultKind::ReadUnfed, format!("\"{name}\" reads \"{resource}\", which nothing has written")));
+        if !fed && !matches!(wrong, Some((FaultKind::ContentsDropped | FaultKind::CulledButNeeded, _))) {
+            self.faults.add(FaultKind::ReadUnfed, format!("\"{name}\" reads \"{resource}\", which nothing has written"));
         }
         if let Some((kind, message)) = wrong {
             self.faults.add(kind, message);

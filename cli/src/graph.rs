@@ -1,0 +1,45 @@
+//! `umbragraph graph`
+
+use std::path::Path;
+
+use umbragraph::diagnostic::{Diagnostic, codes};
+use umbragraph::report::{GraphFormat, Report, diff, draw};
+
+use crate::arguments::{Choices, GraphArguments};
+use crate::session::Session;
+
+/// Draws a graph; whether there were no errors.
+pub(crate) fn run(arguments: &GraphArguments) -> bool {
+    let mut session = Session::new(arguments.choices.templates.as_deref());
+    let report = report(&mut session, &arguments.pipeline, &arguments.choices);
+    let other = arguments.compare.as_ref().and_then(|path| self::report(&mut session, path, &arguments.choices));
+    if !session.report() {
+        return false;
+    }
+    let Some(report) = report else { return false };
+    let comparison = other.map(|other| diff(&report, &other));
+    let text = draw(&report, arguments.format, comparison.as_deref());
+    match &arguments.out {
+        None => {
+            print!("{text}");
+            true
+        }
+        Some(path) => {
+            if let Err(error) = std::fs::write(path, text) {
+                let name = path.display().to_string();
+                let message = format!("\"{name}\" cannot be written: {error}");
+                let help = "check that the folder exists and may be written to";
+                session.findings.push(Diagnostic::in_file(codes::FILE_UNWRITABLE, &name, "", message).help(help));
+            } else if arguments.format == GraphFormat::Html {
+                eprintln!("open {} in a browser; it needs no network", path.display());
+            }
+            session.report()
+        }
+    }
+}
+
+/// What there is to say of one pipeline; nothing after an error.
+pub(crate) fn report(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report> {
+    let checked = session.check(path, choices);
+    Some(Report::new(&checked.plan?, &checked.graph?, &session.sources))
+}

@@ -1,0 +1,435 @@
+//! What there is to say about a plan and its graph, as a value.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use petgraph::visit::EdgeRef as _;
+use serde::Serialize;
+
+use crate::compiler::{Edge, Graph, GraphNode, Hazard, Physical, Plan, StoreOperation, format_name};
+use crate::language::Lifetime;
+use crate::pipeline::{Part, ResourceKind};
+use crate::source::{Sources, Span};
+use crate::work::{LoadOperation, PassHandle, Work};
+
+/// Everything about one plan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Report {
+    /// The pipeline's name.
+    pub pipeline: String,
+    /// Width and height of the picture in texels.
+    pub viewport: [u32; 2],
+    /// What the order was chosen for.
+    pub objective: String,
+    /// All passes, the live ones in the order in which they run, each culled one where it would run.
+    pub passes: Vec<PassReport>,
+    /// All resources that a pass uses, in the order of the pipeline.
+    pub resources: Vec<ResourceReport>,
+    /// What leads from pass to pass.
+    pub edges: Vec<EdgeReport>,
+    /// Bytes.
+    pub memory: MemoryReport,
+}
+
+/// One pass.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PassReport {
+    /// Its name.
+    pub name: String,
+    /// Its node kind.
+    pub kind: String,
+    /// `host`, `draw`, `compute` or `copy`.
+    pub work: &'static str,
+    /// Whether it runs.
+    pub live: bool,
+    /// The number of its render pass, which neighbours may share.
+    pub group: Option<usize>,
+    /// Why it is kept or culled, step by step.
+    pub why: Vec<String>,
+    /// What it reads, by name.
+    pub reads: Vec<String>,
+    /// What it writes, by name.
+    pub writes: Vec<String>,
+    /// The attachments.
+    pub attachments: Vec<AttachmentReport>,
+    /// The workgroups.
+    pub workgroups: Option<[u32; 3]>,
+    /// The shader variants.
+    pub variants: Vec<String>,
+    /// Where it is declared: file and line.
+    pub declared: String,
+}
+
+/// One attachment of a pass.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AttachmentReport {
+    /// The resource.
+    pub resource: String,
+    /// `color` or `depth`.
+    pub kind: &'static str,
+    /// `load`, `clear` or `discard`.
+    pub load: &'static str,
+    /// `store` or `discard`.
+    pub store: &'static str,
+    /// Whether nothing of it leaves the pass.
+    pub transient_attachment: bool,
+}
+
+/// One resource.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ResourceReport {
+    /// Its name.
+    pub name: String,
+    /// `texture`, `buffer` or `data`.
+    pub kind: &'static str,
+    /// How long it lives.
+    pub lifetime: Lifetime,
+    /// Whether a live pass uses it.
+    pub live: bool,
+    /// Format and size in words.
+    pub description: String,
+    /// Its bytes.
+    pub bytes: u64,
+    /// What stands for it, such as `texture 3`; resources with the same words share memory.
+    pub place: String,
+    /// The other resources at the same place.
+    pub shares_with: Vec<String>,
+    /// The first and the last column of the passes that use it.
+    pub columns: [usize; 2],
+    /// The columns in which it is read.
+    pub read_in: Vec<usize>,
+    /// The columns in which it is written.
+    pub written_in: Vec<usize>,
+    /// Where it is declared: file and line.
+    pub declared: String,
+}
+
+/// Why a pass runs before another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum EdgeKind {
+    /// The second reads what the first writes.
+    Data,
+    /// The second overwrites what the first reads.
+    WriteAfterRead,
+    /// The second overwrites what the first writes.
+    WriteAfterWrite,
+    /// The document says so.
+    Explicit,
+}
+
+/// What leads from one pass to another.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+pub struct EdgeReport {
+    /// The column of the first pass.
+    pub from: usize,
+    /// The column of the second pass.
+    pub to: usize,
+    /// Why.
+    pub kind: EdgeKind,
+    /// The resource, if one is the reason.
+    pub resource: Option<String>,
+    /// For data the number of the version, from 1, and its part.
+    pub version: Option<String>,
+}
+
+/// Bytes of a plan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MemoryReport {
+    /// If nothing shared memory.
+    pub without_aliasing: u64,
+    /// What is created.
+    pub created: u64,
+    /// The least that this order can do with: the sum over the classes.
+    pub bound: u64,
+    /// The most that is alive at once over all classes.
+    pub peak: u64,
+    /// For the objective `memory`: the order of the document, the one chosen, and the bound of all orders.
+    pub orders: Option<[u64; 3]>,
+    /// What is alive in each column.
+    pub alive: Vec<u64>,
+    /// The classes of what can stand for one another.
+    pub classes: Vec<ClassReport>,
+}
+
+/// One class of resources that can stand for one another.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ClassReport {
+    /// What they are.
+    pub description: String,
+    /// The number of resources.
+    pub resources: usize,
+    /// The number that is created.
+    pub created: usize,
+    /// The bytes of one.
+    pub bytes_each: u64,
+}
+
+impl Report {
+    /// Takes a report from a plan and its graph.
+    pub fn new(plan: &Plan, graph: &Graph, sources: &Sources) -> Self {
+        let columns = columns(plan, graph);
+        let mut column_of = vec![0; plan.pipeline.passes.len()];
+        for (column, pass) in columns.iter().enumerate() {
+            column_of[pass.index()] = column;
+        }
+        let passes = columns.iter().map(|pass| pass_report(plan, sources, *pass)).collect();
+        let resources = resources(plan, sources, &columns);
+        let alive = alive(&resources, columns.len());
+        let orders = plan.order.memory.map(|memory| [memory.declaration, memory.chosen, memory.bound]);
+        Self {
+            pipeline: plan.name.clone(),
+            viewport: plan.viewport,
+            objective: plan.order.objective.name().to_owned(),
+            passes,
+            edges: edges(plan, graph, &column_of),
+            memory: MemoryReport {
+                without_aliasing: plan.bytes_without_aliasing,
+                created: plan.bytes,
+                bound: plan.bytes_bound,
+                peak: plan.bytes_peak,
+                orders,
+                alive,
+                classes: classes(plan),
+            },
+            resources,
+        }
+    }
+
+    /// The number of live passes.
+    pub fn live_passes(&self) -> usize {
+        self.passes.iter().filter(|pass| pass.live).count()
+    }
+}
+
+/// The live passes in their order, each culled one behind the live pass that it would follow.
+fn columns(plan: &Plan, graph: &Graph) -> Vec<PassHandle> {
+    let mut behind: BTreeMap<Option<PassHandle>, Vec<PassHandle>> = BTreeMap::new();
+    let mut last = None;
+    for pass in &graph.order {
+        if plan.position(*pass).is_some() {
+            last = Some(*pass);
+        } else {
+            behind.entry(last).or_default().push(*pass);
+        }
+    }
+    let mut columns = behind.remove(&None).unwrap_or_default();
+    for planned in &plan.passes {
+        columns.push(planned.handle);
+        columns.extend(behind.remove(&Some(planned.handle)).unwrap_or_default());
+    }
+    columns
+}
+
+fn place_of(sources: &Sources, span: Span) -> String {
+    sources.get(span.file).map_or_else(String::new, |file| format!("{}:{}", file.name(), file.line_column(span.start).line))
+}
+
+fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport {
+    let pass = plan.pipeline.pass(handle);
+    let planned = plan.pass(handle);
+    let names = |wanted: fn(crate::pipeline::Usage) -> bool| -> Vec<String> {
+        let names: BTreeSet<&String> =
+            pass.uses.iter().filter(|one| wanted(one.usage)).map(|one| &plan.pipeline.resource(one.resource).name).collect();
+        names.into_iter().cloned().collect()
+    };
+    let attachments = planned.map_or_else(Vec::new, |planned| {
+        let color = planned.color.iter().map(|one| ("color", one));
+        color
+            .chain(planned.depth.iter().map(|one| ("depth", one)))
+            .map(|(kind, one)| AttachmentReport {
+                resource: one.resource.clone(),
+                kind,
+                load: match one.load {
+                    LoadOperation::Load => "load",
+                    LoadOperation::Clear(()) => "clear",
+                    LoadOperation::Discard => "discard",
+                },
+                store: if one.store == StoreOperation::Store { "store" } else { "discard" },
+                transient_attachment: one.transient_attachment,
+            })
+            .collect()
+    });
+    PassReport {
+        name: pass.name.clone(),
+        kind: pass.kind.clone(),
+        work: match pass.work {
+            Work::Host(_) => "host",
+            Work::Render(_) => "draw",
+            Work::Compute(_) => "compute",
+            Work::Copy(_) => "copy",
+        },
+        live: planned.is_some(),
+        group: planned.map(|planned| planned.group),
+        why: if planned.is_some() { plan.why_kept(handle) } else { plan.why_culled(&pass.name) },
+        reads: names(crate::pipeline::Usage::reads),
+        writes: names(crate::pipeline::Usage::writes),
+        attachments,
+        workgroups: planned.and_then(|planned| planned.workgroups),
+        variants: planned.map_or_else(Vec::new, |planned| planned.variants.clone()),
+        declared: place_of(sources, pass.place),
+    }
+}
+
+fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<ResourceReport> {
+    let mut used: Vec<(Vec<usize>, Vec<usize>)> = vec![Default::default(); plan.pipeline.resources.len()];
+    for (column, pass) in columns.iter().enumerate() {
+        for one in &plan.pipeline.pass(*pass).uses {
+            let (reads, writes) = &mut used[one.resource.index()];
+            if one.usage.reads() && reads.last() != Some(&column) {
+                reads.push(column);
+            }
+            if one.usage.writes() && writes.last() != Some(&column) {
+                writes.push(column);
+            }
+        }
+    }
+    let mut tenants: BTreeMap<Physical, Vec<&String>> = BTreeMap::new();
+    for (name, planned) in &plan.resources {
+        tenants.entry(planned.physical).or_default().push(name);
+    }
+    let mut list = Vec::new();
+    for handle in plan.pipeline.resource_handles() {
+        let resource = plan.pipeline.resource(handle);
+        let (read_in, written_in) = std::mem::take(&mut used[handle.index()]);
+        let planned = plan.resource(handle);
+        let live = |column: &usize| planned.is_none() || plan.position(columns[*column]).is_some();
+        let all: Vec<usize> = read_in.iter().chain(&written_in).copied().filter(|column| live(column)).collect();
+        let (Some(first), Some(last)) = (all.iter().min(), all.iter().max()) else { continue };
+        let place = match planned.map(|planned| planned.physical) {
+            Some(Physical::Texture(index)) => format!("texture {index}"),
+            Some(Physical::Buffer(index)) => format!("buffer {index}"),
+            Some(Physical::Imported) => "imported".to_owned(),
+            Some(Physical::Host) => "host".to_owned(),
+            None => "nowhere".to_owned(),
+        };
+        let shared = planned.filter(|planned| matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_)));
+        let others = shared.and_then(|planned| tenants.get(&planned.physical));
+        list.push(ResourceReport {
+            name: resource.name.clone(),
+            kind: match resource.kind {
+                ResourceKind::Texture(_) => "texture",
+                ResourceKind::Buffer(_) => "buffer",
+                _ => "data",
+            },
+            lifetime: resource.lifetime(),
+            live: planned.is_some(),
+            description: planned.map_or_else(String::new, |planned| describe(planned.format, planned.size, planned.bytes)),
+            bytes: planned.map_or(0, |planned| planned.bytes),
+            place,
+            shares_with: others.into_iter().flatten().filter(|name| ***name != resource.name).map(|name| (*name).clone()).collect(),
+            columns: [*first, *last],
+            read_in,
+            written_in,
+            declared: place_of(sources, resource.place),
+        });
+    }
+    list
+}
+
+fn describe(format: Option<wgpu_types::TextureFormat>, size: Option<crate::compiler::TextureSize>, bytes: u64) -> String {
+    let (Some(format), Some(size)) = (format, size) else {
+        return if bytes > 0 { bytes_in_words(bytes) } else { String::new() };
+    };
+    let mut words = format!("{} {}×{}", format_name(format), size.width, size.height);
+    for (count, what) in [(size.layers, "layers"), (size.mips, "mips"), (size.samples, "samples")] {
+        if count > 1 {
+            words.push_str(&format!(" · {count} {what}"));
+        }
+    }
+    words
+}
+
+/// A number of bytes as people say it.
+pub fn bytes_in_words(bytes: u64) -> String {
+    let units = ["B", "KiB", "MiB", "GiB", "TiB"];
+    let mut unit = 0;
+    let mut value = bytes as f64;
+    while value >= 1024.0 && unit + 1 < units.len() {
+        value /= 1024.0;
+        unit += 1;
+    }
+    if unit == 0 { format!("{bytes} B") } else { format!("{value:.1} {}", units[unit]) }
+}
+
+fn alive(resources: &[ResourceReport], columns: usize) -> Vec<u64> {
+    let mut alive = vec![0u64; columns];
+    for resource in resources.iter().filter(|one| one.live && one.place.contains(' ')) {
+        let lasting = resource.lifetime != Lifetime::Transient;
+        let [first, last] = if lasting { [0, columns.saturating_sub(1)] } else { resource.columns };
+        for sum in &mut alive[first..=last] {
+            *sum += resource.bytes;
+        }
+    }
+    alive
+}
+
+fn classes(plan: &Plan) -> Vec<ClassReport> {
+    let mut classes: BTreeMap<String, (BTreeSet<Physical>, usize, u64)> = BTreeMap::new();
+    for planned in plan.resources.values() {
+        let usages = match planned.physical {
+            Physical::Texture(index) => plan.textures.get(index).map(|one| format!("{:?}", one.usages)),
+            Physical::Buffer(index) => plan.buffers.get(index).map(|one| format!("{:?}", one.usages)),
+            _ => None,
+        };
+        let Some(usages) = usages else { continue };
+        let names: Vec<String> = usages
+            .trim_start_matches("TextureUsages(")
+            .trim_start_matches("BufferUsages(")
+            .trim_end_matches(')')
+            .split(" | ")
+            .map(|usage| usage.to_lowercase().replace('_', " "))
+            .collect();
+        let kept = if planned.lifetime == Lifetime::Transient { "" } else { ", kept from frame to frame" };
+        let description = format!("{} ({}{kept})", describe(planned.format, planned.size, planned.bytes), names.join(", "));
+        let class = classes.entry(description).or_default();
+        class.0.insert(planned.physical);
+        class.1 += 1;
+        class.2 = planned.bytes;
+    }
+    let report = |(description, (places, resources, bytes_each)): (String, (BTreeSet<Physical>, usize, u64))| ClassReport {
+        description,
+        resources,
+        created: places.len(),
+        bytes_each,
+    };
+    classes.into_iter().map(report).collect()
+}
+
+fn edges(plan: &Plan, graph: &Graph, column_of: &[usize]) -> Vec<EdgeReport> {
+    let name = |handle: crate::work::ResourceHandle| Some(plan.pipeline.resource(handle).name.clone());
+    let mut edges = Vec::new();
+    for edge in graph.graph.edge_references() {
+        let GraphNode::Pass(to) = graph.graph[edge.target()] else { continue };
+        let report = match (graph.graph[edge.source()], edge.weight()) {
+            (GraphNode::Version { resource, part, number, writer }, Edge::Reads) => EdgeReport {
+                from: column_of[writer.index()],
+                to: column_of[to.index()],
+                kind: EdgeKind::Data,
+                resource: name(resource),
+                version: Some(format!("{number}{}", describe_part(part))),
+            },
+            (GraphNode::Pass(from), Edge::Order(hazard)) => {
+                let (kind, resource) = match hazard {
+                    Hazard::WriteAfterRead(resource) => (EdgeKind::WriteAfterRead, name(*resource)),
+                    Hazard::WriteAfterWrite(resource) => (EdgeKind::WriteAfterWrite, name(*resource)),
+                    Hazard::Explicit => (EdgeKind::Explicit, None),
+                };
+                EdgeReport { from: column_of[from.index()], to: column_of[to.index()], kind, resource, version: None }
+            }
+            _ => continue,
+        };
+        edges.push(report);
+    }
+    edges.sort();
+    edges.dedup();
+    edges
+}
+
+fn describe_part(part: Part) -> String {
+    match (part.mip, part.layer) {
+        (None, None) => String::new(),
+        (Some(mip), None) => format!(", mip {mip}"),
+        (None, Some(layer)) => format!(", layer {layer}"),
+        (Some(mip), Some(layer)) => format!(", mip {mip}, layer {layer}"),
+    }
+}

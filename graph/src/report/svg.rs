@@ -1,0 +1,366 @@
+//! The picture of a plan.
+//!
+//! Passes stand side by side in the order in which they run, one column each. Below them every place in memory is a
+//! lane, and every resource a bar in its lane from its first to its last use, so that resources which share memory
+//! stand in one lane. On a bar a full dot is a write and a ring is a read; an arc leads from each write to the reads of
+//! its version. Arcs above the passes are hazards and explicit order. At the bottom the bytes alive at each pass stand
+//! under the line of what is created. Culled passes and resources are grey.
+//!
+//! Coordinates are whole or half numbers and nothing depends on the machine, so the same plan gives the same text.
+//! Pictures of more than a few hundred passes are drawn, but are wide.
+
+use std::fmt::Write as _;
+
+use super::model::{EdgeKind, PassReport, Report, ResourceReport, bytes_in_words};
+
+const GUTTER: usize = 230;
+const COLUMN: usize = 116;
+const LANE: usize = 38;
+const BOX_WIDTH: usize = 100;
+const BOX_HEIGHT: usize = 46;
+const CHART: usize = 96;
+
+const STYLE: &str = "
+text { font: 12px ui-sans-serif, system-ui, 'DejaVu Sans', sans-serif; fill: #1f2933 }
+.title { font-size: 20px; font-weight: 650 } .sub { fill: #52606d } .small { font-size: 10.5px; fill: #7b8794 }
+.section { font-size: 10.5px; font-weight: 650; letter-spacing: .08em; fill: #7b8794 }
+.name { font-weight: 600 } .middle { text-anchor: middle } .end { text-anchor: end }
+.pass rect.body { fill: #fff; stroke: #cbd2d9 } .pass .strip { stroke: none }
+.host .strip { fill: #9b8afb } .draw .strip { fill: #2f80ed } .compute .strip { fill: #f2994a } .copy .strip { fill: #56b3a8 }
+.culled { opacity: .45 } .culled rect.body { fill: #f0f1f3; stroke-dasharray: 4 3 } .culled .strip { fill: #9aa5b1 }
+.guide { stroke: #e4e7eb; stroke-width: 1 } .stripe { fill: #f7f9fb }
+.bar { rx: 7; stroke-width: 1.2 }
+.transient .bar { fill: #dbeafe; stroke: #7db1f5 } .persistent .bar { fill: #dcf5e7; stroke: #6cc494 }
+.history .bar { fill: #dcf5e7; stroke: #6cc494 }
+.imported .bar { fill: #fdeccb; stroke: #e8b04b } .data .bar { fill: #ebe7fe; stroke: #a99af0 }
+.resource.culled .bar { fill: #eceef1; stroke: #b0b8c1; stroke-dasharray: 4 3 }
+.write { fill: #1f2933 } .read { fill: #fff; stroke: #1f2933; stroke-width: 1.8 }
+.version { fill: none; stroke: #1f2933; stroke-opacity: .4; stroke-width: 1.3 }
+.edge { fill: none; stroke-width: 1.4 } .edge.write-after-read { stroke: #d64545; stroke-dasharray: 5 3 }
+.edge.write-after-write { stroke: #b44d12; stroke-dasharray: 2 3 } .edge.explicit { stroke: #7b8794 }
+.group { fill: none; stroke: #2f80ed; stroke-width: 2 }
+.alive { fill: #bcd7fb; stroke: #5b9bf0 } .created { stroke: #2f80ed; stroke-width: 1.6 } .without { stroke: #d64545; stroke-dasharray: 5 4 }
+";
+
+/// Draws a report as SVG.
+pub(super) fn picture(report: &Report) -> String {
+    let lanes = lanes(report);
+    let arcs = arcs_height(report);
+    let head = 112 + arcs;
+    let lanes_top = head + BOX_HEIGHT + 34;
+    let lanes_height: usize = lanes.iter().map(|lane| if lane.first_of_section { LANE + 26 } else { LANE }).sum();
+    let chart_top = lanes_top + lanes_height + 44;
+    let width = (GUTTER + report.passes.len() * COLUMN + 40).max(900);
+    let height = chart_top + CHART + 40;
+    let mut out = String::new();
+    let _ = write!(
+        out,
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {height}\" width=\"{width}\" height=\"{height}\" \
+         role=\"img\" aria-label=\"The graph of {}\">\n<style>{STYLE}</style>\n\
+         <rect width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>\n",
+        escape(&report.pipeline)
+    );
+    header(&mut out, report, width);
+    for column in 0..report.passes.len() {
+        let x = GUTTER + column * COLUMN;
+        if column % 2 == 0 {
+            let (top, tall) = (lanes_top - 8, lanes_height + 16);
+            let _ = writeln!(out, "<rect class=\"stripe\" x=\"{x}\" y=\"{top}\" width=\"{COLUMN}\" height=\"{tall}\"/>");
+        }
+    }
+    hazards(&mut out, report, head);
+    passes(&mut out, report, head);
+    draw_lanes(&mut out, report, &lanes, lanes_top);
+    chart(&mut out, report, chart_top);
+    out.push_str("</svg>\n");
+    out
+}
+
+fn center(column: usize) -> usize {
+    GUTTER + column * COLUMN + COLUMN / 2
+}
+
+fn header(out: &mut String, report: &Report, width: usize) {
+    let (live, all) = (report.live_passes(), report.passes.len());
+    let memory = &report.memory;
+    let resources = report.resources.iter().filter(|resource| resource.live).count();
+    let _ = write!(
+        out,
+        "<text class=\"title\" x=\"24\" y=\"38\">{}</text>\n<text class=\"sub\" x=\"24\" y=\"60\">{} × {} · {live} passes{} · {resources} \
+         resources · order for {}</text>\n<text class=\"sub\" x=\"24\" y=\"79\">{} created, {} without aliasing; bound {}</text>\n",
+        escape(&report.pipeline),
+        report.viewport[0],
+        report.viewport[1],
+        if all > live { format!(", {} culled", all - live) } else { String::new() },
+        report.objective,
+        bytes_in_words(memory.created),
+        bytes_in_words(memory.without_aliasing),
+        bytes_in_words(memory.bound),
+    );
+    let words = [("host", "host"), ("draw", "draw"), ("compute", "compute"), ("copy", "copy")];
+    let mut x = width - 420;
+    for (class, word) in words {
+        let _ = writeln!(
+            out,
+            "<g class=\"{class}\"><rect class=\"strip\" x=\"{x}\" y=\"28\" width=\"12\" height=\"12\" rx=\"3\"/><text x=\"{}\" y=\"38\">{word}</text></g>",
+            x + 18
+        );
+        x += 84;
+    }
+    let x = width - 420;
+    let _ = writeln!(
+        out,
+        "<circle class=\"write\" cx=\"{}\" cy=\"56\" r=\"5\"/><text x=\"{}\" y=\"60\">write</text><circle class=\"read\" cx=\"{}\" cy=\"56\" r=\"4.5\"/>\
+         <text x=\"{}\" y=\"60\">read</text><path class=\"edge write-after-read\" d=\"M{} 56h22\"/><text x=\"{}\" y=\"60\">read before overwritten</text>",
+        x + 6,
+        x + 18,
+        x + 90,
+        x + 102,
+        x + 168,
+        x + 196
+    );
+}
+
+/// The arcs above the passes: hazards that no data says already, and explicit order.
+fn shown(report: &Report) -> impl Iterator<Item = &super::EdgeReport> {
+    let data = |from: usize, to: usize| {
+        report.edges.iter().any(|edge| edge.kind == EdgeKind::Data && (edge.from, edge.to) == (from, to))
+    };
+    report.edges.iter().filter(move |edge| edge.kind != EdgeKind::Data && edge.from < edge.to && !data(edge.from, edge.to))
+}
+
+fn arc_rise(length: usize) -> usize {
+    (14 + 8 * length).min(64)
+}
+
+fn arcs_height(report: &Report) -> usize {
+    shown(report).map(|edge| arc_rise(edge.to - edge.from)).max().map_or(0, |rise| rise + 6)
+}
+
+fn hazards(out: &mut String, report: &Report, head: usize) {
+    for edge in shown(report) {
+        let (from, to) = (center(edge.from) + 16, center(edge.to) - 16);
+        let rise = arc_rise(edge.to - edge.from) * 4 / 3;
+        let (class, words) = match edge.kind {
+            EdgeKind::WriteAfterRead => ("write-after-read", "overwrites what is read before"),
+            EdgeKind::WriteAfterWrite => ("write-after-write", "overwrites"),
+            _ => ("explicit", "runs after, as the document says"),
+        };
+        let resource = edge.resource.as_deref().map_or(String::new(), |name| format!(" ({name})"));
+        let _ = writeln!(
+            out,
+            "<path class=\"edge {class}\" data-from=\"{}\" data-to=\"{}\" d=\"M{from} {head}C{from} {top} {to} {top} {to} {head}\"><title>{} {words}: {}{}</title></path>",
+            escape(&report.passes[edge.from].name),
+            escape(&report.passes[edge.to].name),
+            escape(&report.passes[edge.to].name),
+            escape(&report.passes[edge.from].name),
+            escape(&resource),
+            top = head - rise,
+        );
+    }
+}
+
+fn passes(out: &mut String, report: &Report, head: usize) {
+    for (column, pass) in report.passes.iter().enumerate() {
+        let x = center(column) - BOX_WIDTH / 2;
+        let class = format!("pass {}{}", pass.work, if pass.live { "" } else { " culled" });
+        let _ = writeln!(
+            out,
+            "<g class=\"{class}\" data-pass=\"{}\" tabindex=\"0\"><title>{}</title><rect class=\"body\" x=\"{x}\" y=\"{head}\" width=\"{BOX_WIDTH}\" \
+             height=\"{BOX_HEIGHT}\" rx=\"8\"/><path class=\"strip\" d=\"M{x} {}a8 8 0 0 1 8-8h{}a8 8 0 0 1 8 8z\"/><text class=\"name middle\" x=\"{}\" \
+             y=\"{}\">{}</text><text class=\"small middle\" x=\"{}\" y=\"{}\">{}</text></g>",
+            escape(&pass.name),
+            escape(&title(pass)),
+            head + 8,
+            BOX_WIDTH - 16,
+            center(column),
+            head + 25,
+            escape(&shorten(&pass.name, 14)),
+            center(column),
+            head + 39,
+            escape(&shorten(&pass.kind, 16)),
+        );
+    }
+    let mut start = 0;
+    while start < report.passes.len() {
+        let group = report.passes[start].group;
+        let end = (start..report.passes.len()).find(|at| group.is_none() || report.passes[*at].group != group).unwrap_or(report.passes.len());
+        if end > start + 1 {
+            let (left, right, y) = (center(start) - BOX_WIDTH / 2, center(end - 1) + BOX_WIDTH / 2, head + BOX_HEIGHT + 5);
+            let _ = writeln!(out, "<path class=\"group\" d=\"M{left} {y}v5H{right}v-5\"><title>one render pass</title></path>");
+        }
+        start = end.max(start + 1);
+    }
+}
+
+fn title(pass: &PassReport) -> String {
+    let state = if pass.live { "kept" } else { "culled" };
+    format!("{} ({})\n{state}: {}", pass.name, pass.kind, pass.why.join(", "))
+}
+
+struct Lane<'a> {
+    section: &'static str,
+    first_of_section: bool,
+    label: String,
+    detail: String,
+    resources: Vec<&'a ResourceReport>,
+}
+
+fn lanes(report: &Report) -> Vec<Lane<'_>> {
+    let sections: [(&'static str, fn(&ResourceReport) -> bool); 5] = [
+        ("HOST DATA", |one| one.live && one.place == "host"),
+        ("IMPORTED", |one| one.live && one.place == "imported"),
+        ("KEPT FROM FRAME TO FRAME", |one| one.live && one.place.contains(' ') && one.lifetime != crate::language::Lifetime::Transient),
+        ("TRANSIENT", |one| one.live && one.place.contains(' ') && one.lifetime == crate::language::Lifetime::Transient),
+        ("ALLOCATED NOWHERE", |one| !one.live),
+    ];
+    let mut lanes: Vec<Lane<'_>> = Vec::new();
+    for (section, belongs) in sections {
+        let start = lanes.len();
+        let mut members: Vec<&ResourceReport> = report.resources.iter().filter(|one| belongs(one)).collect();
+        members.sort_by_key(|one| (one.columns, &one.name));
+        for resource in members {
+            let shared = lanes[start..].iter().position(|lane| lane.label == resource.place && section == "TRANSIENT");
+            match shared {
+                Some(at) => lanes[start + at].resources.push(resource),
+                None => lanes.push(Lane {
+                    section,
+                    first_of_section: lanes.len() == start,
+                    label: if resource.place.contains(' ') { resource.place.clone() } else { resource.name.clone() },
+                    detail: if resource.bytes > 0 && resource.description.contains('×') {
+                        format!("{} · {}", resource.description, bytes_in_words(resource.bytes))
+                    } else {
+                        resource.description.clone()
+                    },
+                    resources: vec![resource],
+                }),
+            }
+        }
+    }
+    lanes
+}
+
+fn draw_lanes(out: &mut String, report: &Report, lanes: &[Lane<'_>], top: usize) {
+    let right = GUTTER + report.passes.len() * COLUMN;
+    let mut y = top;
+    for lane in lanes {
+        if lane.first_of_section {
+            y += 26;
+            let _ = writeln!(out, "<text class=\"section\" x=\"24\" y=\"{}\">{}</text>", y - 8, lane.section);
+        }
+        let middle = y + LANE / 2;
+        let _ = writeln!(
+            out,
+            "<path class=\"guide\" d=\"M24 {}H{right}\"/><text class=\"name\" x=\"24\" y=\"{}\">{}</text><text class=\"small\" x=\"24\" y=\"{}\">{}</text>",
+            y + LANE,
+            middle - 2,
+            escape(&shorten(&lane.label, 26)),
+            middle + 12,
+            escape(&shorten(&lane.detail, 38)),
+        );
+        for resource in &lane.resources {
+            bar(out, report, resource, y);
+        }
+        y += LANE;
+    }
+}
+
+fn bar(out: &mut String, report: &Report, resource: &ResourceReport, y: usize) {
+    let [first, last] = resource.columns;
+    let (x, width) = (center(first) - 44, (last - first) * COLUMN + 88);
+    let middle = y + LANE / 2;
+    let lifetime = match resource.kind {
+        "data" => "data".to_owned(),
+        _ => serde_json::to_value(resource.lifetime).ok().and_then(|word| word.as_str().map(str::to_owned)).unwrap_or_default(),
+    };
+    let culled = if resource.live { "" } else { " culled" };
+    let shared = if resource.shares_with.is_empty() { String::new() } else { format!("\nshares memory with {}", resource.shares_with.join(", ")) };
+    let _ = write!(
+        out,
+        "<g class=\"resource {lifetime}{culled}\" data-resource=\"{}\" tabindex=\"0\"><title>{} ({}){}</title><rect class=\"bar\" x=\"{x}\" y=\"{}\" \
+         width=\"{width}\" height=\"{}\" rx=\"7\"/>",
+        escape(&resource.name),
+        escape(&resource.name),
+        escape(&resource.description),
+        escape(&shared),
+        y + 5,
+        LANE - 10,
+    );
+    // The versions: from each write to the reads of it.
+    for edge in report.edges.iter().filter(|edge| edge.kind == EdgeKind::Data && edge.resource.as_deref() == Some(&resource.name)) {
+        if edge.from < edge.to {
+            let (from, to) = (center(edge.from) + 20, center(edge.to) - 4);
+            let line = middle + 5;
+            let dip = if edge.to - edge.from > 1 { 9 } else { 0 };
+            let _ = write!(out, "<path class=\"version\" d=\"M{from} {line}C{} {low} {} {low} {to} {line}\"/>", from + 20, to - 20, low = line + dip);
+        }
+    }
+    let _ = write!(out, "<text class=\"name\" x=\"{}\" y=\"{}\">{}</text>", x + 9, middle - 2, escape(&shorten(&resource.name, width / 8)));
+    for column in &resource.read_in {
+        let _ = write!(out, "<circle class=\"read\" cx=\"{}\" cy=\"{}\" r=\"4\"/>", center(*column), middle + 5);
+    }
+    for column in &resource.written_in {
+        let _ = write!(out, "<circle class=\"write\" cx=\"{}\" cy=\"{}\" r=\"4.5\"/>", center(*column) + 14, middle + 5);
+    }
+    out.push_str("</g>\n");
+}
+
+fn chart(out: &mut String, report: &Report, top: usize) {
+    let memory = &report.memory;
+    let most = memory.without_aliasing.max(memory.created).max(1);
+    if report.passes.is_empty() || memory.created == 0 {
+        return;
+    }
+    let bottom = top + CHART;
+    let rise = |bytes: u64| bottom - (u128::from(bytes) * (CHART as u128 - 6) / u128::from(most)) as usize;
+    let right = GUTTER + report.passes.len() * COLUMN;
+    let mut path = format!("M{GUTTER} {bottom}");
+    for (column, bytes) in memory.alive.iter().enumerate() {
+        let _ = write!(path, "V{}H{}", rise(*bytes), GUTTER + (column + 1) * COLUMN);
+    }
+    let _ = writeln!(
+        out,
+        "<text class=\"section\" x=\"24\" y=\"{}\">MEMORY ALIVE AT EACH PASS</text><path class=\"alive\" d=\"{path}V{bottom}z\"/>\
+         <path class=\"created\" d=\"M{GUTTER} {created}H{right}\"/><path class=\"without\" d=\"M{GUTTER} {without}H{right}\"/>",
+        top + 4,
+        created = rise(memory.created),
+        without = rise(memory.without_aliasing),
+    );
+    let lines = [
+        format!("{} created (solid)", bytes_in_words(memory.created)),
+        format!("{} without aliasing (dashed)", bytes_in_words(memory.without_aliasing)),
+        format!("{} alive at most", bytes_in_words(memory.peak)),
+    ];
+    for (at, line) in lines.iter().enumerate() {
+        let _ = writeln!(out, "<text class=\"small\" x=\"24\" y=\"{}\">{line}</text>", top + 26 + at * 16);
+    }
+    for (column, bytes) in memory.alive.iter().enumerate() {
+        let _ = writeln!(out, "<text class=\"small middle\" x=\"{}\" y=\"{}\">{}</text>", center(column), bottom + 16, bytes_in_words(*bytes));
+    }
+}
+
+/// At most so many characters.
+pub(super) fn shorten(text: &str, most: usize) -> String {
+    let most = most.max(3);
+    if text.chars().count() <= most {
+        return text.to_owned();
+    }
+    text.chars().take(most - 1).chain(['…']).collect()
+}
+
+/// A text as XML and HTML want it.
+pub(super) fn escape(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for character in text.chars() {
+        match character {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\n' | '\t' => escaped.push(character),
+            control if control.is_control() => escaped.push('\u{fffd}'),
+            other => escaped.push(other),
+        }
+    }
+    escaped
+}

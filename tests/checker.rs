@@ -1,0 +1,428 @@
+//! The checker of plans finds every fault that is planted in a right plan, and none where there is none.
+
+use std::sync::Arc;
+
+use umbragraph::compiler::{
+    Assembly, CullReason, Fault, FaultKind, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedPass, StoreOperation, build,
+    plan, verify,
+};
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::language::{Expr, FormatCandidates, Lifetime};
+use umbragraph::pipeline::{Part, Pipeline, Usage, Version};
+use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
+use umbragraph::work::LoadOperation;
+
+const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
+
+/// A plan with one of everything: a merged pair of draws, a chain that aliases, an old version that is read, updates
+/// ordered by `after`, a persistent state, buffers, a side effect that stays in its pass, and a dead pass.
+fn right() -> Plan {
+    let mut assembly = Assembly::new("everything");
+    let [a, b, c, e, f, g, v, w, x] = ["a", "b", "c", "e", "f", "g", "v", "w", "x"].map(|name| assembly.texture(name));
+    let depth = assembly.texture_with("depth", |texture| texture.format = FormatCandidates::One("depth32float".to_owned()));
+    let state = assembly.texture_with("state", |texture| texture.lifetime = Lifetime::Persistent);
+    let target = assembly.imported("target");
+    let first = assembly.buffer("first", 64, Lifetime::Transient);
+    let second = assembly.buffer("second", 64, Lifetime::Transient);
+    let buffer = |usage| (Part::WHOLE, usage, Version::Newest);
+    let _ = assembly.pass("draw1").color(a, CLEAR).depth(depth, LoadOperation::Clear(1.0), true);
+    let _ = assembly.pass("draw2").color(a, LoadOperation::Load).depth(depth, LoadOperation::Load, true);
+    let _ = assembly.pass("blur1").reads(a).writes(b);
+    let _ = assembly.pass("blur2").reads(b).writes(c);
+    let _ = assembly.pass("blur3").reads(c).writes(e);
+    let _ = assembly.pass("v1").writes(v);
+    let _ = assembly.pass("keeper").reads_version(v, "v1").writes(w);
+    let _ = assembly.pass("v2").updates(v);
+    let _ = assembly.pass("x1").writes(x);
+    let x2 = assembly.pass("x2").updates(x).handle();
+    let x3 = assembly.pass("x3").updates(x).after(x2).handle();
+    let _ = assembly.pass("remember").updates(state).after(x3);
+    let (part, usage, version) = buffer(Usage::StorageWrite);
+    let _ = assembly.pass("count").uses(first, part, usage, version.clone()).uses(second, part, usage, version.clone());
+    let _ = assembly.pass("probe").color(g, CLEAR).side_effect();
+    let _ = assembly.pass("dead").reads(a).writes(f);
+    let read = Usage::StorageRead;
+    let out = assembly.pass("out").reads(e).reads(v).reads(w).reads(x).uses(first, part, read, version.clone());
+    let _ = out.uses(second, part, read, version).color(target, CLEAR);
+    let (pipeline, sources) = assembly.finish();
+    let mut findings = Diagnostics::new();
+    let graph = build(&pipeline, &mut findings).expect("a graph");
+    let plan = plan(&pipeline, &graph, &options(), &sources, &mut findings);
+    plan.unwrap_or_else(|| panic!("{findings:#?}"))
+}
+
+fn options() -> PlanOptions {
+    PlanOptions::new(64, 64)
+}
+
+fn kinds(faults: &[Fault]) -> Vec<FaultKind> {
+    faults.iter().map(|fault| fault.kind).collect()
+}
+
+/// Asserts that the checker finds a fault of this kind once it is planted.
+#[track_caller]
+fn caught(kind: FaultKind, plant: impl FnOnce(&mut Plan)) {
+    let mut plan = right();
+    assert_eq!(verify(&plan, &options()), Vec::new(), "before anything is planted");
+    plant(&mut plan);
+    let faults = verify(&plan, &options());
+    assert!(kinds(&faults).contains(&kind), "{faults:#?}");
+}
+
+fn at(plan: &Plan, name: &str) -> usize {
+    plan.passes.iter().position(|pass| pass.name == name).unwrap_or_else(|| panic!("no {name}"))
+}
+
+fn pass<'a>(plan: &'a mut Plan, name: &str) -> &'a mut PlannedPass {
+    let at = at(plan, name);
+    &mut plan.passes[at]
+}
+
+/// Moves a pass to the place of another.
+fn shift(plan: &mut Plan, name: &str, to: &str) {
+    let to = at(plan, to);
+    let from = at(plan, name);
+    let moved = plan.passes.remove(from);
+    plan.passes.insert(to, moved);
+}
+
+fn pipeline(plan: &mut Plan) -> &mut Pipeline {
+    Arc::make_mut(&mut plan.pipeline)
+}
+
+fn texture_of(plan: &Plan, name: &str) -> usize {
+    match plan.resources[name].physical {
+        Physical::Texture(index) => index,
+        other => panic!("{name} stands at {other:?}"),
+    }
+}
+
+#[test]
+fn the_plan_without_faults_aliases_and_merges() {
+    let plan = right();
+    assert_eq!(plan.resources["b"].physical, plan.resources["e"].physical);
+    assert_eq!(plan.passes[at(&plan, "draw1")].group, plan.passes[at(&plan, "draw2")].group);
+    assert!(plan.passes[at(&plan, "probe")].color[0].transient_attachment);
+    assert_eq!(plan.culled.len(), 1);
+    assert_eq!(plan.order.objective, Objective::Declaration);
+}
+
+#[test]
+fn a_pass_planned_twice_is_caught() {
+    caught(FaultKind::PassTwice, |plan| plan.passes.push(plan.passes[0].clone()));
+}
+
+#[test]
+fn a_pass_both_planned_and_culled_is_caught() {
+    caught(FaultKind::PassTwice, |plan| {
+        plan.culled.insert("blur1".to_owned(), CullReason::WritesNothing);
+    });
+}
+
+#[test]
+fn a_forgotten_pass_is_caught() {
+    caught(FaultKind::PassMissing, |plan| {
+        plan.culled.remove("dead");
+    });
+}
+
+#[test]
+fn an_invented_pass_is_caught() {
+    caught(FaultKind::PassUnknown, |plan| {
+        plan.culled.insert("ghost".to_owned(), CullReason::WritesNothing);
+    });
+}
+
+#[test]
+fn culling_a_writer_whose_version_is_read_is_caught() {
+    caught(FaultKind::CulledButNeeded, |plan| {
+        let at = at(plan, "x3");
+        plan.passes.remove(at);
+        plan.culled.insert("x3".to_owned(), CullReason::NothingReads(vec!["x".to_owned()]));
+    });
+}
+
+#[test]
+fn culling_the_writer_of_a_named_version_is_caught() {
+    caught(FaultKind::CulledButNeeded, |plan| {
+        let at = at(plan, "v1");
+        plan.passes.remove(at);
+        plan.culled.insert("v1".to_owned(), CullReason::NothingReads(vec!["v".to_owned()]));
+    });
+}
+
+#[test]
+fn culling_a_side_effect_is_caught() {
+    caught(FaultKind::CulledButNeeded, |plan| {
+        let at = at(plan, "probe");
+        plan.passes.remove(at);
+        plan.culled.insert("probe".to_owned(), CullReason::NothingReads(vec!["g".to_owned()]));
+    });
+}
+
+#[test]
+fn keeping_a_dead_pass_is_caught() {
+    caught(FaultKind::KeptWithoutReason, |plan| {
+        let mut dead = plan.passes[at(plan, "blur1")].clone();
+        dead.handle = plan.pipeline.find_pass("dead").expect("a pass");
+        dead.name = "dead".to_owned();
+        plan.culled.remove("dead");
+        plan.passes.push(dead);
+    });
+}
+
+#[test]
+fn a_false_reason_for_keeping_is_caught() {
+    caught(FaultKind::WrongReason, |plan| pass(plan, "blur1").reason = KeepReason::SideEffect);
+}
+
+#[test]
+fn a_reason_in_words_that_differs_from_the_reason_is_caught() {
+    caught(FaultKind::WrongReason, |plan| pass(plan, "blur1").kept = umbragraph::compiler::Kept::SideEffect);
+}
+
+#[test]
+fn a_false_reason_for_culling_is_caught() {
+    caught(FaultKind::WrongCullReason, |plan| {
+        plan.culled.insert("dead".to_owned(), CullReason::WritesNothing);
+    });
+}
+
+#[test]
+fn a_pass_before_the_one_it_has_to_follow_is_caught() {
+    caught(FaultKind::AfterViolated, |plan| shift(plan, "remember", "draw1"));
+}
+
+#[test]
+fn a_reader_before_its_writer_is_caught() {
+    caught(FaultKind::ReadUnfed, |plan| shift(plan, "blur1", "draw1"));
+}
+
+#[test]
+fn a_reader_between_two_writers_of_what_it_reads_the_newest_of_is_caught() {
+    caught(FaultKind::ReadTooEarly, |plan| shift(plan, "blur1", "draw2"));
+}
+
+#[test]
+fn an_old_version_that_is_overwritten_before_it_is_read_is_caught() {
+    caught(FaultKind::WrongVersion, |plan| shift(plan, "v2", "keeper"));
+}
+
+#[test]
+fn writers_that_nothing_orders_are_caught() {
+    caught(FaultKind::WritersUnordered, |plan| {
+        let x3 = plan.pipeline.find_pass("x3").expect("a pass").index();
+        pipeline(plan).passes[x3].after.clear();
+    });
+}
+
+#[test]
+fn a_store_that_a_later_load_needs_is_missed() {
+    caught(FaultKind::ContentsDropped, |plan| pass(plan, "draw1").color[0].store = StoreOperation::Discard);
+}
+
+#[test]
+fn a_store_that_a_later_reader_needs_is_missed() {
+    caught(FaultKind::ContentsDropped, |plan| pass(plan, "draw2").color[0].store = StoreOperation::Discard);
+}
+
+#[test]
+fn an_output_that_is_not_stored_is_caught() {
+    caught(FaultKind::OutputDropped, |plan| pass(plan, "out").color[0].store = StoreOperation::Discard);
+}
+
+#[test]
+fn an_attachment_left_out_is_caught() {
+    caught(FaultKind::AttachmentsDiffer, |plan| pass(plan, "draw1").depth = None);
+}
+
+#[test]
+fn an_attachment_at_another_mip_is_caught() {
+    caught(FaultKind::AttachmentsDiffer, |plan| pass(plan, "draw1").color[0].target.mip = 1);
+}
+
+#[test]
+fn a_clear_where_a_load_is_declared_is_caught() {
+    caught(FaultKind::LoadDiffers, |plan| pass(plan, "draw2").color[0].load = LoadOperation::Clear(()));
+}
+
+#[test]
+fn an_attachment_marked_as_staying_in_its_pass_that_is_read_later_is_caught() {
+    caught(FaultKind::TransientAttachmentLeaves, |plan| pass(plan, "draw2").color[0].transient_attachment = true);
+}
+
+#[test]
+fn a_render_pass_of_draws_with_different_attachments_is_caught() {
+    caught(FaultKind::GroupBroken, |plan| {
+        let before = at(plan, "probe") - 1;
+        plan.passes[before + 1].group = plan.passes[before].group;
+    });
+}
+
+#[test]
+fn a_group_that_is_not_one_run_is_caught() {
+    caught(FaultKind::GroupBroken, |plan| pass(plan, "out").group = 0);
+}
+
+#[test]
+fn a_resource_without_a_place_is_caught() {
+    caught(FaultKind::ResourceMissing, |plan| {
+        plan.resources.remove("b");
+    });
+}
+
+#[test]
+fn a_resource_that_only_a_culled_pass_uses_is_caught() {
+    caught(FaultKind::ResourceUnused, |plan| {
+        let mut unused = plan.resources["b"].clone();
+        unused.handle = plan.pipeline.find_resource("f").expect("a resource");
+        plan.resources.insert("f".to_owned(), unused);
+    });
+}
+
+#[test]
+fn a_lifetime_that_ends_too_early_is_caught() {
+    caught(FaultKind::SpanWrong, |plan| plan.resources.get_mut("b").expect("planned").last -= 1);
+}
+
+#[test]
+fn a_texture_in_the_place_of_a_buffer_is_caught() {
+    caught(FaultKind::PlaceWrong, |plan| plan.resources.get_mut("b").expect("planned").physical = Physical::Buffer(0));
+}
+
+#[test]
+fn an_import_that_the_plan_creates_is_caught() {
+    caught(FaultKind::PlaceWrong, |plan| plan.resources.get_mut("target").expect("planned").physical = Physical::Texture(0));
+}
+
+#[test]
+fn a_place_that_does_not_exist_is_caught() {
+    caught(FaultKind::PlaceMissing, |plan| plan.resources.get_mut("b").expect("planned").physical = Physical::Texture(99));
+}
+
+#[test]
+fn overlapping_lifetimes_on_one_texture_are_caught() {
+    caught(FaultKind::Overlap, |plan| {
+        let place = plan.resources["b"].physical;
+        plan.resources.get_mut("c").expect("planned").physical = place;
+    });
+}
+
+#[test]
+fn overlapping_lifetimes_on_one_buffer_are_caught() {
+    caught(FaultKind::Overlap, |plan| {
+        let place = plan.resources["first"].physical;
+        plan.resources.get_mut("second").expect("planned").physical = place;
+    });
+}
+
+#[test]
+fn a_persistent_resource_that_shares_is_caught() {
+    caught(FaultKind::SharedThoughLasting, |plan| {
+        let place = plan.resources["state"].physical;
+        plan.resources.get_mut("b").expect("planned").physical = place;
+    });
+}
+
+#[test]
+fn another_format_than_the_resource_has_is_caught() {
+    caught(FaultKind::ClassMismatch, |plan| {
+        let index = texture_of(plan, "b");
+        plan.textures[index].format = TextureFormat::Rgba16Float;
+    });
+}
+
+#[test]
+fn another_layer_count_than_the_resource_has_is_caught() {
+    caught(FaultKind::ClassMismatch, |plan| {
+        let index = texture_of(plan, "b");
+        plan.textures[index].size.layers = 4;
+    });
+}
+
+#[test]
+fn another_sample_count_than_the_resource_has_is_caught() {
+    caught(FaultKind::ClassMismatch, |plan| {
+        let index = texture_of(plan, "a");
+        plan.textures[index].size.samples = 4;
+    });
+}
+
+#[test]
+fn a_buffer_that_is_too_small_is_caught() {
+    caught(FaultKind::ClassMismatch, |plan| plan.buffers[0].bytes = 4);
+}
+
+#[test]
+fn a_missing_usage_is_caught() {
+    caught(FaultKind::UsageMissing, |plan| {
+        let index = texture_of(plan, "a");
+        plan.textures[index].usages = TextureUsages::TEXTURE_BINDING;
+    });
+}
+
+#[test]
+fn an_import_used_beyond_its_usage_is_caught() {
+    let plan = right();
+    let mut options = options();
+    options.import_usages.insert("target".to_owned(), TextureUsages::TEXTURE_BINDING);
+    assert_eq!(kinds(&verify(&plan, &options)), [FaultKind::ImportMisused]);
+}
+
+#[test]
+fn a_mip_that_the_texture_does_not_have_is_caught() {
+    caught(FaultKind::PartMissing, |plan| {
+        let blur = plan.pipeline.find_pass("blur1").expect("a pass").index();
+        pipeline(plan).passes[blur].uses[1].part = Part { mip: Some(3), layer: None };
+    });
+}
+
+#[test]
+fn a_texture_too_many_is_caught() {
+    caught(FaultKind::NotMinimal, |plan| {
+        let spare = plan.textures[texture_of(plan, "e")].clone();
+        plan.textures.push(spare);
+        plan.resources.get_mut("e").expect("planned").physical = Physical::Texture(plan.textures.len() - 1);
+    });
+}
+
+#[test]
+fn a_texture_that_stands_for_nothing_is_caught() {
+    caught(FaultKind::PhysicalUnused, |plan| plan.textures.push(plan.textures[0].clone()));
+}
+
+#[test]
+fn wrong_sums_of_bytes_are_caught() {
+    caught(FaultKind::BytesWrong, |plan| plan.bytes += 1);
+    caught(FaultKind::BytesWrong, |plan| plan.bytes_without_aliasing -= 1);
+    caught(FaultKind::BytesWrong, |plan| plan.bytes_bound += 1);
+    caught(FaultKind::BytesWrong, |plan| plan.bytes_peak += 1);
+}
+
+#[test]
+fn workgroups_of_a_pass_that_dispatches_nothing_are_caught() {
+    caught(FaultKind::WorkgroupsWrong, |plan| pass(plan, "blur1").workgroups = Some([1, 1, 1]));
+}
+
+#[test]
+fn a_wrong_name_is_caught() {
+    caught(FaultKind::NameWrong, |plan| pass(plan, "blur1").name = "blur".to_owned());
+}
+
+#[test]
+fn a_wrong_lifetime_is_caught() {
+    caught(FaultKind::NameWrong, |plan| plan.resources.get_mut("b").expect("planned").lifetime = Lifetime::Persistent);
+}
+
+#[test]
+fn sizes_given_as_numbers_or_expressions_are_the_same_to_the_checker() {
+    let mut assembly = Assembly::new("sizes");
+    let a = assembly.texture_with("a", |texture| texture.size = Expr::from("[viewport.width / 2, viewport.height / 2]"));
+    let _ = assembly.pass("make").writes(a).side_effect();
+    let (pipeline, sources) = assembly.finish();
+    let mut findings = Diagnostics::new();
+    let graph = build(&pipeline, &mut findings).expect("a graph");
+    let plan = plan(&pipeline, &graph, &options(), &sources, &mut findings).expect("a plan");
+    assert_eq!(plan.bytes, 32 * 32 * 4);
+    assert_eq!(verify(&plan, &options()), Vec::new());
+}
