@@ -10,7 +10,11 @@ pub(crate) struct Graphics {
     pub(crate) name: String,
 }
 
-/// Opens the best adapter: discrete before integrated before software, and any other backend before OpenGL.
+/// The variable that names the adapter to be used, or a part of its name or backend.
+const ADAPTER: &str = "UMBRAGRAPH_ADAPTER";
+
+/// Opens the best adapter: discrete before integrated before software, and any other backend before OpenGL. The
+/// environment variable `UMBRAGRAPH_ADAPTER` narrows the choice.
 ///
 /// # Errors
 /// No adapter, or one that refuses a device.
@@ -19,12 +23,20 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
     let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::all()));
     adapters.retain(|adapter| adapter.get_info().backend != Backend::Noop);
     adapters.sort_by_key(rank);
+    let names: Vec<String> = adapters.iter().map(name).collect();
+    if let Some(wanted) = std::env::var(ADAPTER).ok().filter(|wanted| !wanted.is_empty()) {
+        adapters.retain(|adapter| name(adapter).to_lowercase().contains(&wanted.to_lowercase()));
+        if adapters.is_empty() {
+            let message = format!("no graphics adapter is called \"{wanted}\", as {ADAPTER} asks for");
+            let help = if names.is_empty() { "there is none at all".to_owned() } else { format!("there are {}", names.join(", ")) };
+            return Err(Diagnostic::error(codes::NO_ADAPTER, Place::Nowhere, message).help(help));
+        }
+    }
     let Some(adapter) = adapters.first() else {
         return Err(Diagnostic::error(codes::NO_ADAPTER, Place::Nowhere, "no graphics adapter was found")
             .help("install a driver; on Debian and Ubuntu `apt install mesa-vulkan-drivers` gives one in software"));
     };
-    let info = adapter.get_info();
-    let name = format!("{} ({})", info.name, info.backend);
+    let name = name(adapter);
     let wanted = wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::DEPTH_CLIP_CONTROL;
     let descriptor = wgpu::DeviceDescriptor {
         label: Some("umbragraph"),
@@ -37,6 +49,11 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
         Err(error) => Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("{name} gives no device: {error}"))
             .help("update the driver, or close what uses up its memory")),
     }
+}
+
+fn name(adapter: &Adapter) -> String {
+    let info = adapter.get_info();
+    format!("{} ({})", info.name, info.backend)
 }
 
 fn rank(adapter: &Adapter) -> (bool, u8) {

@@ -242,14 +242,12 @@ impl HostData {
         };
         let start = self.offsets[at];
         let length = self.shape.values[at].1.words();
-        let mut count = 0;
-        for word in words {
+        for (count, word) in words.into_iter().enumerate() {
             if count == length {
                 self.refused = Some(format!("more than the declared {} for \"{name}\"", self.shape.values[at].1));
                 return;
             }
             self.words[start + count] = word;
-            count += 1;
         }
     }
 

@@ -418,7 +418,6 @@ struct Decoded {
     parameters: BTreeMap<String, crate::language::ParameterDeclaration>,
     features: BTreeMap<String, crate::language::FeatureDeclaration>,
     geometry: BTreeMap<String, GeometryDeclaration>,
-    resources: BTreeMap<String, ResourceDeclaration>,
 }
 
 fn decode_sound_parts(document: &Document, is_broken: &dyn Fn(&str) -> bool) -> Option<Decoded> {
@@ -441,7 +440,6 @@ fn decode_sound_parts(document: &Document, is_broken: &dyn Fn(&str) -> bool) -> 
         parameters: section(document, "parameters", is_broken),
         features: section(document, "features", is_broken),
         geometry: section(document, "geometry", is_broken),
-        resources: section(document, "resources", is_broken),
     })
 }
 

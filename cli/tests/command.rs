@@ -1,0 +1,218 @@
+//! The command as a user meets it: exit status, findings, and what is written.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use umbragraph_test_support::scratch::ScratchFolder;
+use umbragraph_test_support::skip;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn run(arguments: &[&str]) -> Output {
+    command(arguments).output().expect("the command")
+}
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
+    command.args(arguments).current_dir(root());
+    command
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// Runs the command, which must fail with this status and say this code.
+#[track_caller]
+fn refused(arguments: &[&str], status: i32, says: &[&str]) -> String {
+    let output = run(arguments);
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{errors}");
+    for word in says {
+        assert!(errors.contains(word), "{word} is missing in\n{errors}");
+    }
+    assert!(!errors.contains("panicked"), "{errors}");
+    errors
+}
+
+#[test]
+fn check_needs_no_adapter_and_says_what_is_valid() {
+    let output = command(&["check", "pipelines/nebula.json"]).env("UMBRAGRAPH_ADAPTER", "none at all").output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("pipelines/nebula.json: 5 passes (0 culled)"), "{}", text(&output.stdout));
+}
+
+#[test]
+fn every_pipeline_of_the_tree_is_valid() {
+    let mut names: Vec<String> = std::fs::read_dir(root().join("pipelines"))
+        .unwrap()
+        .flatten()
+        .filter(|entry| entry.path().extension().is_some_and(|extension| extension == "json"))
+        .map(|entry| format!("pipelines/{}", entry.file_name().to_string_lossy()))
+        .collect();
+    names.sort();
+    assert!(!names.is_empty());
+    let arguments: Vec<&str> = std::iter::once("check").chain(names.iter().map(String::as_str)).collect();
+    let output = run(&arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+}
+
+#[test]
+fn plan_is_json_and_wgsl_is_the_text_of_the_pass() {
+    let plan: serde_json::Value = serde_json::from_slice(&run(&["plan", "pipelines/nebula.json"]).stdout).unwrap();
+    assert_eq!(plan["passes"].as_array().unwrap().len(), 5);
+    let shaders = text(&run(&["wgsl", "pipelines/nebula.json", "--pass", "casters"]).stdout);
+    assert!(shaders.contains("fn project(") && shaders.contains("fn cut_out(") && !shaders.contains("fn shade("));
+    refused(&["wgsl", "pipelines/nebula.json", "--pass", "caster"], 1, &["UG0207", "did you mean \"casters\"?"]);
+}
+
+#[test]
+fn explain_knows_every_code_and_proposes_one_for_a_slip() {
+    let list = text(&run(&["explain"]).stdout);
+    assert!(list.lines().count() > 60, "{list}");
+    for code in list.lines().filter_map(|line| line.split_whitespace().next()) {
+        let page = text(&run(&["explain", code]).stdout);
+        assert!(page.len() > 60, "{code} has no page worth reading: {page}");
+    }
+    refused(&["explain", "UG0403x"], 1, &["UG0403"]);
+}
+
+#[test]
+fn a_command_line_that_cannot_be_understood_exits_with_2() {
+    refused(&["chekc"], 2, &[]);
+    refused(&["check"], 2, &[]);
+    refused(&["check", "pipelines/nebula.json", "--size", "10"], 2, &["WIDTHxHEIGHT"]);
+}
+
+#[test]
+fn files_that_are_not_there_are_findings() {
+    refused(&["check", "pipelines/nebular.json"], 1, &["UG0001", "pipelines/nebular.json"]);
+    let folder = ScratchFolder::new("command-missing-scene");
+    let out = folder.join("x.png");
+    let out = out.to_str().unwrap();
+    refused(&["render", "pipelines/nebula.json", "--scene", "nowhere.glb", "--out", out], 1, &["nowhere.glb"]);
+    assert!(!Path::new(out).exists());
+}
+
+#[test]
+fn findings_of_the_pipeline_and_of_the_scene_come_together() {
+    let errors = refused(
+        &["render", "pipelines/nebula.json", "--set", "far=[2,1]", "--scene", "nowhere.glb", "--out", "/dev/null"],
+        1,
+        &["UG0205", "nowhere.glb"],
+    );
+    assert!(errors.contains("2 errors"), "{errors}");
+}
+
+#[test]
+fn misspelt_and_impossible_settings_are_findings_at_the_command_line() {
+    let set = |setting: &str| vec!["check".to_owned(), "pipelines/nebula.json".to_owned(), "--set".to_owned(), setting.to_owned()];
+    for (setting, code, help) in [
+        ("resolutoin=1024", "UG0202", "did you mean \"resolution\"?"),
+        ("resolution", "UG0005", "NAME=VALUE"),
+        ("resolution=9000", "UG0204", "16 to 8192 texel"),
+        ("fit=loose", "UG0107", "tight"),
+        ("far=[10,5]", "UG0205", "sort the list"),
+    ] {
+        let arguments = set(setting);
+        let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+        refused(&arguments, 1, &[code, help, "<command line>:1:"]);
+    }
+    refused(&["check", "pipelines/nebula.json", "--feature", "reverse=true"], 1, &["UG0202"]);
+    refused(&["check", "pipelines/nebula.json", "--profile", "webgup"], 1, &["UG0006", "did you mean \"webgpu\"?"]);
+}
+
+#[test]
+fn pictures_of_no_size_or_beyond_the_device_are_findings() {
+    refused(&["check", "pipelines/nebula.json", "--size", "0x10"], 1, &["UG0321", "pipelines/nebula.json:"]);
+    refused(&["check", "pipelines/nebula.json", "--size", "100000x10"], 1, &["UG0321", "8192"]);
+}
+
+#[test]
+fn templates_that_do_not_render_or_are_not_wgsl_are_findings_at_the_templates_line() {
+    let folder = ScratchFolder::new("command-templates");
+    let check = |text_of_template: &str, says: &[&str]| {
+        std::fs::write(folder.join("tonemap.wgsl.jinja"), text_of_template).unwrap();
+        let path = folder.to_str().unwrap();
+        refused(&["check", "pipelines/nebula.json", "--templates", path], 1, says);
+    };
+    check("{% if %}", &["tonemap.wgsl.jinja:1:"]);
+    check("\n{{ no_such_axis }}", &["tonemap.wgsl.jinja:2:", "no_such_axis"]);
+    check("\n\nfn broken( {", &["tonemap.wgsl.jinja:3:"]);
+    check("@fragment fn show() -> @location(0) vec4<f32> {\n  return vec3<f32>(1.0);\n}", &["tonemap.wgsl.jinja:2:"]);
+}
+
+#[test]
+fn a_scene_with_a_missing_buffer_is_a_finding_with_its_place_in_the_document() {
+    let folder = ScratchFolder::new("command-broken-scene");
+    let scene = folder.join("broken.gltf");
+    std::fs::write(&scene, r#"{ "asset": { "version": "2.0" }, "buffers": [{ "byteLength": 12, "uri": "gone.bin" }] }"#).unwrap();
+    let out = folder.join("x.png");
+    refused(
+        &["render", "pipelines/nebula.json", "--scene", scene.to_str().unwrap(), "--out", out.to_str().unwrap()],
+        1,
+        &["gone.bin", "/buffers/0"],
+    );
+    assert!(!out.exists());
+}
+
+#[test]
+fn a_machine_without_an_adapter_is_told_what_to_do_and_nothing_is_written() {
+    let folder = ScratchFolder::new("command-no-adapter");
+    let out = folder.join("x.png");
+    let scene = "examples/scenes/courtyard.glb";
+    let output = command(&["render", "pipelines/nebula.json", "--scene", scene, "--out", out.to_str().unwrap()])
+        .env("UMBRAGRAPH_ADAPTER", "an adapter that no machine has")
+        .output()
+        .unwrap();
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(errors.contains("UG0801"), "{errors}");
+    assert_eq!(std::fs::read_dir(&*folder).unwrap().count(), 0);
+}
+
+#[test]
+fn render_writes_a_whole_picture_and_says_on_what_and_how_fast() {
+    if umbragraph_test_support::gpu::device().is_none() {
+        skip::skipped("no adapter to render with");
+        return;
+    }
+    let folder = ScratchFolder::new("command-render");
+    let out = folder.join("new/folder/x.png");
+    let scene = "examples/scenes/courtyard.glb";
+    let arguments = ["render", "pipelines/nebula.json", "--scene", scene, "--size", "64x48", "--out", out.to_str().unwrap()];
+    let output = run(&arguments);
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    for word in ["64 by 48 on ", "check", "load scene", "draw", "together"] {
+        assert!(said.contains(word), "{word} is missing in {said}");
+    }
+    let file = std::io::BufReader::new(std::fs::File::open(&out).unwrap());
+    let reader = png::Decoder::new(file).read_info().unwrap();
+    assert_eq!((reader.info().width, reader.info().height), (64, 48));
+    assert_eq!(std::fs::read_dir(out.parent().unwrap()).unwrap().count(), 1, "no temporary file is left");
+    let blocked = out.join("y.png");
+    refused(
+        &["render", "pipelines/nebula.json", "--scene", scene, "--size", "16x16", "--out", blocked.to_str().unwrap()],
+        1,
+        &["UG0004"],
+    );
+}
+
+#[test]
+fn without_the_gpu_feature_nothing_of_wgpu_core_is_built() {
+    for package in ["umbragraph", "umbragraph-cli"] {
+        let output = Command::new(env!("CARGO"))
+            .args(["tree", "--edges", "normal", "--no-default-features", "--prefix", "none", "--package", package])
+            .current_dir(root())
+            .output()
+            .expect("cargo");
+        let tree = text(&output.stdout);
+        assert!(tree.contains("naga v"), "{tree}{}", text(&output.stderr));
+        for crate_name in ["wgpu-core", "wgpu-hal", "wgpu v"] {
+            assert!(!tree.lines().any(|line| line.starts_with(crate_name)), "{package} builds {crate_name}");
+        }
+    }
+}
