@@ -28,6 +28,8 @@ pub(crate) enum Command {
     Wgsl(WgslArguments),
     /// Explains the code of a finding.
     Explain(ExplainArguments),
+    /// Prints the JSON Schema of pipelines, with every node kind, for editors.
+    Schema(SchemaArguments),
     /// Renders a scene through a pipeline to a PNG file.
     #[cfg(feature = "gpu")]
     Render(RenderArguments),
@@ -112,6 +114,13 @@ pub(crate) struct WgslArguments {
     pub(crate) pass: Option<String>,
     #[command(flatten)]
     pub(crate) choices: Choices,
+}
+
+#[derive(Args)]
+pub(crate) struct SchemaArguments {
+    /// Compares with this file instead of printing; a difference is a finding.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) check: Option<PathBuf>,
 }
 
 #[derive(Args)]

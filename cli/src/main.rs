@@ -16,6 +16,7 @@ mod plan;
 mod progress;
 #[cfg(feature = "gpu")]
 mod render;
+mod schema;
 mod session;
 mod wgsl;
 
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
         Command::Diff(arguments) => diff::run(&arguments),
         Command::Wgsl(arguments) => wgsl::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Schema(arguments) => schema::run(&arguments),
         #[cfg(feature = "gpu")]
         Command::Render(arguments) => render::run(&arguments),
     };

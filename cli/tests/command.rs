@@ -216,3 +216,16 @@ fn without_the_gpu_feature_nothing_of_wgpu_core_is_built() {
         }
     }
 }
+
+#[test]
+fn the_committed_schema_is_the_one_of_the_types_and_node_kinds() {
+    let output = run(&["schema", "--check", "pipeline.schema.json"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let schema: serde_json::Value = serde_json::from_slice(&run(&["schema"]).stdout).unwrap();
+    for kind in ["camera", "cascades", "compute", "copy", "draw", "fullscreen"] {
+        let pass = &schema["$defs"]["Pass"]["properties"][kind];
+        assert!(pass.is_object(), "{kind} is not among the kinds of passes");
+    }
+    let far = &schema["$defs"]["Cascades"]["properties"]["far"]["description"];
+    assert!(far.as_str().is_some_and(|text| !text.is_empty()), "settings are explained");
+}

@@ -14,6 +14,12 @@ pub struct PipelineDeclaration {
     /// Where editors find the schema.
     #[serde(rename = "$schema", default)]
     pub schema: Option<String>,
+    /// The file, or files (the lowest first), over which this one is laid: objects are merged, null deletes.
+    #[serde(default)]
+    pub extends: Option<Paths>,
+    /// Files whose sections stand beside this file's own; nothing may stand in both.
+    #[serde(default)]
+    pub include: Option<Paths>,
     /// The version of the language: 1.
     #[schemars(range(min = 1, max = 1))]
     pub format: u32,
@@ -107,6 +113,16 @@ pub struct ExtensionPointDeclaration {
     /// The passes before which it lies.
     #[serde(default)]
     pub before: Vec<String>,
+}
+
+/// One path or several, relative to the folder of the file that names them.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Paths {
+    /// The path.
+    One(String),
+    /// The paths.
+    Several(Vec<String>),
 }
 
 /// A named value that a user can set.

@@ -12,7 +12,7 @@ mod resource;
 mod word;
 
 pub use declaration::{
-    ExtensionPointDeclaration, FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Order, ParameterDeclaration, ParameterType,
+    ExtensionPointDeclaration, FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Order, ParameterDeclaration, ParameterType, Paths,
     PassCommon, PipelineDeclaration, PresetDeclaration, SubgraphDeclaration, VertexFormatName,
 };
 pub use expression::Expr;
