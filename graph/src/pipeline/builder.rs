@@ -615,7 +615,11 @@ impl PassBuilder<'_> {
             self.report(codes::UNKNOWN_RESOURCE, pointer, format!("there is no resource \"{}\"", reference.resource), help);
             return None;
         };
-        let version = reference.version.map_or(Version::Newest, |pass| Version::WrittenBy(self.environment.pass(pass)));
+        let version = match (reference.version, self.environment.version(reference.resource)) {
+            (Some(pass), _) => Version::WrittenBy(self.environment.pass(pass)),
+            (None, Some(pass)) => Version::WrittenBy(pass.to_owned()),
+            (None, None) => Version::Newest,
+        };
         Some((handle, version))
     }
 

@@ -20,8 +20,8 @@ pub struct Environment {
     pub(super) prefix: String,
     /// Parameters of the subgraph and variables of loops.
     pub(super) locals: BTreeMap<String, Value>,
-    /// Inputs of the subgraph: resources of the user.
-    pub(super) inputs: BTreeMap<String, String>,
+    /// Inputs of the subgraph: resources of the user, and the pass whose version of it is meant.
+    pub(super) inputs: BTreeMap<String, (String, Option<String>)>,
     /// Where the subgraphs are used, the innermost first.
     pub(super) used_at: Vec<Span>,
 }
@@ -35,9 +35,14 @@ impl Environment {
     /// The name outside of a resource or host data.
     pub(super) fn resource(&self, name: &str) -> String {
         match self.inputs.get(name) {
-            Some(outside) => outside.clone(),
+            Some((outside, _)) => outside.clone(),
             None => format!("{}{name}", self.prefix),
         }
+    }
+
+    /// The pass whose version of an input is meant, where the user said so.
+    pub(super) fn version(&self, name: &str) -> Option<&str> {
+        self.inputs.get(name).and_then(|(_, version)| version.as_deref())
     }
 
     /// The name outside of a pass.
@@ -119,7 +124,7 @@ mod tests {
         Environment {
             prefix: "blur.".to_owned(),
             locals: BTreeMap::from([("level".to_owned(), Value::Number(2.0))]),
-            inputs: BTreeMap::from([("image".to_owned(), "moments".to_owned())]),
+            inputs: BTreeMap::from([("image".to_owned(), ("moments".to_owned(), Some("warp".to_owned())))]),
             used_at: Vec::new(),
         }
     }
@@ -128,6 +133,7 @@ mod tests {
     fn names_inside_become_names_outside() {
         let environment = environment();
         assert_eq!(environment.resource("image"), "moments");
+        assert_eq!(environment.version("image"), Some("warp"));
         assert_eq!(environment.resource("half"), "blur.half");
         let expression = expression::parse("image.width / level + half.height + radius").unwrap();
         let closed = environment.close(&expression, &|name| name == "moments" || name == "blur.half");

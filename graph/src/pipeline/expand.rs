@@ -24,7 +24,7 @@ use super::setting;
 use crate::diagnostic::{Code, Diagnostic, codes, did_you_mean};
 use crate::document::{self, Document, Entry, Kind, pointer_join};
 use crate::expression::{self, Value};
-use crate::language::{Expr, ParameterDeclaration};
+use crate::language::{Expr, ParameterDeclaration, Reference};
 use crate::node::Registry;
 
 const MAXIMUM_ROUNDS: usize = 4096;
@@ -256,9 +256,18 @@ impl<'a, 's> Expander<'a, 's> {
         for input in section("inputs") {
             match with.and_then(|with| with.get(&input.key)) {
                 Some(given) => match given.text().map(|text| outer.interpolate(text, &self.shared.scope)) {
-                    Some(Ok(text)) => {
-                        inner.inputs.insert(input.key.clone(), outer.resource(&text));
-                    }
+                    Some(Ok(text)) => match Reference::parse(&text) {
+                        Ok(reference) => {
+                            let version = reference.version.map(|pass| outer.pass(pass));
+                            let version = version.or_else(|| outer.version(reference.resource).map(str::to_owned));
+                            inner.inputs.insert(input.key.clone(), (outer.resource(reference.resource), version));
+                        }
+                        Err(error) => {
+                            let finding = Diagnostic::error(codes::BAD_REFERENCE, given.span, format!("\"{text}\" is no reference"));
+                            self.shared.diagnostics.push(finding.pointer(&at).help(error.to_string()));
+                            fine = false;
+                        }
+                    },
                     Some(Err(error)) => {
                         let raw = self.shared.sources_text(given.span);
                         self.shared.diagnostics.push(expression_finding(&error, given, &raw).pointer(&at));

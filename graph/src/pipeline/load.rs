@@ -184,7 +184,7 @@ pub fn load(
                     .map(|(_, index)| *index)
                     .collect(),
             };
-            if members.is_empty() && !absent.contains(&name) && !gaps.iter().any(|(gap, _)| *gap == name) {
+            if members.is_empty() && !absent.contains(&name) && !is_gap(&gaps, &name) {
                 let all: Vec<String> = instances.iter().map(|instance| instance.name.clone()).collect();
                 shared.diagnostics.push(unknown_pass(&name, &all, value.span).pointer(pointer));
             }
@@ -563,6 +563,11 @@ fn slots_mut(work: &mut Work) -> Option<(ProgramHandle, &mut Vec<BoundSlot>)> {
     }
 }
 
+/// Whether a pass is, or comes of, one that could not be declared.
+fn is_gap(gaps: &[(String, &Entry)], name: &str) -> bool {
+    gaps.iter().any(|(gap, _)| name.strip_prefix(gap.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
+}
+
 /// Finds versions that no pass writes.
 fn check_versions(passes: &[Pass], absent: &BTreeSet<String>, gaps: &[(String, &Entry)], shared: &mut Shared) {
     for pass in passes {
@@ -574,7 +579,7 @@ fn check_versions(passes: &[Pass], absent: &BTreeSet<String>, gaps: &[(String, &
                 .filter(|other| other.uses.iter().any(|other| other.resource == one.resource && other.usage.writes()))
                 .map(|pass| pass.name.clone())
                 .collect();
-            if writers.contains(writer) || gaps.iter().any(|(gap, _)| gap == writer) {
+            if writers.contains(writer) || is_gap(gaps, writer) {
                 continue;
             }
             let why = if absent.contains(writer) { ", which is switched off here" } else { "" };

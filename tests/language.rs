@@ -1,0 +1,154 @@
+//! What the pipeline language can say: subgraphs, loops, several files.
+
+mod common;
+
+use common::check;
+use std::path::Path;
+use umbragraph::compose::{self, Memory};
+use umbragraph::diagnostic::{Diagnostics, render};
+use umbragraph::document;
+use umbragraph::source::Sources;
+
+const SHOW: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" }"#;
+
+fn subgraph(with: &str) -> String {
+    format!(
+        r#"{{ "format": 1, "name": "test",
+  "subgraphs": {{ "soften": {{
+      "inputs": {{ "image": "what is softened" }},
+      "parameters": {{ "divisor": {{ "type": "u32", "default": 2, "min": 1, "max": 8 }} }},
+      "resources": {{ "small": {{ "texture": {{ "format": "rgba8unorm", "size": "image / divisor" }} }} }},
+      "passes": {{
+        "down": {{ "fullscreen": {{ {SHOW}, "bind": {{ "source": "image" }}, "color": [{{ "to": "small" }}] }} }},
+        "up": {{ "fullscreen": {{ {SHOW}, "bind": {{ "source": "small" }}, "color": [{{ "to": "image", "blend": "add" }}] }} }} }} }} }},
+  "resources": {{
+    "color": {{ "texture": {{ "format": "rgba8unorm", "size": [64, 32] }} }},
+    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+  "passes": {{
+    "show": {{ "fullscreen": {{ {SHOW}, "bind": {{ "source": "color" }}, "color": [{{ "to": "target" }}] }} }},
+    "soft": {{ "use": "soften", "with": {with} }},
+    "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "color" }}] }} }} }} }}"#
+    )
+}
+
+#[test]
+fn a_subgraph_sees_its_inputs_and_parameters_and_names_its_own_after_its_instance() {
+    let outcome = check(&subgraph(r#"{ "image": "color@fill", "divisor": "2 + 2" }"#));
+    assert_eq!(outcome.order(), ["fill", "soft.down", "soft.up", "show"]);
+    let small = outcome.plan().resources["soft.small"].size.unwrap();
+    assert_eq!((small.width, small.height), (16, 8));
+}
+
+#[test]
+fn a_subgraph_used_wrongly_is_told_so() {
+    assert_eq!(check(&subgraph(r#"{ "imgae": "color" }"#)).codes(), ["UG0102"]);
+    assert_eq!(check(&subgraph("{}")).codes(), ["UG0106"]);
+    assert_eq!(check(&subgraph(r#"{ "image": "color@fill", "divisor": 9 }"#)).codes(), ["UG0204"]);
+    let circle = subgraph(r#"{ "image": "color" }"#);
+    assert_eq!(check(&circle).codes(), ["UG0403"], "without a version, down waits for up");
+    let itself = subgraph(r#"{ "image": "color@fill" }"#).replace("\"down\": {", "\"again\": { \"use\": \"soften\", \"with\": { \"image\": \"small\" } }, \"down\": {");
+    assert!(check(&itself).codes().contains(&"UG0212"));
+}
+
+#[test]
+fn a_fault_inside_a_subgraph_is_reported_once_with_the_places_where_it_is_used() {
+    let text = subgraph(r#"{ "image": "color@fill" }"#).replace("\"bind\": { \"source\": \"small\" }", "\"bind\": { \"source\": \"smal\" }");
+    let text = text.replace("\"fill\": {", "\"more\": { \"use\": \"soften\", \"with\": { \"image\": \"color@fill\" } }, \"fill\": {");
+    let outcome = check(&text);
+    assert_eq!(outcome.codes(), ["UG0301"], "{}", outcome.text());
+    assert!(outcome.text().contains("used here"));
+}
+
+#[test]
+fn a_loop_makes_a_pass_for_each_round() {
+    let text = format!(
+        r#"{{ "format": 1, "name": "test",
+  "parameters": {{ "levels": {{ "type": "u32", "default": 3 }} }},
+  "resources": {{
+    "chain": {{ "texture": {{ "format": "rgba8unorm", "size": [64, 64], "mips": "levels + 1" }} }},
+    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+  "passes": {{
+    "show": {{ "after": ["down"], "fullscreen": {{ {SHOW}, "bind": {{ "source": {{ "texture": {{ "name": "chain@down.{{levels - 1}}", "mip": "levels" }} }} }}, "color": [{{ "to": "target" }}] }} }},
+    "down": {{ "for_each": {{ "level": "levels" }}, "fullscreen": {{ {SHOW},
+      "bind": {{ "source": {{ "texture": {{ "name": "chain", "mip": "level" }} }} }}, "color": [{{ "to": "chain", "mip": "level + 1" }}] }} }},
+    "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "chain", "mip": 0 }}] }} }} }} }}"#
+    );
+    assert_eq!(check(&text).order(), ["fill", "down.0", "down.1", "down.2", "show"]);
+    for rounds in ["1e9", "-1", "1.5", "true"] {
+        let broken = text.replace("\"level\": \"levels\"", &format!("\"level\": \"{rounds}\""));
+        assert_eq!(check(&broken).codes(), ["UG0211"], "{rounds}");
+    }
+}
+
+/// Composes files; the first is the pipeline. Returns the document and the findings as text.
+fn composed(files: &[(&str, &str)]) -> (Option<serde_json::Value>, String) {
+    let mut memory = Memory(files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect());
+    let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+    let file = sources.add(files[0].0, files[0].1);
+    let composed = compose::compose(file, Path::new(files[0].0), &mut memory, &mut sources, &mut findings);
+    (composed.map(|composed| composed.document.root.to_json()), render::human_all(&findings, &sources))
+}
+
+#[test]
+fn extends_merges_objects_replaces_the_rest_and_deletes_with_null() {
+    let (document, findings) = composed(&[
+        ("a/top.json", r#"{ "extends": "../base.json", "parameters": { "x": { "default": 2 }, "y": null }, "list": [3] }"#),
+        ("base.json", r#"{ "parameters": { "x": { "type": "u32", "default": 1 }, "y": { "default": 0 } }, "list": [1, 2] }"#),
+    ]);
+    assert_eq!(findings, "");
+    assert_eq!(document.unwrap(), serde_json::json!({ "parameters": { "x": { "type": "u32", "default": 2 } }, "list": [3] }));
+}
+
+#[test]
+fn extending_nothing_changes_nothing() {
+    let text = r#"{ "name": "x", "passes": { "a": { "b": [1, { "c": true }] } } }"#;
+    let (document, findings) = composed(&[("a.json", text)]);
+    assert_eq!(findings, "");
+    assert_eq!(document.unwrap(), serde_json::from_str::<serde_json::Value>(text).unwrap());
+}
+
+#[test]
+fn files_that_lead_back_to_themselves_or_are_not_there_are_findings_at_the_path() {
+    let (document, findings) = composed(&[("a.json", r#"{ "extends": "b.json" }"#), ("b.json", r#"{ "include": ["a.json"] }"#)]);
+    assert!(document.is_none());
+    assert!(findings.contains("UG0007") && findings.contains("b.json:1:15"), "{findings}");
+    let (_, findings) = composed(&[("a.json", r#"{ "extends": "gone.json" }"#)]);
+    assert!(findings.contains("UG0001") && findings.contains("a.json:1:14"), "{findings}");
+    let (_, findings) = composed(&[("a.json", r#"{ "extends": "b.json", "x": null }"#), ("b.json", "{}")]);
+    assert!(findings.contains("UG0109"), "{findings}");
+}
+
+#[test]
+fn an_include_adds_and_never_changes() {
+    let files = |section: &str| {
+        composed(&[
+            ("a.json", r#"{ "include": "parts.json", "parameters": { "x": 1 } }"#),
+            ("parts.json", &format!(r#"{{ "parameters": {{ "{section}": 2 }} }}"#)),
+        ])
+    };
+    assert_eq!(files("y").0.unwrap()["parameters"], serde_json::json!({ "x": 1, "y": 2 }));
+    assert!(files("x").1.contains("UG0103"));
+}
+
+#[test]
+fn an_extension_puts_its_passes_at_a_named_point() {
+    let base = r#"{ "extension_points": { "late": { "after": ["shade"], "before": ["show"] } },
+        "passes": { "shade": {}, "show": {} } }"#;
+    let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+    let mut parse = |name: &str, text: &str| {
+        let file = sources.add(name, text);
+        document::parse(&sources, file).unwrap().root
+    };
+    let mut document = parse("base.json", base);
+    let extension = parse("more.json", r#"{ "inserts": { "late": { "grain": {}, "glow": {} } }, "parameters": { "amount": {} } }"#);
+    let wrong = parse("wrong.json", r#"{ "inserts": { "lat": { "x": {} } } }"#);
+    compose::insert(&mut document, extension, &mut findings);
+    assert!(findings.is_empty());
+    let json = document.to_json();
+    assert_eq!(json["passes"]["grain"]["after"], serde_json::json!(["shade"]));
+    assert_eq!(json["passes"]["glow"]["after"], serde_json::json!(["shade", "grain"]));
+    assert_eq!(json["passes"]["show"]["after"], serde_json::json!(["grain", "glow"]));
+    assert!(json["parameters"]["amount"].is_object());
+    compose::insert(&mut document, wrong, &mut findings);
+    assert_eq!(findings.iter().next().unwrap().code.id, "UG0210");
+}
