@@ -200,3 +200,97 @@ fn the_plan_is_the_same_from_run_to_run() {
     let plan = |outcome: &common::Outcome| serde_json::to_string(outcome.plan()).unwrap();
     assert_eq!(plan(&check(&text)), plan(&check(&text)));
 }
+
+#[test]
+fn a_live_pass_whose_output_is_not_read_still_has_a_place_for_it() {
+    let passes = [
+        "\"both\": { \"fullscreen\": { \"shader\": \"gradient.wgsl.jinja\", \"color\": [{ \"to\": \"target\" }] } }".to_owned(),
+        add("effect", "a", "\"side_effect\": true, \"after\": [\"clear\"],"),
+        fill("clear", "a"),
+    ];
+    let outcome = check(&pipeline(&["a"], &passes));
+    assert!(outcome.plan().resources.contains_key("a"));
+    assert_eq!(outcome.plan().textures.len(), 1);
+}
+
+#[test]
+fn an_output_that_is_overwritten_whole_before_the_end_is_culled() {
+    let passes = [fill("first", "target"), copy_with("second", "a", "target", "\"after\": [\"first\"],"), fill("make", "a")];
+    let outcome = check(&pipeline(&["a"], &passes));
+    assert_eq!(outcome.order(), ["make", "second"]);
+    assert_eq!(outcome.plan().culled["first"], CullReason::NothingReads(vec!["target".to_owned()]));
+}
+
+#[test]
+fn a_version_that_is_overwritten_before_it_is_read_is_culled() {
+    let passes = [fill("first", "a"), copy_with("second", "b", "a", "\"after\": [\"first\"],"), fill("make", "b"), copy("show", "a", "target")];
+    let outcome = check(&pipeline(&["a", "b"], &passes));
+    assert_eq!(outcome.order(), ["make", "second", "show"]);
+    assert!(outcome.plan().culled.contains_key("first"));
+}
+
+#[test]
+fn the_way_of_a_culled_pass_is_told_to_its_end() {
+    let passes = [fill("show", "target"), fill("a1", "a"), copy("b1", "a", "b")];
+    let outcome = check(&pipeline(&["a", "b"], &passes));
+    assert_eq!(
+        outcome.plan().why_culled("a1"),
+        ["only culled passes read what a1 writes: b1", "nothing reads what b1 writes: b"]
+    );
+    assert!(outcome.plan().why_culled("show").is_empty());
+}
+
+#[test]
+fn a_picture_of_every_form_names_every_pass_and_is_the_same_from_run_to_run() {
+    let text = pipeline(&["a", "b"], &[fill("p1", "a"), copy("p2", "a", "target"), copy("dead", "a", "b")]);
+    let report = |outcome: &common::Outcome| {
+        let graph = outcome.checked.graph.as_ref().expect("a graph");
+        umbragraph::report::Report::new(outcome.plan(), graph, &outcome.sources)
+    };
+    let (first, second) = (check(&text), check(&text));
+    for format in umbragraph::report::GraphFormat::ALL {
+        let draw = |outcome: &common::Outcome| umbragraph::report::draw(&report(outcome), format, None);
+        let drawn = draw(&first);
+        assert_eq!(drawn, draw(&second), "{}", format.name());
+        for name in ["p1", "p2", "dead"] {
+            assert!(drawn.contains(name), "{} lacks {name}", format.name());
+        }
+    }
+}
+
+#[test]
+fn names_cannot_break_out_of_pictures() {
+    let text = pipeline(&["a"], &[fill("p1", "a"), copy("p2", "a", "target")]).replace("\"name\": \"test\"", r#""name": "</script><b>&\"""#);
+    let outcome = check(&text);
+    let graph = outcome.checked.graph.as_ref().expect("a graph");
+    let report = umbragraph::report::Report::new(outcome.plan(), graph, &outcome.sources);
+    for format in [umbragraph::report::GraphFormat::Svg, umbragraph::report::GraphFormat::Html] {
+        let drawn = umbragraph::report::draw(&report, format, None);
+        assert!(!drawn.contains("<b>"), "{}", format.name());
+    }
+    assert!(umbragraph::report::draw(&report, umbragraph::report::GraphFormat::Dot, None).contains(r#"digraph "</script><b>&\"""#));
+}
+
+#[test]
+fn the_difference_of_two_plans_is_said_in_words() {
+    let report = |text: &str| {
+        let outcome = check(text);
+        let graph = outcome.checked.graph.as_ref().expect("a graph");
+        umbragraph::report::Report::new(outcome.plan(), graph, &outcome.sources)
+    };
+    let before = report(&pipeline(&["a"], &[fill("p1", "a"), copy("p2", "a", "target")]));
+    let after = report(&pipeline(&["a", "b"], &[fill("p1", "a"), copy("more", "a", "b"), copy("p2", "b", "target")]));
+    assert!(umbragraph::report::diff(&before, &before).is_empty());
+    assert_eq!(
+        umbragraph::report::diff(&before, &after),
+        [
+            "the pass more (fullscreen) is new",
+            "the pass p2 reads b now",
+            "the pass p2 reads a no longer",
+            "the resource b is new: rgba8unorm 640×480",
+            "2.3 MiB are created, 1.2 MiB more than before (1.2 MiB)",
+            "2.3 MiB are used without aliasing, 1.2 MiB more than before (1.2 MiB)",
+            "2.3 MiB are alive at most, 1.2 MiB more than before (1.2 MiB)",
+        ]
+    );
+}

@@ -73,12 +73,19 @@ pub(super) struct Writers {
     wide: Vec<usize>,
     exact: HashMap<Part, Vec<usize>>,
     by_pass: HashMap<(PassHandle, Part), usize>,
+    single: Option<(PassHandle, Part)>,
 }
 
 impl Writers {
     /// The index of writers that are in order.
     pub(super) fn new(accesses: &[Access<'_>], list: Vec<usize>) -> Self {
         let mut writers = Self { all: (0..list.len()).collect(), ..Self::default() };
+        // Most resources have one writer, which needs no index.
+        if let [at] = list[..] {
+            writers.single = Some((accesses[at].pass, accesses[at].part));
+            writers.list = list;
+            return writers;
+        }
         for (rank, at) in list.iter().enumerate() {
             let access = &accesses[*at];
             if is_exact(access.part) {
@@ -94,11 +101,14 @@ impl Writers {
 
     /// The rank of the write of a part by a pass.
     pub(super) fn rank(&self, pass: PassHandle, part: Part) -> Option<usize> {
-        self.by_pass.get(&(pass, part)).copied()
+        match self.single {
+            Some(single) => (single == (pass, part)).then_some(0),
+            None => self.by_pass.get(&(pass, part)).copied(),
+        }
     }
 
     fn lists(&self, part: Part) -> (&[usize], &[usize]) {
-        if is_exact(part) { (self.exact.get(&part).map_or(&[], Vec::as_slice), &self.wide) } else { (&[], &self.all) }
+        if is_exact(part) && self.single.is_none() { (self.exact.get(&part).map_or(&[], Vec::as_slice), &self.wide) } else { (&[], &self.all) }
     }
 
     /// The ranks below a limit whose parts may overlap a part, the latest first.

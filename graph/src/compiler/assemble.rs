@@ -136,6 +136,11 @@ impl AssemblyPass<'_> {
         self.handle
     }
 
+    /// The pass that was added before it.
+    pub fn previous(&self) -> Option<PassHandle> {
+        self.handle.0.checked_sub(1).map(PassHandle)
+    }
+
     /// Samples all of the newest version of a texture.
     pub fn reads(self, resource: ResourceHandle) -> Self {
         self.uses(resource, Part::WHOLE, Usage::Sampled, Version::Newest)

@@ -6,6 +6,7 @@
 //!
 //! Cost: for each attachment the uses of its resource up to the one that decides.
 
+use super::cull::single_layer;
 use super::facts::TextureFacts;
 use super::plan::{PlannedAttachment, PlannedPass, StoreOperation};
 use super::planner::Planner;
@@ -31,7 +32,8 @@ impl Planner<'_> {
                 break;
             }
             let clears = matches!(later.usage, Usage::ColorAttachment | Usage::DepthAttachment);
-            if clears && later.part.layer.is_some() && later.part.contains(part) {
+            let fixed = later.part.layer.is_some() || single_layer(self.pipeline, target.resource);
+            if clears && fixed && later.part.contains(part) {
                 store = StoreOperation::Discard;
                 break;
             }

@@ -81,11 +81,16 @@ fn surviving_writers(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandl
                 && one.part == part
                 && matches!(one.usage, Usage::ColorAttachment | Usage::DepthAttachment)
         });
-        if clears && part.layer.is_some() {
+        if clears && (part.layer.is_some() || single_layer(pipeline, resource)) {
             covered.insert(part);
         }
     }
     writers
+}
+
+/// Whether a resource is declared without layers, so that every attachment of it is the same one.
+pub(super) fn single_layer(pipeline: &Pipeline, resource: ResourceHandle) -> bool {
+    pipeline.resource(resource).texture().is_some_and(|texture| texture.layers.is_none())
 }
 
 /// Why a pass is culled.

@@ -1,11 +1,16 @@
 //! Cycles of a directed graph: for each strongly connected component a shortest one.
+//!
+//! Components are found by Kosaraju's algorithm, since petgraph's version of it is not recursive: a graph may have a
+//! million passes, a stack may not.
 
-use petgraph::algo::tarjan_scc;
+use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
 use std::collections::VecDeque;
 
 /// The most starts from which a shortest cycle is searched in one component; beyond that it may not be the shortest.
 const MAXIMUM_STARTS: usize = 256;
+/// The most members over all starts that are looked at in one component, but one start is always tried.
+const MAXIMUM_VISITS: usize = 1_000_000;
 
 /// One cycle for each strongly connected component, as the nodes along it from its smallest; sorted.
 pub(super) fn shortest(edges: &[Vec<usize>]) -> Vec<Vec<usize>> {
@@ -18,7 +23,7 @@ pub(super) fn shortest(edges: &[Vec<usize>]) -> Vec<Vec<usize>> {
     }
     let mut cycles = Vec::new();
     let mut component_of = vec![usize::MAX; edges.len()];
-    for (index, component) in tarjan_scc(&graph).into_iter().enumerate().filter(|(_, component)| component.len() > 1) {
+    for (index, component) in kosaraju_scc(&graph).into_iter().enumerate().filter(|(_, component)| component.len() > 1) {
         let mut members: Vec<usize> = component.into_iter().map(petgraph::graph::NodeIndex::index).collect();
         members.sort_unstable();
         for member in &members {
@@ -26,7 +31,7 @@ pub(super) fn shortest(edges: &[Vec<usize>]) -> Vec<Vec<usize>> {
         }
         let best = members
             .iter()
-            .take(MAXIMUM_STARTS)
+            .take(MAXIMUM_STARTS.min(MAXIMUM_VISITS / members.len()).max(1))
             .filter_map(|start| from_start(edges, &component_of, index, *start))
             .min_by_key(|cycle| (cycle.len(), cycle.clone()));
         cycles.extend(best);

@@ -6,13 +6,14 @@
 //! - Up to [`EXACT_PASSES`] passes: branch and bound over the sets of passes that have run. What is alive depends only
 //!   on the set, so a way to a set is dropped if another way to it had no higher peak in any class. The peaks start
 //!   from what single passes need, below which no order goes.
-//! - Beyond, or after [`MAXIMUM_STEPS`] steps: list scheduling. Among the first [`WINDOW`] passes that can run, the one
-//!   that raises the peaks least goes next, then the one that leaves the fewest bytes alive, then the first of the
-//!   document. The order of the document is kept where it is as good.
+//! - Beyond, or after [`MAXIMUM_STEPS`] steps: list scheduling. Among the first [`WINDOW`] passes that can run and the
+//!   [`WINDOW`] that could run last (the consumers of what was just made), the one that raises the peaks least goes
+//!   next, then the one that leaves the fewest bytes alive, then the first of the document. The order of the document
+//!   is kept where it is as good.
 //!
 //! Cost: the heuristic is linear in uses times the window.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 
 use super::facts::Facts;
 use super::graph::Graph;
@@ -25,8 +26,8 @@ use crate::work::PassHandle;
 const EXACT_PASSES: usize = 20;
 /// The most steps of that search.
 const MAXIMUM_STEPS: usize = 2_000_000;
-/// How many ready passes the heuristic weighs.
-const WINDOW: usize = 32;
+/// How many of the ready passes, the first and the latest, the heuristic weighs.
+const WINDOW: usize = 16;
 /// How many ways to one set of passes are remembered.
 const MAXIMUM_WAYS: usize = 8;
 
@@ -196,10 +197,17 @@ fn schedule(model: &Model, graph: &Graph, live: &[PassHandle]) -> Vec<PassHandle
     let mut ready = Ready::new(graph, live);
     let mut state = model.start();
     let mut order = Vec::with_capacity(live.len());
-    while let Some(next) = ready.passes.iter().take(WINDOW).copied().min_by_key(|pass| (model.weigh(&state, *pass), *pass)) {
+    let mut latest: VecDeque<PassHandle> = VecDeque::new();
+    loop {
+        latest.retain(|pass| ready.passes.contains(pass));
+        let candidates = ready.passes.iter().take(WINDOW).chain(&latest).copied();
+        let Some(next) = candidates.min_by_key(|pass| (model.weigh(&state, *pass), *pass)) else { break };
         model.run(&mut state, next);
         order.push(next);
-        ready.take(next);
+        latest.extend(ready.take(next));
+        while latest.len() > WINDOW {
+            latest.pop_front();
+        }
     }
     order
 }

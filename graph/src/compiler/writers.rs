@@ -26,6 +26,9 @@ use crate::language::Lifetime;
 use crate::pipeline::{Part, Pipeline, ResourceKind, Version};
 use crate::work::{PassHandle, ResourceHandle};
 
+/// The most members of a cycle that a finding names.
+const SHOWN: usize = 32;
+
 /// How one pass comes before another.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Via {
@@ -283,7 +286,11 @@ impl<'a> Builder<'a> {
         let edges: Vec<Vec<usize>> = self.next.iter().map(|list| list.iter().map(|(to, _)| to.index()).collect()).collect();
         for members in cycle::shortest(&edges) {
             let first = &self.pipeline.passes[members[0]];
-            let names: Vec<String> = members.iter().map(|pass| format!("\"{}\"", self.pipeline.passes[*pass].name)).collect();
+            let mut names: Vec<String> =
+                members.iter().take(SHOWN).map(|pass| format!("\"{}\"", self.pipeline.passes[*pass].name)).collect();
+            if members.len() > SHOWN {
+                names.push(format!("and {} more", members.len() - SHOWN));
+            }
             let mut finding = Diagnostic::error(
                 codes::CYCLE,
                 first.place,
@@ -291,7 +298,7 @@ impl<'a> Builder<'a> {
             )
             .pointer(&first.pointer)
             .help("break the circle: read an older version (name@pass), or write to another resource");
-            for (at, pass) in members.iter().enumerate() {
+            for (at, pass) in members.iter().enumerate().take(SHOWN) {
                 let step = self.describe_step(*pass, members[(at + 1) % members.len()]);
                 finding = finding.related(self.pipeline.passes[*pass].place, step);
             }

@@ -302,7 +302,9 @@ impl Player<'_, '_> {
     fn covers(&self, pass: PassHandle, region: usize, writers: &[Vec<(PassHandle, bool)>]) -> bool {
         let loads = writers[region].iter().any(|(writer, loads)| *writer == pass && *loads);
         let attached = self.plan.pipeline.pass(pass).uses.iter().any(|one| {
-            one.resource == self.handle && one.usage.writes() && one.usage.is_attachment() && one.part.layer.is_some()
+            let texture = self.plan.pipeline.resource(self.handle).texture();
+            let one_layer = one.part.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
+            one.resource == self.handle && one.usage.writes() && one.usage.is_attachment() && one_layer
         });
         !loads && attached
     }

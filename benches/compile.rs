@@ -1,0 +1,133 @@
+//! The cost of the graph and the plan of pipelines of several shapes and sizes, reports off.
+//!
+//! Lines `ratio NAME VALUE` are ours divided by the bound that is aimed at: 3 µs a pass, a log-log slope of 1.1, and
+//! 100 MiB for 10,000 passes. Rivals are in `benches/peers`, a package of its own. Times are the least of several runs
+//! in a row; memory is the peak of a process that does nothing else.
+
+use std::process::Command;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use umbragraph::compiler::{Assembly, PlanOptions, build, plan, verify};
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::pipeline::{Part, Pipeline};
+use umbragraph::source::Sources;
+
+#[path = "shapes.rs"]
+mod shapes;
+use shapes::{Graph, SHAPES};
+
+/// The argument that makes this program compile one graph and print its peak memory.
+const MEMORY: &str = "--memory-of";
+
+fn main() {
+    let arguments: Vec<String> = std::env::args().collect();
+    if let Some(at) = arguments.iter().position(|argument| argument == MEMORY) {
+        print_memory(&arguments[at + 1]);
+        return;
+    }
+    println!("microseconds a pass for graph and plan");
+    println!("{:<12} {:>10} {:>10} {:>10} {:>10}   slope   verify at 1,000", "shape", 10, 100, 1_000, 10_000);
+    for (name, shape) in SHAPES {
+        let mut points = Vec::new();
+        let mut line = format!("{name:<12}");
+        for count in [10, 100, 1_000, 10_000] {
+            let (pipeline, sources) = pipeline(&shape(count));
+            let time = least(&pipeline, &sources, if count > 1_000 { 7 } else { 25 });
+            let micros = time.as_secs_f64() * 1e6 / count as f64;
+            points.push(((count as f64).ln(), time.as_secs_f64().ln()));
+            line.push_str(&format!(" {micros:>10.3}"));
+        }
+        let slope = slope(&points);
+        let last = points[3].1.exp() * 1e6 / 10_000.0;
+        println!("{line} {slope:>7.3} {:>10.1} ms", verify_time(&shape(1_000)).as_secs_f64() * 1e3);
+        println!("ratio compile/{name}/time_of_10000_passes_to_3us_each {:.3}", last / 3.0);
+        println!("ratio compile/{name}/slope_to_1.1 {:.3}", slope / 1.1);
+    }
+    for (name, _) in SHAPES {
+        match memory(name) {
+            Some(kibibytes) => println!("ratio compile/{name}/peak_memory_of_10000_passes_to_100MiB {:.3}", kibibytes as f64 / 102_400.0),
+            None => println!("skipped: the peak memory of a process is not known on this system"),
+        }
+    }
+}
+
+/// The pipeline of a graph.
+fn pipeline(graph: &Graph) -> (Arc<Pipeline>, Sources) {
+    let mut assembly = Assembly::new("bench");
+    let textures: Vec<_> =
+        graph.resources.iter().enumerate().map(|(at, [width, height])| assembly.sized_texture(&format!("r{at}"), *width, *height)).collect();
+    for (at, pass) in graph.passes.iter().enumerate() {
+        let mut new = assembly.pass(&format!("p{at}"));
+        for resource in &pass.reads {
+            new = new.reads_part(textures[*resource], Part::WHOLE);
+        }
+        for resource in &pass.writes {
+            new = new.writes(textures[*resource]);
+        }
+        for resource in &pass.updates {
+            new = new.updates(textures[*resource]);
+        }
+        if let Some(previous) = new.previous().filter(|_| pass.after_previous) {
+            new = new.after(previous);
+        }
+        if pass.output {
+            let _ = new.side_effect();
+        }
+    }
+    assembly.finish()
+}
+
+fn compile(pipeline: &Arc<Pipeline>, sources: &Sources) -> usize {
+    let mut findings = Diagnostics::new();
+    let graph = build(pipeline, &mut findings).expect("a graph");
+    let plan = plan(pipeline, &graph, &PlanOptions::new(64, 64), sources, &mut findings).expect("a plan");
+    std::hint::black_box(plan.passes.len())
+}
+
+fn least(pipeline: &Arc<Pipeline>, sources: &Sources, runs: usize) -> Duration {
+    let run = || {
+        let start = Instant::now();
+        assert_eq!(compile(pipeline, sources), pipeline.passes.len(), "nothing is culled");
+        start.elapsed()
+    };
+    (0..runs).map(|_| run()).min().unwrap_or_default()
+}
+
+fn verify_time(graph: &Graph) -> Duration {
+    let (pipeline, sources) = pipeline(graph);
+    let (mut findings, options) = (Diagnostics::new(), PlanOptions::new(64, 64));
+    let graph = build(&pipeline, &mut findings).expect("a graph");
+    let plan = plan(&pipeline, &graph, &options, &sources, &mut findings).expect("a plan");
+    let start = Instant::now();
+    let faults = verify(&plan, &options);
+    assert!(faults.is_empty(), "{:#?}", &faults[..faults.len().min(5)]);
+    start.elapsed()
+}
+
+/// The slope of a line through the points, by least squares.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let count = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let (x, y) = (mean(|point| point.0), mean(|point| point.1));
+    let up: f64 = points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum();
+    let across: f64 = points.iter().map(|point| (point.0 - x).powi(2)).sum();
+    up / across
+}
+
+fn memory(shape: &str) -> Option<u64> {
+    let program = std::env::current_exe().ok()?;
+    let output = Command::new(program).args([MEMORY, shape]).output().ok()?;
+    String::from_utf8(output.stdout).ok()?.trim().parse().ok()
+}
+
+fn print_memory(shape: &str) {
+    let Some((_, shape)) = SHAPES.iter().find(|(name, _)| *name == shape) else { return };
+    let (pipeline, sources) = pipeline(&shape(10_000));
+    compile(&pipeline, &sources);
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok());
+    if let Some(peak) = peak {
+        println!("{peak}");
+    }
+}

@@ -1,0 +1,111 @@
+//! The shapes of graphs that the compiler and its rivals are measured on; made from a fixed seed.
+
+/// A graph by numbers.
+#[derive(Default)]
+pub(crate) struct Graph {
+    /// The width and height of each resource.
+    pub(crate) resources: Vec<[u32; 2]>,
+    /// The passes in the order of their declaration.
+    pub(crate) passes: Vec<Pass>,
+}
+
+/// A pass by numbers of resources.
+#[derive(Default)]
+pub(crate) struct Pass {
+    /// What it reads.
+    pub(crate) reads: Vec<usize>,
+    /// What it writes.
+    pub(crate) writes: Vec<usize>,
+    /// What it reads and writes.
+    pub(crate) updates: Vec<usize>,
+    /// Whether it says that it runs after the pass before it.
+    pub(crate) after_previous: bool,
+    /// Whether it is what the graph is for.
+    pub(crate) output: bool,
+}
+
+/// A shape of any number of passes.
+pub(crate) type Shape = fn(usize) -> Graph;
+
+/// All shapes by name.
+pub(crate) const SHAPES: [(&str, Shape); 6] = [
+    ("chain", chain),
+    ("layered", layered),
+    ("fan_in", fan_in),
+    ("writers", writers),
+    ("sizes", sizes),
+    ("shared", shared),
+];
+
+const SAME: [u32; 2] = [64, 64];
+
+/// Each pass reads what the one before it wrote.
+fn chain(count: usize) -> Graph {
+    linked(count, |_| SAME)
+}
+
+/// A chain in which no two resources have one size.
+fn sizes(count: usize) -> Graph {
+    linked(count, |at| [1 + (at % 8_000) as u32, 1 + (at / 8_000) as u32])
+}
+
+fn linked(count: usize, size: impl Fn(usize) -> [u32; 2]) -> Graph {
+    let mut graph = Graph { resources: (0..count).map(size).collect(), ..Graph::default() };
+    for at in 0..count {
+        let reads = at.checked_sub(1).into_iter().collect();
+        graph.passes.push(Pass { reads, writes: vec![at], output: at + 1 == count, ..Pass::default() });
+    }
+    graph
+}
+
+/// Layers of ten passes, each of which reads one to three of the layer before.
+fn layered(count: usize) -> Graph {
+    let mut random = 0x2545_f491_4f6c_dd1du64;
+    let mut next = |below: usize| {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        (random % below as u64) as usize
+    };
+    let mut graph = Graph { resources: vec![SAME; count], ..Graph::default() };
+    for at in 0..count {
+        let layer = at / 10 * 10;
+        let mut reads: Vec<usize> = if layer == 0 { Vec::new() } else { (0..1 + next(3)).map(|_| layer - 10 + next(10)).collect() };
+        reads.sort_unstable();
+        reads.dedup();
+        // Every pass is an output, so that nothing is culled.
+        graph.passes.push(Pass { reads, writes: vec![at], output: true, ..Pass::default() });
+    }
+    graph
+}
+
+/// One pass reads what all others wrote.
+fn fan_in(count: usize) -> Graph {
+    let mut graph = Graph { resources: vec![SAME; count], ..Graph::default() };
+    for at in 0..count {
+        let last = at + 1 == count;
+        let reads = if last { (0..at).collect() } else { Vec::new() };
+        graph.passes.push(Pass { reads, writes: vec![at], output: last, ..Pass::default() });
+    }
+    graph
+}
+
+/// All passes update one resource, one after the other.
+fn writers(count: usize) -> Graph {
+    let mut graph = Graph { resources: vec![SAME], ..Graph::default() };
+    for at in 0..count {
+        let (writes, updates) = if at == 0 { (vec![0], Vec::new()) } else { (Vec::new(), vec![0]) };
+        graph.passes.push(Pass { writes, updates, after_previous: at > 0, output: at + 1 == count, ..Pass::default() });
+    }
+    graph
+}
+
+/// All passes read one resource.
+fn shared(count: usize) -> Graph {
+    let mut graph = Graph { resources: vec![SAME; count], ..Graph::default() };
+    for at in 0..count {
+        let reads = if at == 0 { Vec::new() } else { vec![0] };
+        graph.passes.push(Pass { reads, writes: vec![at], output: true, ..Pass::default() });
+    }
+    graph
+}

@@ -1,0 +1,284 @@
+//! Orders for an objective, aliasing by class, subresources and imports, on graphs made in code.
+
+use umbragraph::compiler::{Assembly, Objective, OrderMethod, Plan, PlanOptions, StoreOperation, build, plan, verify};
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::language::{Expr, FormatCandidates, Lifetime};
+use umbragraph::pipeline::{Part, Usage, Version};
+use umbragraph::wgpu_types::TextureUsages;
+use umbragraph::work::LoadOperation;
+
+const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
+
+fn compile(assembly: Assembly, options: &PlanOptions) -> (Option<Plan>, Diagnostics) {
+    let (pipeline, sources) = assembly.finish();
+    let mut findings = Diagnostics::new();
+    let plan = build(&pipeline, &mut findings).and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
+    let plan = plan.filter(|_| !findings.has_errors());
+    if let Some(plan) = &plan {
+        assert_eq!(verify(plan, options), Vec::new());
+    }
+    (plan, findings)
+}
+
+#[track_caller]
+fn planned(assembly: Assembly, objective: Objective) -> Plan {
+    let options = PlanOptions { objective, ..PlanOptions::new(64, 64) };
+    let (plan, findings) = compile(assembly, &options);
+    plan.unwrap_or_else(|| panic!("{findings:#?}"))
+}
+
+#[track_caller]
+fn refused(assembly: Assembly) -> Vec<&'static str> {
+    let (plan, findings) = compile(assembly, &PlanOptions::new(64, 64));
+    assert!(plan.is_none());
+    findings.iter().map(|finding| finding.code.id).collect()
+}
+
+fn names(plan: &Plan) -> Vec<&str> {
+    plan.passes.iter().map(|pass| pass.name.as_str()).collect()
+}
+
+/// `count` producers, each with a consumer that is declared after all producers.
+fn fan(count: usize) -> Assembly {
+    let mut assembly = Assembly::new("fan");
+    let textures: Vec<_> = (0..count).map(|at| assembly.texture(&format!("t{at}"))).collect();
+    for (at, texture) in textures.iter().enumerate() {
+        let _ = assembly.pass(&format!("make{at}")).writes(*texture);
+    }
+    for (at, texture) in textures.iter().enumerate() {
+        let _ = assembly.pass(&format!("use{at}")).reads(*texture).side_effect();
+    }
+    assembly
+}
+
+#[test]
+fn the_memory_order_runs_consumers_early_and_says_that_nothing_is_better() {
+    let declared = planned(fan(6), Objective::Declaration);
+    let chosen = planned(fan(6), Objective::Memory);
+    assert_eq!((declared.textures.len(), chosen.textures.len()), (6, 1));
+    assert_eq!(chosen.order.method, OrderMethod::Exact);
+    assert_eq!(names(&chosen)[..4], ["make0", "use0", "make1", "use1"]);
+    let memory = chosen.order.memory.expect("a report");
+    assert_eq!((memory.declaration, memory.chosen, memory.bound), (declared.bytes, chosen.bytes, chosen.bytes));
+}
+
+#[test]
+fn beyond_twenty_passes_the_memory_order_reports_its_gap_to_the_bound() {
+    let chosen = planned(fan(40), Objective::Memory);
+    let memory = chosen.order.memory.expect("a report");
+    assert_eq!(chosen.textures.len(), 1);
+    assert_eq!(memory.chosen, memory.bound);
+}
+
+/// A pass small at the start whose big result waits, against one that is big at once: greedy choices are wrong.
+fn trap() -> Assembly {
+    let mut assembly = Assembly::new("trap");
+    let big = assembly.sized_texture("big", 256, 256);
+    let [a, b, c] = [1u32, 2, 3].map(|at| assembly.sized_texture(&format!("s{at}"), 64, 64 + at));
+    let other = assembly.sized_texture("other", 256, 256);
+    let _ = assembly.pass("p0").writes(a);
+    let _ = assembly.pass("p1").reads(a).writes(big);
+    let _ = assembly.pass("p2").reads(a).writes(b);
+    let _ = assembly.pass("p3").reads(b).writes(other);
+    let _ = assembly.pass("p4").reads(other).writes(c);
+    let _ = assembly.pass("p5").reads(big).reads(c).side_effect();
+    assembly
+}
+
+#[test]
+fn the_exact_memory_order_is_no_worse_than_any_order_tried_by_hand() {
+    let declared = planned(trap(), Objective::Declaration);
+    let chosen = planned(trap(), Objective::Memory);
+    assert_eq!(chosen.order.method, OrderMethod::Exact);
+    assert!(chosen.bytes < declared.bytes);
+    // One of the two big textures at a time.
+    assert_eq!(chosen.textures.iter().filter(|texture| texture.size.width == 256).count(), 1);
+    assert_eq!(names(&chosen), ["p0", "p2", "p3", "p4", "p1", "p5"]);
+}
+
+#[test]
+fn few_passes_gathers_draws_to_one_target_into_one_render_pass() {
+    let assembly = || {
+        let mut assembly = Assembly::new("gather");
+        let [a, b] = ["a", "b"].map(|name| assembly.texture(name));
+        let target = assembly.imported("target");
+        let clear = assembly.pass("clear").color(target, CLEAR).handle();
+        let _ = assembly.pass("make_a").writes(a);
+        let first = assembly.pass("draw_a").reads(a).color(target, LoadOperation::Load).after(clear).handle();
+        let _ = assembly.pass("make_b").writes(b);
+        let _ = assembly.pass("draw_b").reads(b).color(target, LoadOperation::Load).after(first);
+        assembly
+    };
+    let declared = planned(assembly(), Objective::Declaration);
+    let chosen = planned(assembly(), Objective::FewPasses);
+    let groups = |plan: &Plan| plan.passes.iter().map(|pass| pass.group).collect::<Vec<_>>();
+    assert_eq!(groups(&declared), [0, 1, 2, 3, 4]);
+    assert_eq!(names(&chosen), ["make_a", "make_b", "clear", "draw_a", "draw_b"]);
+    assert_eq!(groups(&chosen), [0, 1, 2, 2, 2]);
+    assert_eq!(chosen.order.render_passes, Some([3, 1]));
+}
+
+#[test]
+fn draws_that_a_storage_write_connects_do_not_share_a_render_pass() {
+    let mut assembly = Assembly::new("storage");
+    let target = assembly.imported("target");
+    let list = assembly.buffer("list", 64, Lifetime::Transient);
+    let usage = |usage| (Part::WHOLE, usage, Version::Newest);
+    let (part, write, version) = usage(Usage::StorageWrite);
+    let first = assembly.pass("write").color(target, CLEAR).uses(list, part, write, version).handle();
+    let between = assembly.pass("between").color(target, LoadOperation::Load).after(first).handle();
+    let (part, read, version) = usage(Usage::StorageRead);
+    let _ = assembly.pass("read").color(target, LoadOperation::Load).uses(list, part, read, version).after(between);
+    let plan = planned(assembly, Objective::Declaration);
+    // The first two fit; the third reads what the first writes.
+    assert_eq!(plan.passes.iter().map(|pass| pass.group).collect::<Vec<_>>(), [0, 0, 1]);
+}
+
+#[test]
+fn depth_that_nothing_reads_later_is_discarded_and_marked_as_never_leaving_its_pass() {
+    let mut assembly = Assembly::new("depth");
+    let target = assembly.imported("target");
+    let depth = assembly.texture_with("depth", |texture| texture.format = FormatCandidates::One("depth32float".to_owned()));
+    let _ = assembly.pass("draw").color(target, CLEAR).depth(depth, LoadOperation::Clear(1.0), true);
+    let plan = planned(assembly, Objective::Declaration);
+    let attachment = plan.passes[0].depth.as_ref().expect("depth");
+    assert_eq!(attachment.store, StoreOperation::Discard);
+    assert!(attachment.transient_attachment);
+    assert!(!plan.passes[0].color[0].transient_attachment);
+}
+
+#[test]
+fn depth_is_stored_until_its_last_test_and_discarded_there() {
+    let mut assembly = Assembly::new("depth");
+    let target = assembly.imported("target");
+    let depth = assembly.texture_with("depth", |texture| texture.format = FormatCandidates::One("depth32float".to_owned()));
+    let first = assembly.pass("first").color(target, CLEAR).depth(depth, LoadOperation::Clear(1.0), true).handle();
+    let _ = assembly.pass("second").color(target, LoadOperation::Load).depth(depth, LoadOperation::Load, false).after(first);
+    let plan = planned(assembly, Objective::Declaration);
+    let stores: Vec<_> = plan.passes.iter().map(|pass| pass.depth.as_ref().expect("depth").store).collect();
+    assert_eq!(stores, [StoreOperation::Store, StoreOperation::Discard]);
+}
+
+#[test]
+fn three_lifetimes_of_which_two_overlap_need_two_textures() {
+    // A lives in 1–2, B in 4–5, C in 4–6.
+    let mut assembly = Assembly::new("lifetimes");
+    let [a, b, c] = ["a", "b", "c"].map(|name| assembly.texture(name));
+    let p1 = assembly.pass("p1").writes(a).handle();
+    let p2 = assembly.pass("p2").reads(a).side_effect().after(p1).handle();
+    let p3 = assembly.pass("p3").side_effect().after(p2).handle();
+    let p4 = assembly.pass("p4").writes(b).writes(c).after(p3).handle();
+    let p5 = assembly.pass("p5").reads(b).side_effect().after(p4).handle();
+    let _ = assembly.pass("p6").reads(c).side_effect().after(p5);
+    let plan = planned(assembly, Objective::Declaration);
+    assert_ne!(plan.resources["b"].physical, plan.resources["c"].physical);
+    assert_eq!(plan.textures.len(), 2);
+}
+
+/// Two textures with disjoint lifetimes, the second described by the caller.
+fn two(describe: impl FnOnce(&mut umbragraph::language::TextureDeclaration)) -> usize {
+    let mut assembly = Assembly::new("two");
+    let a = assembly.texture("a");
+    let b = assembly.texture_with("b", describe);
+    let first = assembly.pass("p1").color(a, CLEAR).side_effect().handle();
+    let _ = assembly.pass("p2").color(b, CLEAR).side_effect().after(first);
+    planned(assembly, Objective::Declaration).textures.len()
+}
+
+#[test]
+fn only_textures_alike_in_everything_share_memory() {
+    assert_eq!(two(|_| {}), 1);
+    assert_eq!(two(|texture| texture.samples = Some(Expr::from(4.0))), 2, "samples");
+    assert_eq!(two(|texture| texture.layers = Some(Expr::from(4.0))), 2, "layers");
+    assert_eq!(two(|texture| texture.mips = Some(Expr::from(2.0))), 2, "mips");
+    assert_eq!(two(|texture| texture.format = FormatCandidates::One("bgra8unorm".to_owned())), 2, "format");
+    assert_eq!(two(|texture| texture.size = Expr(serde_json::json!([63, 64]))), 2, "size");
+    assert_eq!(two(|texture| texture.lifetime = Lifetime::Persistent), 2, "lifetime");
+}
+
+#[test]
+fn four_mips_written_apart_and_a_chain_that_reads_the_one_before_have_an_order() {
+    let mut assembly = Assembly::new("mips");
+    let chain = assembly.texture_with("chain", |texture| texture.mips = Some(Expr::from(5.0)));
+    let mip = |at: u32| Part { mip: Some(at), layer: Some(0) };
+    for at in (1..5).rev() {
+        let _ = assembly.pass(&format!("down{at}")).reads_part(chain, mip(at - 1)).writes_part(chain, mip(at));
+    }
+    let _ = assembly.pass("top").writes_part(chain, mip(0));
+    let _ = assembly.pass("show").reads(chain).side_effect();
+    assert_eq!(names(&planned(assembly, Objective::Declaration)), ["top", "down1", "down2", "down3", "down4", "show"]);
+}
+
+#[test]
+fn a_read_and_a_write_of_different_layers_in_one_pass_are_legal() {
+    let mut assembly = Assembly::new("layers");
+    let array = assembly.texture_with("array", |texture| texture.layers = Some(Expr::from(2.0)));
+    let layer = |at: u32| Part { mip: Some(0), layer: Some(at) };
+    let _ = assembly.pass("first").writes_part(array, layer(0));
+    let _ = assembly.pass("second").reads_part(array, layer(0)).writes_part(array, layer(1)).side_effect();
+    assert_eq!(names(&planned(assembly, Objective::Declaration)), ["first", "second"]);
+}
+
+#[test]
+fn a_mip_or_layer_that_is_not_there_is_refused() {
+    for part in [Part { mip: Some(1), layer: None }, Part { mip: None, layer: Some(3) }] {
+        let mut assembly = Assembly::new("range");
+        let texture = assembly.texture_with("a", |texture| texture.layers = Some(Expr::from(3.0)));
+        let _ = assembly.pass("p").writes_part(texture, part).side_effect();
+        assert_eq!(refused(assembly), ["UG0405"]);
+    }
+}
+
+#[test]
+fn an_import_used_beyond_its_usage_is_refused_at_the_use() {
+    let mut assembly = Assembly::new("import");
+    let target = assembly.imported("target");
+    let _ = assembly.pass("p").writes(target);
+    let mut options = PlanOptions::new(64, 64);
+    options.import_usages.insert("target".to_owned(), TextureUsages::RENDER_ATTACHMENT);
+    let (plan, findings) = compile(assembly, &options);
+    assert!(plan.is_none());
+    let found: Vec<_> = findings.iter().map(|finding| (finding.code.id, finding.message.as_str())).collect();
+    let message = "\"p\" uses the import \"target\" as write-only storage, which the host's texture does not allow";
+    assert_eq!(found, [("UG0408", message)]);
+}
+
+#[test]
+fn writing_then_reading_one_part_inside_one_pass_is_refused() {
+    let mut assembly = Assembly::new("feedback");
+    let texture = assembly.texture("a");
+    let _ = assembly.pass("p").writes(texture).reads(texture).side_effect();
+    assert!(refused(assembly).contains(&"UG0404"));
+}
+
+#[test]
+fn a_size_that_leads_through_too_many_resources_is_refused_instead_of_overflowing_the_stack() {
+    let mut assembly = Assembly::new("deep");
+    for at in 0..2_000 {
+        let size = if at == 1_999 { Expr::from("viewport") } else { Expr::from(format!("r{}", at + 1).as_str()) };
+        let _ = assembly.texture_with(&format!("r{at}"), |texture| texture.size = size);
+    }
+    let target = assembly.imported("target");
+    let _ = assembly.pass("p").writes(target);
+    assert!(refused(assembly).iter().all(|code| *code == "UG0320"));
+}
+
+#[test]
+fn a_hundred_thousand_passes_and_a_cycle_through_all_of_them_end_in_a_finding() {
+    let mut assembly = Assembly::new("cycle");
+    let count = 100_000;
+    let textures: Vec<_> = (0..count).map(|at| assembly.texture(&format!("t{at}"))).collect();
+    for at in 0..count {
+        let _ = assembly.pass(&format!("p{at}")).reads(textures[(at + count - 1) % count]).writes(textures[at]);
+    }
+    assert_eq!(refused(assembly), ["UG0403"]);
+}
+
+#[test]
+fn without_aliasing_every_resource_has_memory_of_its_own() {
+    let options = PlanOptions { aliasing: false, ..PlanOptions::new(64, 64) };
+    let (plan, findings) = compile(fan(3), &options);
+    let plan = plan.unwrap_or_else(|| panic!("{findings:#?}"));
+    assert_eq!(plan.textures.len(), 3);
+    assert_eq!(plan.bytes, plan.bytes_without_aliasing);
+}
