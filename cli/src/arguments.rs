@@ -38,6 +38,12 @@ pub(crate) enum Command {
 /// What every command can be told of a pipeline.
 #[derive(Args, Clone)]
 pub(crate) struct Choices {
+    /// Takes the values of one of the pipeline's presets.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) preset: Option<String>,
+    /// Takes the values of a parameter file, over those of the preset. Later files win.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) params: Vec<PathBuf>,
     /// Gives a parameter a value: JSON, or a word of an enumeration.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub(crate) set: Vec<String>,

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use umbragraph::compiler::PlanOptions;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean, render};
-use umbragraph::document::{self, Value};
-use umbragraph::pipeline::{Choice, Setting};
+use umbragraph::document::{self, Document, Value};
+use umbragraph::pipeline::{self, Choice, ParameterFile, Setting};
 use umbragraph::shader::{TargetProfile, TemplateSet};
 use umbragraph::source::{FileId, Sources, Span};
 use umbragraph::{Checked, Job, compose, read_source};
@@ -47,10 +47,10 @@ impl Session {
                 return Checked::default();
             }
         };
-        let choice = self.choice(choices);
         let Some(profile) = self.profile(file, choices) else { return Checked::default() };
         let composed = compose::compose(file, path, &mut compose::Disk, &mut self.sources, &mut self.findings);
         let Some(composed) = composed else { return Checked::default() };
+        let choice = self.choice(choices, &composed.document);
         let job = Job {
             registry: &umbragraph::registry(),
             templates: &self.templates,
@@ -73,10 +73,35 @@ impl Session {
         !self.findings.has_errors()
     }
 
-    fn choice(&mut self, choices: &Choices) -> Choice {
+    /// What the preset, the parameter files and the command line give values to, the last over the first.
+    fn choice(&mut self, choices: &Choices, document: &Document) -> Choice {
+        let files: Vec<ParameterFile> =
+            choices.params.iter().filter_map(|path| self.parameter_file(path)).collect();
+        let preset = match &choices.preset {
+            Some(name) => {
+                let at = self.sources.add("<command line>", name.as_str());
+                Some((name.clone(), Span::new(at, 0..name.len())))
+            }
+            None => files.iter().rev().find_map(|file| file.preset.clone()),
+        };
+        let preset = preset.map(|(name, place)| pipeline::of_preset(document, &name, place, &mut self.findings));
+        let below = files.into_iter().fold(preset.unwrap_or_default(), |below, file| below.under(file.choice));
         let parameters = choices.set.iter().filter_map(|text| self.setting(text, None)).collect();
         let features = choices.feature.iter().filter_map(|text| self.setting(text, Some("true"))).collect();
-        Choice { parameters, features }
+        below.under(Choice { parameters, features })
+    }
+
+    fn parameter_file(&mut self, path: &Path) -> Option<ParameterFile> {
+        let document = read_source(path, &mut self.sources)
+            .map_err(Diagnostics::from)
+            .and_then(|file| document::parse(&self.sources, file));
+        match document {
+            Ok(document) => Some(ParameterFile::read(&document, &mut self.findings)),
+            Err(findings) => {
+                self.findings.extend(findings);
+                None
+            }
+        }
     }
 
     /// `NAME=VALUE`; the value is JSON, or else a word.

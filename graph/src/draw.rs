@@ -191,6 +191,7 @@ pub use gpu::{DrawPass, DrawSource};
 mod gpu {
     use super::{HostInterface, PropertySet};
     use crate::data::View;
+    use crate::work::DrawOrder;
 
     /// A host's meshes, as a pipeline draws them.
     pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
@@ -226,6 +227,10 @@ mod gpu {
         fn filter(&self) -> &str;
         /// The view, for culling and sorting.
         fn view(&self) -> &View;
+        /// In which order the pass wants its draws.
+        fn order(&self) -> DrawOrder {
+            DrawOrder::default()
+        }
         /// Chooses the pipeline for meshes with these properties. `false` if the set is not among those that the
         /// host's interface names; nothing may be drawn then.
         fn set_properties(&mut self, properties: PropertySet) -> bool;

@@ -176,6 +176,19 @@ pub struct SceneDraw {
     pub bindings: Vec<BoundSlot>,
     /// Which faces are not drawn; meshes that are double-sided are drawn from both sides whatever this says.
     pub cull: Option<wgpu_types::Face>,
+    /// In which order.
+    pub order: DrawOrder,
+}
+
+/// The order of opaque draws. Blended ones are drawn after them, from back to front, whatever this says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DrawOrder {
+    /// As changes the least from draw to draw.
+    #[default]
+    State,
+    /// By their distance along the view, the nearest first: for a light's view by their distance to the light.
+    FrontToBack,
 }
 
 /// Dispatching a compute shader.
@@ -255,16 +268,33 @@ pub enum SlotSource {
         resource: ResourceHandle,
         /// Where its values go.
         layout: BlockLayout,
+        /// Members that take the values of expressions instead.
+        values: Option<BlockValues>,
     },
     /// The view being drawn, laid out by the shader.
     View(BlockLayout),
     /// Values of expressions, laid out by the shader.
-    Values {
-        /// The block as the shader declares it.
-        layout: TypeLayout,
-        /// The members' expressions by name.
-        values: Vec<(String, Deferred)>,
-    },
+    Values(BlockValues),
+}
+
+impl SlotSource {
+    /// The members of a block that take the values of expressions.
+    pub fn values(&self) -> Option<&BlockValues> {
+        match self {
+            SlotSource::Values(values) => Some(values),
+            SlotSource::Data { values, .. } => values.as_ref(),
+            _ => None,
+        }
+    }
+}
+
+/// Members of a block, each with an expression.
+#[derive(Clone, Debug)]
+pub struct BlockValues {
+    /// The block as the shader declares it.
+    pub layout: TypeLayout,
+    /// The members' expressions by name.
+    pub expressions: Vec<(String, Deferred)>,
 }
 
 /// A view of a texture that a shader sees.

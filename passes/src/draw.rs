@@ -8,7 +8,7 @@ use umbragraph_graph::language::{Expr, Word};
 use umbragraph_graph::node::Node;
 use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced};
 use umbragraph_graph::wgpu_types::Face;
-use umbragraph_graph::work::{Draw as DrawWork, RenderWork, SceneDraw, Work};
+use umbragraph_graph::work::{Draw as DrawWork, DrawOrder, RenderWork, SceneDraw, Work};
 
 use crate::attachment::{self, ColorSettings, DepthSettings};
 
@@ -39,6 +39,9 @@ pub struct Draw {
     /// Which faces are not drawn: "back" without it. Meshes that are double-sided are drawn from both sides.
     #[serde(default)]
     pub cull: Option<Word<Cull>>,
+    /// In which order opaque meshes are drawn: "state" without it.
+    #[serde(default)]
+    pub order: Option<Word<DrawOrder>>,
 }
 
 /// Which faces are not drawn. Front faces are counter-clockwise.
@@ -70,6 +73,10 @@ impl Node for Draw {
             Some(word) => pass.word(word, "/cull")?,
             None => Cull::Back,
         };
+        let order = match &self.order {
+            Some(word) => pass.word(word, "/order")?,
+            None => DrawOrder::default(),
+        };
         let draw = DrawWork::Scene(SceneDraw {
             geometry: self.geometry,
             filter: self.filter,
@@ -81,6 +88,7 @@ impl Node for Draw {
                 Cull::Front => Some(Face::Front),
                 Cull::Back => Some(Face::Back),
             },
+            order,
         });
         let depth = match depth {
             Some(depth) => Some(depth?),

@@ -3,17 +3,19 @@
 
 #[cfg(all(feature = "gpu", feature = "gltf"))]
 pub mod gpu;
+pub mod host;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use umbragraph::Checked;
 use umbragraph::compiler::{Plan, PlanOptions, verify};
-use umbragraph::diagnostic::{Diagnostics, render};
-use umbragraph::document;
-use umbragraph::pipeline::{Choice, Setting};
+use umbragraph::compose;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
+use umbragraph::document::{self, Document};
+use umbragraph::pipeline::{self, Choice, ParameterFile, Setting};
 use umbragraph::shader::{TargetProfile, TemplateSet};
-use umbragraph::source::Sources;
+use umbragraph::source::{FileId, Sources, Span};
 
 /// The folder of the workspace.
 pub fn root() -> PathBuf {
@@ -59,6 +61,12 @@ impl Outcome {
 /// Values of parameters and features, each as its name and JSON text.
 #[derive(Default)]
 pub struct With<'a> {
+    /// A preset of the pipeline.
+    pub preset: Option<&'a str>,
+    /// A parameter file of the workspace.
+    pub file: Option<&'a str>,
+    /// An extension file of the workspace.
+    pub extension: Option<&'a str>,
     pub parameters: &'a [(&'a str, &'a str)],
     pub features: &'a [(&'a str, &'a str)],
     pub templates: &'a [(&'a str, &'a str)],
@@ -75,20 +83,31 @@ pub fn check(text: &str) -> Outcome {
 
 /// Takes a file of the workspace all the way to a plan of 640 by 480.
 pub fn check_file(path: &str, with: &With<'_>) -> Outcome {
-    let text = std::fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"));
-    check_with(path, &text, with)
+    check_with(path, &read(path), with)
 }
 
-/// Takes a text all the way to a plan of 640 by 480.
+fn read(path: &str) -> String {
+    std::fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// Takes a text all the way to a plan of 640 by 480. Files that it names are looked for in the workspace.
 pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
     let mut sources = Sources::new();
     let mut findings = Diagnostics::new();
     let templates = templates(with.templates, &mut sources, &mut findings);
     let file = sources.add(name, text);
-    let choice = Choice {
-        parameters: with.parameters.iter().map(|(name, value)| setting(name, value, &mut sources)).collect(),
-        features: with.features.iter().map(|(name, value)| setting(name, value, &mut sources)).collect(),
+    let Some(composed) =
+        compose::compose(file, Path::new(name), &mut Workspace, &mut sources, &mut findings)
+    else {
+        return Outcome { sources, findings, checked: Checked::default() };
     };
+    let mut document = composed.document;
+    if let Some(extension) = with.extension {
+        let extension = sources.add(extension, read(extension));
+        let extension = document::parse(&sources, extension).expect("JSON").root;
+        compose::insert(&mut document.root, extension, &mut findings);
+    }
+    let choice = choice(&document, with, &mut sources, &mut findings);
     let [width, height] = with.size.unwrap_or([640, 480]);
     let options = PlanOptions { aliasing: !with.without_aliasing, ..PlanOptions::new(width, height) };
     let job = umbragraph::Job {
@@ -98,13 +117,40 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
         choice: &choice,
         options: &options,
     };
-    let checked = umbragraph::check(file, &job, &sources, &mut findings);
+    let checked = umbragraph::check_document(&document, &job, &sources, &mut findings);
     findings.sort();
     if let Some(plan) = checked.plan.as_ref().filter(|_| !findings.has_errors()) {
         let faults = verify(plan, &options);
         assert!(faults.is_empty(), "the plan of {name} has faults: {faults:#?}");
     }
     Outcome { sources, findings, checked }
+}
+
+/// The files of the workspace, by their path in it.
+struct Workspace;
+
+impl compose::Files for Workspace {
+    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+        umbragraph::read_source(&root().join(path), sources)
+    }
+}
+
+fn choice(document: &Document, with: &With<'_>, sources: &mut Sources, findings: &mut Diagnostics) -> Choice {
+    let mut below = Choice::default();
+    let mut preset = with.preset.map(|name| (name.to_owned(), sources.add("<test>", name)));
+    if let Some(path) = with.file {
+        let at = sources.add(path, read(path));
+        let file = ParameterFile::read(&document::parse(sources, at).expect("JSON"), findings);
+        preset = preset.or(file.preset.map(|(name, _)| (name, at)));
+        below = file.choice;
+    }
+    if let Some((name, at)) = preset {
+        below = pipeline::of_preset(document, &name, Span::new(at, 0..1), findings).under(below);
+    }
+    below.under(Choice {
+        parameters: with.parameters.iter().map(|(name, value)| setting(name, value, sources)).collect(),
+        features: with.features.iter().map(|(name, value)| setting(name, value, sources)).collect(),
+    })
 }
 
 /// The project's templates and some of the test's own.
@@ -143,4 +189,13 @@ fn setting(name: &str, value: &str, sources: &mut Sources) -> Setting {
     let file = sources.add("<test>", value);
     let value = document::parse(sources, file).expect("JSON").root;
     Setting { name: name.to_owned(), place: value.span, value }
+}
+
+/// All files below a folder, sorted.
+pub fn files(folder: &Path, found: &mut Vec<PathBuf>) {
+    let mut entries: Vec<_> = std::fs::read_dir(folder).expect("a folder").flatten().map(|entry| entry.path()).collect();
+    entries.sort();
+    for path in entries {
+        if path.is_dir() { files(&path, found) } else { found.push(path) }
+    }
 }

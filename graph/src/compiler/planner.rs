@@ -9,7 +9,7 @@ use super::plan::{Kept, PlannedPass};
 use super::values::{self, PackedBlock};
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::{Pipeline, Use};
-use crate::work::{PassHandle, SlotSource, Work};
+use crate::work::{PassHandle, Work};
 
 /// Plans the live passes of one order.
 pub(super) struct Planner<'a> {
@@ -69,8 +69,8 @@ impl<'a> Planner<'a> {
                 })
                 .collect();
             for slot in slots {
-                if let SlotSource::Values { layout, values } = &slot.source
-                    && let Some(bytes) = values::pack(layout, values, &self.facts.sizes, findings)
+                if let Some(block) = slot.source.values()
+                    && let Some(bytes) = values::pack(&block.layout, &block.expressions, &self.facts.sizes, findings)
                 {
                     planned.blocks.push(PackedBlock { group: slot.group, binding: slot.binding, bytes });
                 }

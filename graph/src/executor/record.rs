@@ -92,6 +92,7 @@ pub(super) fn record(executor: &mut Executor, encoder: &mut wgpu::CommandEncoder
                             geometry: &scene.geometry,
                             filter: &scene.filter,
                             view,
+                            order: scene.order,
                             pipelines,
                             groups: host,
                             pass: &mut render_pass,

@@ -5,6 +5,7 @@ use super::pipelines::Layouts;
 use crate::data::View;
 use crate::draw::{DrawPass, DrawSource, HostInterface, HostSlotKind, PropertySet};
 use crate::pipeline::Program;
+use crate::work::DrawOrder;
 
 const MATERIAL: u32 = 2;
 const OBJECT: u32 = 3;
@@ -104,6 +105,7 @@ pub(super) struct ScenePass<'a> {
     pub(super) geometry: &'a str,
     pub(super) filter: &'a str,
     pub(super) view: &'a View,
+    pub(super) order: DrawOrder,
     pub(super) pipelines: &'a [(PropertySet, wgpu::RenderPipeline)],
     pub(super) groups: &'a SceneGroups,
     pub(super) pass: &'a mut wgpu::RenderPass<'static>,
@@ -121,6 +123,10 @@ impl DrawPass for ScenePass<'_> {
 
     fn view(&self) -> &View {
         self.view
+    }
+
+    fn order(&self) -> DrawOrder {
+        self.order
     }
 
     fn set_properties(&mut self, properties: PropertySet) -> bool {

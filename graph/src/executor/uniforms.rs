@@ -63,19 +63,17 @@ impl Uniforms {
             let views = maximum_views(plan, &pass.work).max(1);
             let mut own = Vec::new();
             for slot in slots(&pass.work) {
-                own.push(match &slot.source {
+                let place = match &slot.source {
                     SlotSource::Data { layout, .. } => take(u64::from(layout.size), 1),
                     SlotSource::View(layout) => take(u64::from(layout.size), views),
-                    SlotSource::Values { layout, .. } => {
-                        let place = take(u64::from(layout.size()), 1);
-                        let block = planned.blocks.iter().find(|block| (block.group, block.binding) == (slot.group, slot.binding));
-                        if let (Some(place), Some(block)) = (place, block) {
-                            staging.push((place.offset, block.bytes.clone()));
-                        }
-                        place
-                    }
+                    SlotSource::Values(values) => take(u64::from(values.layout.size()), 1),
                     _ => None,
-                });
+                };
+                let block = planned.blocks.iter().find(|block| (block.group, block.binding) == (slot.group, slot.binding));
+                if let (Some(place), Some(block)) = (place, block) {
+                    staging.push((place.offset, block.bytes.clone()));
+                }
+                own.push(place);
             }
             places.push(own);
         }
@@ -133,7 +131,7 @@ impl Uniforms {
             for (slot, place) in slots(work).iter().zip(&self.places[at]) {
                 let Some(place) = place else { continue };
                 match &slot.source {
-                    SlotSource::Data { resource, layout } => {
+                    SlotSource::Data { resource, layout, .. } => {
                         if let Some(data) = of(*resource) {
                             pack(layout, data, &mut self.staging, place.offset);
                         }

@@ -9,7 +9,7 @@ use crate::data::{Component, DataShape, ValueType};
 use crate::diagnostic::did_you_mean;
 use crate::language::{Expr, TextureShape, Word};
 use crate::shader::{Scalar, ScalarKind, TypeLayout};
-use crate::work::{Address, BlockLayout, BlockRun, Compare, Filter};
+use crate::work::{Address, BlockLayout, BlockRun, BlockValues, Compare, Filter};
 
 /// What stands behind one of the shader's binding names.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -31,10 +31,23 @@ pub enum BindObject {
     Sampler(SamplerBind),
     /// The members of a uniform block, each with an expression.
     Values(ValuesBind),
+    /// Host data, and expressions for members of the block that it does not publish.
+    Data(DataBind),
 }
 
 /// Expressions by the names of a block's members.
 pub type ValuesBind = BTreeMap<String, Expr>;
+
+/// Host data, and expressions for members of the block that it does not publish.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DataBind {
+    /// The host data.
+    pub name: String,
+    /// Expressions by the names of members; they go before what the data publishes.
+    #[serde(default)]
+    pub values: ValuesBind,
+}
 
 /// A part of a texture.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -71,17 +84,24 @@ pub struct SamplerBind {
 /// Matches the members of a block with published values by name.
 ///
 /// A member takes a value of exactly its type. An array of scalars also fills a vector of as many components, or an
-/// array of `vec4` (whose last may be filled in part), since uniform blocks cannot hold arrays of scalars.
+/// array of `vec4` (whose last may be filled in part), since uniform blocks cannot hold arrays of scalars. Members that
+/// `values` names are filled otherwise.
 ///
 /// # Errors
 /// A sentence for each member that no value fits.
-pub(super) fn match_block(block: &TypeLayout, shape: &DataShape, data_name: &str) -> Result<BlockLayout, Vec<String>> {
+pub(super) fn match_block(
+    block: &TypeLayout,
+    shape: &DataShape,
+    data_name: &str,
+    values: Option<&BlockValues>,
+) -> Result<BlockLayout, Vec<String>> {
     let TypeLayout::Struct { members, .. } = block else {
         return Err(vec!["host data is bound to a struct, whose members name the values".to_owned()]);
     };
     let mut runs = Vec::new();
     let mut faults = Vec::new();
-    for member in members {
+    let is_given = |name: &str| values.is_some_and(|values| values.expressions.iter().any(|(given, _)| given == name));
+    for member in members.iter().filter(|member| !is_given(&member.name)) {
         let Some(index) = shape.find(&member.name) else {
             let names = shape.values.iter().map(|(name, _)| name.as_str());
             let help = match did_you_mean(&member.name, names.clone()) {

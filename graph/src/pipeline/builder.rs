@@ -19,7 +19,7 @@ use crate::language::{Expr, Reference, TextureShape, Word};
 use crate::shader::{AxisValue, AxisValues, TypeLayout};
 use crate::source::Span;
 use crate::work::{
-    BlockLayout, BoundSlot, Deferred, ProgramHandle, ResourceHandle, Sampler, SlotSource, TextureView, Work,
+    BlockLayout, BlockValues, BoundSlot, Deferred, ProgramHandle, ResourceHandle, Sampler, SlotSource, TextureView, Work,
 };
 
 /// Declares one pass.
@@ -426,7 +426,16 @@ impl PassBuilder<'_> {
             BindingType::Buffer { ty, .. } => match bind {
                 Bind::Object(BindObject::Values(values)) => {
                     let layout = binding.block.clone()?;
-                    self.values_slot(&layout, values, &format!("{here}/values"), &program.template)
+                    let at = format!("{here}/values");
+                    self.block_values(&layout, values, &at, &program.template, true).map(SlotSource::Values)
+                }
+                Bind::Object(BindObject::Data(data)) => {
+                    let layout = binding.block.clone()?;
+                    let at = format!("{here}/data");
+                    let values_at = format!("{at}/values");
+                    let values = self.block_values(&layout, &data.values, &values_at, &program.template, false);
+                    let resource = self.data(&data.name, &format!("{at}/name"))?;
+                    Some(SlotSource::Data { resource, layout: BlockLayout::default(), values: Some(values?) })
                 }
                 Bind::Name(name) => {
                     let written = self.environment.interpolate(name, &self.shared.scope).unwrap_or_default();
@@ -445,7 +454,7 @@ impl PassBuilder<'_> {
                         return self.buffer(name, usage, here).map(SlotSource::Buffer);
                     }
                     let resource = self.data(name, here)?;
-                    Some(SlotSource::Data { resource, layout: BlockLayout::default() })
+                    Some(SlotSource::Data { resource, layout: BlockLayout::default(), values: None })
                 }
                 Bind::Object(_) => {
                     let help = "bind the name of a buffer or of host data, or { \"values\": { } }";
@@ -508,7 +517,15 @@ impl PassBuilder<'_> {
         }))
     }
 
-    fn values_slot(&mut self, layout: &TypeLayout, values: &BTreeMap<String, Expr>, at: &str, template: &str) -> Option<SlotSource> {
+    /// Expressions for the members of a block: for all of them, or for those that other values leave.
+    fn block_values(
+        &mut self,
+        layout: &TypeLayout,
+        values: &BTreeMap<String, Expr>,
+        at: &str,
+        template: &str,
+        all: bool,
+    ) -> Option<BlockValues> {
         let TypeLayout::Struct { members, .. } = layout else {
             self.report(codes::WRONG_RESOURCE, at, "values are bound to a struct", "declare the uniform as a struct in the template");
             return None;
@@ -538,6 +555,7 @@ impl PassBuilder<'_> {
                     None => fine = false,
                 },
                 None if unknown.iter().any(|name| did_you_mean(name, [member.name.as_str()]).is_some()) => fine = false,
+                None if !all => {}
                 None => {
                     let message = format!("the member \"{}\" of the block has no value", member.name);
                     self.report(codes::UNBOUND, at, message, format!("add \"{}\" here", member.name));
@@ -545,7 +563,7 @@ impl PassBuilder<'_> {
                 }
             }
         }
-        fine.then_some(SlotSource::Values { layout: layout.clone(), values: deferred })
+        fine.then_some(BlockValues { layout: layout.clone(), expressions: deferred })
     }
 
     /// The geometry contract of a name.

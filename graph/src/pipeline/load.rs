@@ -7,7 +7,8 @@ use super::builder::{PassBuilder, expression_finding};
 use super::environment::Environment;
 use super::expand::Expander;
 use super::{
-    Choice, Pass, Pipeline, Program, ProgramVariant, Resource, ResourceKind, StaticScope, binding, schema, setting,
+    Choice, Pass, Pipeline, Program, ProgramVariant, Resource, ResourceKind, StaticScope, binding, preset, schema,
+    setting,
 };
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
 use crate::document::{self, Document, Entry, pointer_join};
@@ -51,6 +52,7 @@ pub fn load(
     }
     let parameters = setting::parameters(&decoded.parameters, section("parameters"), &choice.parameters, diagnostics);
     let features = setting::features(&decoded.features, section("features"), &choice.features, diagnostics);
+    preset::check(section("presets"), &decoded.parameters, &decoded.features, choice, diagnostics);
     for entry in section("features") {
         if let Some(twin) = section("parameters").iter().find(|other| other.key == entry.key) {
             diagnostics.push(
@@ -511,16 +513,16 @@ fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &m
             let Some(block) = program.binding_at(slot.group, slot.binding).and_then(|binding| binding.block.as_ref()) else {
                 continue;
             };
-            let (shape, data_name, target) = match &mut slot.source {
-                SlotSource::View(layout) => (crate::data::View::shape(), "view".to_owned(), layout),
-                SlotSource::Data { resource, layout } => {
+            let (shape, data_name, target, values) = match &mut slot.source {
+                SlotSource::View(layout) => (crate::data::View::shape(), "view".to_owned(), layout, None),
+                SlotSource::Data { resource, layout, values } => {
                     let known = &shared.resources[resource.index()];
                     let ResourceKind::Data(Some(shape)) = &known.kind else { continue };
-                    (shape.clone(), known.name.clone(), layout)
+                    (shape.clone(), known.name.clone(), layout, values.as_ref())
                 }
                 _ => continue,
             };
-            match binding::match_block(block, &shape, &data_name) {
+            match binding::match_block(block, &shape, &data_name, values) {
                 Ok(layout) => *target = layout,
                 Err(faults) => {
                     for fault in faults {

@@ -27,6 +27,16 @@ pub struct Choice {
     pub features: Vec<Setting>,
 }
 
+impl Choice {
+    /// This choice with another one over it: where both give a value, the other's counts.
+    #[must_use]
+    pub fn under(mut self, over: Choice) -> Self {
+        self.parameters.extend(over.parameters);
+        self.features.extend(over.features);
+        self
+    }
+}
+
 /// A parameter with its value.
 #[derive(Clone, Debug)]
 pub struct Parameter {
@@ -159,7 +169,7 @@ fn unknown<'a>(
     }
 }
 
-fn not_there<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a String> + Clone, place: Span) -> Diagnostic {
+pub(super) fn not_there<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a String> + Clone, place: Span) -> Diagnostic {
     let finding = Diagnostic::error(codes::UNKNOWN_SETTING, place, format!("there is no {what} \"{name}\""));
     let names: Vec<&str> = known.map(String::as_str).collect();
     match did_you_mean(name, names.iter().copied()) {
@@ -287,7 +297,7 @@ fn words(values: &[String]) -> Vec<&str> {
     values.iter().map(String::as_str).collect()
 }
 
-fn decode_feature(name: &str, declaration: &FeatureDeclaration, value: &document::Value) -> Result<Value, Box<Diagnostic>> {
+pub(super) fn decode_feature(name: &str, declaration: &FeatureDeclaration, value: &document::Value) -> Result<Value, Box<Diagnostic>> {
     match (declaration.feature_type, &value.kind) {
         (FeatureType::Bool, document::Kind::Bool(on)) => Ok(Value::Bool(*on)),
         (FeatureType::Enum, document::Kind::Text(word)) if declaration.values.contains(word) => Ok(Value::Text(word.clone())),

@@ -3,8 +3,10 @@
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
+use umbragraph_graph::data::View;
 use umbragraph_graph::draw::{DrawPass, PropertySet};
 use umbragraph_graph::frame::Bounds;
+use umbragraph_graph::work::DrawOrder;
 
 use super::geometry::{Geometry, Part};
 use super::objects::world_from_object;
@@ -96,21 +98,40 @@ pub(super) fn record(
     };
     // Opaque draws come first in the list.
     let first_blended = items.partition_point(|item| !item.is_blended);
-    for item in &items[..first_blended] {
-        if wanted(item, pass) {
-            state.issue(item, pass);
-        }
-    }
     let mut sorted = sorted.lock().unwrap_or_else(PoisonError::into_inner);
-    sorted.clear();
-    for (at, item) in items.iter().enumerate().skip(first_blended) {
-        if wanted(item, pass) {
-            sorted.push((distance(item, view.position, view.forward), at as u32));
+    match pass.order() {
+        DrawOrder::State => {
+            for item in &items[..first_blended] {
+                if wanted(item, pass) {
+                    state.issue(item, pass);
+                }
+            }
+        }
+        DrawOrder::FrontToBack => {
+            measure(items, 0..first_blended, &view, |item| wanted(item, pass), &mut sorted);
+            sorted.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            sorted.iter().for_each(|(_, at)| state.issue(&items[*at as usize], pass));
         }
     }
+    measure(items, first_blended..items.len(), &view, |item| wanted(item, pass), &mut sorted);
     sorted.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    for (_, at) in sorted.iter() {
-        state.issue(&items[*at as usize], pass);
+    sorted.iter().for_each(|(_, at)| state.issue(&items[*at as usize], pass));
+}
+
+/// The wanted draws of a range, each with its distance along the view.
+fn measure(
+    items: &[Item],
+    range: Range<usize>,
+    view: &View,
+    wanted: impl Fn(&Item) -> bool,
+    measured: &mut Vec<(f64, u32)>,
+) {
+    measured.clear();
+    for at in range {
+        let item = &items[at];
+        if wanted(item) {
+            measured.push((distance(item, view.position, view.forward), at as u32));
+        }
     }
 }
 

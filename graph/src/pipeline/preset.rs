@@ -1,0 +1,141 @@
+//! Presets and parameter files: named sets of values for parameters and features.
+//!
+//! A preset stands in the pipeline, a parameter file beside it; both are lists of settings in the end. What counts is
+//! the last of: the declared default, the preset, the parameter file, the caller's own settings. The values of all
+//! presets are checked with every pipeline, chosen or not.
+//!
+//! ```jsonc
+//! // courtyard.params.json
+//! { "format": 1, "preset": "high", "parameters": { "far": [10, 40, 120] }, "features": { "reverse_z": true } }
+//! ```
+
+use std::collections::BTreeMap;
+
+use super::setting::{self, Choice, Setting};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::document::{self, Document, Entry, pointer_join};
+use crate::language::{FeatureDeclaration, ParameterDeclaration};
+use crate::source::Span;
+
+/// What a parameter file says.
+#[derive(Clone, Debug, Default)]
+pub struct ParameterFile {
+    /// The preset that its values are meant for, and where it is named.
+    pub preset: Option<(String, Span)>,
+    /// The values.
+    pub choice: Choice,
+}
+
+const KEYS: &[&str] = &["$schema", "format", "description", "preset", "parameters", "features"];
+
+impl ParameterFile {
+    /// Reads the parameter file of a document. Whether a pipeline has what it names shows when that is loaded.
+    pub fn read(document: &Document, diagnostics: &mut Diagnostics) -> Self {
+        let mut file = Self::default();
+        let Some(entries) = document.root.entries() else {
+            let message = format!("a parameter file is an object, this is {}", document.root.kind_name());
+            let finding = Diagnostic::error(codes::WRONG_TYPE, document.root.span, message);
+            diagnostics.push(finding.help("write { \"parameters\": { } }"));
+            return file;
+        };
+        for entry in entries {
+            let wrong = |wanted: &str| {
+                let message = format!("\"{}\" is {wanted}, this is {}", entry.key, entry.value.kind_name());
+                let finding = Diagnostic::error(codes::WRONG_TYPE, entry.value.span, message);
+                finding.pointer(pointer_join("", &entry.key)).help(format!("write {wanted}"))
+            };
+            match entry.key.as_str() {
+                "parameters" | "features" if entry.value.entries().is_none() => {
+                    diagnostics.push(wrong("an object of values"));
+                }
+                "parameters" => file.choice.parameters = settings(&entry.value),
+                "features" => file.choice.features = settings(&entry.value),
+                "preset" => match entry.value.text() {
+                    Some(name) => file.preset = Some((name.to_owned(), entry.value.span)),
+                    None => diagnostics.push(wrong("a name")),
+                },
+                key if !KEYS.contains(&key) => {
+                    diagnostics
+                        .push(document::schema::unknown_key(entry, KEYS).pointer(pointer_join("", key)));
+                }
+                _ => {}
+            }
+        }
+        file
+    }
+}
+
+/// The values of a preset of a pipeline's document. `place` is where it is asked for.
+///
+/// A preset that is not there is a finding, and has no values.
+pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut Diagnostics) -> Choice {
+    let presets = document.root.get("presets").and_then(document::Value::entries).unwrap_or_default();
+    match presets.iter().find(|preset| preset.key == name) {
+        Some(preset) => Choice {
+            parameters: preset.value.get("parameters").map(settings).unwrap_or_default(),
+            features: preset.value.get("features").map(settings).unwrap_or_default(),
+        },
+        None => {
+            let names: Vec<&str> = presets.iter().map(|preset| preset.key.as_str()).collect();
+            let help = match did_you_mean(name, names.iter().copied()) {
+                Some(meant) => format!("did you mean \"{meant}\"?"),
+                None if names.is_empty() => "this pipeline has no presets".to_owned(),
+                None => format!("the presets are {}", names.join(", ")),
+            };
+            let message = format!("there is no preset \"{name}\"");
+            diagnostics.push(Diagnostic::error(codes::UNKNOWN_PRESET, place, message).help(help));
+            Choice::default()
+        }
+    }
+}
+
+/// Checks the values of all presets but those of the chosen one, which are checked as settings.
+pub(super) fn check(
+    presets: &[Entry],
+    parameters: &BTreeMap<String, ParameterDeclaration>,
+    features: &BTreeMap<String, FeatureDeclaration>,
+    choice: &Choice,
+    diagnostics: &mut Diagnostics,
+) {
+    let is_chosen = |entry: &Entry| {
+        choice.parameters.iter().chain(&choice.features).any(|setting| setting.place == entry.key_span)
+    };
+    for preset in presets {
+        let at = pointer_join("/presets", &preset.key);
+        let values =
+            |section: &str| preset.value.get(section).and_then(document::Value::entries).unwrap_or_default();
+        for entry in values("parameters").iter().filter(|entry| !is_chosen(entry)) {
+            let pointer = pointer_join(&format!("{at}/parameters"), &entry.key);
+            match parameters.get(&entry.key) {
+                Some(declaration) => {
+                    setting::decode_parameter(&entry.key, declaration, &entry.value, &mut |finding| {
+                        diagnostics.push(finding.pointer(&pointer));
+                    });
+                }
+                None => {
+                    let finding =
+                        setting::not_there("parameter", &entry.key, parameters.keys(), entry.key_span);
+                    diagnostics.push(finding.pointer(pointer));
+                }
+            }
+        }
+        for entry in values("features").iter().filter(|entry| !is_chosen(entry)) {
+            let pointer = pointer_join(&format!("{at}/features"), &entry.key);
+            let finding = match features.get(&entry.key) {
+                Some(declaration) => setting::decode_feature(&entry.key, declaration, &entry.value).err(),
+                None => {
+                    Some(Box::new(setting::not_there("feature", &entry.key, features.keys(), entry.key_span)))
+                }
+            };
+            diagnostics.extend(finding.map(|finding| finding.pointer(pointer)));
+        }
+    }
+}
+
+fn settings(values: &document::Value) -> Vec<Setting> {
+    let entries = values.entries().unwrap_or_default();
+    entries
+        .iter()
+        .map(|entry| Setting { name: entry.key.clone(), value: entry.value.clone(), place: entry.key_span })
+        .collect()
+}
