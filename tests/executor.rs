@@ -20,6 +20,12 @@ struct Eye { time: f32 }
 @fragment fn fill(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(eye.time, 0.0, 0.0, 1.0); }
 "#;
 
+const REACH: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+struct Sun { count: u32, far: array<f32> }
+@group(0) @binding(0) var<storage, read> sun: Sun;
+@fragment fn fill(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(sun.far[2] / 100.0, 0.0, 0.0, 1.0); }
+"#;
+
 const DOUBLE: &str = "@group(0) @binding(0) var source: texture_2d<f32>;
 @group(0) @binding(1) var result: texture_storage_2d<rgba8unorm, write>;
 @compute @workgroup_size(8, 8) fn double(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -37,7 +43,7 @@ fn fill(name: &str, to: &str, color: &str, more: &str) -> String {
 }
 
 fn templates() -> Vec<(&'static str, &'static str)> {
-    vec![("fill.wgsl.jinja", FILL), ("clock.wgsl.jinja", CLOCK), ("double.wgsl.jinja", DOUBLE)]
+    vec![("fill.wgsl.jinja", FILL), ("clock.wgsl.jinja", CLOCK), ("double.wgsl.jinja", DOUBLE), ("reach.wgsl.jinja", REACH)]
 }
 
 #[track_caller]
@@ -117,6 +123,36 @@ fn records_of_one_submission_do_not_disturb_one_another() {
     gpu.queue.submit([encoder.finish()]);
     let red = |texture| read(&gpu, texture).rgba_pixels().next().unwrap()[0];
     assert_eq!((red(&targets[0]), red(&targets[1])), (51, 153));
+}
+
+#[test]
+fn an_array_without_a_count_is_as_long_as_what_is_published() {
+    let Some(gpu) = gpu::device() else { return };
+    let passes = [
+        r#""fit": { "cascades": { "to": "sun", "far": [10, 20, 40], "resolution": 64 } }"#.to_owned(),
+        r#""show": { "fullscreen": { "shader": "reach.wgsl.jinja", "bind": { "sun": "sun" }, "color": [{ "to": "target" }] } }"#.to_owned(),
+    ];
+    let outcome = outcome("", &passes, false);
+    let mut input = empty_frame();
+    input.lights.push(umbragraph::frame::Light {
+        name: "sun".to_owned(),
+        kind: umbragraph::frame::LightKind::Directional,
+        position: glam::DVec3::ZERO,
+        direction: glam::DVec3::NEG_Y,
+        color: glam::Vec3::ONE,
+        intensity: 1.0,
+        range: f32::INFINITY,
+        cast_shadow: true,
+        angular_diameter_deg: 0.0,
+        radius: 0.0,
+        priority: 1.0,
+    });
+    let target = import(&gpu, outcome.plan(), "target");
+    let mut executor = executor(&gpu, outcome.plan(), None);
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    executor.record(&mut encoder, &Frame { input: &input, draws: None, imports: &[("target", &target)] }).unwrap();
+    gpu.queue.submit([encoder.finish()]);
+    assert_eq!(read(&gpu, &target).rgba_pixels().next(), Some([102, 0, 0, 255]));
 }
 
 #[test]
