@@ -66,16 +66,20 @@ pub(super) fn record(executor: &mut Executor, encoder: &mut wgpu::CommandEncoder
                 let mut attachments = Attachments::new(&plan, at, render, textures, statistics);
                 let mut drawn = 0;
                 let mut seen: u128 = 0;
+                let layered = attachments.is_layered();
+                let layer_of = |view: &View| if layered { view.layer } else { 0 };
+                let whole = attachments.extent();
                 while drawn < views.len() {
-                    let layer = views[drawn].layer;
-                    let run = views[drawn..].iter().take_while(|view| view.layer == layer).count();
+                    let layer = layer_of(&views[drawn]);
+                    let run = views[drawn..].iter().take_while(|view| layer_of(view) == layer).count();
+                    let mixed = views[drawn..drawn + run].iter().any(|view| view.viewport.is_some());
                     let bit = 1u128.checked_shl(layer).unwrap_or(0);
                     let is_first = seen & bit == 0;
                     seen |= bit;
                     let Some(render_pass) = attachments.begin(encoder, &pass.name, layer, is_first) else { break };
                     let mut render_pass = render_pass.forget_lifetime();
                     for (offset, view) in views[drawn..drawn + run].iter().enumerate() {
-                        if let Some([x, y, width, height]) = view.viewport {
+                        if let Some([x, y, width, height]) = view.viewport.or(whole.filter(|_| mixed)) {
                             render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
                             render_pass.set_scissor_rect(x, y, width, height);
                         }
@@ -229,6 +233,20 @@ impl<'a> Attachments<'a> {
                 drop(self.begin(encoder, name, layer, true));
             }
         }
+    }
+
+    /// Whether the views draw into different layers.
+    fn is_layered(&self) -> bool {
+        let targets = self.render.color.iter().map(|color| color.target).chain(self.render.depth.as_ref().map(|depth| depth.target));
+        targets.into_iter().any(|target| self.layers(target) > 1)
+    }
+
+    /// All texels of the attachments, as a viewport.
+    fn extent(&self) -> Option<[u32; 4]> {
+        let target = self.render.color.first().map(|color| color.target).or(self.render.depth.as_ref().map(|depth| depth.target))?;
+        let texture = self.textures.texture(self.plan, target.resource)?;
+        let side = |length: u32| (length >> target.mip).max(1);
+        Some([0, 0, side(texture.width()), side(texture.height())])
     }
 
     /// How many layers the views of the pass can draw into.

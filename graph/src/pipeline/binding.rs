@@ -126,7 +126,10 @@ pub(super) fn match_block(
             )),
         }
     }
-    if faults.is_empty() { Ok(BlockLayout { size: block.size(), runs }) } else { Err(faults) }
+    // An array without a count at the end of a storage block is as long as what is published.
+    let end = runs.iter().map(|run: &BlockRun| run.offset + run.count * 4).max().unwrap_or(0);
+    let size = if end > block.size() { end.next_multiple_of(block.align().max(4)) } else { block.size() };
+    if faults.is_empty() { Ok(BlockLayout { size, runs }) } else { Err(faults) }
 }
 
 /// Where the words of a value go in a member at a byte offset: (first word, words, byte offset) each; `None` if the
