@@ -1,0 +1,222 @@
+//! No parameter and no feature of any pipeline is dead: for each there is a setting of the others under which another
+//! value changes a texture, an attachment, a shader, the bytes of a block, or what a host pass publishes.
+//!
+//! The settings tried are the defaults, each preset, and each other value of one boolean or enumeration.
+
+mod common;
+
+use std::fmt::Write as _;
+
+use common::host::{published, sunny_frame};
+use common::{With, check_with, root};
+use serde_json::{Value as Json, json};
+use umbragraph::compiler::Plan;
+use umbragraph::expression::Value;
+use umbragraph::language::{FeatureType, ParameterDeclaration, ParameterType};
+use umbragraph::pipeline::Pipeline;
+use umbragraph::work::Work;
+
+/// All that a plan makes of its parameters, as text.
+fn effect(plan: &Plan) -> String {
+    let mut text = String::new();
+    for (name, resource) in &plan.resources {
+        let _ = writeln!(text, "{name} {:?} {:?}", resource.format, resource.size);
+    }
+    for planned in &plan.passes {
+        let work = &plan.pipeline.pass(planned.handle).work;
+        let _ = writeln!(
+            text,
+            "{} {:?} {:?} {:?}",
+            planned.name, planned.variants, planned.blocks, planned.workgroups
+        );
+        match work {
+            Work::Render(render) => {
+                let _ = writeln!(text, "{:?} {:?}", render.color, render.depth);
+            }
+            Work::Host(_) => {
+                let data = published(plan, &planned.name, &sunny_frame());
+                for (name, _) in &data.shape().values {
+                    let _ = writeln!(text, "{name} {:?}", data.words(name));
+                }
+                let _ = writeln!(text, "{:?}", data.views());
+            }
+            Work::Compute(_) | Work::Copy(_) => {}
+        }
+    }
+    text
+}
+
+fn to_json(value: &Value) -> Json {
+    serde_json::to_value(value).unwrap()
+}
+
+/// Other values that a parameter could have; some may be refused.
+fn others(declaration: &ParameterDeclaration, value: &Value) -> Vec<Json> {
+    match (declaration.parameter_type, value) {
+        (ParameterType::Enum, Value::Text(now)) => {
+            declaration.values.iter().filter(|word| *word != now).map(|word| json!(word)).collect()
+        }
+        (_, Value::Bool(now)) => vec![json!(!now)],
+        (ParameterType::F32, Value::Number(now)) => {
+            vec![json!(now * 1.5), json!(now * 0.5), json!(now + 0.25)]
+        }
+        (_, Value::Number(now)) => {
+            [now + 1.0, now * 2.0, now - 1.0].map(|number| json!(number as i64)).to_vec()
+        }
+        (_, Value::List(list)) => {
+            let scaled = list.iter().filter_map(Value::number).map(|number| number * 0.9).collect::<Vec<_>>();
+            let turned =
+                list.iter().skip(1).chain(list.first()).filter_map(Value::number).collect::<Vec<_>>();
+            vec![json!(scaled), json!(turned)]
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// A value for one name, beside or instead of the defaults.
+#[derive(Clone, Debug, Default)]
+struct Context {
+    preset: Option<String>,
+    parameter: Option<(String, String)>,
+    feature: Option<(String, String)>,
+}
+
+struct Subject<'a> {
+    name: &'a str,
+    text: &'a str,
+}
+
+impl Subject<'_> {
+    /// What the pipeline comes to, or `None` where the values are refused.
+    fn plan(
+        &self,
+        context: &Context,
+        parameter: Option<(&str, &str)>,
+        feature: Option<(&str, &str)>,
+    ) -> Option<Plan> {
+        fn pair(pair: &(String, String)) -> (&str, &str) {
+            (&pair.0, &pair.1)
+        }
+        let parameters: Vec<(&str, &str)> = context.parameter.iter().map(pair).chain(parameter).collect();
+        let features: Vec<(&str, &str)> = context.feature.iter().map(pair).chain(feature).collect();
+        let with = With {
+            preset: context.preset.as_deref(),
+            parameters: &parameters,
+            features: &features,
+            ..With::default()
+        };
+        let outcome = check_with(self.name, self.text, &with);
+        if outcome.findings.has_errors() { None } else { outcome.checked.plan }
+    }
+
+    fn contexts(&self, pipeline: &Pipeline) -> Vec<Context> {
+        let document: Json = serde_json::from_str(&without_comments(self.text)).unwrap();
+        let presets = document["presets"].as_object().into_iter().flat_map(|presets| presets.keys());
+        let mut contexts = vec![Context::default()];
+        contexts.extend(presets.map(|name| Context { preset: Some(name.clone()), ..Context::default() }));
+        for (name, parameter) in &pipeline.parameters {
+            if matches!(parameter.declaration.parameter_type, ParameterType::Enum | ParameterType::Bool) {
+                contexts.extend(others(&parameter.declaration, &parameter.value).into_iter().map(|value| {
+                    Context { parameter: Some((name.clone(), value.to_string())), ..Context::default() }
+                }));
+            }
+        }
+        for (name, value) in feature_values(pipeline) {
+            contexts.push(Context { feature: Some((name, value)), ..Context::default() });
+        }
+        contexts
+    }
+
+    /// The parameters and features that change nothing.
+    fn dead(&self) -> Vec<String> {
+        let base = self
+            .plan(&Context::default(), None, None)
+            .unwrap_or_else(|| panic!("{} is not valid", self.name));
+        let contexts = self.contexts(&base.pipeline);
+        let mut dead = Vec::new();
+        for (name, parameter) in &base.pipeline.parameters {
+            let alive = contexts.iter().any(|context| {
+                let Some(plan) = self.plan(context, None, None) else { return false };
+                let before = effect(&plan);
+                let now = &plan.pipeline.parameters[name].value;
+                others(&parameter.declaration, now).iter().any(|value| {
+                    self.plan(context, Some((name, &value.to_string())), None)
+                        .is_some_and(|plan| effect(&plan) != before)
+                })
+            });
+            if !alive {
+                dead.push(name.clone());
+            }
+        }
+        for (name, value) in feature_values(&base.pipeline) {
+            let alive = contexts.iter().any(|context| {
+                let Some(before) = self.plan(context, None, None).map(|plan| effect(&plan)) else {
+                    return false;
+                };
+                self.plan(context, None, Some((&name, &value))).is_some_and(|plan| effect(&plan) != before)
+            });
+            if !alive {
+                dead.push(format!("{name}={value}"));
+            }
+        }
+        dead
+    }
+}
+
+/// Each feature with each value that it does not have.
+fn feature_values(pipeline: &Pipeline) -> Vec<(String, String)> {
+    let mut values = Vec::new();
+    for (name, feature) in &pipeline.features {
+        match (feature.declaration.feature_type, &feature.value) {
+            (FeatureType::Bool, Value::Bool(now)) => values.push((name.clone(), (!now).to_string())),
+            (_, now) => {
+                let words = feature.declaration.values.iter().map(|word| json!(word));
+                values.extend(
+                    words.filter(|word| *word != to_json(now)).map(|word| (name.clone(), word.to_string())),
+                );
+            }
+        }
+    }
+    values
+}
+
+/// The text without its comments, which stand on lines of their own.
+fn without_comments(text: &str) -> String {
+    text.lines().filter(|line| !line.trim_start().starts_with("//")).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn every_parameter_and_feature_of_every_pipeline_changes_something() {
+    let mut files = Vec::new();
+    common::files(&root().join("pipelines"), &mut files);
+    let top = root().join("pipelines");
+    let mut checked = 0;
+    for file in files.iter().filter(|file| file.parent() == Some(&top)) {
+        let name = format!("pipelines/{}", file.file_name().unwrap().to_string_lossy());
+        let text = std::fs::read_to_string(file).unwrap();
+        assert_eq!(
+            Subject { name: &name, text: &text }.dead(),
+            Vec::<String>::new(),
+            "{name} has dead settings"
+        );
+        checked += 1;
+    }
+    assert!(checked >= 3);
+}
+
+#[test]
+fn a_parameter_or_feature_that_changes_nothing_is_found() {
+    let text = std::fs::read_to_string(root().join("pipelines/nebula.json")).unwrap();
+    let text = text
+        .replacen(
+            "\"far\": {",
+            "\"idle\": { \"type\": \"f32\", \"default\": 1, \"min\": 0, \"max\": 9 }, \"far\": {",
+            1,
+        )
+        .replacen(
+            "\"reverse_z\": {",
+            "\"idle_too\": { \"type\": \"bool\", \"default\": true }, \"reverse_z\": {",
+            1,
+        );
+    assert_eq!(Subject { name: "pipelines/nebula.json", text: &text }.dead(), ["idle", "idle_too=false"]);
+}

@@ -1,0 +1,120 @@
+//! Pictures of the systems that are data only: against ray-traced truth where that is at hand, and of their traps.
+#![cfg(all(feature = "gpu", feature = "gltf"))]
+
+mod common;
+
+use common::gpu::{render, scene};
+use common::{With, check_file, root};
+use umbragraph_test_support::gpu::{self, Gpu};
+use umbragraph_test_support::image::Picture;
+use umbragraph_test_support::truth::{self, TruthScene};
+
+const MANTIS: &str = "pipelines/mantis.json";
+const CARACAL: &str = "pipelines/caracal.json";
+const MIXTURE: &str = "tests/systems/mixture.json";
+
+/// Renders the shadow term of a truth scene, holds it to the limits and compares it with a plain reference.
+#[track_caller]
+fn meets_the_limits(
+    pipeline: &str,
+    name: &str,
+    file: Option<&str>,
+    parameters: &[(&str, &str)],
+    reference: f64,
+) {
+    let Some(truth) = TruthScene::find(name) else { return };
+    let Some(gpu) = gpu::device() else { return };
+    let (width, height) = truth.size();
+    let mut all = vec![("debug_view", "\"shadow_term\"")];
+    all.extend_from_slice(parameters);
+    let with = With { file, parameters: &all, size: Some([width, height]), ..With::default() };
+    let picture = render(&gpu, &check_file(pipeline, &with), &scene(&truth.glb_path()));
+    let scores = truth::evaluate(&truth, &picture).expect("a picture of the scene's size");
+    if let Err(broken) = truth::check(&scores, &truth.hard_limits().expect("limits")) {
+        panic!("{pipeline} on {name}: {broken}");
+    }
+    let iou = scores.band(0).expect("every pixel is in band 0").intersection_over_union().unwrap_or(0.0);
+    assert!(iou > reference, "{pipeline} on {name} reaches {iou}, a plain reference {reference}");
+}
+
+#[test]
+fn a_parameter_file_makes_each_system_beat_a_plain_reference_on_small_things() {
+    meets_the_limits(MANTIS, "contact_sun", Some("pipelines/params/mantis_contact_sun.json"), &[], 0.984);
+    meets_the_limits(CARACAL, "contact_sun", Some("pipelines/params/caracal_contact_sun.json"), &[], 0.984);
+}
+
+#[test]
+fn a_parameter_file_makes_each_system_beat_a_plain_reference_on_a_landscape() {
+    meets_the_limits(
+        MANTIS,
+        "terrain_dem_sun",
+        Some("pipelines/params/mantis_terrain_dem_sun.json"),
+        &[],
+        0.992,
+    );
+    meets_the_limits(
+        CARACAL,
+        "terrain_dem_sun",
+        Some("pipelines/params/caracal_terrain_dem_sun.json"),
+        &[],
+        0.992,
+    );
+}
+
+#[test]
+fn a_mixture_that_no_code_was_written_for_meets_the_limits() {
+    meets_the_limits(MIXTURE, "contact_sun", None, &[("far", "[2.5, 5]")], 0.984);
+    meets_the_limits(MIXTURE, "terrain_dem_sun", None, &[("far", "[250, 700, 1500]")], 0.992);
+}
+
+fn courtyard(gpu: &Gpu, pipeline: &str, parameters: &[(&str, &str)], features: &[(&str, &str)]) -> Picture {
+    let with = With { parameters, features, size: Some([256, 144]), ..With::default() };
+    render(gpu, &check_file(pipeline, &with), &scene(&root().join("examples/scenes/courtyard.glb")))
+}
+
+/// The mean of a channel.
+fn mean(picture: &Picture, channel: usize) -> f64 {
+    let sum: f64 = picture.rgba_pixels().map(|pixel| f64::from(pixel[channel])).sum();
+    sum / picture.rgba_pixels().count() as f64
+}
+
+#[test]
+fn cascades_are_chosen_by_the_distance_along_the_view_axis() {
+    let Some(gpu) = gpu::device() else { return };
+    for pipeline in [MANTIS, CARACAL] {
+        // The first cascade is tinted red, the third blue.
+        let blue_over_red = |far: &str| {
+            let picture = courtyard(&gpu, pipeline, &[("debug_view", "\"cascades\""), ("far", far)], &[]);
+            mean(&picture, 2) / mean(&picture, 0)
+        };
+        let (first, third) = (blue_over_red("[2000, 3000, 4000]"), blue_over_red("[0.2, 0.3, 4000]"));
+        assert!(third > 1.5 * first, "{pipeline}: {first} in the first, {third} in the third");
+    }
+}
+
+#[test]
+fn both_depth_conventions_shadow_the_same_pixels() {
+    let Some(gpu) = gpu::device() else { return };
+    for pipeline in [MANTIS, CARACAL, MIXTURE] {
+        let parameters = [("debug_view", "\"shadow_term\"")];
+        let [forward, reverse] =
+            ["false", "true"].map(|value| courtyard(&gpu, pipeline, &parameters, &[("reverse_z", value)]));
+        let pairs = forward.rgba_pixels().zip(reverse.rgba_pixels());
+        let different = pairs.filter(|(a, b)| a[0].abs_diff(b[0]) > 32).count();
+        assert!(different * 500 < 256 * 144, "{pipeline}: {different} pixels differ");
+        let shadowed = forward.rgba_pixels().filter(|pixel| pixel[3] == 255 && pixel[0] < 128).count();
+        assert!(shadowed > 1000, "{pipeline}: {shadowed} pixels are shadowed");
+    }
+}
+
+#[test]
+fn beyond_the_last_cascade_and_where_shadows_are_off_everything_is_lit() {
+    let Some(gpu) = gpu::device() else { return };
+    let is_lit = |picture: Picture| picture.rgba_pixels().all(|pixel| pixel[3] == 0 || pixel[0] == 255);
+    let term = ("debug_view", "\"shadow_term\"");
+    for pipeline in [MANTIS, CARACAL] {
+        assert!(is_lit(courtyard(&gpu, pipeline, &[term, ("far", "[0.11, 0.12, 0.13]")], &[])), "{pipeline}");
+    }
+    assert!(is_lit(courtyard(&gpu, CARACAL, &[term, ("shadows", "false")], &[])));
+    assert!(!is_lit(courtyard(&gpu, CARACAL, &[term], &[])));
+}
