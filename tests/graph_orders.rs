@@ -1,6 +1,6 @@
 //! Orders for an objective, aliasing by class, subresources and imports, on graphs made in code.
 
-use umbragraph::compiler::{Assembly, Objective, OrderMethod, Plan, PlanOptions, StoreOperation, build, plan, verify};
+use umbragraph::compiler::{Assembly, Objective, OrderMethod, Plan, PlanOptions, StoreOperation, build, plan, verify, why_apart};
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime};
 use umbragraph::pipeline::{Part, Usage, Version};
@@ -227,6 +227,34 @@ fn a_mip_or_layer_that_is_not_there_is_refused() {
         let _ = assembly.pass("p").writes_part(texture, part).side_effect();
         assert_eq!(refused(assembly), ["UG0405"]);
     }
+}
+
+#[test]
+fn a_mip_that_is_not_there_is_refused_in_a_culled_pass_too() {
+    let mut assembly = Assembly::new("range");
+    let (texture, target) = (assembly.texture("a"), assembly.imported("target"));
+    let _ = assembly.pass("dead").writes_part(texture, Part { mip: Some(7), layer: None });
+    let _ = assembly.pass("live").writes(target);
+    assert_eq!(refused(assembly), ["UG0405"]);
+}
+
+#[test]
+fn why_two_resources_share_memory_or_not_is_said_with_every_reason() {
+    let mut assembly = Assembly::new("sharing");
+    let [a, b, c] = ["a", "b", "c"].map(|name| assembly.texture(name));
+    let small = assembly.sized_texture("small", 32, 64);
+    let target = assembly.imported("target");
+    let _ = assembly.pass("p1").writes(a);
+    let _ = assembly.pass("p2").reads(a).writes(b);
+    let _ = assembly.pass("p3").reads(b).writes(c);
+    let _ = assembly.pass("p4").reads(c).writes(small);
+    let _ = assembly.pass("p5").reads(small).writes(target);
+    let plan = planned(assembly, Objective::Declaration);
+    assert_eq!(why_apart(&plan, "a", "c"), ["a and c share memory: they are of one class, and never alive together"]);
+    assert_eq!(why_apart(&plan, "a", "b"), ["a and b are alive together, at p2 for one"]);
+    assert_eq!(why_apart(&plan, "a", "small"), ["a has a width of 64, small 32"]);
+    assert_eq!(why_apart(&plan, "c", "target")[0], "target is the host's own");
+    assert_eq!(why_apart(&plan, "a", "ghost"), ["no pass that runs uses ghost, so it has no memory at all"]);
 }
 
 #[test]

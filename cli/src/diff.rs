@@ -3,7 +3,7 @@
 use umbragraph::report::diff;
 
 use crate::arguments::DiffArguments;
-use crate::graph::report;
+use crate::graph::{print, report};
 use crate::session::Session;
 
 /// Says what differs between two plans; whether there were no errors.
@@ -16,11 +16,6 @@ pub(crate) fn run(arguments: &DiffArguments) -> bool {
     }
     let (Some(before), Some(after)) = (before, after) else { return false };
     let lines = diff(&before, &after);
-    if lines.is_empty() {
-        println!("the plans are the same");
-    }
-    for line in lines {
-        println!("{line}");
-    }
+    print(&if lines.is_empty() { "the plans are the same\n".to_owned() } else { lines.join("\n") + "\n" });
     true
 }

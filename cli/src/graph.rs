@@ -1,5 +1,6 @@
 //! `umbragraph graph`
 
+use std::io::Write as _;
 use std::path::Path;
 
 use umbragraph::diagnostic::{Diagnostic, codes};
@@ -21,7 +22,7 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
     let text = draw(&report, arguments.format, comparison.as_deref());
     match &arguments.out {
         None => {
-            print!("{text}");
+            print(&text);
             true
         }
         Some(path) => {
@@ -42,4 +43,10 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
 pub(crate) fn report(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report> {
     let checked = session.check(path, choices);
     Some(Report::new(&checked.plan?, &checked.graph?, &session.sources))
+}
+
+/// Prints a text. A reader that has seen enough and closes the pipe is no error.
+pub(crate) fn print(text: &str) {
+    let mut output = std::io::stdout().lock();
+    let _ = output.write_all(text.as_bytes()).and_then(|()| output.flush());
 }

@@ -3,6 +3,7 @@
 use umbragraph::compiler::verify;
 
 use crate::arguments::PlanArguments;
+use crate::graph::print;
 use crate::session::Session;
 
 /// Prints a plan; whether there were no errors, and no faults where they are looked for.
@@ -24,7 +25,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> bool {
     }
     match serde_json::to_string_pretty(&plan) {
         Ok(text) => {
-            println!("{text}");
+            print(&(text + "\n"));
             true
         }
         Err(_) => false,

@@ -17,8 +17,8 @@ use super::format;
 use super::plan::PlanOptions;
 use super::size::{Size, Sizes, TextureSize};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::language::{Lifetime, TextureDeclaration, TextureShape};
-use crate::pipeline::{Pipeline, ResourceKind};
+use crate::language::{Lifetime, TextureShape};
+use crate::pipeline::{Part, Pipeline, ResourceKind};
 use crate::source::Sources;
 use crate::work::{PassHandle, ResourceHandle};
 
@@ -97,7 +97,6 @@ impl<'a> Facts<'a> {
             let lifetime = resource.lifetime();
             let descriptor = match (&resource.kind, facts.sizes.of(handle)) {
                 (ResourceKind::Texture(texture), Some(Size::Texture(size))) => {
-                    facts.check_parts(handle, texture, size, wants, findings);
                     let usages = wants.uses.iter().fold(TextureUsages::empty(), |all, (_, one)| all | one.usage.texture_usages());
                     facts.check_import(handle, usages, wants, options, findings);
                     let format = match told(&resource.name, lifetime) {
@@ -129,6 +128,7 @@ impl<'a> Facts<'a> {
             facts.list[handle.index()] = Some(Fact { descriptor, class, bytes });
         }
         facts.classes = classes.len();
+        facts.check_parts(findings);
         facts
     }
 
@@ -154,24 +154,18 @@ impl<'a> Facts<'a> {
         self.sizes.take_findings()
     }
 
-    /// Finds uses of mips and layers that a texture does not have.
-    fn check_parts(
-        &self,
-        handle: ResourceHandle,
-        texture: &TextureDeclaration,
-        size: TextureSize,
-        wants: &format::Wants<'_>,
-        findings: &mut Vec<Diagnostic>,
-    ) {
-        let name = &self.pipeline.resource(handle).name;
-        let volume = texture.view == Some(TextureShape::D3);
-        for (_, one) in &wants.uses {
+    /// Finds uses of mips and layers that a texture does not have, also by passes that are culled.
+    fn check_parts(&self, findings: &mut Vec<Diagnostic>) {
+        for one in self.pipeline.passes.iter().flat_map(|pass| &pass.uses).filter(|one| one.part != Part::WHOLE) {
+            let resource = self.pipeline.resource(one.resource);
+            let (Some(texture), Some(size)) = (resource.texture(), self.sizes.texture(one.resource)) else { continue };
+            let volume = texture.view == Some(TextureShape::D3);
             // The layers of a volume are slices, fewer on each mip.
             let layers = if volume { (size.layers >> one.part.mip.unwrap_or(0).min(31)).max(1) } else { size.layers };
             for (what, at, count) in [("mip", one.part.mip, size.mips), ("layer", one.part.layer, layers)] {
                 if let Some(at) = at.filter(|at| *at >= count) {
                     findings.push(
-                        Diagnostic::error(codes::ATTACHMENTS, one.place, format!("\"{name}\" has no {what} {at}"))
+                        Diagnostic::error(codes::ATTACHMENTS, one.place, format!("\"{}\" has no {what} {at}", resource.name))
                             .pointer(&one.pointer)
                             .help(format!("it has {count}, counted from 0")),
                     );

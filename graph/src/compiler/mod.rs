@@ -26,6 +26,7 @@ mod plan;
 mod planner;
 #[cfg(test)]
 mod property_tests;
+mod sharing;
 mod size;
 mod values;
 mod verify;
@@ -40,6 +41,7 @@ pub use plan::{
     Import, Kept, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedAttachment, PlannedPass,
     PlannedResource, StoreOperation, plan,
 };
+pub use sharing::why_apart;
 pub use size::TextureSize;
 pub use values::PackedBlock;
 pub use verify::{Fault, FaultKind, verify};

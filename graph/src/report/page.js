@@ -44,7 +44,7 @@ function related(name) {
 }
 function highlight(names) {
   svg.classList.toggle("dim", names !== null);
-  for (const element of svg.querySelectorAll("[data-pass], [data-resource], .edge")) {
+  for (const element of svg.querySelectorAll("[data-pass], [data-resource], .edge[data-from]")) {
     const own = element.dataset.pass ?? element.dataset.resource;
     const on = names !== null && (own ? names.has(own) : names.has(element.dataset.from) && names.has(element.dataset.to));
     element.classList.toggle("on", on);

@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 
 use super::model::{EdgeKind, PassReport, Report, ResourceReport, bytes_in_words};
 
-const GUTTER: usize = 230;
+const GUTTER: usize = 244;
 const COLUMN: usize = 116;
 const LANE: usize = 38;
 const BOX_WIDTH: usize = 100;
@@ -256,7 +256,7 @@ fn draw_lanes(out: &mut String, report: &Report, lanes: &[Lane<'_>], top: usize)
             middle - 2,
             escape(&shorten(&lane.label, 26)),
             middle + 12,
-            escape(&shorten(&lane.detail, 38)),
+            escape(&shorten(&lane.detail, 37)),
         );
         for resource in &lane.resources {
             bar(out, report, resource, y);
@@ -288,7 +288,8 @@ fn bar(out: &mut String, report: &Report, resource: &ResourceReport, y: usize) {
     );
     // The versions: from each write to the reads of it.
     for edge in report.edges.iter().filter(|edge| edge.kind == EdgeKind::Data && edge.resource.as_deref() == Some(&resource.name)) {
-        if edge.from < edge.to {
+        // A culled reader stands outside the lifetime; the bar says nothing of it.
+        if edge.from < edge.to && edge.to <= last {
             let (from, to) = (center(edge.from) + 20, center(edge.to) - 4);
             let line = middle + 5;
             let dip = if edge.to - edge.from > 1 { 9 } else { 0 };
@@ -296,10 +297,10 @@ fn bar(out: &mut String, report: &Report, resource: &ResourceReport, y: usize) {
         }
     }
     let _ = write!(out, "<text class=\"name\" x=\"{}\" y=\"{}\">{}</text>", x + 9, middle - 2, escape(&shorten(&resource.name, width / 8)));
-    for column in &resource.read_in {
+    for column in resource.read_in.iter().filter(|column| (first..=last).contains(*column)) {
         let _ = write!(out, "<circle class=\"read\" cx=\"{}\" cy=\"{}\" r=\"4\"/>", center(*column), middle + 5);
     }
-    for column in &resource.written_in {
+    for column in resource.written_in.iter().filter(|column| (first..=last).contains(*column)) {
         let _ = write!(out, "<circle class=\"write\" cx=\"{}\" cy=\"{}\" r=\"4.5\"/>", center(*column) + 14, middle + 5);
     }
     out.push_str("</g>\n");

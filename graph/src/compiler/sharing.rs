@@ -1,0 +1,71 @@
+//! Why two resources share memory, or do not, in words.
+
+use super::plan::{Physical, Plan, PlannedResource};
+use crate::language::Lifetime;
+
+/// Why two named resources share memory, or every reason why they do not.
+pub fn why_apart(plan: &Plan, first: &str, second: &str) -> Vec<String> {
+    let (Some(a), Some(b)) = (plan.resources.get(first), plan.resources.get(second)) else {
+        let missing = if plan.resources.contains_key(first) { second } else { first };
+        return vec![format!("no pass that runs uses {missing}, so it has no memory at all")];
+    };
+    if first != second && a.physical == b.physical && matches!(a.physical, Physical::Texture(_) | Physical::Buffer(_)) {
+        return vec![format!("{first} and {second} share memory: they are of one class, and never alive together")];
+    }
+    let mut reasons = Vec::new();
+    for (name, one) in [(first, a), (second, b)] {
+        match (one.physical, one.lifetime) {
+            (Physical::Imported, _) => reasons.push(format!("{name} is the host's own")),
+            (Physical::Host, _) => reasons.push(format!("{name} is data on the CPU")),
+            (_, Lifetime::Transient) => {}
+            _ => reasons.push(format!("{name} outlives the frame")),
+        }
+    }
+    differences(plan, first, a, second, b, &mut reasons);
+    if a.first <= b.last && b.first <= a.last {
+        let at = a.first.max(b.first);
+        let pass = plan.passes.get(at).map_or_else(String::new, |pass| format!(", at {} for one", pass.name));
+        reasons.push(format!("{first} and {second} are alive together{pass}"));
+    }
+    if reasons.is_empty() {
+        reasons.push(format!("{first} and {second} could share, but each shares with others, and fewer textures are not possible"));
+    }
+    reasons
+}
+
+fn differences(plan: &Plan, first: &str, a: &PlannedResource, second: &str, b: &PlannedResource, reasons: &mut Vec<String>) {
+    if let (Some(x), Some(y)) = (a.format, b.format) {
+        if x != y {
+            let (x, y) = (super::format_name(x), super::format_name(y));
+            reasons.push(format!("{first} is {x}, {second} is {y}"));
+        }
+    } else if a.format.is_some() != b.format.is_some() {
+        reasons.push(format!("{first} and {second} are not both textures"));
+    } else if a.bytes != b.bytes {
+        reasons.push(format!("{first} has {} bytes, {second} has {}", a.bytes, b.bytes));
+    }
+    if let (Some(x), Some(y)) = (a.size, b.size) {
+        let pairs = [
+            ("a width of", x.width, y.width),
+            ("a height of", x.height, y.height),
+            ("layers:", x.layers, y.layers),
+            ("mips:", x.mips, y.mips),
+            ("samples:", x.samples, y.samples),
+        ];
+        for (what, x, y) in pairs.into_iter().filter(|(_, x, y)| x != y) {
+            reasons.push(format!("{first} has {what} {x}, {second} {y}"));
+        }
+    }
+    if a.usages != b.usages && a.usages.is_some() && b.usages.is_some() {
+        reasons.push(format!("{first} and {second} are used in different ways, and a texture is created for its usages"));
+    }
+    let buffers = |one: &PlannedResource| match one.physical {
+        Physical::Buffer(index) => plan.buffers.get(index).map(|buffer| buffer.usages),
+        _ => None,
+    };
+    if let (Some(x), Some(y)) = (buffers(a), buffers(b))
+        && x != y
+    {
+        reasons.push(format!("{first} and {second} are used in different ways, and a buffer is created for its usages"));
+    }
+}
