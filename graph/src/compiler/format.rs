@@ -47,7 +47,7 @@ pub(crate) fn format_name(format: TextureFormat) -> String {
 }
 
 /// The slots of a pass and the program that they belong to.
-pub(super) fn slots<'a>(pipeline: &'a Pipeline, pass: PassHandle) -> Option<(&'a Program, &'a [BoundSlot])> {
+pub(super) fn slots(pipeline: &Pipeline, pass: PassHandle) -> Option<(&Program, &[BoundSlot])> {
     let (program, slots) = match &pipeline.pass(pass).work {
         Work::Render(render) => match &render.draw {
             Draw::Fullscreen { program, bindings } => (*program, bindings),

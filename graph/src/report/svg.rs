@@ -206,8 +206,11 @@ struct Lane<'a> {
     resources: Vec<&'a ResourceReport>,
 }
 
+/// Whether a resource stands in a section.
+type Belongs = fn(&ResourceReport) -> bool;
+
 fn lanes(report: &Report) -> Vec<Lane<'_>> {
-    let sections: [(&'static str, fn(&ResourceReport) -> bool); 5] = [
+    let sections: [(&'static str, Belongs); 5] = [
         ("HOST DATA", |one| one.live && one.place == "host"),
         ("IMPORTED", |one| one.live && one.place == "imported"),
         ("KEPT FROM FRAME TO FRAME", |one| one.live && one.place.contains(' ') && one.lifetime != crate::language::Lifetime::Transient),

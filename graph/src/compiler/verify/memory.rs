@@ -28,7 +28,7 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
     handles.sort_unstable();
     for handle in &handles {
         let name = &plan.pipeline.resource(**handle).name;
-        if !plan.resources.get(name).is_some_and(|planned| planned.handle == **handle) {
+        if plan.resources.get(name).is_none_or(|planned| planned.handle != **handle) {
             faults.add(FaultKind::ResourceMissing, format!("\"{name}\" is used but not planned"));
         }
     }
