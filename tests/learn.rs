@@ -1,0 +1,177 @@
+//! The teaching pipelines under `pipelines/learn/`: each is valid, and does what it teaches.
+
+mod common;
+
+use common::{Outcome, With, check_file, root};
+use umbragraph::wgpu_types::TextureFormat;
+
+fn lesson(name: &str) -> Outcome {
+    check_file(&format!("pipelines/learn/{name}.json"), &With::default())
+}
+
+#[track_caller]
+fn size(outcome: &Outcome, resource: &str) -> (u32, u32) {
+    let size = outcome.plan().resources[resource].size.unwrap();
+    (size.width, size.height)
+}
+
+fn names() -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(root().join("pipelines/learn"))
+        .unwrap()
+        .flatten()
+        .filter_map(|entry| entry.file_name().to_string_lossy().strip_suffix(".json").map(str::to_owned))
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn every_lesson_opens_with_a_comment_and_is_valid() {
+    let names = names();
+    assert_eq!(names.len(), 13, "a new lesson needs a test of its own here");
+    for name in names {
+        let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
+        assert!(text.starts_with("// "), "{name}");
+        lesson(&name).plan();
+    }
+}
+
+#[test]
+fn the_smallest_pipeline_is_one_pass() {
+    assert_eq!(lesson("01-smallest").order(), ["fill"]);
+}
+
+#[test]
+fn the_order_of_passes_follows_from_what_they_use() {
+    assert_eq!(lesson("02-resources").order(), ["paint", "keep", "show"]);
+}
+
+#[test]
+fn a_version_is_read_before_it_is_overwritten() {
+    let outcome = lesson("03-versions");
+    let order = outcome.order();
+    let at = |name: &str| order.iter().position(|pass| *pass == name).unwrap();
+    assert!(
+        at("paint") < at("before") && at("before") < at("brighten") && at("brighten") < at("after"),
+        "{order:?}"
+    );
+}
+
+#[test]
+fn sizes_follow_a_parameter_within_its_range() {
+    let outcome = lesson("04-expressions");
+    assert_eq!((size(&outcome, "small"), size(&outcome, "strip")), ((320, 240), (320, 80)));
+    let with = |value| With { parameters: value, ..With::default() };
+    let eighth = check_file("pipelines/learn/04-expressions.json", &with(&[("divisor", "8")]));
+    assert_eq!((size(&eighth, "small"), size(&eighth, "strip")), ((80, 60), (80, 20)));
+    let refused = check_file("pipelines/learn/04-expressions.json", &with(&[("divisor", "9")]));
+    assert_eq!(refused.codes(), ["UG0204"]);
+}
+
+#[test]
+fn the_first_format_that_serves_every_use_is_taken() {
+    assert_eq!(lesson("05-formats").plan().resources["color"].format, Some(TextureFormat::Rgba16Float));
+}
+
+#[test]
+fn extending_replaces_adds_and_deletes() {
+    let outcome = lesson("06-extends");
+    assert_eq!(outcome.order(), ["paint", "show"]);
+    assert_eq!(size(&outcome, "painted"), (64, 64));
+    assert!(!outcome.plan().resources.contains_key("kept"));
+}
+
+#[test]
+fn an_include_adds_its_sections() {
+    let outcome = lesson("07-include");
+    assert_eq!(size(&outcome, "canvas"), (128, 128));
+    assert!(outcome.plan().pipeline.parameters.contains_key("canvas_side"));
+}
+
+#[test]
+fn each_use_of_a_subgraph_has_resources_and_parameters_of_its_own() {
+    let outcome = lesson("08-subgraph");
+    assert_eq!(outcome.order(), ["paint", "soft.down", "soft.up", "coarse.down", "coarse.up"]);
+    assert_eq!((size(&outcome, "soft.small"), size(&outcome, "coarse.small")), ((320, 240), (40, 30)));
+}
+
+#[test]
+fn a_loop_has_a_pass_for_each_round() {
+    assert_eq!(lesson("09-loops-and-mips").order(), ["paint", "down.0", "down.1", "down.2", "show"]);
+    let parameters: &[(&str, &str)] = &[("levels", "3")];
+    let outcome =
+        check_file("pipelines/learn/09-loops-and-mips.json", &With { parameters, ..With::default() });
+    assert_eq!(outcome.order(), ["paint", "down.0", "down.1", "show"]);
+}
+
+#[test]
+fn features_switch_passes_and_require_one_another() {
+    assert_eq!(lesson("10-features").order(), ["paint", "show"]);
+    let path = "pipelines/learn/10-features.json";
+    let with = |features| check_file(path, &With { features, ..With::default() });
+    assert_eq!(with(&[("glow", "true")]).order(), ["paint", "show", "glow"]);
+    let both = with(&[("glow", "true"), ("strong_glow", "true")]);
+    assert_eq!(both.order(), ["paint", "show", "glow", "glow_again"]);
+    let conflict = with(&[("strong_glow", "true")]);
+    assert!(
+        conflict.findings.has_errors() && conflict.text().contains("requires \"glow\""),
+        "{}",
+        conflict.text()
+    );
+}
+
+#[test]
+fn an_extension_puts_its_passes_at_the_point() {
+    assert_eq!(lesson("12-extension-point").order(), ["paint", "show"]);
+    let extension = Some("pipelines/learn/parts/echo.json");
+    let outcome =
+        check_file("pipelines/learn/12-extension-point.json", &With { extension, ..With::default() });
+    assert_eq!(outcome.order(), ["paint", "shrink", "echo", "show"]);
+}
+
+#[test]
+fn a_preset_and_a_parameter_file_set_values() {
+    let path = "pipelines/learn/13-presets.json";
+    let (preset, file) = (Some("low"), Some("pipelines/learn/parts/wide.json"));
+    assert_eq!(size(&lesson("13-presets"), "canvas"), (512, 512));
+    assert_eq!(size(&check_file(path, &With { preset, ..With::default() }), "canvas"), (128, 128));
+    assert_eq!(size(&check_file(path, &With { preset, file, ..With::default() }), "canvas"), (1024, 128));
+}
+
+#[cfg(all(feature = "gpu", feature = "gltf"))]
+mod pictures {
+    use super::{lesson, names};
+    use crate::common::gpu::{empty_frame, executor, import, picture, read};
+    use umbragraph::executor::Frame;
+    use umbragraph_test_support::gpu;
+
+    #[test]
+    fn every_lesson_draws_a_picture_that_is_redder_on_the_right() {
+        let Some(gpu) = gpu::device() else { return };
+        for name in names() {
+            let picture = picture(&gpu, &lesson(&name));
+            let pixels: Vec<_> = picture.rgba_pixels().collect();
+            let row = &pixels[..640];
+            assert!(row[600][0] > row[40][0].saturating_add(20), "{name}: {:?} {:?}", row[40], row[600]);
+        }
+    }
+
+    #[test]
+    fn a_persistent_texture_keeps_what_is_in_it() {
+        let Some(gpu) = gpu::device() else { return };
+        let outcome = lesson("11-persistent");
+        let plan = outcome.plan();
+        let target = import(&gpu, plan, "target");
+        let mut executor = executor(&gpu, plan, None);
+        let mut reds = Vec::new();
+        for _ in 0..2 {
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let frame = Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)] };
+            executor.record(&mut encoder, &frame).expect("a record");
+            gpu.queue.submit([encoder.finish()]);
+            let pixels: Vec<_> = read(&gpu, &target).rgba_pixels().collect();
+            reds.push(pixels[200][0]);
+        }
+        assert!(reds[0] > 40 && reds[1] > reds[0] + 40, "{reds:?}");
+    }
+}
