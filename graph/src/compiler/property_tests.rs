@@ -26,7 +26,7 @@ struct RandomPass {
 fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
     let one = (proptest::collection::vec(0usize..100, 0..4), 0usize..100, proptest::option::of(0u32..3), 0u8..4, 0u8..12)
         .prop_map(|(reads, writes, part, action, effect)| RandomPass { reads, writes, part, action, side_effect: effect == 0 });
-    proptest::collection::vec(one, 1..24)
+    proptest::collection::vec(one, 1..40)
 }
 
 /// The version that each part of a resource has, and the passes that wrote the whole of it.
@@ -157,7 +157,7 @@ proptest! {
 
     #[test]
     fn an_unrelated_pass_changes_nothing_about_the_others(
-        passes in passes(), count in 1usize..9, position in 0usize..24, effect in any::<bool>()
+        passes in passes(), count in 1usize..9, position in 0usize..40, effect in any::<bool>()
     ) {
         let options = options(Objective::Declaration, true);
         let before = planned(&passes, count, &options);
