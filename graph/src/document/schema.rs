@@ -481,8 +481,8 @@ mod tests {
             findings(r#"{"texture": {"fromat": "depth32float", "size": true, "layers": 9}}"#),
             [
                 "UG0102 /texture/fromat unknown key \"fromat\" did you mean \"format\"?",
-                "UG0105 /texture/size a string or an array is wanted here, this is a boolean",
-                "UG0108 /texture/layers 9 is out of bounds: at most 4 is wanted",
+                "UG0105 /texture/size a string or an array is wanted here, this is a boolean the schema says what belongs here",
+                "UG0108 /texture/layers 9 is out of bounds: at most 4 is wanted the schema says what belongs here",
             ]
         );
     }
@@ -494,7 +494,7 @@ mod tests {
             findings(r#"{"texture": {"format": "depth32flaot", "size": [1]}}"#),
             [
                 "UG0107 /texture/format \"depth32flaot\" is not known here did you mean \"depth32float\"?",
-                "UG0108 /texture/size this list has 1 elements: at least 2 are wanted",
+                "UG0108 /texture/size this list has 1 elements: at least 2 are wanted the schema says what belongs here",
             ]
         );
     }
