@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use umbragraph::compiler::Objective;
 use umbragraph::report::GraphFormat;
+use umbragraph::shader::TargetLanguage;
+use umbragraph::shader::permutations::ExternalValidator;
 
 /// Checks, inspects and renders pipelines of umbragraph.
 #[derive(Parser)]
@@ -18,6 +20,8 @@ pub(crate) struct Arguments {
 pub(crate) enum Command {
     /// Parses, resolves, compiles and validates pipelines; needs no graphics adapter.
     Check(CheckArguments),
+    /// Proves every shader variant that pipelines can reach, or that templates can express; needs no graphics adapter.
+    Permutations(PermutationsArguments),
     /// Prints the plan of a pipeline as JSON: passes in order, resources, what is culled and why.
     Plan(PlanArguments),
     /// Draws the graph of a pipeline: as a picture, a page to explore, or text for other tools.
@@ -35,21 +39,35 @@ pub(crate) enum Command {
     Render(RenderArguments),
 }
 
-/// What every command can be told of a pipeline.
+/// What gives parameters and features their values.
 #[derive(Args, Clone)]
-pub(crate) struct Choices {
-    /// Takes the values of one of the pipeline's presets.
-    #[arg(long, value_name = "NAME")]
-    pub(crate) preset: Option<String>,
-    /// Takes the values of a parameter file, over those of the preset. Later files win.
-    #[arg(long, value_name = "FILE")]
-    pub(crate) params: Vec<PathBuf>,
+pub(crate) struct Settings {
     /// Gives a parameter a value: JSON, or a word of an enumeration.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub(crate) set: Vec<String>,
     /// Gives a feature a value; without one it is switched on.
     #[arg(long = "feature", value_name = "NAME[=VALUE]")]
     pub(crate) feature: Vec<String>,
+    /// Takes the values of one of the pipeline's presets.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) preset: Option<String>,
+    /// Takes the values of a parameter file, over those of the preset. Later files win.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) params: Vec<PathBuf>,
+}
+
+impl Settings {
+    /// Whether anything is set.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.set.is_empty() && self.feature.is_empty() && self.preset.is_none() && self.params.is_empty()
+    }
+}
+
+/// What every command can be told of a pipeline.
+#[derive(Args, Clone)]
+pub(crate) struct Choices {
+    #[command(flatten)]
+    pub(crate) settings: Settings,
     /// The target profile; without it the first that the pipeline claims, or webgpu.
     #[arg(long, value_name = "NAME")]
     pub(crate) profile: Option<String>,
@@ -71,6 +89,64 @@ pub(crate) struct CheckArguments {
     pub(crate) pipelines: Vec<PathBuf>,
     #[command(flatten)]
     pub(crate) choices: Choices,
+}
+
+#[derive(Args)]
+pub(crate) struct PermutationsArguments {
+    /// The pipelines; without --all or --axes at least one.
+    #[arg(required_unless_present_any = ["all", "axes"])]
+    pub(crate) pipelines: Vec<PathBuf>,
+    /// Only these target profiles; without one those that the pipelines claim, or webgpu.
+    #[arg(long = "profile", value_name = "NAME")]
+    pub(crate) profiles: Vec<String>,
+    /// Everything that the templates of the pipelines, or all templates, can express; also reports what is dead.
+    #[arg(long, conflicts_with_all = ["set", "feature", "preset", "params"])]
+    pub(crate) all: bool,
+    /// One configuration: the pipeline's defaults; implied by anything that gives settings their values.
+    #[arg(long, conflicts_with = "all")]
+    pub(crate) config: bool,
+    #[command(flatten)]
+    pub(crate) settings: Settings,
+    /// The number of threads; without it as many as there are processors. The outcome is the same with any number.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(crate) threads: Option<u16>,
+    /// Writes every distinct text to a folder, with its pass and axes in its name.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) write: Option<PathBuf>,
+    /// Lists the axes of the templates instead of checking.
+    #[arg(long)]
+    pub(crate) axes: bool,
+    /// A further validator for every distinct text, such as 'tint --format wgsl -o /dev/null {}'.
+    #[arg(long, value_name = "COMMAND", value_parser = parse_validator)]
+    pub(crate) also: Vec<ValidatorCommand>,
+    /// How long a further validator may take for one text.
+    #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=3600))]
+    pub(crate) also_time_limit: u64,
+    /// The form of the findings: human, json or github.
+    #[arg(long, value_enum, value_name = "NAME", default_value_t)]
+    pub(crate) format: FindingsFormat,
+    /// A folder with templates that replace or join those that come with the command.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) templates: Option<PathBuf>,
+}
+
+/// The form of findings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum FindingsFormat {
+    /// For people: findings with the lines that they are about, then a summary.
+    #[default]
+    Human,
+    /// One JSON object with findings and statistics.
+    Json,
+    /// Annotations that GitHub shows on a pull request, then a summary.
+    Github,
+}
+
+/// The command of a further validator, as it is written and as it is run.
+#[derive(Clone, Debug)]
+pub(crate) struct ValidatorCommand {
+    pub(crate) text: String,
+    pub(crate) validator: ExternalValidator,
 }
 
 #[derive(Args)]
@@ -118,6 +194,15 @@ pub(crate) struct WgslArguments {
     /// Only the shaders of this pass.
     #[arg(long, value_name = "NAME")]
     pub(crate) pass: Option<String>,
+    /// Only the variant for meshes with these properties; an empty list is the plain one.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', num_args = 0..=1, require_equals = true)]
+    pub(crate) properties: Option<Vec<String>>,
+    /// The language: wgsl, spirv (binary, the plain variant only), msl, hlsl or glsl.
+    #[arg(long, value_name = "NAME", default_value = "wgsl", value_parser = parse_language)]
+    pub(crate) target: TargetLanguage,
+    /// Shows the template's file and line before each line; WGSL only.
+    #[arg(long)]
+    pub(crate) map: bool,
     #[command(flatten)]
     pub(crate) choices: Choices,
 }
@@ -158,6 +243,16 @@ fn parse_objective(text: &str) -> Result<Objective, String> {
     Objective::from_name(text).ok_or_else(|| format!("the objectives are {}", names()))
 }
 
+fn parse_language(text: &str) -> Result<TargetLanguage, String> {
+    let names = || TargetLanguage::ALL.map(TargetLanguage::name).join(", ");
+    TargetLanguage::from_name(text).ok_or_else(|| format!("the languages are {}", names()))
+}
+
+fn parse_validator(text: &str) -> Result<ValidatorCommand, String> {
+    let validator = ExternalValidator::parse(text).map_err(|error| error.to_string())?;
+    Ok(ValidatorCommand { text: text.to_owned(), validator })
+}
+
 fn parse_format(text: &str) -> Result<GraphFormat, String> {
     let names = || GraphFormat::ALL.map(GraphFormat::name).join(", ");
     GraphFormat::from_name(text).ok_or_else(|| format!("the forms are {}", names()))
@@ -165,6 +260,7 @@ fn parse_format(text: &str) -> Result<GraphFormat, String> {
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let side = |text: &str| text.parse::<u32>().map_err(|_| format!("\"{text}\" is no whole number"));
-    let (width, height) = text.split_once('x').ok_or("a size is written as WIDTHxHEIGHT, such as 1280x720")?;
+    let (width, height) =
+        text.split_once('x').ok_or("a size is written as WIDTHxHEIGHT, such as 1280x720")?;
     Ok([side(width)?, side(height)?])
 }

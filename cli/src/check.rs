@@ -8,7 +8,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref());
     for path in &arguments.pipelines {
         let before = session.findings.error_count();
-        let checked = session.check(path, &arguments.choices);
+        let (checked, profiles) = session.check_all(path, &arguments.choices);
         if session.findings.error_count() == before
             && let Some(plan) = &checked.plan
         {
@@ -19,7 +19,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
                 plan.passes.len() + plan.culled.len(),
                 plan.culled.len(),
                 plan.resources.len(),
-                plan.pipeline.profile.name
+                profiles.join(", ")
             );
         }
     }

@@ -3,6 +3,7 @@
 //! Exit status: 0 if all is well, 1 if there are findings, 2 if the command line cannot be understood.
 
 mod arguments;
+mod axes;
 mod check;
 #[cfg(feature = "gpu")]
 mod device;
@@ -11,6 +12,7 @@ mod explain;
 mod graph;
 #[cfg(feature = "gpu")]
 mod output;
+mod permutations;
 mod plan;
 #[cfg(feature = "gpu")]
 mod progress;
@@ -18,6 +20,7 @@ mod progress;
 mod render;
 mod schema;
 mod session;
+mod variants;
 mod wgsl;
 
 use std::process::ExitCode;
@@ -36,6 +39,7 @@ fn main() -> ExitCode {
     };
     let fine = match arguments.command {
         Command::Check(arguments) => check::run(&arguments),
+        Command::Permutations(arguments) => permutations::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
         Command::Graph(arguments) => graph::run(&arguments),
         Command::Diff(arguments) => diff::run(&arguments),

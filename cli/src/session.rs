@@ -4,14 +4,16 @@ use std::path::Path;
 use std::sync::Arc;
 
 use umbragraph::compiler::PlanOptions;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean, render};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, Document, Value};
-use umbragraph::pipeline::{self, Choice, ParameterFile, Setting};
+use umbragraph::pipeline::{self, Choice, ParameterFile, Pipeline, Setting};
+use umbragraph::scene::interface;
+use umbragraph::shader::permutations::{self, Request};
 use umbragraph::shader::{TargetProfile, TemplateSet};
-use umbragraph::source::{FileId, Sources, Span};
-use umbragraph::{Checked, Job, compose, read_source};
+use umbragraph::source::{Sources, Span};
+use umbragraph::{Checked, Job, compose, draw, read_source};
 
-use crate::arguments::Choices;
+use crate::arguments::{Choices, Settings};
 
 /// Sources, findings and templates of one run of the command.
 pub(crate) struct Session {
@@ -38,27 +40,83 @@ impl Session {
         Self { sources, findings, templates }
     }
 
-    /// Takes a pipeline all the way to a plan.
-    pub(crate) fn check(&mut self, path: &Path, choices: &Choices) -> Checked {
-        let file = match read_source(path, &mut self.sources) {
-            Ok(file) => file,
+    /// The document of a pipeline, composed of its files.
+    pub(crate) fn open(&mut self, path: &Path) -> Option<Document> {
+        match read_source(path, &mut self.sources) {
+            Ok(file) => {
+                compose::compose(file, path, &mut compose::Disk, &mut self.sources, &mut self.findings)
+                    .map(|composed| composed.document)
+            }
             Err(finding) => {
                 self.findings.push(finding);
-                return Checked::default();
+                None
             }
-        };
-        let Some(profile) = self.profile(file, choices) else { return Checked::default() };
-        let composed = compose::compose(file, path, &mut compose::Disk, &mut self.sources, &mut self.findings);
-        let Some(composed) = composed else { return Checked::default() };
-        let choice = self.choice(choices, &composed.document);
-        let job = Job {
-            registry: &umbragraph::registry(),
-            templates: &self.templates,
-            profile: &profile,
-            choice: &choice,
-            options: &Self::options(choices),
-        };
-        umbragraph::check_document(&composed.document, &job, &self.sources, &mut self.findings)
+        }
+    }
+
+    /// Takes a pipeline all the way to a plan, for the profile asked for or the first that it claims.
+    pub(crate) fn check(&mut self, path: &Path, choices: &Choices) -> Checked {
+        self.check_for(path, choices, 1).0
+    }
+
+    /// Takes a pipeline all the way to a plan for the profile asked for, or each that it claims, and compares it with
+    /// what scenes provide. The plan is that for the first; the names are those of all.
+    pub(crate) fn check_all(&mut self, path: &Path, choices: &Choices) -> (Checked, Vec<String>) {
+        let (checked, profiles) = self.check_for(path, choices, usize::MAX);
+        if let Some(pipeline) = &checked.pipeline {
+            compare_with_scenes(pipeline, &mut self.findings);
+            self.prove_for(pipeline, &profiles);
+        }
+        (checked, profiles.into_iter().map(|profile| profile.name).collect())
+    }
+
+    fn check_for(&mut self, path: &Path, choices: &Choices, most: usize) -> (Checked, Vec<TargetProfile>) {
+        let asked: Vec<String> = choices.profile.iter().cloned().collect();
+        let Some(asked) = self.profiles_named(&asked) else { return Default::default() };
+        let Some(document) = self.open(path) else { return Default::default() };
+        let choice = self.choice(&choices.settings, &document);
+        let profiles = profiles(&document, asked);
+        let mut first = None;
+        for profile in profiles.iter().take(most) {
+            let job = Job {
+                registry: &umbragraph::registry(),
+                templates: &self.templates,
+                profile,
+                choice: &choice,
+                options: &Self::options(choices),
+            };
+            let mut findings = Diagnostics::new();
+            let checked = umbragraph::check_document(&document, &job, &self.sources, &mut findings);
+            // What holds for every profile is said once.
+            let same = |a: &Diagnostic, b: &Diagnostic| {
+                (a.code, &a.place, &a.message) == (b.code, &b.place, &b.message)
+            };
+            let new: Vec<Diagnostic> = findings
+                .into_iter()
+                .filter(|new| !self.findings.iter().any(|known| same(known, new)))
+                .collect();
+            self.findings.extend(new);
+            first.get_or_insert(checked);
+        }
+        (first.unwrap_or_default(), profiles)
+    }
+
+    /// Holds the variants of a pipeline to the limits of each profile, and to the writers of its language.
+    fn prove_for(&mut self, pipeline: &Pipeline, profiles: &[TargetProfile]) {
+        let mut requests = Vec::new();
+        for program in &pipeline.programs {
+            for variant in &program.variants {
+                let template = &program.template;
+                requests.push(Request::one(&self.templates, template, &variant.module.axes, profiles));
+            }
+        }
+        let proven = permutations::check(&self.templates, &requests, &permutations::Options::default());
+        let same =
+            |a: &Diagnostic, b: &Diagnostic| (a.code, &a.place, &a.message) == (b.code, &b.place, &b.message);
+        let new =
+            proven.findings.into_iter().filter(|new| !self.findings.iter().any(|known| same(known, new)));
+        let new: Vec<Diagnostic> = new.collect();
+        self.findings.extend(new);
     }
 
     /// What the choices say of the plan.
@@ -74,20 +132,22 @@ impl Session {
     }
 
     /// What the preset, the parameter files and the command line give values to, the last over the first.
-    fn choice(&mut self, choices: &Choices, document: &Document) -> Choice {
+    pub(crate) fn choice(&mut self, settings: &Settings, document: &Document) -> Choice {
         let files: Vec<ParameterFile> =
-            choices.params.iter().filter_map(|path| self.parameter_file(path)).collect();
-        let preset = match &choices.preset {
+            settings.params.iter().filter_map(|path| self.parameter_file(path)).collect();
+        let preset = match &settings.preset {
             Some(name) => {
                 let at = self.sources.add("<command line>", name.as_str());
                 Some((name.clone(), Span::new(at, 0..name.len())))
             }
             None => files.iter().rev().find_map(|file| file.preset.clone()),
         };
-        let preset = preset.map(|(name, place)| pipeline::of_preset(document, &name, place, &mut self.findings));
-        let below = files.into_iter().fold(preset.unwrap_or_default(), |below, file| below.under(file.choice));
-        let parameters = choices.set.iter().filter_map(|text| self.setting(text, None)).collect();
-        let features = choices.feature.iter().filter_map(|text| self.setting(text, Some("true"))).collect();
+        let preset =
+            preset.map(|(name, place)| pipeline::of_preset(document, &name, place, &mut self.findings));
+        let below =
+            files.into_iter().fold(preset.unwrap_or_default(), |below, file| below.under(file.choice));
+        let parameters = settings.set.iter().filter_map(|text| self.setting(text, None)).collect();
+        let features = settings.feature.iter().filter_map(|text| self.setting(text, Some("true"))).collect();
         below.under(Choice { parameters, features })
     }
 
@@ -112,7 +172,8 @@ impl Session {
             (Some((name, value)), _) => (name, value),
             (None, Some(value)) => (text, value),
             (None, None) => {
-                let finding = Diagnostic::error(codes::SETTING_FORM, whole, format!("\"{text}\" gives no value"));
+                let finding =
+                    Diagnostic::error(codes::SETTING_FORM, whole, format!("\"{text}\" gives no value"));
                 self.findings.push(finding.help("write NAME=VALUE, such as --set resolution=1024"));
                 return None;
             }
@@ -127,30 +188,34 @@ impl Session {
         Some(Setting { name: name.to_owned(), value, place: whole })
     }
 
-    /// The profile to check for: the one asked for, else the first that the pipeline claims.
-    fn profile(&mut self, file: FileId, choices: &Choices) -> Option<TargetProfile> {
-        if let Some(name) = &choices.profile {
-            let known = TargetProfile::from_name(name);
-            if known.is_none() {
-                let at = self.sources.add("<command line>", name.as_str());
-                let finding = Diagnostic::error(
-                    codes::UNKNOWN_PROFILE,
-                    Span::new(at, 0..name.len()),
-                    format!("there is no profile \"{name}\""),
-                );
-                let help = did_you_mean(name, TargetProfile::NAMES).map_or_else(
-                    || format!("the profiles are {}", TargetProfile::NAMES.join(", ")),
-                    |meant| format!("did you mean \"{meant}\"?"),
-                );
-                self.findings.push(finding.help(help));
+    /// The profiles of names on the command line; `None` with a finding for each name that no profile has.
+    pub(crate) fn profiles_named(&mut self, names: &[String]) -> Option<Vec<TargetProfile>> {
+        let mut profiles = Vec::new();
+        let mut fine = true;
+        for name in names {
+            let file = self.sources.add("<command line>", name.as_str());
+            match pipeline::profile_named(name, Span::new(file, 0..name.len())) {
+                Ok(profile) if profiles.contains(&profile) => {}
+                Ok(profile) => profiles.push(profile),
+                Err(finding) => {
+                    self.findings.push(finding);
+                    fine = false;
+                }
             }
-            return known;
         }
-        let claimed = document::parse(&self.sources, file).ok().and_then(|document| {
-            let profiles = document.root.get("profiles")?.elements()?;
-            profiles.first()?.text().and_then(TargetProfile::from_name)
-        });
-        Some(claimed.unwrap_or_else(TargetProfile::webgpu))
+        fine.then_some(profiles)
+    }
+}
+
+/// The profiles asked for, or else those that a document claims; unknown claims are findings of its load.
+pub(crate) fn profiles(document: &Document, asked: Vec<TargetProfile>) -> Vec<TargetProfile> {
+    if asked.is_empty() { pipeline::claimed_profiles(document, &mut Diagnostics::new()) } else { asked }
+}
+
+/// Compares what scenes upload with every shader that draws them.
+pub(crate) fn compare_with_scenes(pipeline: &Pipeline, findings: &mut Diagnostics) {
+    if pipeline.geometry.contains_key(interface::GEOMETRY) {
+        findings.extend(draw::check_host(pipeline, interface::GEOMETRY, &interface::any_scene()));
     }
 }
 
@@ -186,8 +251,13 @@ fn collect(
     let name = folder.display().to_string();
     let unreadable = |error: std::io::Error| {
         Box::new(
-            Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", format!("the folder \"{name}\" cannot be read: {error}"))
-                .help("paths are relative to the current folder"),
+            Diagnostic::in_file(
+                codes::FILE_UNREADABLE,
+                &name,
+                "",
+                format!("the folder \"{name}\" cannot be read: {error}"),
+            )
+            .help("paths are relative to the current folder"),
         )
     };
     let mut entries: Vec<_> =

@@ -1,9 +1,12 @@
 //! `umbragraph wgsl`
 
+use std::io::Write as _;
+
 use umbragraph::diagnostic::{Diagnostic, codes, did_you_mean};
-use umbragraph::shader;
+use umbragraph::pipeline::{Pipeline, ProgramVariant};
+use umbragraph::shader::{self, Emitted, ShaderModule, TargetLanguage};
 use umbragraph::source::Span;
-use umbragraph::work::{Draw, Work};
+use umbragraph::work::{Draw, ProgramHandle, Work};
 
 use crate::arguments::WgslArguments;
 use crate::session::Session;
@@ -17,36 +20,92 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
         && pipeline.find_pass(name).is_none()
         && !session.findings.has_errors()
     {
-        let file = session.sources.add("<command line>", name.as_str());
         let names: Vec<&str> = pipeline.passes.iter().map(|pass| pass.name.as_str()).collect();
-        let help = did_you_mean(name, names.iter().copied())
-            .map_or_else(|| format!("the passes are {}", names.join(", ")), |meant| format!("did you mean \"{meant}\"?"));
-        let place = Span::new(file, 0..name.len());
-        session.findings.push(Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no pass \"{name}\"")).help(help));
+        unknown_name(&mut session, "pass", name, &names);
+    }
+    for name in arguments.properties.iter().flatten().filter(|name| !name.is_empty()) {
+        let mut names: Vec<&str> =
+            pipeline.geometry.values().flat_map(|geometry| &geometry.variants).map(String::as_str).collect();
+        names.sort_unstable();
+        if !names.contains(&name.as_str()) {
+            unknown_name(&mut session, "mesh property", name, &names);
+        }
     }
     if !session.report() {
         return false;
     }
-    let wanted = pipeline.passes.iter().filter(|pass| arguments.pass.as_ref().is_none_or(|name| *name == pass.name));
-    for pass in wanted {
-        let program = match &pass.work {
-            Work::Render(render) => match &render.draw {
-                Draw::Fullscreen { program, .. } => *program,
-                Draw::Scene(scene) => scene.program,
-            },
-            Work::Compute(compute) => compute.program,
-            Work::Host(_) | Work::Copy(_) => continue,
-        };
-        let program = pipeline.program(program);
-        let mut seen = Vec::new();
-        for variant in &program.variants {
-            if seen.contains(&variant.module.hash) {
+    let mut output = Vec::new();
+    for pass in
+        pipeline.passes.iter().filter(|pass| arguments.pass.as_ref().is_none_or(|name| *name == pass.name))
+    {
+        let Some(program) = program_of(&pass.work) else { continue };
+        let template = &pipeline.program(program).template;
+        for module in modules(&pipeline, program, arguments) {
+            if arguments.target != TargetLanguage::Spirv {
+                let axes = shader::describe(&module.axes);
+                output.extend_from_slice(format!("// pass {}: {template} [{axes}]\n", pass.name).as_bytes());
+            }
+            if arguments.map {
+                output.extend_from_slice(module.annotated(&session.sources).as_bytes());
                 continue;
             }
-            seen.push(variant.module.hash);
-            println!("// pass {}: {} [{}]", pass.name, program.template, shader::describe(&variant.module.axes));
-            println!("{}", variant.module.wgsl);
+            match module.emit(&pipeline.profile, arguments.target) {
+                Ok(Emitted::Text(text)) => {
+                    output.extend_from_slice(text.as_bytes());
+                    output.push(b'\n');
+                }
+                Ok(words @ Emitted::Words(_)) => output.extend(words.to_bytes()),
+                Err(finding) => session.findings.push(*finding),
+            }
         }
     }
-    true
+    // A reader that closes early, such as a pager, has seen what it wanted.
+    let _ = std::io::stdout().write_all(&output);
+    session.report()
+}
+
+fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {
+    let file = session.sources.add("<command line>", name);
+    let help = match did_you_mean(name, names.iter().copied()) {
+        Some(meant) => format!("did you mean \"{meant}\"?"),
+        None if names.is_empty() => format!("this pipeline has no {what}"),
+        None => format!("there are {}", names.join(", ")),
+    };
+    let place = Span::new(file, 0..name.len());
+    let finding = Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no {what} \"{name}\""));
+    session.findings.push(finding.help(help));
+}
+
+fn program_of(work: &Work) -> Option<ProgramHandle> {
+    match work {
+        Work::Render(render) => Some(match &render.draw {
+            Draw::Fullscreen { program, .. } => *program,
+            Draw::Scene(scene) => scene.program,
+        }),
+        Work::Compute(compute) => Some(compute.program),
+        Work::Host(_) | Work::Copy(_) => None,
+    }
+}
+
+/// The distinct modules that are wanted. Of a binary there is one only.
+fn modules<'a>(
+    pipeline: &'a Pipeline,
+    program: ProgramHandle,
+    arguments: &WgslArguments,
+) -> Vec<&'a ShaderModule> {
+    let program = pipeline.program(program);
+    let plain = Vec::new();
+    let is_binary = arguments.target == TargetLanguage::Spirv;
+    let properties = arguments.properties.as_ref().or(is_binary.then_some(&plain));
+    let wanted: Vec<&ProgramVariant> = match properties {
+        Some(names) => vec![program.variant(&names.iter().map(String::as_str).collect::<Vec<_>>())],
+        None => program.variants.iter().collect(),
+    };
+    let mut modules: Vec<&ShaderModule> = Vec::new();
+    for variant in wanted {
+        if !modules.iter().any(|known| known.hash == variant.module.hash) {
+            modules.push(&variant.module);
+        }
+    }
+    modules
 }

@@ -95,6 +95,12 @@ pub fn properties(scene: &Scene, draw: Draw) -> PropertySet {
 
 /// How `scene` stores what [`GEOMETRY`] names.
 pub fn interface(scene: &Scene) -> HostInterface {
+    let sets: BTreeSet<PropertySet> = scene.draws().map(|draw| properties(scene, draw)).collect();
+    HostInterface { property_sets: sets.into_iter().collect(), ..any_scene() }
+}
+
+/// How every scene stores what [`GEOMETRY`] names, with all sets of properties that a scene could have.
+pub fn any_scene() -> HostInterface {
     let stream = |(name, format, stride): (&str, VertexFormat, u64)| HostVertexBuffer {
         stride,
         attributes: vec![HostAttribute { name: name.to_owned(), format, offset: 0 }],
@@ -107,7 +113,7 @@ pub fn interface(scene: &Scene) -> HostInterface {
         size: ObjectBlock::SIZE,
         stride: BLOCK_STRIDE,
     };
-    let sets: BTreeSet<PropertySet> = scene.draws().map(|draw| properties(scene, draw)).collect();
+    let names = [ALPHA_MASKED, DOUBLE_SIDED];
     HostInterface {
         vertex_buffers: STREAMS.into_iter().map(stream).collect(),
         material: vec![
@@ -116,8 +122,8 @@ pub fn interface(scene: &Scene) -> HostInterface {
             slot("base_color_sampler", HostSlotKind::Opaque("sampler".to_owned())),
         ],
         object: vec![slot("object", object)],
-        properties: vec![ALPHA_MASKED.to_owned(), DOUBLE_SIDED.to_owned()],
-        property_sets: sets.into_iter().collect(),
+        property_sets: (0..1 << names.len()).map(PropertySet).collect(),
+        properties: names.map(str::to_owned).to_vec(),
     }
 }
 

@@ -79,6 +79,40 @@ pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sour
     text
 }
 
+/// One finding as an annotation that GitHub shows at its line of a pull request: one line of text.
+pub fn github(diagnostic: &Diagnostic, sources: &Sources) -> String {
+    let level = match diagnostic.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+        Severity::Note => "notice",
+    };
+    let escape = |text: &str| text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A");
+    let property = |text: &str| escape(text).replace(':', "%3A").replace(',', "%2C");
+    let place = match &diagnostic.place {
+        Place::Span(span) => sources.get(span.file).map(|file| {
+            let (start, end) = (file.line_column(span.start), file.line_column(span.end));
+            let name = property(file.name());
+            let lines = format!("file={name},line={},endLine={}", start.line, end.line.max(start.line));
+            // Columns are only understood within one line.
+            if start.line == end.line { format!("{lines},col={},endColumn={},", start.column, end.column) } else { format!("{lines},") }
+        }),
+        Place::File { path, .. } => Some(format!("file={},", property(path))),
+        Place::Nowhere => None,
+    };
+    let title = property(&format!("{}: {}", diagnostic.code.id, diagnostic.code.title));
+    let mut message = diagnostic.message.clone();
+    for related in &diagnostic.related {
+        message.push_str(&format!("\n{}", related.message));
+        if let Place::Span(span) = related.place
+            && let Some(file) = sources.get(span.file)
+        {
+            message.push_str(&format!(" ({}:{})", file.name(), file.line_column(span.start).line));
+        }
+    }
+    message.extend(diagnostic.help.iter().map(|help| format!("\nhelp: {help}")));
+    format!("::{level} {}title={title}::{}\n", place.unwrap_or_default(), escape(&message))
+}
+
 /// One finding as a JSON object: `code`, `severity`, `message`, `place` (`file`, `line`, `column`, `end_line`,
 /// `end_column`, `pointer`), `related`, `help`, `fix`.
 pub fn json(diagnostic: &Diagnostic, sources: &Sources) -> serde_json::Value {

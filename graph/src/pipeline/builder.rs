@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use super::binding::{Bind, BindObject};
 use super::environment::Environment;
 use super::load::Shared;
+use super::modules::Wanted;
 use super::program::{Program, ProgramBinding};
 use super::{Part, ResourceKind, Usage, Use, Version, host_contract};
 use crate::data::DataShape;
@@ -295,6 +296,13 @@ impl PassBuilder<'_> {
             return None;
         }
         let place = self.place(&shader_at);
+        self.shared.modules.wanted.push(Wanted {
+            pass: self.name.to_owned(),
+            template: template.to_owned(),
+            axes: values.clone(),
+            properties: properties.clone(),
+            place,
+        });
         self.shared.program(template, values, properties, place, &self.absolute(&shader_at))
     }
 

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use super::builder::{PassBuilder, expression_finding};
 use super::environment::Environment;
 use super::expand::Expander;
+use super::modules::Modules;
+use super::profiles::claimed_profiles;
 use super::{
     Choice, Pass, Pipeline, Program, ProgramVariant, Resource, ResourceKind, StaticScope, binding, preset, schema,
     setting,
@@ -15,7 +17,7 @@ use crate::document::{self, Document, Entry, pointer_join};
 use crate::expression::{Expression, ExpressionError, ExpressionKind, Fault, Scope as _, Value};
 use crate::language::{GeometryDeclaration, PassCommon, PipelineDeclaration, ResourceDeclaration};
 use crate::node::Registry;
-use crate::shader::{self, AxisValue, AxisValues, ShaderModule, TargetProfile, TemplateSet};
+use crate::shader::{AxisValue, AxisValues, ShaderModule, TargetProfile, TemplateSet};
 use crate::source::{Sources, Span};
 use crate::work::{BoundSlot, Draw, PassHandle, ProgramHandle, ResourceHandle, SlotSource, Work};
 
@@ -35,6 +37,22 @@ pub fn load(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Option<Pipeline> {
+    let mut modules = Modules::default();
+    load_sharing(document, registry, templates, profile, choice, sources, diagnostics, &mut modules)
+}
+
+/// The same, with shader modules that earlier loads have made.
+#[allow(clippy::too_many_arguments)]
+pub(super) fn load_sharing(
+    document: &Document,
+    registry: &Registry,
+    templates: &Arc<TemplateSet>,
+    profile: &TargetProfile,
+    choice: &Choice,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+    modules: &mut Modules,
+) -> Option<Pipeline> {
     let schema = schema(registry);
     let mut schema_findings = Diagnostics::new();
     document::schema::check(&document.root, &schema, &schema, "", &mut schema_findings);
@@ -44,6 +62,7 @@ pub fn load(
 
     let section = |name: &str| document.root.get(name).and_then(document::Value::entries).unwrap_or_default();
     let decoded = decode_sound_parts(document, &is_broken)?;
+    claimed_profiles(document, diagnostics);
 
     for entry in section("parameters").iter().chain(section("features")) {
         if RESERVED.contains(&entry.key.as_str()) || !is_name(&entry.key) {
@@ -70,7 +89,8 @@ pub fn load(
         geometry: decoded.geometry,
         programs: Vec::new(),
         program_keys: BTreeMap::new(),
-        modules: BTreeMap::new(),
+        modules: std::mem::take(modules),
+        refused: BTreeSet::new(),
         templates: templates.clone(),
         profile: profile.clone(),
         diagnostics: Diagnostics::new(),
@@ -197,6 +217,7 @@ pub fn load(
     connect(&mut passes, &uncertain, &mut shared);
     check_versions(&passes, &absent, &gaps, &mut shared);
     diagnostics.extend(shared.diagnostics);
+    *modules = shared.modules;
     Some(Pipeline {
         name: document.root.get("name").and_then(document::Value::text).unwrap_or_default().to_owned(),
         profile: profile.clone(),
@@ -218,7 +239,9 @@ pub(super) struct Shared {
     pub(super) geometry: BTreeMap<String, GeometryDeclaration>,
     pub(super) programs: Vec<Program>,
     program_keys: BTreeMap<(String, AxisValues, Vec<String>), Option<ProgramHandle>>,
-    modules: BTreeMap<(String, AxisValues), Option<Arc<ShaderModule>>>,
+    pub(super) modules: Modules,
+    /// The variants whose findings are reported.
+    refused: BTreeSet<(String, AxisValues)>,
     pub(super) templates: Arc<TemplateSet>,
     pub(super) profile: TargetProfile,
     pub(super) diagnostics: Diagnostics,
@@ -385,12 +408,10 @@ impl Shared {
     }
 
     fn module(&mut self, template: &str, values: AxisValues, place: Span, pointer: &str) -> Option<Arc<ShaderModule>> {
-        let key = (template.to_owned(), values);
-        if let Some(known) = self.modules.get(&key) {
-            return known.clone();
-        }
-        let module = match shader::compile(&self.templates, template, &key.1, &self.profile) {
-            Ok(module) => Some(Arc::new(module)),
+        let key = (template.to_owned(), values.clone());
+        match self.modules.get(&self.templates, template, values, &self.profile) {
+            Ok(module) => Some(module),
+            Err(_) if !self.refused.insert(key) => None,
             Err(findings) => {
                 for mut finding in findings {
                     if finding.place == crate::diagnostic::Place::Nowhere {
@@ -409,9 +430,7 @@ impl Shared {
                 }
                 None
             }
-        };
-        self.modules.insert(key, module.clone());
-        module
+        }
     }
 }
 
@@ -445,7 +464,7 @@ fn decode_sound_parts(document: &Document, is_broken: &dyn Fn(&str) -> bool) -> 
     })
 }
 
-fn has_word(text: &str, word: &str) -> bool {
+pub(super) fn has_word(text: &str, word: &str) -> bool {
     let boundary = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || c == '_');
     text.match_indices(word)
         .any(|(at, _)| boundary(text[..at].chars().next_back()) && boundary(text[at + word.len()..].chars().next()))

@@ -15,12 +15,16 @@
 
 mod binding;
 mod builder;
+mod configurations;
 mod environment;
 mod expand;
 mod host_contract;
 mod load;
+mod modules;
 mod preset;
+mod profiles;
 mod program;
+mod reach;
 mod schema;
 mod scope;
 mod setting;
@@ -33,7 +37,9 @@ pub use environment::Environment;
 pub use load::load;
 pub use preset::{ParameterFile, of_preset};
 pub(crate) use load::evaluate_at;
+pub use profiles::{claimed_profiles, profile_named};
 pub use program::{Program, ProgramBinding, ProgramVariant};
+pub use reach::{AxisProduct, Configured, Reached, ReachedProgram, reach};
 pub use schema::schema;
 pub use scope::StaticScope;
 pub use setting::{Choice, Feature, Parameter, Setting};

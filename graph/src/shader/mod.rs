@@ -37,6 +37,7 @@ mod wgsl_error;
 
 pub use axes::{Axes, Axis, AxisKind, AxisMode};
 pub use backend::Emitted;
+pub(crate) use compile::complete;
 pub use compile::{ShaderModule, compile};
 pub use profile::{TargetLanguage, TargetProfile};
 pub use reflection::{

@@ -11,12 +11,15 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use std::{fs, io};
 
+use crate::diagnostic::Place;
+
 /// The command of an external validator.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExternalValidator {
     program: String,
     arguments: Vec<String>,
     time_limit: Duration,
+    pub(super) place: Place,
 }
 
 /// Why a command is none.
@@ -77,13 +80,19 @@ impl ExternalValidator {
         if !words.iter().any(|word| word.contains("{}")) {
             return Err(CommandError::NoFile);
         }
-        Ok(Self { program, arguments: words, time_limit: Duration::from_secs(10) })
+        Ok(Self { program, arguments: words, time_limit: Duration::from_secs(10), place: Place::Nowhere })
     }
 
     /// The same validator with another time limit than 10 seconds for one text.
     #[must_use]
     pub fn with_time_limit(self, time_limit: Duration) -> Self {
         Self { time_limit, ..self }
+    }
+
+    /// The same validator, with the place where its command is written, for findings about the command itself.
+    #[must_use]
+    pub fn with_place(self, place: impl Into<Place>) -> Self {
+        Self { place: place.into(), ..self }
     }
 
     /// The name under which findings show the validator: that of its program.

@@ -28,13 +28,15 @@ pub(super) fn judge(tasks: &[Task<'_>], proofs: &[Proof], options: &Options<'_>)
 }
 
 pub(super) fn unavailable(opinions: &[Vec<Opinion>], validators: &[ExternalValidator]) -> Vec<Diagnostic> {
-    let found = validators.iter().enumerate().filter_map(|(at, _)| {
+    let found = validators.iter().enumerate().filter_map(|(at, validator)| {
         opinions.iter().find_map(|each| match each.get(at) {
-            Some(Opinion::Unavailable(message)) => Some(message.clone()),
+            Some(Opinion::Unavailable(message)) => Some((validator.place.clone(), message)),
             _ => None,
         })
     });
-    found.map(|message| Diagnostic::error(codes::EXTERNAL_UNAVAILABLE, Place::Nowhere, message)).collect()
+    let finding =
+        |(place, message): (Place, &String)| Diagnostic::error(codes::EXTERNAL_UNAVAILABLE, place, message);
+    found.map(finding).collect()
 }
 
 /// What naga, the limits and the writers refuse.

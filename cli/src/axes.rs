@@ -1,0 +1,50 @@
+//! The axes of templates, listed.
+
+use std::fmt::Write as _;
+
+use umbragraph::shader::{AxisMode, TemplateSet};
+
+/// The axes of these templates for people: values, default, what they are for, and the constraints.
+pub(crate) fn human(templates: &TemplateSet, names: &[String]) -> String {
+    let mut text = String::new();
+    // Writing to a string cannot fail.
+    for name in names {
+        let Some(axes) = templates.axes(name) else { continue };
+        let _ = writeln!(text, "{name}{}", if axes.is_empty() { ": no axes" } else { "" });
+        for axis in axes.iter() {
+            let mode = if axis.mode == AxisMode::Override { ", an override of the module" } else { "" };
+            let _ =
+                writeln!(text, "  {}: {} (default {}){mode}", axis.name, axis.kind.describe(), axis.default);
+            if !axis.description.is_empty() {
+                let _ = writeln!(text, "      {}", axis.description);
+            }
+        }
+        for constraint in axes.constraints() {
+            let _ = writeln!(text, "  constraint: {constraint}");
+        }
+    }
+    text
+}
+
+/// The same as data.
+pub(crate) fn json(templates: &TemplateSet, names: &[String]) -> serde_json::Value {
+    let template = |name: &String| {
+        let axes = templates.axes(name)?;
+        let list: Vec<serde_json::Value> = axes
+            .iter()
+            .map(|axis| {
+                serde_json::json!({
+                    "name": axis.name,
+                    "values": axis.kind.describe(),
+                    "count": axis.kind.count(),
+                    "default": axis.default,
+                    "override": axis.mode == AxisMode::Override,
+                    "description": axis.description,
+                })
+            })
+            .collect();
+        let constraints: Vec<String> = axes.constraints().iter().map(ToString::to_string).collect();
+        Some(serde_json::json!({ "template": name, "axes": list, "constraints": constraints }))
+    };
+    names.iter().filter_map(template).collect()
+}

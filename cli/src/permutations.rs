@@ -1,0 +1,212 @@
+//! `umbragraph permutations`
+//!
+//! Three modes: what the configurations of the given pipelines reach; one configuration of them; everything that the
+//! templates can express. Each pipeline's configurations are loaded in full besides, so its bindings, and what scenes
+//! upload, are compared with every variant.
+
+use std::collections::BTreeSet;
+use std::io::IsTerminal as _;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use umbragraph::Job;
+use umbragraph::compiler::PlanOptions;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place};
+use umbragraph::pipeline::{self, Choice, Configured};
+use umbragraph::shader::TargetProfile;
+use umbragraph::shader::permutations::{self, ExternalValidator, Options, Request};
+use umbragraph::source::Span;
+
+use crate::arguments::{FindingsFormat, PermutationsArguments};
+use crate::axes;
+use crate::session::{Session, compare_with_scenes, profiles};
+use crate::variants::{Outcome, ReachedConfigurations, write};
+
+/// Proves variants; whether there were no errors.
+pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
+    let mut session = Session::new(arguments.templates.as_deref());
+    let mut outcome = Outcome::default();
+    if let Some((requests, reached)) = requests(arguments, &mut session) {
+        outcome.reached = reached;
+        if arguments.axes {
+            list_axes(arguments, &session, &requests);
+            return session.report();
+        }
+        let external = validators(arguments, &mut session);
+        outcome.permutations = prove(arguments, &session, &requests, &external);
+        // What a load has found already, with the passes that it concerns, is not said again.
+        let key = |finding: &Diagnostic| (finding.code, finding.place.clone(), finding.message.clone());
+        let known: BTreeSet<_> = session.findings.iter().map(key).collect();
+        let found = std::mem::take(&mut outcome.permutations.findings);
+        session.findings.extend(found.into_iter().filter(|finding| !known.contains(&key(finding))));
+        if let Some(folder) = &arguments.write
+            && let Err(finding) = write(folder, &outcome.permutations.templates)
+        {
+            session.findings.push(finding);
+        }
+    }
+    session.findings.sort();
+    match arguments.format {
+        FindingsFormat::Human => {
+            print!("{}", outcome.human());
+            session.report()
+        }
+        FindingsFormat::Json => {
+            println!("{}", outcome.json(&session.findings, &session.sources));
+            !session.findings.has_errors()
+        }
+        FindingsFormat::Github => {
+            print!("{}{}", outcome.annotations(&session.findings, &session.sources), outcome.human());
+            !session.findings.has_errors()
+        }
+    }
+}
+
+/// What is to be proven; `None` where the command line names something that does not exist.
+fn requests(
+    arguments: &PermutationsArguments,
+    session: &mut Session,
+) -> Option<(Vec<Request>, Vec<ReachedConfigurations>)> {
+    let asked = session.profiles_named(&arguments.profiles);
+    let asked = asked?;
+    let is_one = arguments.config || !arguments.settings.is_empty();
+    let mut requests = Vec::new();
+    let mut counts = Vec::new();
+    let mut claimed: Vec<TargetProfile> = asked.clone();
+    for path in &arguments.pipelines {
+        let Some(document) = session.open(path) else { continue };
+        let choice = session.choice(&arguments.settings, &document);
+        let configured = if is_one { Configured::One(&choice) } else { Configured::All };
+        let profiles = profiles(&document, asked.clone());
+        claimed.extend(profiles.iter().cloned());
+        let Some(first) = profiles.first() else { continue };
+        let job = Job {
+            registry: &umbragraph::registry(),
+            templates: &session.templates,
+            profile: first,
+            choice: &Choice::default(),
+            options: &PlanOptions::new(1280, 720),
+        };
+        let mut findings = Diagnostics::new();
+        let reached = pipeline::reach(
+            &document,
+            &job,
+            configured,
+            &session.sources,
+            &mut compare_with_scenes,
+            &mut findings,
+        );
+        session.findings.extend(findings);
+        counts.push(ReachedConfigurations {
+            pipeline: path.display().to_string(),
+            number: reached.configurations,
+            refused: reached.refused,
+            exact: reached.exact,
+        });
+        let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+        for program in reached.programs {
+            let more = match program.passes.len() {
+                0 | 1 => String::new(),
+                count => format!(" and {} more", count - 1),
+            };
+            let name = format!("{stem}.{}{more}", program.passes.first().map_or("", String::as_str));
+            requests.extend(program.products.into_iter().map(|allowed| Request {
+                name: name.clone(),
+                allowed,
+                place: program.place.into(),
+                ..Request::all(&program.template, &profiles)
+            }));
+        }
+    }
+    if arguments.all || arguments.pipelines.is_empty() {
+        let mut unique: Vec<TargetProfile> = Vec::new();
+        for profile in claimed {
+            if !unique.contains(&profile) {
+                unique.push(profile);
+            }
+        }
+        if unique.is_empty() {
+            unique.push(TargetProfile::webgpu());
+        }
+        let templates = if arguments.pipelines.is_empty() {
+            whole_templates(session)
+        } else {
+            let named: BTreeSet<String> = requests.into_iter().map(|request| request.template).collect();
+            named.into_iter().collect()
+        };
+        requests = templates.iter().map(|template| Request::all(template, &unique)).collect();
+    }
+    Some((requests, counts))
+}
+
+/// The templates that stand alone: those of which no other names.
+fn whole_templates(session: &Session) -> Vec<String> {
+    let text = |name: &str| {
+        let file = session.templates.file(name).and_then(|file| session.sources.get(file));
+        file.map(|file| file.text().clone()).unwrap_or_else(|| "".into())
+    };
+    let names: Vec<&str> = session.templates.names().collect();
+    let is_part = |name: &str| {
+        name.starts_with("lib/")
+            || names.iter().filter(|other| **other != name).any(|other| {
+                let text = text(other);
+                text.contains(&format!("\"{name}\"")) || text.contains(&format!("'{name}'"))
+            })
+    };
+    names.iter().filter(|name| !is_part(name)).map(|name| (*name).to_owned()).collect()
+}
+
+fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[Request]) {
+    let names: BTreeSet<&String> = requests.iter().map(|request| &request.template).collect();
+    let names: Vec<String> = names.into_iter().cloned().collect();
+    match arguments.format {
+        FindingsFormat::Json => println!("{:#}", axes::json(&session.templates, &names)),
+        FindingsFormat::Human | FindingsFormat::Github => {
+            print!("{}", axes::human(&session.templates, &names))
+        }
+    }
+}
+
+/// The further validators, each with its place on the command line.
+fn validators(arguments: &PermutationsArguments, session: &mut Session) -> Vec<ExternalValidator> {
+    let limit = Duration::from_secs(arguments.also_time_limit);
+    let mut placed = |command: &crate::arguments::ValidatorCommand| {
+        let file = session.sources.add("<command line>", command.text.as_str());
+        let place = Place::Span(Span::new(file, 0..command.text.len()));
+        command.validator.clone().with_time_limit(limit).with_place(place)
+    };
+    arguments.also.iter().map(&mut placed).collect()
+}
+
+fn prove(
+    arguments: &PermutationsArguments,
+    session: &Session,
+    requests: &[Request],
+    external: &[ExternalValidator],
+) -> permutations::Permutations {
+    let bar = std::io::stderr().is_terminal().then(|| {
+        let bar = ProgressBar::new(0);
+        match ProgressStyle::with_template("{bar:40} {pos} of {len} texts") {
+            Ok(style) => bar.with_style(style),
+            Err(_) => bar,
+        }
+    });
+    let progress = |done: usize, all: usize| {
+        if let Some(bar) = &bar {
+            bar.set_length(all as u64);
+            bar.set_position(done as u64);
+        }
+    };
+    let defaults = Options::default();
+    let options = Options {
+        threads: arguments.threads.map_or(defaults.threads, usize::from),
+        external,
+        report_dead: arguments.all,
+        progress: &progress,
+    };
+    let outcome = permutations::check(&session.templates, requests, &options);
+    if let Some(bar) = &bar {
+        bar.finish_and_clear();
+    }
+    outcome
+}

@@ -1,0 +1,160 @@
+//! What came of proving variants: for people, as JSON, as annotations of a pull request, and as files.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde::Serialize;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
+use umbragraph::shader::permutations::{Count, Permutations, TemplateReport};
+use umbragraph::source::Sources;
+
+/// The outcome of a run.
+#[derive(Default)]
+pub(crate) struct Outcome {
+    pub(crate) reached: Vec<ReachedConfigurations>,
+    pub(crate) permutations: Permutations,
+}
+
+/// The configurations of one pipeline.
+#[derive(Serialize)]
+pub(crate) struct ReachedConfigurations {
+    pub(crate) pipeline: String,
+    pub(crate) number: usize,
+    /// Further ones whose values do not go together.
+    pub(crate) refused: usize,
+    pub(crate) exact: bool,
+}
+
+/// What stands under `templates` is one entry for each pass and product of axis values.
+#[derive(Serialize)]
+struct Document<'a> {
+    findings: Vec<serde_json::Value>,
+    pipelines: &'a [ReachedConfigurations],
+    templates: &'a [TemplateReport],
+    combinations: Count,
+    proven: usize,
+}
+
+/// The reports of one pass together.
+struct Summary<'a> {
+    template: &'a str,
+    covered: Count,
+    texts: BTreeMap<&'a str, usize>,
+    dead: BTreeSet<&'a str>,
+    profiles: &'a [String],
+}
+
+impl Outcome {
+    fn combinations(&self) -> Count {
+        self.permutations.templates.iter().fold(Count::ZERO, |sum, report| sum.plus(report.covered))
+    }
+
+    /// What was covered, for people.
+    pub(crate) fn human(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string cannot fail.
+        for reached in &self.reached {
+            let bound = if reached.exact { "" } else { "at least " };
+            let _ =
+                writeln!(text, "{}: {bound}{}", reached.pipeline, counted(reached.number, "configuration"));
+        }
+        let mut passes: Vec<(&str, Summary<'_>)> = Vec::new();
+        for report in &self.permutations.templates {
+            let at = passes
+                .iter()
+                .position(|(name, known)| *name == report.name && known.template == report.template);
+            let at = at.unwrap_or_else(|| {
+                let summary = Summary {
+                    template: &report.template,
+                    covered: Count::ZERO,
+                    texts: BTreeMap::new(),
+                    dead: report.dead_axes.iter().map(String::as_str).collect(),
+                    profiles: &report.profiles,
+                };
+                passes.push((&report.name, summary));
+                passes.len() - 1
+            });
+            let Some((_, summary)) = passes.get_mut(at) else { continue };
+            summary.covered = summary.covered.plus(report.covered);
+            summary
+                .texts
+                .extend(report.variants.iter().map(|variant| (variant.hash.as_str(), variant.bytes)));
+            summary.dead.retain(|name| report.dead_axes.iter().any(|dead| dead == name));
+        }
+        for (name, summary) in &passes {
+            let bytes: usize = summary.texts.values().sum();
+            let largest = summary.texts.values().max().copied().unwrap_or_default();
+            let of =
+                if *name == summary.template { String::new() } else { format!(" ({})", summary.template) };
+            let _ = write!(
+                text,
+                "{name}{of}: {} combinations, {}, {bytes} bytes, largest {largest}, for {}",
+                summary.covered,
+                counted(summary.texts.len(), "distinct text"),
+                summary.profiles.join(", "),
+            );
+            let dead: Vec<&str> = summary.dead.iter().copied().collect();
+            let _ = if dead.is_empty() {
+                writeln!(text)
+            } else {
+                writeln!(text, "; without effect: {}", dead.join(", "))
+            };
+        }
+        let proven = counted(self.permutations.proven, "distinct text");
+        let _ = writeln!(text, "{} combinations covered by {proven}", self.combinations());
+        text
+    }
+
+    /// Everything as JSON.
+    pub(crate) fn json(&self, findings: &Diagnostics, sources: &Sources) -> String {
+        let document = Document {
+            findings: findings.iter().map(|finding| render::json(finding, sources)).collect(),
+            pipelines: &self.reached,
+            templates: &self.permutations.templates,
+            combinations: self.combinations(),
+            proven: self.permutations.proven,
+        };
+        serde_json::to_string_pretty(&document).unwrap_or_default()
+    }
+
+    /// The findings as annotations.
+    pub(crate) fn annotations(&self, findings: &Diagnostics, sources: &Sources) -> String {
+        findings.iter().map(|finding| render::github(finding, sources)).collect()
+    }
+}
+
+fn counted(number: usize, noun: &str) -> String {
+    format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
+}
+
+/// Writes every distinct text to a folder, each under another name first, so that no half file is ever left.
+pub(crate) fn write(folder: &Path, reports: &[TemplateReport]) -> Result<(), Diagnostic> {
+    let unwritable = |path: &Path, error: &std::io::Error| {
+        let name = path.display().to_string();
+        Diagnostic::in_file(
+            codes::FILE_UNWRITABLE,
+            &name,
+            "",
+            format!("\"{name}\" cannot be written: {error}"),
+        )
+        .help("check that the folder exists and may be written to")
+    };
+    std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
+    let mut files: BTreeMap<String, &str> = BTreeMap::new();
+    for report in reports {
+        for variant in &report.variants {
+            files.entry(variant.file_name(&report.name)).or_insert(&variant.wgsl);
+        }
+    }
+    for (name, text) in files {
+        let path = folder.join(&name);
+        let temporary = folder.join(format!(".{}.{}.part", std::process::id(), name.len()));
+        let result = std::fs::write(&temporary, text).and_then(|()| std::fs::rename(&temporary, &path));
+        if let Err(error) = result {
+            let _ = std::fs::remove_file(&temporary);
+            return Err(unwritable(&path, &error));
+        }
+    }
+    Ok(())
+}

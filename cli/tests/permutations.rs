@@ -1,0 +1,307 @@
+//! `umbragraph permutations`, `wgsl` and what `check` says of profiles and hosts, as a user meets them.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use umbragraph_test_support::scratch::ScratchFolder;
+
+const PIPELINE: &str = r#"{
+  "format": 1, "name": "small", "profiles": ["webgpu", "vulkan"],
+  "features": { "warm": { "type": "bool", "default": false }, "late": { "type": "bool", "default": false } },
+  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+  "passes": { "fill": { "fullscreen": { "shader": "fill.wgsl.jinja", "color": [{ "to": "target" }] } } }
+}"#;
+const AXES: &str = r#"{ "axes": {
+  "warm": { "type": "bool", "default": false },
+  "late": { "type": "bool", "default": false } } }"#;
+const TEMPLATE: &str = "@vertex fn corner(@builtin(vertex_index) at: u32) -> @builtin(position) vec4<f32> {
+  return vec4<f32>(f32(at & 1u) * 4.0 - 1.0, f32(at >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+}
+@fragment fn fill() -> @location(0) vec4<f32> {
+  return vec4<f32>({{ 1.0 if warm else 0.0 }}, 0.0, 0.0, 1.0);
+}
+";
+
+/// A folder with a pipeline and its template, which a test breaks in one place.
+struct Project {
+    folder: ScratchFolder,
+}
+
+impl Project {
+    fn new(name: &str, pipeline: &str, axes: &str, template: &str) -> Self {
+        let project = Self { folder: ScratchFolder::new(name) };
+        std::fs::write(project.folder.join("small.json"), pipeline).unwrap();
+        std::fs::write(project.folder.join("fill.axes.json"), axes).unwrap();
+        std::fs::write(project.folder.join("fill.wgsl.jinja"), template).unwrap();
+        project
+    }
+
+    fn run(&self, command: &str, further: &[&str]) -> Output {
+        let folder = self.folder.to_str().unwrap();
+        let pipeline = self.folder.join("small.json");
+        let first = [command, pipeline.to_str().unwrap(), "--templates", folder];
+        umbragraph(&[&first, further].concat())
+    }
+
+    /// Runs `permutations`, which must find an error that says all of this.
+    #[track_caller]
+    fn refused(&self, further: &[&str], says: &[&str]) -> String {
+        let output = self.run("permutations", further);
+        let errors = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{errors}");
+        for word in says {
+            assert!(errors.contains(word), "{word} is missing in\n{errors}");
+        }
+        assert!(!errors.contains("panicked"), "{errors}");
+        errors
+    }
+}
+
+fn umbragraph(arguments: &[&str]) -> Output {
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
+    command.args(arguments).current_dir(root).output().expect("the command")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn json(output: &Output) -> serde_json::Value {
+    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", text(&output.stdout)))
+}
+
+#[test]
+fn every_pipeline_of_the_tree_holds_in_all_its_configurations() {
+    let names = ["pipelines/nebula.json", "pipelines/caracal.json", "pipelines/mantis.json"];
+    let output = umbragraph(&[&["permutations"], &names[..]].concat());
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{said}{}", text(&output.stderr));
+    assert!(said.contains("nebula.casters (depth.wgsl.jinja): 2 combinations, 2 distinct texts"), "{said}");
+    assert!(said.contains("for webgpu, vulkan, metal, dx12"), "{said}");
+    assert!(said.lines().last().unwrap().contains("combinations covered by"), "{said}");
+}
+
+#[test]
+fn modes_cover_what_they_say() {
+    let project = Project::new("permutations-modes", PIPELINE, AXES, TEMPLATE);
+    let covered = |further: &[&str]| {
+        let document = json(&project.run("permutations", &[further, &["--format", "json"]].concat()));
+        let templates = document["templates"].as_array().unwrap().clone();
+        let own = templates.iter().find(|each| each["template"] == "fill.wgsl.jinja").unwrap().clone();
+        (own["covered"]["number"].as_u64().unwrap(), own["variants"].as_array().unwrap().len())
+    };
+    assert_eq!(covered(&[]), (4, 2));
+    assert_eq!(covered(&["--config"]), (1, 1));
+    assert_eq!(covered(&["--feature", "warm"]), (1, 1));
+    assert_eq!(covered(&["--all"]), (4, 2));
+    let said = text(&project.run("permutations", &["--all"]).stderr);
+    assert!(said.contains("UG0550") && said.contains("\"late\""), "the dead axis is reported: {said}");
+}
+
+#[test]
+fn what_a_pipeline_cannot_reach_is_no_finding_of_it() {
+    let pipeline = PIPELINE.replace(r#""late": { "type""#, r#""late": { "excludes": ["warm"], "type""#);
+    let template = TEMPLATE
+        .replace("return vec4<f32>({{", "{% if warm and late %}broken{% endif %} return vec4<f32>({{");
+    let project = Project::new("permutations-reach", &pipeline, AXES, &template);
+    let reached = project.run("permutations", &[]);
+    assert_eq!(reached.status.code(), Some(0), "{}", text(&reached.stderr));
+    project.refused(&["--all"], &["UG0520", "fill.wgsl.jinja:5:", "late=true, warm=true"]);
+}
+
+#[test]
+fn the_outcome_is_the_same_with_any_number_of_threads() {
+    let broken = TEMPLATE.replace("0.0, 0.0, 1.0);\n}\n", "{% if late %}nothing{% endif %}, 0.0, 1.0);\n}\n");
+    for template in [TEMPLATE, &broken] {
+        let project = Project::new("permutations-threads", PIPELINE, AXES, template);
+        let run = |threads: &str| {
+            let output = project.run("permutations", &["--threads", threads, "--format", "json"]);
+            (output.status.code(), text(&output.stdout), text(&output.stderr))
+        };
+        let one = run("1");
+        assert!(["2", "3", "16"].into_iter().all(|threads| run(threads) == one));
+    }
+}
+
+#[test]
+fn findings_stand_in_the_template_in_every_format() {
+    let template = TEMPLATE
+        .replace("return vec4<f32>({{", "{% if warm %}let x: f32 = 1u;{% endif %}\n  return vec4<f32>({{");
+    let project = Project::new("permutations-formats", PIPELINE, AXES, &template);
+    project.refused(&[], &["fill.wgsl.jinja:5:", "provoked by warm=true"]);
+    let output = project.run("permutations", &["--format", "json"]);
+    assert_eq!(output.status.code(), Some(1));
+    let finding = json(&output)["findings"][0].clone();
+    assert_eq!(finding["place"]["line"], 5, "{finding}");
+    let output = project.run("permutations", &["--format", "github"]);
+    let said = text(&output.stdout);
+    let line = said.lines().next().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(line.starts_with("::error file=") && line.contains("fill.wgsl.jinja,line=5,"), "{said}");
+    assert!(line.contains("warm=true") && line.contains("%0A"), "{said}");
+}
+
+#[test]
+fn a_profile_that_cannot_take_a_variant_is_a_finding_of_every_check() {
+    let wide = TEMPLATE.replace(
+        "@fragment",
+        "@group(0) @binding(0) var<uniform> block: array<vec4<f32>, {{ 2000 if warm else 4 }}>;\n@fragment",
+    );
+    let wide = wide
+        .replace("), 0.0, 0.0, 1.0);", "), block[0].x, 0.0, 1.0);")
+        .replace("}}, 0.0, 0.0, 1.0)", "}}, block[0].x, 0.0, 1.0)");
+    let bound = PIPELINE.replace(r#""color": ["#, r#""bind": { "block": "data" }, "color": ["#).replace(
+        r#""resources": {"#,
+        r#""resources": { "data": { "buffer": { "size": 65536, "lifetime": "imported" } }, "#,
+    );
+    let claims = |profiles: &str| {
+        let pipeline = bound.replace(r#"["webgpu", "vulkan"]"#, profiles);
+        Project::new("permutations-profiles", &pipeline, AXES, &wide)
+    };
+    let project = claims(r#"["webgpu", "webgpu-compat"]"#);
+    project.refused(&[], &["UG0530", "webgpu-compat", "warm=true"]);
+    let output = project.run("check", &["--feature", "warm"]);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("UG0530"), "{}", text(&output.stderr));
+    let fine = project.run("permutations", &["--profile", "webgpu"]);
+    assert_eq!(fine.status.code(), Some(0), "{}", text(&fine.stderr));
+    claims(r#"["webgpu", "vulcan"]"#).refused(&[], &["UG0006", "did you mean \"vulkan\"?", "small.json:2:"]);
+    project.refused(&["--profile", "metla"], &["UG0006", "did you mean \"metal\"?", "<command line>:1:"]);
+}
+
+#[test]
+fn misspelt_axes_are_found_wherever_they_stand() {
+    let in_template = TEMPLATE.replace("if warm", "if wram");
+    Project::new("permutations-slip-1", PIPELINE, AXES, &in_template)
+        .refused(&[], &["UG0502", "wram", "fill.wgsl.jinja:5:"]);
+    let in_pipeline = PIPELINE.replace(r#""color": ["#, r#""axes": { "wram": "warm" }, "color": ["#);
+    Project::new("permutations-slip-2", &in_pipeline, AXES, TEMPLATE)
+        .refused(&[], &["UG0602", "did you mean \"warm\"?", "small.json:5:"]);
+    Project::new("permutations-slip-3", PIPELINE, AXES, TEMPLATE)
+        .refused(&["--feature", "wram"], &["UG0202", "did you mean \"warm\"?", "<command line>:1:"]);
+}
+
+#[test]
+fn constraints_that_clash_are_named() {
+    let axes = AXES.replace(
+        "} } }",
+        r#"} }, "constraints": [{ "one_of": ["warm"] }, { "when": "warm", "excludes": ["warm"] }] }"#,
+    );
+    let project = Project::new("permutations-clash", PIPELINE, &axes, TEMPLATE);
+    project.refused(&["--all"], &["UG0516", "fill.axes.json:3:"]);
+    project.refused(&[], &["UG0516", "fill.axes.json:3:", "used by this pass"]);
+}
+
+#[test]
+fn an_axis_of_all_32_bit_numbers_is_counted_and_not_enumerated() {
+    let axes = AXES.replace(
+        r#""warm":"#,
+        r#""seed": { "type": "integer", "min": 0, "max": 4294967295, "default": 0 }, "warm":"#,
+    );
+    let project = Project::new("permutations-wide", PIPELINE, &axes, TEMPLATE);
+    let output = project.run("permutations", &["--all"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stdout).contains("fill.wgsl.jinja: 17,179,869,184 combinations, 2 distinct texts"),
+        "{}",
+        text(&output.stdout)
+    );
+    let read = TEMPLATE.replace("0.0, 0.0, 1.0);\n}\n", "f32({{ seed }}u), 0.0, 1.0);\n}\n");
+    let read = Project::new("permutations-wide-read", PIPELINE, &axes, &read).run("permutations", &["--all"]);
+    assert!(text(&read.stderr).contains("UG0552"), "{}", text(&read.stderr));
+}
+
+#[cfg(unix)]
+#[test]
+fn external_validators_are_run_on_the_texts_and_may_be_missing_crash_or_hang() {
+    let project = Project::new("permutations-external", PIPELINE, AXES, TEMPLATE);
+    let accepts = project.run("permutations", &["--also", "true {}"]);
+    assert_eq!(accepts.status.code(), Some(0), "{}", text(&accepts.stderr));
+    project.refused(&["--also", "/nowhere/tint {}"], &["UG0560", "<command line>:1:"]);
+    project.refused(&["--also", "sh -c 'kill -9 $$' {}"], &["UG0561", "fill.wgsl.jinja"]);
+    project.refused(
+        &["--also", "sh -c 'sleep 60' {}", "--also-time-limit", "1"],
+        &["UG0562", "fill.wgsl.jinja"],
+    );
+    project.refused(
+        &["--also", "sh -c 'echo $0:5:3: error: not so; exit 1' {}"],
+        &["not so", "fill.wgsl.jinja:5:"],
+    );
+    for unusable in ["tint", "", "tint '{}"] {
+        assert_eq!(project.run("permutations", &["--also", unusable]).status.code(), Some(2), "{unusable}");
+    }
+}
+
+#[test]
+fn texts_are_written_whole_under_names_that_say_what_they_are() {
+    let project = Project::new("permutations-write", PIPELINE, AXES, TEMPLATE);
+    let out = project.folder.join("new/out");
+    let output = project.run("permutations", &["--write", out.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let mut names: Vec<String> = std::fs::read_dir(&out)
+        .unwrap()
+        .flatten()
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    assert_eq!(names.len(), 2, "{names:?}");
+    assert!(
+        names[0].starts_with("small.fill.warm=false.") && names[1].starts_with("small.fill.warm=true."),
+        "{names:?}"
+    );
+    assert!(std::fs::read_to_string(out.join(&names[1])).unwrap().contains("vec4<f32>(1.0, 0.0, 0.0, 1.0)"));
+    let blocked = project.folder.join("small.json/out");
+    project.refused(&["--write", blocked.to_str().unwrap()], &["UG0004"]);
+}
+
+#[test]
+fn axes_are_listed_with_values_defaults_and_constraints() {
+    let output = umbragraph(&["permutations", "--axes", "pipelines/nebula.json"]);
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(said.contains("tone_map: none, reinhard or filmic (default filmic)"), "{said}");
+    let listed = json(&umbragraph(&["permutations", "--axes", "--format", "json"]));
+    assert!(listed.as_array().unwrap().iter().any(|each| each["template"] == "depth.wgsl.jinja"), "{listed}");
+    for arguments in [
+        &["permutations"][..],
+        &["permutations", "x.json", "--threads", "0"],
+        &["permutations", "--all", "--set", "a=1"],
+    ] {
+        assert_eq!(umbragraph(arguments).status.code(), Some(2), "{arguments:?}");
+    }
+}
+
+#[test]
+fn what_scenes_upload_is_compared_with_the_shaders_without_a_device() {
+    let folder = ScratchFolder::new("permutations-host");
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
+    let geometry = std::fs::read_to_string(root.join("shaders-templates/lib/geometry.wgsl.jinja")).unwrap();
+    std::fs::create_dir_all(folder.join("lib")).unwrap();
+    let moved = geometry.replace("    emissive: vec3<f32>,", "    @size(32) emissive: vec3<f32>,");
+    assert_ne!(moved, geometry);
+    std::fs::write(folder.join("lib/geometry.wgsl.jinja"), moved).unwrap();
+    for command in ["check", "permutations"] {
+        let output = umbragraph(&[command, "pipelines/nebula.json", "--templates", folder.to_str().unwrap()]);
+        let errors = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{errors}");
+        assert!(errors.contains("\"material.alpha_cutoff\" lies at byte 28 on the host"), "{errors}");
+    }
+}
+
+#[test]
+fn one_variant_is_shown_in_the_language_of_a_target_and_with_its_map() {
+    let show = |further: &[&str]| {
+        umbragraph(&[&["wgsl", "pipelines/nebula.json", "--pass", "casters"], further].concat())
+    };
+    let spirv = show(&["--target", "spirv"]).stdout;
+    assert_eq!(spirv.get(..4), Some(&0x0723_0203_u32.to_le_bytes()[..]));
+    assert!(text(&show(&["--target", "msl"]).stdout).contains("#include <metal_stdlib>"));
+    assert!(text(&show(&["--target", "hlsl"]).stdout).contains("cbuffer"));
+    assert!(text(&show(&["--target", "glsl"]).stdout).contains("#version"));
+    let mapped = text(&show(&["--map", "--properties=alpha_masked"]).stdout);
+    assert!(mapped.contains("lib/geometry.wgsl.jinja:2") && mapped.contains("fn cut_out("), "{mapped}");
+    assert!(!text(&show(&["--properties="]).stdout).contains("fn cut_out("));
+    assert_eq!(show(&["--target", "spriv"]).status.code(), Some(2));
+    assert!(text(&show(&["--properties=alpha_maskd"]).stderr).contains("did you mean \"alpha_masked\"?"));
+}

@@ -1,0 +1,70 @@
+//! Shader modules that several loads of one document share, and what those loads ask for.
+//!
+//! Configurations of one pipeline mostly want the same shaders. [`Modules`] keeps each that was made, or refused, and
+//! writes down which pass wanted which program, so that all of them can be proven together.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::diagnostic::Diagnostic;
+use crate::shader::{self, AxisValues, ShaderModule, TargetProfile, TemplateSet};
+use crate::source::Span;
+
+/// A program that a pass wants.
+#[derive(Clone, Debug)]
+pub(super) struct Wanted {
+    pub(super) pass: String,
+    pub(super) template: String,
+    pub(super) axes: AxisValues,
+    /// The mesh properties that are axes too, in every combination.
+    pub(super) properties: Vec<String>,
+    pub(super) place: Span,
+}
+
+/// Modules by template and values, and what was asked for.
+#[derive(Debug, Default)]
+pub(super) struct Modules {
+    known: BTreeMap<(String, AxisValues), Result<Arc<ShaderModule>, Vec<Diagnostic>>>,
+    pub(super) wanted: Vec<Wanted>,
+    proven_elsewhere: bool,
+}
+
+impl Modules {
+    /// Modules of which a proof of all variants will say what is wrong with the shaders themselves.
+    pub(super) fn proven_elsewhere() -> Self {
+        Self { proven_elsewhere: true, ..Self::default() }
+    }
+
+    /// The module, or what is wrong with it; nothing is said of what the proof of all variants will say.
+    pub(super) fn get(
+        &mut self,
+        templates: &TemplateSet,
+        template: &str,
+        values: AxisValues,
+        profile: &TargetProfile,
+    ) -> Result<Arc<ShaderModule>, Vec<Diagnostic>> {
+        let key = (template.to_owned(), values);
+        if let Some(known) = self.known.get(&key) {
+            return known.clone();
+        }
+        let made = shader::compile(templates, template, &key.1, profile).map(Arc::new).map_err(|findings| {
+            let is_proven = self.proven_elsewhere && shader::complete(templates, template, &key.1).is_ok();
+            if is_proven { Vec::new() } else { findings }
+        });
+        self.known.insert(key, made.clone());
+        made
+    }
+}
+
+impl Wanted {
+    /// The values of each variant.
+    pub(super) fn variants(&self) -> impl Iterator<Item = AxisValues> {
+        (0..1_u32 << self.properties.len().min(8)).map(|mask| {
+            let mut values = self.axes.clone();
+            for (bit, name) in self.properties.iter().enumerate() {
+                values.insert(name.clone(), (mask & (1 << bit) != 0).into());
+            }
+            values
+        })
+    }
+}

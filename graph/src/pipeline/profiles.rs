@@ -1,0 +1,36 @@
+//! The target profiles that a pipeline claims.
+
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::document::Document;
+use crate::shader::TargetProfile;
+use crate::source::Span;
+
+/// The profiles that a document claims, in its order; `webgpu` where it claims none. A name that no profile has is a
+/// finding.
+pub fn claimed_profiles(document: &Document, diagnostics: &mut Diagnostics) -> Vec<TargetProfile> {
+    let claims = document.root.get("profiles").and_then(|claims| claims.elements()).unwrap_or_default();
+    let mut profiles: Vec<TargetProfile> = Vec::new();
+    for (at, claim) in claims.iter().enumerate() {
+        let Some(name) = claim.text() else { continue };
+        match profile_named(name, claim.span) {
+            Ok(profile) if profiles.contains(&profile) => {}
+            Ok(profile) => profiles.push(profile),
+            Err(finding) => diagnostics.push(finding.pointer(format!("/profiles/{at}"))),
+        }
+    }
+    if profiles.is_empty() { vec![TargetProfile::webgpu()] } else { profiles }
+}
+
+/// The profile of a name that stands at a place.
+///
+/// # Errors
+/// A name that no profile has.
+pub fn profile_named(name: &str, place: Span) -> Result<TargetProfile, Diagnostic> {
+    TargetProfile::from_name(name).ok_or_else(|| {
+        let help = did_you_mean(name, TargetProfile::NAMES).map_or_else(
+            || format!("the profiles are {}", TargetProfile::NAMES.join(", ")),
+            |meant| format!("did you mean \"{meant}\"?"),
+        );
+        Diagnostic::error(codes::UNKNOWN_PROFILE, place, format!("there is no profile \"{name}\"")).help(help)
+    })
+}

@@ -1,0 +1,230 @@
+//! What the configurations of a pipeline reach: every program of every pass, with all values that its axes can have.
+//!
+//! Each configuration is loaded in full, so what a load checks (bindings, blocks and their members, contracts with the
+//! host, the union of a pass's variants) holds for every one of them. Their shader variants are kept apart as a list of
+//! products: a value of one axis is only combined with a value of another where some configuration does so.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::configurations::{self, Configurations};
+use super::load::load_sharing;
+use super::modules::Modules;
+use super::{Choice, Pipeline};
+use crate::check::Job;
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
+use crate::document::Document;
+use crate::shader::{self, AxisValue, AxisValues};
+use crate::source::{Sources, Span};
+
+/// Values that axes can have together: each value of one with each of the others.
+pub type AxisProduct = BTreeMap<String, Vec<AxisValue>>;
+
+/// What the configurations reach.
+#[derive(Clone, Debug, Default)]
+pub struct Reached {
+    /// The programs, in the order of the first pass that wants each.
+    pub programs: Vec<ReachedProgram>,
+    /// The number of configurations that were loaded.
+    pub configurations: usize,
+    /// The number of further ones that do not work whatever the shaders: a node kind refuses their values.
+    pub refused: usize,
+    /// Whether there are no others.
+    pub exact: bool,
+}
+
+/// A program with the variants that configurations reach.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReachedProgram {
+    /// The passes.
+    pub passes: Vec<String>,
+    /// The template.
+    pub template: String,
+    /// The values; no two products have a variant in common. An axis that a product does not name can have any value.
+    pub products: Vec<AxisProduct>,
+    /// Where the first pass names the template.
+    pub place: Span,
+}
+
+/// Which configurations count.
+#[derive(Clone, Copy, Debug)]
+pub enum Configured<'a> {
+    /// Every one that can differ in shaders or passes.
+    All,
+    /// One.
+    One(&'a Choice),
+}
+
+/// Loads the configurations of a document one after the other.
+///
+/// `visit` sees each pipeline, to compare it with a host. Findings of shaders themselves are left to the proof of all
+/// variants ([`crate::shader::permutations`]); each other finding is reported once, with the settings that show it.
+/// Configurations other than the first whose values do not go together are left out, and counted.
+pub fn reach(
+    document: &Document,
+    job: &Job<'_>,
+    configured: Configured<'_>,
+    sources: &Sources,
+    visit: &mut dyn FnMut(&Pipeline, &mut Diagnostics),
+    diagnostics: &mut Diagnostics,
+) -> Reached {
+    let Configurations { choices, exact, sampled, open_axes } = match configured {
+        Configured::All => configurations::enumerate(document, job.templates),
+        Configured::One(choice) => {
+            Configurations { choices: vec![choice.clone()], exact: true, ..Configurations::default() }
+        }
+    };
+    let mut modules = Modules::proven_elsewhere();
+    let mut known = BTreeSet::new();
+    let mut refused = 0;
+    for (at, choice) in choices.iter().enumerate() {
+        let wanted = modules.wanted.len();
+        let mut own = Diagnostics::new();
+        let Job { registry, templates, profile, .. } = job;
+        match load_sharing(document, registry, templates, profile, choice, sources, &mut own, &mut modules) {
+            Some(pipeline) => visit(&pipeline, &mut own),
+            None => {
+                diagnostics.extend(own);
+                return Reached::default();
+            }
+        }
+        // The first is the default, or what the caller asked for: that has to work.
+        if at > 0 && own.iter().any(is_about_values) {
+            modules.wanted.truncate(wanted);
+            refused += 1;
+            continue;
+        }
+        for mut finding in own {
+            if known.insert((finding.code, finding.place.clone(), finding.message.clone())) {
+                if let (Configured::All, Some(settings)) = (configured, describe(choice)) {
+                    finding = finding.related(Place::Nowhere, format!("with {settings}"));
+                }
+                diagnostics.push(finding);
+            }
+        }
+    }
+    let programs = programs(job, &modules, &open_axes, sampled);
+    Reached { programs, configurations: choices.len() - refused, refused, exact }
+}
+
+/// Whether a finding says that values do not go together: one of a node kind, or of an expression over them. A user who
+/// chooses them is told so; no shader is reached.
+fn is_about_values(finding: &Diagnostic) -> bool {
+    let id = finding.code.id;
+    let of_engine = codes::ALL.iter().chain(shader::codes::ALL).any(|code| code.id == id);
+    let of_values =
+        [codes::EXPRESSION_ARITHMETIC, codes::SETTING_RANGE, codes::SETTING_ORDER, codes::FEATURE_CONFLICT];
+    finding.severity == Severity::Error && (!of_engine || of_values.iter().any(|code| code.id == id))
+}
+
+fn describe(choice: &Choice) -> Option<String> {
+    let settings: Vec<String> = choice
+        .features
+        .iter()
+        .chain(&choice.parameters)
+        .map(|setting| format!("{}={}", setting.name, setting.value.to_json()))
+        .collect();
+    (!settings.is_empty()).then(|| settings.join(", "))
+}
+
+/// The programs that loads asked for; `spread` combines all values, where configurations were left out.
+fn programs(
+    job: &Job<'_>,
+    modules: &Modules,
+    open_axes: &BTreeSet<String>,
+    spread: bool,
+) -> Vec<ReachedProgram> {
+    let mut order: Vec<(&str, &str)> = Vec::new();
+    let mut reached: BTreeMap<(&str, &str), (BTreeSet<AxisValues>, Span)> = BTreeMap::new();
+    for wanted in &modules.wanted {
+        let key = (wanted.pass.as_str(), wanted.template.as_str());
+        let entry = reached.entry(key).or_insert_with(|| {
+            order.push(key);
+            (BTreeSet::new(), wanted.place)
+        });
+        for values in wanted.variants() {
+            // What breaks a constraint has its finding from the load.
+            if let Ok(mut values) = shader::complete(job.templates, &wanted.template, &values) {
+                values.retain(|name, _| !open_axes.contains(name));
+                entry.0.insert(values);
+            }
+        }
+    }
+    let mut programs: Vec<ReachedProgram> = Vec::new();
+    for key in order {
+        let Some((variants, place)) = reached.remove(&key).filter(|(variants, _)| !variants.is_empty())
+        else {
+            continue;
+        };
+        let products = products(&variants, spread);
+        let alike =
+            programs.iter_mut().find(|program| program.template == key.1 && program.products == products);
+        match alike {
+            Some(program) => program.passes.push(key.0.to_owned()),
+            None => programs.push(ReachedProgram {
+                passes: vec![key.0.to_owned()],
+                template: key.1.to_owned(),
+                products,
+                place,
+            }),
+        }
+    }
+    programs
+}
+
+/// The variants as disjoint products.
+fn products(variants: &BTreeSet<AxisValues>, spread: bool) -> Vec<AxisProduct> {
+    type Product = BTreeMap<String, BTreeSet<AxisValue>>;
+    let single = |values: &AxisValues| -> Product {
+        values.iter().map(|(name, value)| (name.clone(), [value.clone()].into())).collect()
+    };
+    let mut products: BTreeSet<Product> = variants.iter().map(single).collect();
+    let names: BTreeSet<&String> = variants.iter().flat_map(BTreeMap::keys).collect();
+    if spread {
+        let mut all = Product::new();
+        for (name, values) in products.into_iter().flatten() {
+            all.entry(name).or_default().extend(values);
+        }
+        products = [all].into();
+    } else {
+        for name in names {
+            let mut alike: BTreeMap<Product, BTreeSet<AxisValue>> = BTreeMap::new();
+            for mut product in products {
+                let values = product.remove(name).unwrap_or_default();
+                alike.entry(product).or_default().extend(values);
+            }
+            products = alike
+                .into_iter()
+                .map(|(mut product, values)| {
+                    product.insert(name.clone(), values);
+                    product
+                })
+                .collect();
+        }
+    }
+    products
+        .into_iter()
+        .map(|product| {
+            product.into_iter().map(|(name, values)| (name, values.into_iter().collect())).collect()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn variants(list: &[(bool, i64)]) -> BTreeSet<AxisValues> {
+        list.iter()
+            .map(|(a, b)| [("a".to_owned(), (*a).into()), ("b".to_owned(), (*b).into())].into())
+            .collect()
+    }
+
+    #[test]
+    fn variants_that_form_a_product_are_one_and_others_stay_apart() {
+        assert_eq!(products(&variants(&[(false, 1), (false, 2), (true, 1), (true, 2)]), false).len(), 1);
+        let three = products(&variants(&[(false, 1), (false, 2), (true, 1)]), false);
+        let size = |product: &AxisProduct| product.values().map(Vec::len).product::<usize>();
+        assert_eq!(three.iter().map(size).sum::<usize>(), 3, "{three:?}");
+        assert_eq!(products(&variants(&[(false, 1), (true, 2)]), true).iter().map(size).sum::<usize>(), 4);
+    }
+}
