@@ -1,123 +1,154 @@
 //! Bind groups of what the module itself binds.
 //!
-//! A bind group is made at its first use with a buffer of the block pool, and again only when an imported texture that
-//! it binds is another one. Groups that bind nothing are bound as empty groups, since a layout may have holes.
+//! What a group binds is settled when the plan is realized, but for two things: the buffer of blocks, which is another
+//! one for each record in flight, and views of the host's own textures. A group is made when a combination of these
+//! comes up for the first time, and kept for as long as the combination keeps coming.
 
-use super::Statistics;
-use super::pipelines::Layouts;
-use super::textures::Textures;
-use super::uniforms::{self, PassPlaces};
-use crate::compiler::{Physical, Plan};
-use crate::work::{BoundSlot, Draw, SlotSource, Work};
+use super::blocks::Place;
+use super::creation::Creation;
+use super::imports::{ImportedView, Imports};
+use super::pool::Taken;
+use super::resources::Viewed;
 
-/// The bind groups of one pass that the module fills.
-pub(super) struct Groups {
-    groups: Vec<Group>,
-}
+/// For how many records a bind group is kept that none of them uses.
+const KEPT_RECORDS: u64 = 256;
 
-struct Group {
+/// One bind group of a pass.
+pub(super) struct Group {
     index: u32,
     layout: wgpu::BindGroupLayout,
-    /// Positions in the pass's slots.
-    slots: Vec<usize>,
-    /// Whether a texture of the host's own is among them.
-    imports: bool,
-    /// Whether the block `view` is among them.
-    view: Option<usize>,
-    /// For each buffer of the pool the bind group, with the generation of the imports.
-    made: Vec<Option<(u64, wgpu::BindGroup)>>,
+    entries: Vec<(u32, Bound)>,
+    has_blocks: bool,
+    imports: Vec<ImportedView>,
+    /// The block `view`, which a dynamic offset moves.
+    view: Option<Place>,
+    made: Vec<Made>,
+    /// The position among the made ones for the record that is under way.
+    current: usize,
 }
 
-impl Groups {
-    pub(super) fn new(plan: &Plan, work: &Work, layouts: &Layouts) -> Self {
-        let is_scene = matches!(work, Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
-        let slots = uniforms::slots(work);
-        let groups = layouts
-            .groups
-            .iter()
-            .enumerate()
-            .filter(|(index, _)| !(is_scene && *index >= 2))
-            .map(|(index, layout)| {
-                let own: Vec<usize> = (0..slots.len()).filter(|at| slots[*at].group == index as u32).collect();
-                let imports = own.iter().any(|at| match &slots[*at].source {
-                    SlotSource::Texture(view) => {
-                        plan.resource(view.resource).is_some_and(|resource| resource.physical == Physical::Imported)
-                    }
-                    _ => false,
-                });
-                let view = own.iter().copied().find(|at| matches!(slots[*at].source, SlotSource::View(_)));
-                Group { index: index as u32, layout: layout.clone(), slots: own, imports, view, made: Vec::new() }
-            })
-            .collect();
-        Self { groups }
+/// What is bound to a binding.
+pub(super) enum Bound {
+    View(Viewed),
+    Sampler(wgpu::Sampler),
+    Buffer(wgpu::Buffer),
+    Block(Place),
+    /// A block `view`: one for each view.
+    ViewBlock(Place),
+}
+
+struct Made {
+    blocks: Option<u64>,
+    imports: Vec<wgpu::TextureView>,
+    group: wgpu::BindGroup,
+    used: u64,
+}
+
+impl Made {
+    fn fits(&self, blocks: Option<u64>, wanted: &[ImportedView], imports: &Imports) -> bool {
+        self.blocks == blocks
+            && self.imports.iter().zip(wanted).all(|(made, wanted)| imports.view(*wanted) == Some(made))
+    }
+}
+
+impl Group {
+    pub(super) fn new(index: u32, layout: wgpu::BindGroupLayout, entries: Vec<(u32, Bound)>) -> Self {
+        let has_blocks = entries.iter().any(|(_, bound)| matches!(bound, Bound::Block(_) | Bound::ViewBlock(_)));
+        let imports = entries.iter().filter_map(|(_, bound)| match bound {
+            Bound::View(Viewed::Imported(view)) => Some(*view),
+            _ => None,
+        });
+        let view = entries.iter().find_map(|(_, bound)| match bound {
+            Bound::ViewBlock(place) => Some(*place),
+            _ => None,
+        });
+        let imports = imports.collect();
+        Self { index, layout, entries, has_blocks, imports, view, made: Vec::new(), current: 0 }
     }
 
-    /// Makes what is missing for a buffer of the pool.
-    #[allow(clippy::too_many_arguments)]
+    /// Makes the bind group for a record, unless it is there.
     pub(super) fn prepare(
         &mut self,
-        device: &wgpu::Device,
-        plan: &Plan,
-        name: &str,
-        slots: &[BoundSlot],
-        places: &PassPlaces,
-        pool: Option<&(usize, wgpu::Buffer)>,
-        textures: &mut Textures,
-        statistics: &mut Statistics,
+        creation: &mut Creation<'_>,
+        label: &str,
+        blocks: Option<&Taken>,
+        imports: &Imports,
+        record: u64,
     ) {
-        let pool_index = pool.map_or(0, |(index, _)| *index);
-        for group in &mut self.groups {
-            let generation = if group.imports { textures.generation } else { 0 };
-            if group.made.len() <= pool_index {
-                group.made.resize_with(pool_index + 1, || None);
-            }
-            if group.made[pool_index].as_ref().is_some_and(|(made, _)| *made == generation) {
-                continue;
-            }
-            let mut owned: Vec<(u32, Owned)> = Vec::new();
-            for at in &group.slots {
-                let slot = &slots[*at];
-                let resource = match &slot.source {
-                    SlotSource::Texture(view) => textures.view(plan, *view, statistics).map(Owned::View),
-                    SlotSource::Sampler(sampler) => Some(Owned::Sampler(textures.sampler(device, *sampler))),
-                    SlotSource::Buffer(resource) => textures.buffer(plan, *resource).cloned().map(|buffer| Owned::Buffer(buffer, 0, None)),
-                    _ => places.get(*at).copied().flatten().zip(pool).map(|(place, (_, buffer))| {
-                        Owned::Buffer(buffer.clone(), place.offset, wgpu::BufferSize::new(place.size))
-                    }),
-                };
-                owned.extend(resource.map(|resource| (slot.binding, resource)));
-            }
-            let entries: Vec<wgpu::BindGroupEntry<'_>> =
-                owned.iter().map(|(binding, resource)| wgpu::BindGroupEntry { binding: *binding, resource: resource.binding() }).collect();
-            let made = device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(name), layout: &group.layout, entries: &entries });
-            statistics.bind_groups += 1;
-            group.made[pool_index] = Some((generation, made));
+        let blocks = blocks.filter(|_| self.has_blocks);
+        let id = blocks.map(|blocks| blocks.id);
+        let found = self.made.iter().position(|made| made.fits(id, &self.imports, imports));
+        self.current = found.unwrap_or_else(|| {
+            self.made.retain(|made| made.used + KEPT_RECORDS >= record);
+            let made = self.make(creation, label, blocks, imports, record);
+            self.made.push(made);
+            self.made.len() - 1
+        });
+        self.made[self.current].used = record;
+    }
+
+    fn make(
+        &self,
+        creation: &mut Creation<'_>,
+        label: &str,
+        blocks: Option<&Taken>,
+        imports: &Imports,
+        record: u64,
+    ) -> Made {
+        let block = |place: &Place| {
+            Some(wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer: &blocks?.buffer,
+                offset: place.offset,
+                size: wgpu::BufferSize::new(place.size),
+            }))
+        };
+        let entries = self.entries.iter().filter_map(|(binding, bound)| {
+            let resource = match bound {
+                Bound::View(view) => wgpu::BindingResource::TextureView(view.get(imports)?),
+                Bound::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
+                Bound::Buffer(buffer) => buffer.as_entire_binding(),
+                Bound::Block(place) | Bound::ViewBlock(place) => block(place)?,
+            };
+            Some(wgpu::BindGroupEntry { binding: *binding, resource })
+        });
+        let entries: Vec<_> = entries.collect();
+        let group = creation.bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(label),
+            layout: &self.layout,
+            entries: &entries,
+        });
+        let imports = self.imports.iter().filter_map(|view| imports.view(*view).cloned());
+        Made { blocks: blocks.map(|blocks| blocks.id), imports: imports.collect(), group, used: record }
+    }
+
+    /// Forgets what was made, since some of it may have been refused.
+    pub(super) fn forget(&mut self) {
+        self.made.clear();
+    }
+
+    /// The index of the bind group, the bind group of the record that is under way, and the dynamic offset of a view.
+    fn bound(&self, view: usize) -> Option<(u32, &wgpu::BindGroup, Option<u32>)> {
+        let made = self.made.get(self.current)?;
+        Some((self.index, &made.group, self.view.map(|place| place.view_offset(view))))
+    }
+}
+
+/// Binds the groups of a pass in a render pass, for the view at a position.
+pub(super) fn bind_render(groups: &[Group], pass: &mut wgpu::RenderPass<'_>, view: usize) {
+    for (index, group, offset) in groups.iter().filter_map(|group| group.bound(view)) {
+        match offset {
+            Some(offset) => pass.set_bind_group(index, group, &[offset]),
+            None => pass.set_bind_group(index, group, &[]),
         }
     }
-
-    /// The bind groups, each with its index and, where it holds the block `view`, the position of that slot.
-    pub(super) fn made(&self, pool_index: usize) -> impl Iterator<Item = (u32, &wgpu::BindGroup, Option<usize>)> {
-        self.groups.iter().filter_map(move |group| {
-            let (_, made) = group.made.get(pool_index)?.as_ref()?;
-            Some((group.index, made, group.view))
-        })
-    }
 }
 
-enum Owned {
-    View(wgpu::TextureView),
-    Sampler(wgpu::Sampler),
-    Buffer(wgpu::Buffer, u64, Option<wgpu::BufferSize>),
-}
-
-impl Owned {
-    fn binding(&self) -> wgpu::BindingResource<'_> {
-        match self {
-            Owned::View(view) => wgpu::BindingResource::TextureView(view),
-            Owned::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
-            Owned::Buffer(buffer, offset, size) => {
-                wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: *offset, size: *size })
-            }
+/// Binds the groups of a pass in a compute pass.
+pub(super) fn bind_compute(groups: &[Group], pass: &mut wgpu::ComputePass<'_>) {
+    for (index, group, offset) in groups.iter().filter_map(|group| group.bound(0)) {
+        match offset {
+            Some(offset) => pass.set_bind_group(index, group, &[offset]),
+            None => pass.set_bind_group(index, group, &[]),
         }
     }
 }

@@ -1,76 +1,90 @@
 //! The executor: a plan, realized with wgpu and recorded into an encoder of the host's.
 //!
 //! It is middleware, not a framework: the host owns device, queue, encoder and surface, submits and presents. An
-//! [`Executor`] creates textures, pipelines and bind groups once, when it is made or given another plan; recording a
-//! frame then runs the host passes, packs their data into one uniform buffer, and records the passes in the plan's
-//! order. In a steady frame nothing is created on the device.
+//! [`Executor`] creates textures, pipelines and bind groups when it is made or given another plan; recording a frame
+//! then runs the host passes, packs their data into one buffer, and records the passes in the plan's order. In a steady
+//! frame nothing is created on the device and, outside wgpu, nothing allocated.
 //!
-//! - [`textures`]: the plan's textures and buffers, views, samplers;
-//! - [`pipelines`]: bind group layouts from reflection, render and compute pipelines;
-//! - [`uniforms`]: where the blocks of one record lie, and buffers that several records in flight do not share;
-//! - [`groups`]: bind groups, made when what they bind changes;
-//! - [`scene`]: the host's draws, view by view.
+//! - `realize`: everything that a plan needs, taken over from the plan before where it can be (`reuse`, `cache`);
+//!   `creation` counts it and catches the device's errors, `requirements` says beforehand what a device lacks;
+//! - `textures`, `imports`, `resources`: the plan's textures and buffers, the host's, and views of both;
+//! - `objects`, `pipelines`: shader modules, layouts and pipelines;
+//! - `blocks`, `pool`: where the blocks of one record lie, and buffers that records in flight do not share;
+//! - `groups`, `host_groups`: bind groups of what the module binds, and of the host's materials and objects;
+//! - `inputs`: what a frame brings, checked, and the host passes;
+//! - `record`, `attachments`, `scene`: render passes, and the host's draws in them;
+//! - `times`: how long the processor works on each pass.
 //!
-//! Limits: the copy of a volume and stencil attachments are not recorded; a draw pass has at most 32 mesh properties.
+//! Whatever happens, an error is a value, nothing is recorded, and the next frame is possible. A device that is lost is
+//! the host's to replace: it makes a new device and a new executor.
+//!
+//! Limits: stencil is never written; the images of one pass have at most eight color attachments.
 
+mod attachments;
+mod blocks;
+mod cache;
+mod creation;
 mod groups;
+mod host_groups;
+mod imports;
+mod inputs;
+mod objects;
 mod pipelines;
+mod pool;
+mod realize;
 mod record;
+mod requirements;
+mod resources;
+mod reuse;
 mod scene;
+mod statistics;
 mod textures;
-mod uniforms;
+mod times;
 
 use std::sync::Arc;
+use std::time::Duration;
+
+pub use statistics::Statistics;
 
 use crate::compiler::{Physical, Plan};
 use crate::data::HostData;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
-use crate::draw::{DrawSource, check_host};
+use crate::diagnostic::Diagnostics;
+use crate::draw::{DrawSource, HostInterface};
 use crate::frame::FrameInput;
-use crate::pipeline::ResourceKind;
-use crate::work::{Draw, ResourceHandle, Work};
 
-use pipelines::RealizedPass;
-use textures::Textures;
-use uniforms::Uniforms;
+use creation::{Caught, Creation};
+use objects::Objects;
+use pool::Pool;
+use realize::Realized;
+use record::Scratch;
+use times::Times;
 
 /// What a frame consists of.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
     /// Camera, lights and bounds.
     pub input: &'a FrameInput,
-    /// The host's meshes, if the pipeline draws any.
+    /// The host's meshes, if the pipeline draws any: the same in each frame, or else of another generation.
     pub draws: Option<&'a dyn DrawSource>,
     /// The host's textures by the names of the resources that stand for them.
     pub imports: &'a [(&'a str, &'a wgpu::Texture)],
-}
-
-/// What an executor has created so far; in a steady frame nothing is added.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Statistics {
-    /// Textures.
-    pub textures: u64,
-    /// Buffers, those for uniforms included.
-    pub buffers: u64,
-    /// Render and compute pipelines.
-    pub pipelines: u64,
-    /// Bind groups.
-    pub bind_groups: u64,
-    /// Views of the host's textures.
-    pub import_views: u64,
 }
 
 /// A plan, realized on a device.
 pub struct Executor {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    plan: Arc<Plan>,
-    textures: Textures,
-    uniforms: Uniforms,
-    passes: Vec<RealizedPass>,
-    /// The data of host passes by resource, kept from frame to frame.
-    data: Vec<Option<HostData>>,
+    realized: Realized,
+    objects: Objects,
+    pool: Pool,
+    scratch: Scratch,
+    times: Times,
     statistics: Statistics,
+    warnings: Diagnostics,
+    /// Errors of creation that a browser has not told yet.
+    late: Caught,
+    /// The number of records so far.
+    records: u64,
 }
 
 impl Executor {
@@ -86,37 +100,49 @@ impl Executor {
         plan: Arc<Plan>,
         source: Option<&dyn DrawSource>,
     ) -> Result<Self, Diagnostics> {
-        let mut findings = check_source(&plan, source);
-        findings.extend(check_device(&plan, device));
-        if findings.has_errors() {
-            return Err(findings);
-        }
-        let out_of_memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let mut objects = Objects::default();
         let mut statistics = Statistics::default();
-        let textures = Textures::new(device, &plan, &mut statistics);
-        let uniforms = Uniforms::new(device, &plan);
-        let passes = pipelines::realize(device, &plan, source, &mut statistics);
-        for scope in [validation, out_of_memory] {
-            if let Some(error) = scope.pop().await {
-                let finding = Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("the device refused the plan: {error}"));
-                findings.push(finding.help("make pictures and maps smaller, or use another device"));
-            }
-        }
-        if findings.has_errors() {
-            return Err(findings);
-        }
-        let data = plan.pipeline.resources.iter().map(|resource| match &resource.kind {
-            ResourceKind::Data(Some(shape)) => Some(HostData::new(shape.clone())),
-            _ => None,
-        });
-        let data = data.collect();
-        Ok(Self { device: device.clone(), queue: queue.clone(), plan, textures, uniforms, passes, data, statistics })
+        let (realized, caught) = realize(device, &mut objects, &mut statistics, plan, source, None)?;
+        refuse(caught.all().await)?;
+        objects.commit();
+        Ok(Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            realized,
+            objects,
+            pool: Pool::default(),
+            scratch: Scratch::default(),
+            times: Times::default(),
+            statistics,
+            warnings: Diagnostics::new(),
+            late: Caught::default(),
+            records: 0,
+        })
+    }
+
+    /// Realizes another plan: after a resize, with other parameters or features, or for another draw source.
+    ///
+    /// What does not change is kept: pipelines and samplers of equal descriptors, textures and buffers of equal
+    /// descriptors (those that outlive frames under their own names, with their contents), host data. For as long as it
+    /// takes, the textures of both plans exist.
+    ///
+    /// The future is ready at once except in a browser.
+    ///
+    /// # Errors
+    /// As of [`Executor::new`]. The executor goes on with the plan before.
+    pub async fn set_plan(&mut self, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<(), Diagnostics> {
+        let before = Some(&self.realized);
+        let (realized, caught) =
+            realize(&self.device, &mut self.objects, &mut self.statistics, plan, source, before)?;
+        refuse(caught.all().await)?;
+        self.objects.commit();
+        self.realized = realized;
+        Ok(())
     }
 
     /// The plan.
     pub fn plan(&self) -> &Arc<Plan> {
-        &self.plan
+        &self.realized.plan
     }
 
     /// What was created so far.
@@ -124,155 +150,120 @@ impl Executor {
         self.statistics
     }
 
-    /// The data that a host pass published in the last record, by the name of its resource.
-    pub fn data(&self, name: &str) -> Option<&HostData> {
-        let handle = self.plan.pipeline.find_resource(name)?;
-        self.data.get(handle.index())?.as_ref()
+    /// What was worth knowing about the last frame that was recorded: a camera or light that cannot be used.
+    pub fn warnings(&self) -> &Diagnostics {
+        &self.warnings
     }
 
-    /// The texture that stands for a resource, unless it is the host's own.
+    /// The data that a host pass published in the last record, by the name of its resource.
+    pub fn data(&self, name: &str) -> Option<&HostData> {
+        self.realized.data(name)
+    }
+
+    /// The texture that stands for a resource, unless it is the host's own. Others may share it within a frame.
     pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
-        match self.plan.resources.get(name)?.physical {
-            Physical::Texture(index) => self.textures.get(index),
+        match self.realized.plan.resources.get(name)?.physical {
+            Physical::Texture(index) => self.realized.resources.textures.texture(index),
             _ => None,
         }
+    }
+
+    /// The buffer that stands for a resource. Others may share it within a frame.
+    pub fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
+        match self.realized.plan.resources.get(name)?.physical {
+            Physical::Buffer(index) => self.realized.resources.textures.buffer(index),
+            _ => None,
+        }
+    }
+
+    /// Switches measuring of the processor's time for each pass on or off; off at first.
+    pub fn measure_times(&mut self, on: bool) {
+        self.times.switch(on);
+    }
+
+    /// The processor's time for each pass of the last record, in the plan's order; nothing if measuring is off. Passes
+    /// that are recorded as one render pass count with the first of them.
+    pub fn times(&self) -> impl Iterator<Item = (&str, Duration)> {
+        let names = self.realized.plan.passes.iter().map(|pass| pass.name.as_str());
+        names.zip(self.times.passes().iter().copied())
+    }
+
+    /// The processor's time for preparing bind groups and uploading blocks in the last record.
+    pub fn preparation_time(&self) -> Duration {
+        self.times.preparation
     }
 
     /// Records a frame into an encoder. Several records in one submission do not disturb one another.
     ///
     /// # Errors
-    /// Imports that are missing or not as planned, a draw source that is missing or does not know a filter, host data
-    /// that a host pass did not declare. Nothing is recorded then.
+    /// Imports that are missing or not as planned; a draw source that is missing, does not know a filter, or stores
+    /// meshes otherwise than the one that the plan was realized for; host data that a host pass did not declare; errors
+    /// of the device. Nothing is recorded then, and the next frame is possible.
     pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Diagnostics> {
-        let findings = self.check_frame(frame);
-        if findings.has_errors() {
-            return Err(findings);
-        }
-        self.textures.set_imports(&self.plan, frame.imports);
-        self.run_host_passes(frame)?;
-        record::record(self, encoder, frame);
+        refuse(self.late.known())?;
+        refuse(inputs::check(&self.realized, &self.device, frame))?;
+        self.warnings = Diagnostics::new();
+        inputs::warnings(frame, &mut self.warnings);
+        self.times.reset(self.realized.plan.passes.len());
+        inputs::run_host_passes(&mut self.realized, frame, &mut self.times)?;
+        let start = self.times.now();
+        self.prepare(encoder, frame)?;
+        self.times.add_preparation(start);
+        record::record(&self.realized, encoder, frame.draws, &mut self.scratch, &mut self.times);
         Ok(())
     }
 
-    fn check_frame(&self, frame: &Frame<'_>) -> Diagnostics {
-        let mut findings = Diagnostics::new();
-        if let Some(reason) = frame.input.camera.check() {
-            findings.push(
-                Diagnostic::warning(codes::FRAME_INPUT, Place::Nowhere, format!("the camera cannot be used: {reason}"))
-                    .help("nothing is drawn from it"),
-            );
+    /// Creates what the record needs and uploads its blocks.
+    fn prepare(&mut self, encoder: &wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Diagnostics> {
+        self.records += 1;
+        let mut creation = Creation::new(&self.device, &mut self.statistics);
+        let size = self.realized.blocks.size;
+        let blocks = (size > 0).then(|| self.pool.take(&mut creation, encoder, size, self.records));
+        let prepared = record::prepare(&mut self.realized, &mut creation, frame, blocks.as_ref(), self.records);
+        let mut caught = creation.finish();
+        let mut findings = caught.known();
+        self.late.append(caught);
+        findings.extend(prepared.err());
+        if findings.has_errors() {
+            record::forget(&mut self.realized);
+            self.pool.forget();
+            return Err(findings);
         }
-        for (name, resource) in &self.plan.resources {
-            if resource.physical != Physical::Imported {
-                continue;
-            }
-            let declared = self.plan.pipeline.resource(resource.handle);
-            let refuse = |message: String| {
-                Diagnostic::error(codes::IMPORT, declared.place, message)
-                    .pointer(&declared.pointer)
-                    .help("give the executor the texture that the plan was made for, or plan anew")
-            };
-            let Some((_, texture)) = frame.imports.iter().find(|(given, _)| given == name) else {
-                findings.push(refuse(format!("the host gave no texture for \"{name}\"")));
-                continue;
-            };
-            if let (Some(format), Some(size)) = (resource.format, resource.size) {
-                let given = (texture.format(), texture.width(), texture.height(), texture.depth_or_array_layers(), texture.sample_count());
-                if given != (format, size.width, size.height, size.layers, size.samples) {
-                    findings.push(refuse(format!(
-                        "the texture for \"{name}\" is {} by {} in {:?}, planned are {} by {} in {format:?}",
-                        texture.width(),
-                        texture.height(),
-                        texture.format(),
-                        size.width,
-                        size.height
-                    )));
-                }
-            }
+        if let Some(blocks) = blocks {
+            let bytes = self.realized.blocks.pack(&self.realized.plan, &self.realized.data);
+            self.queue.write_buffer(&blocks.buffer, 0, bytes);
         }
-        findings.extend(check_source(&self.plan, frame.draws));
-        findings
-    }
-
-    fn run_host_passes(&mut self, frame: &Frame<'_>) -> Result<(), Diagnostics> {
-        let plan = self.plan.clone();
-        let mut findings = Diagnostics::new();
-        for planned in &plan.passes {
-            let pass = plan.pipeline.pass(planned.handle);
-            let Work::Host(host) = &pass.work else { continue };
-            let Some(mut data) = self.data.get_mut(host.output.index()).and_then(Option::take) else { continue };
-            data.clear();
-            let read = |handle: &ResourceHandle| self.data.get(handle.index()).and_then(Option::as_ref);
-            let mut inputs: Vec<&HostData> = Vec::new();
-            inputs.extend(host.inputs.iter().filter_map(read));
-            host.node.run(&crate::work::HostContext { frame: frame.input, inputs: &inputs }, &mut data);
-            if let Some(reason) = data.refused() {
-                findings.push(
-                    Diagnostic::error(codes::HOST_DATA, pass.place, format!("\"{}\" publishes {reason}", pass.name))
-                        .pointer(&pass.pointer)
-                        .help("a host pass publishes what it declared; this is a defect of its node kind"),
-                );
-            }
-            self.data[host.output.index()] = Some(data);
-        }
-        if findings.is_empty() { Ok(()) } else { Err(findings) }
+        Ok(())
     }
 }
 
-/// Whether the host's meshes fit every shader that draws them.
-fn check_source(plan: &Plan, source: Option<&dyn DrawSource>) -> Diagnostics {
-    let mut findings = Diagnostics::new();
-    for planned in &plan.passes {
-        let pass = plan.pipeline.pass(planned.handle);
-        let Work::Render(render) = &pass.work else { continue };
-        let Draw::Scene(scene) = &render.draw else { continue };
-        let refuse = |code, message: String, help: &str| {
-            Diagnostic::error(code, pass.place, message).pointer(&pass.pointer).help(help)
-        };
-        let Some(source) = source else {
-            let message = format!("\"{}\" draws meshes, but the host gave none", pass.name);
-            findings.push(refuse(codes::HOST_INTERFACE, message, "give the executor a draw source"));
-            continue;
-        };
-        match source.interface(&scene.geometry) {
-            Some(interface) => findings.extend(check_host(&plan.pipeline, &scene.geometry, interface)),
-            None => {
-                let message = format!("the host knows no geometry \"{}\"", scene.geometry);
-                findings.push(refuse(codes::HOST_INTERFACE, message, "let the host's draw source describe it"));
-            }
-        }
-        if !source.filters().contains(&scene.filter.as_str()) {
-            let message = format!("the host knows no filter \"{}\"", scene.filter);
-            let help = format!("it knows {}", source.filters().join(", "));
-            findings.push(refuse(codes::UNKNOWN_FILTER, message, &help));
+/// Checks a plan against the device and the host, and realizes it.
+fn realize(
+    device: &wgpu::Device,
+    objects: &mut Objects,
+    statistics: &mut Statistics,
+    plan: Arc<Plan>,
+    source: Option<&dyn DrawSource>,
+    before: Option<&Realized>,
+) -> Result<(Realized, Caught), Diagnostics> {
+    let mut findings = requirements::check_source(&plan, device, source);
+    findings.extend(requirements::check_device(&plan, device));
+    refuse(findings)?;
+    let mut interfaces: Vec<(String, HostInterface)> = Vec::new();
+    for (_, scene) in requirements::scenes(&plan) {
+        let interface = source.and_then(|source| source.interface(&scene.geometry));
+        if let Some(interface) = interface.filter(|_| interfaces.iter().all(|(known, _)| *known != scene.geometry)) {
+            interfaces.push((scene.geometry.clone(), interface.clone()));
         }
     }
-    findings
+    objects.begin();
+    let mut creation = Creation::new(device, statistics);
+    let realized = Realized::new(&mut creation, &device.limits(), objects, plan, interfaces, before);
+    Ok((realized.map_err(Diagnostics::from)?, creation.finish()))
 }
 
-/// Whether the device offers what the plan needs.
-fn check_device(plan: &Plan, device: &wgpu::Device) -> Diagnostics {
-    let mut findings = Diagnostics::new();
-    let limits = device.limits();
-    let lacks = |message: String, help: &str| Diagnostic::error(codes::DEVICE_LIMIT, Place::Nowhere, message).help(help);
-    for texture in &plan.textures {
-        let size = texture.size;
-        let (side, layers) = if texture.volume {
-            (limits.max_texture_dimension_3d, limits.max_texture_dimension_3d)
-        } else {
-            (limits.max_texture_dimension_2d, limits.max_texture_array_layers)
-        };
-        if size.width > side || size.height > side || size.layers > layers {
-            findings.push(lacks(
-                format!("\"{}\" is {} by {} with {} layers; the device allows {side} and {layers}", texture.label, size.width, size.height, size.layers),
-                "make it smaller",
-            ));
-        }
-        let missing = texture.format.required_features() - device.features();
-        if !missing.is_empty() {
-            let message = format!("\"{}\" in {:?} needs the feature {missing:?}", texture.label, texture.format);
-            findings.push(lacks(message, "request the feature, or add a format candidate"));
-        }
-    }
-    findings
+/// # Errors
+/// The findings, if there is an error among them.
+fn refuse(findings: Diagnostics) -> Result<(), Diagnostics> {
+    if findings.has_errors() { Err(findings) } else { Ok(()) }
 }

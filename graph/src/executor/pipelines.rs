@@ -1,197 +1,139 @@
-//! Bind group layouts and pipelines.
+//! Layouts and pipelines of passes.
 //!
-//! Layouts are what reflection says of a program, the union over its variants; two things reflection cannot know are
-//! added: which blocks move by a dynamic offset (`view`, and the blocks of an object). Shader modules are created once
-//! for each distinct text. For a pass that draws the host's meshes there is one pipeline for each set of properties
-//! that the host's interface names, with the vertex buffers from which the variant reads.
+//! Layouts are what reflection says of a program, the union over its variants; one thing that reflection cannot know is
+//! added: which blocks move by a dynamic offset (`view`, and the blocks of an object). A bind group that a program does
+//! not use is a hole in its layout.
+//!
+//! For a pass that draws the host's meshes there is one pipeline for each set of properties that the host's interface
+//! names, with the vertex buffers from which the variant reads; sets that come to the same variant share it. Front faces
+//! are counter-clockwise.
 
-use std::collections::HashMap;
+use std::collections::BTreeSet;
 
-use super::Statistics;
-use super::groups::Groups;
-use super::scene::SceneGroups;
-use super::uniforms;
-use crate::compiler::{Plan, PlannedPass};
-use crate::draw::{DOUBLE_SIDED, DrawSource, HostInterface, PropertySet};
+use super::blocks;
+use super::creation::Creation;
+use super::objects::{ComputeKey, Objects, RenderKey, VertexBufferKey};
+use crate::compiler::Plan;
+use crate::draw::{DOUBLE_SIDED, HostAttribute, HostInterface, PropertySet};
 use crate::pipeline::{Program, ProgramVariant};
 use crate::shader::{ShaderModule, Stage};
-use crate::work::{Draw, RenderWork, SceneDraw, SlotSource, Work};
+use crate::work::{Draw, RenderWork, ResourceHandle, SceneDraw, SlotSource, Work};
 
-/// A pass with everything that the device needs for it.
-pub(super) enum RealizedPass {
-    /// Nothing to record.
-    Host,
-    /// A copy.
-    Copy,
-    /// A dispatch.
-    Compute { pipeline: wgpu::ComputePipeline, groups: Groups },
-    /// A triangle.
-    Fullscreen { pipeline: wgpu::RenderPipeline, groups: Groups },
-    /// The host's draws.
-    Scene { pipelines: Vec<(PropertySet, wgpu::RenderPipeline)>, groups: Groups, host: SceneGroups },
-}
+/// The bind group of the host's materials.
+pub(super) const MATERIAL: u32 = 2;
+/// The bind group of the host's objects.
+pub(super) const OBJECT: u32 = 3;
 
-/// The layouts of a program.
+/// The layouts of a program: those of its bind groups, `None` for one without bindings, and of its pipelines.
 pub(super) struct Layouts {
-    pub(super) groups: Vec<wgpu::BindGroupLayout>,
+    pub(super) groups: Vec<Option<wgpu::BindGroupLayout>>,
     pub(super) pipeline: wgpu::PipelineLayout,
 }
 
-/// Creates everything that the passes of a plan need.
-pub(super) fn realize(
-    device: &wgpu::Device,
-    plan: &Plan,
-    source: Option<&dyn DrawSource>,
-    statistics: &mut Statistics,
-) -> Vec<RealizedPass> {
-    let mut realizer = Realizer { device, plan, modules: HashMap::new(), statistics };
-    plan.passes.iter().map(|planned| realizer.pass(planned, source)).collect()
+impl Layouts {
+    /// The layout of a bind group, if the program has bindings there.
+    pub(super) fn group(&self, index: u32) -> Option<&wgpu::BindGroupLayout> {
+        self.groups.get(index as usize)?.as_ref()
+    }
 }
 
-struct Realizer<'a> {
-    device: &'a wgpu::Device,
-    plan: &'a Plan,
-    modules: HashMap<[u8; 32], wgpu::ShaderModule>,
-    statistics: &'a mut Statistics,
+/// Makes the pipelines of one pass.
+pub(super) struct Pipelines<'a, 'c> {
+    pub(super) creation: &'a mut Creation<'c>,
+    pub(super) objects: &'a mut Objects,
+    pub(super) plan: &'a Plan,
+    /// The pass's name.
+    pub(super) name: &'a str,
+    pub(super) program: &'a Program,
 }
 
-impl Realizer<'_> {
-    fn pass(&mut self, planned: &PlannedPass, source: Option<&dyn DrawSource>) -> RealizedPass {
-        let pass = self.plan.pipeline.pass(planned.handle);
-        match &pass.work {
-            Work::Host(_) => RealizedPass::Host,
-            Work::Copy(_) => RealizedPass::Copy,
-            Work::Compute(compute) => {
-                let program = self.plan.pipeline.program(compute.program);
-                let layouts = self.layouts(program, &pass.work, &pass.name);
-                let variant = &program.variants[0];
-                let module = self.module(&variant.module);
-                let constants = constants(&variant.module);
-                let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(&pass.name),
-                    layout: Some(&layouts.pipeline),
-                    module: &module,
-                    entry_point: variant.entry_point(Stage::Compute).map(|entry| entry.name.as_str()),
-                    compilation_options: options(&constants),
-                    cache: None,
-                });
-                self.statistics.pipelines += 1;
-                RealizedPass::Compute { pipeline, groups: Groups::new(self.plan, &pass.work, &layouts) }
-            }
-            Work::Render(render) => {
-                let program = match &render.draw {
-                    Draw::Fullscreen { program, .. } => *program,
-                    Draw::Scene(scene) => scene.program,
-                };
-                let program = self.plan.pipeline.program(program);
-                let layouts = self.layouts(program, &pass.work, &pass.name);
-                let groups = Groups::new(self.plan, &pass.work, &layouts);
-                match &render.draw {
-                    Draw::Fullscreen { .. } => {
-                        let pipeline = self.render_pipeline(&pass.name, render, &program.variants[0], &layouts, None, None);
-                        RealizedPass::Fullscreen { pipeline, groups }
-                    }
-                    Draw::Scene(scene) => {
-                        let interface = source.and_then(|source| source.interface(&scene.geometry));
-                        let pipelines = interface.map(|interface| self.scene_pipelines(&pass.name, render, scene, program, &layouts, interface));
-                        let host = SceneGroups::new(program, &layouts, interface);
-                        RealizedPass::Scene { pipelines: pipelines.unwrap_or_default(), groups, host }
-                    }
+impl Pipelines<'_, '_> {
+    /// The layouts of the program as a pass with this work binds it.
+    pub(super) fn layouts(&mut self, work: &Work) -> Layouts {
+        let is_scene = matches!(work, Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
+        let views = blocks::slots(work).iter().filter(|slot| matches!(slot.source, SlotSource::View(_)));
+        let views: BTreeSet<(u32, u32)> = views.map(|slot| (slot.group, slot.binding)).collect();
+        let bindings = &self.program.bindings;
+        let count = bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
+        let entries = |group: u32| -> Vec<wgpu::BindGroupLayoutEntry> {
+            let own = bindings.iter().filter(|binding| binding.group == group);
+            let entries = own.map(|binding| {
+                let mut entry = binding.entry;
+                if let wgpu::BindingType::Buffer { has_dynamic_offset, .. } = &mut entry.ty {
+                    *has_dynamic_offset = (is_scene && group == OBJECT) || views.contains(&(group, entry.binding));
                 }
-            }
-        }
+                entry
+            });
+            entries.collect()
+        };
+        let all: Vec<_> = (0..count).map(entries).collect();
+        let groups: Vec<Option<wgpu::BindGroupLayout>> = all
+            .into_iter()
+            .map(|entries| {
+                let is_used = !entries.is_empty();
+                is_used.then(|| self.objects.group_layout(self.creation, self.name, entries))
+            })
+            .collect();
+        let pipeline = self.objects.pipeline_layout(self.creation, self.name, groups.clone());
+        Layouts { groups, pipeline }
     }
 
-    fn scene_pipelines(
+    /// The pipeline of a compute pass.
+    pub(super) fn compute(&mut self, layouts: &Layouts) -> Option<wgpu::ComputePipeline> {
+        let variant = self.program.variants.first()?;
+        let key = ComputeKey {
+            layout: layouts.pipeline.clone(),
+            module: self.objects.module(self.creation, &variant.module),
+            entry_point: entry_point(variant, Stage::Compute),
+            constants: constants(&variant.module),
+        };
+        Some(self.objects.compute_pipeline(self.creation, self.name, key))
+    }
+
+    /// The pipeline of a pass that covers its attachments.
+    pub(super) fn fullscreen(&mut self, render: &RenderWork, layouts: &Layouts) -> Option<wgpu::RenderPipeline> {
+        let variant = self.program.variants.first()?;
+        Some(self.render(render, variant, layouts, Vec::new(), None))
+    }
+
+    /// The pipelines of a pass that draws the host's meshes, by the properties of meshes.
+    pub(super) fn scene(
         &mut self,
-        name: &str,
         render: &RenderWork,
         scene: &SceneDraw,
-        program: &Program,
         layouts: &Layouts,
         interface: &HostInterface,
     ) -> Vec<(PropertySet, wgpu::RenderPipeline)> {
-        interface
-            .property_sets
-            .iter()
-            .map(|set| {
-                let properties = interface.property_names(*set);
-                let cull = scene.cull.filter(|_| !properties.contains(&DOUBLE_SIDED));
-                let variant = program.variant(&properties);
-                (*set, self.render_pipeline(name, render, variant, layouts, Some(interface), cull))
-            })
-            .collect()
+        let mut pipelines: Vec<(PropertySet, wgpu::RenderPipeline)> = Vec::new();
+        for set in &interface.property_sets {
+            let properties = interface.property_names(*set);
+            let cull = scene.cull.filter(|_| !properties.contains(&DOUBLE_SIDED));
+            let variant = self.program.variant(&properties);
+            let buffers = vertex_buffers(variant, interface);
+            pipelines.push((*set, self.render(render, variant, layouts, buffers, cull)));
+        }
+        pipelines
     }
 
-    fn render_pipeline(
+    fn render(
         &mut self,
-        name: &str,
         render: &RenderWork,
         variant: &ProgramVariant,
         layouts: &Layouts,
-        interface: Option<&HostInterface>,
+        buffers: Vec<Option<VertexBufferKey>>,
         cull: Option<wgpu::Face>,
     ) -> wgpu::RenderPipeline {
-        let module = self.module(&variant.module);
-        let constants = constants(&variant.module);
-        let vertex = variant.entry_point(Stage::Vertex);
-        let attributes: Vec<Vec<wgpu::VertexAttribute>> = interface.map_or_else(Vec::new, |interface| {
-            interface
-                .vertex_buffers
-                .iter()
-                .map(|buffer| {
-                    let inputs = vertex.map(|entry| entry.inputs.as_slice()).unwrap_or_default();
-                    let wanted = |name: &str| inputs.iter().find(|input| input.name == name);
-                    buffer
-                        .attributes
-                        .iter()
-                        .filter_map(|attribute| {
-                            Some(wgpu::VertexAttribute {
-                                format: attribute.format,
-                                offset: attribute.offset,
-                                shader_location: wanted(&attribute.name)?.location,
-                            })
-                        })
-                        .collect()
-                })
-                .collect()
-        });
-        let mut buffers: Vec<Option<wgpu::VertexBufferLayout<'_>>> = interface.map_or_else(Vec::new, |interface| {
-            interface
-                .vertex_buffers
-                .iter()
-                .zip(&attributes)
-                .map(|(buffer, attributes)| {
-                    (!attributes.is_empty()).then_some(wgpu::VertexBufferLayout {
-                        array_stride: buffer.stride,
-                        step_mode: wgpu::VertexStepMode::Vertex,
-                        attributes,
-                    })
-                })
-                .collect()
-        });
-        while buffers.last().is_some_and(Option::is_none) {
-            buffers.pop();
-        }
-        let format = |resource| self.plan.resource(resource).and_then(|resource| resource.format);
-        let samples = render
-            .color
-            .iter()
-            .map(|color| color.target.resource)
-            .chain(render.depth.as_ref().map(|depth| depth.target.resource))
-            .find_map(|resource| self.plan.resource(resource)?.size)
-            .map_or(1, |size| size.samples);
-        let targets: Vec<Option<wgpu::ColorTargetState>> = render
-            .color
-            .iter()
-            .map(|color| {
-                Some(wgpu::ColorTargetState {
-                    format: format(color.target.resource)?,
-                    blend: color.blend,
-                    write_mask: wgpu::ColorWrites::ALL,
-                })
+        let format = |resource: ResourceHandle| self.plan.resource(resource).and_then(|resource| resource.format);
+        let attached = render.color.iter().map(|color| color.target.resource);
+        let mut attached = attached.chain(render.depth.as_ref().map(|depth| depth.target.resource));
+        let samples = attached.find_map(|resource| self.plan.resource(resource)?.size).map_or(1, |size| size.samples);
+        let targets = render.color.iter().map(|color| {
+            Some(wgpu::ColorTargetState {
+                format: format(color.target.resource)?,
+                blend: color.blend,
+                write_mask: wgpu::ColorWrites::ALL,
             })
-            .collect();
+        });
         let depth_stencil = render.depth.as_ref().and_then(|depth| {
             Some(wgpu::DepthStencilState {
                 format: format(depth.target.resource)?,
@@ -201,84 +143,51 @@ impl Realizer<'_> {
                 bias: wgpu::DepthBiasState { constant: 0, slope_scale: depth.slope_bias, clamp: 0.0 },
             })
         });
-        let fragment = variant.entry_point(Stage::Fragment).map(|entry| wgpu::FragmentState {
-            module: &module,
-            entry_point: Some(&entry.name),
-            compilation_options: options(&constants),
-            targets: &targets,
-        });
-        self.statistics.pipelines += 1;
-        self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(name),
-            layout: Some(&layouts.pipeline),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: vertex.map(|entry| entry.name.as_str()),
-                compilation_options: options(&constants),
-                buffers: &buffers,
-            },
-            primitive: wgpu::PrimitiveState { cull_mode: cull, ..wgpu::PrimitiveState::default() },
+        let key = RenderKey {
+            layout: layouts.pipeline.clone(),
+            vertex: entry_point(variant, Stage::Vertex),
+            fragment: entry_point(variant, Stage::Fragment),
+            constants: constants(&variant.module),
+            buffers,
+            targets: targets.collect(),
             depth_stencil,
-            multisample: wgpu::MultisampleState { count: samples, ..wgpu::MultisampleState::default() },
-            fragment,
-            multiview_mask: None,
-            cache: None,
-        })
-    }
-
-    fn module(&mut self, shader: &ShaderModule) -> wgpu::ShaderModule {
-        let device = self.device;
-        self.modules
-            .entry(shader.hash)
-            .or_insert_with(|| {
-                device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some(&shader.template),
-                    source: wgpu::ShaderSource::Wgsl(std::borrow::Cow::Borrowed(&shader.wgsl)),
-                })
-            })
-            .clone()
-    }
-
-    fn layouts(&self, program: &Program, work: &Work, name: &str) -> Layouts {
-        let is_scene = matches!(work, Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
-        let moves = |group: u32, binding: u32| {
-            (is_scene && group == 3)
-                || uniforms::slots(work)
-                    .iter()
-                    .any(|slot| (slot.group, slot.binding) == (group, binding) && matches!(slot.source, SlotSource::View(_)))
+            samples,
+            cull,
+            module: self.objects.module(self.creation, &variant.module),
         };
-        let count = program.bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
-        let groups: Vec<wgpu::BindGroupLayout> = (0..count)
-            .map(|group| {
-                let entries: Vec<wgpu::BindGroupLayoutEntry> = program
-                    .bindings
-                    .iter()
-                    .filter(|binding| binding.group == group)
-                    .map(|binding| {
-                        let mut entry = binding.entry;
-                        if let wgpu::BindingType::Buffer { has_dynamic_offset, .. } = &mut entry.ty {
-                            *has_dynamic_offset = moves(group, entry.binding);
-                        }
-                        entry
-                    })
-                    .collect();
-                self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(name), entries: &entries })
-            })
-            .collect();
-        let references: Vec<Option<&wgpu::BindGroupLayout>> = groups.iter().map(Some).collect();
-        let pipeline = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(name),
-            bind_group_layouts: &references,
-            immediate_size: 0,
-        });
-        Layouts { groups, pipeline }
+        self.objects.render_pipeline(self.creation, self.name, key)
     }
 }
 
-fn constants(shader: &ShaderModule) -> Vec<(&str, f64)> {
-    shader.constants.iter().map(|(name, value)| (name.as_str(), *value)).collect()
+/// The host's vertex buffers with the attributes that a variant reads; `None` for a buffer without any.
+fn vertex_buffers(variant: &ProgramVariant, interface: &HostInterface) -> Vec<Option<VertexBufferKey>> {
+    let inputs = variant.entry_point(Stage::Vertex).map(|entry| entry.inputs.as_slice()).unwrap_or_default();
+    let buffers = interface.vertex_buffers.iter().map(|buffer| {
+        // Of attributes with one name the first counts, as it does when the interface is checked.
+        let counts = |attribute: &&HostAttribute| {
+            interface.attribute(&attribute.name).is_some_and(|(_, first)| std::ptr::eq(first, *attribute))
+        };
+        let attributes = buffer.attributes.iter().filter(counts).filter_map(|attribute| {
+            Some(wgpu::VertexAttribute {
+                format: attribute.format,
+                offset: attribute.offset,
+                shader_location: inputs.iter().find(|input| input.name == attribute.name)?.location,
+            })
+        });
+        let attributes: Vec<_> = attributes.collect();
+        (!attributes.is_empty()).then_some((buffer.stride, attributes))
+    });
+    let mut buffers: Vec<_> = buffers.collect();
+    while buffers.last().is_some_and(Option::is_none) {
+        buffers.pop();
+    }
+    buffers
 }
 
-fn options<'a>(constants: &'a [(&'a str, f64)]) -> wgpu::PipelineCompilationOptions<'a> {
-    wgpu::PipelineCompilationOptions { constants, ..wgpu::PipelineCompilationOptions::default() }
+fn entry_point(variant: &ProgramVariant, stage: Stage) -> Option<String> {
+    variant.entry_point(stage).map(|entry| entry.name.clone())
+}
+
+fn constants(shader: &ShaderModule) -> Vec<(String, u64)> {
+    shader.constants.iter().map(|(name, value)| (name.clone(), value.to_bits())).collect()
 }

@@ -1,273 +1,231 @@
 //! Recording a frame: the plan's passes, one after the other, into the host's encoder.
 //!
-//! A pass that draws views takes one render pass for each run of views that draw into the same layer; the first run of
-//! a layer loads it as the plan says (clear, discard), later ones keep what is there. Layers that no view draws into
-//! are cleared all the same, so that a frame without a light has empty maps and not those of the frame before.
+//! First everything that the record needs and does not have is created (nothing, in a steady frame); only then is
+//! anything recorded, so that a device that refuses something leaves the encoder as it was.
+//!
+//! Passes are labelled with their names, and not put into debug groups of the encoder: two such groups with passes in
+//! them, one after the other in one encoder, crash a software driver that is still in use (lavapipe of Mesa 22.3).
 
-use super::pipelines::RealizedPass;
-use super::scene::ScenePass;
-use super::textures::Textures;
-use super::{Executor, Frame, Statistics, uniforms};
-use crate::compiler::{Plan, StoreOperation};
+use super::attachments::{Attachments, Drawn};
+use super::creation::Creation;
+use super::groups;
+use super::imports::Imports;
+use super::pool::Taken;
+use super::realize::{Realized, RealizedCopy, RealizedPass, RealizedScene, RealizedWork};
+use super::scene::Scene;
+use super::times::Times;
+use super::Frame;
+use crate::compiler::PlannedPass;
 use crate::data::{HostData, View};
-use crate::language::TextureShape;
-use crate::work::{AttachmentTarget, CopyWork, Draw, LoadOperation, RenderWork, SceneDraw, TextureView, Work};
+use crate::diagnostic::Diagnostic;
+use crate::draw::DrawSource;
+use crate::work::{Draw, Work};
+
+/// Memory that is used again in each record.
+#[derive(Default)]
+pub(super) struct Scratch {
+    offsets: Vec<u32>,
+    drawn: Drawn,
+}
+
+/// Creates what a record needs and does not have.
+///
+/// # Errors
+/// Materials or objects for which the host gives nothing.
+pub(super) fn prepare(
+    realized: &mut Realized,
+    creation: &mut Creation<'_>,
+    frame: &Frame<'_>,
+    blocks: Option<&Taken>,
+    record: u64,
+) -> Result<(), Diagnostic> {
+    realized.resources.imports.set(creation, frame.imports, record);
+    let imports = &realized.resources.imports;
+    for (planned, pass) in realized.plan.passes.iter().zip(&mut realized.passes) {
+        for group in &mut pass.groups {
+            group.prepare(creation, &planned.name, blocks, imports, record);
+        }
+    }
+    if let Some(source) = frame.draws {
+        for materials in &mut realized.materials {
+            materials.prepare(creation, source)?;
+        }
+        for objects in &mut realized.objects {
+            objects.prepare(creation, source)?;
+        }
+    }
+    Ok(())
+}
+
+/// Forgets everything that a record created, since some of it was refused.
+pub(super) fn forget(realized: &mut Realized) {
+    realized.resources.imports.forget_views();
+    realized.passes.iter_mut().flat_map(|pass| &mut pass.groups).for_each(groups::Group::forget);
+    for materials in &mut realized.materials {
+        materials.forget();
+    }
+    for objects in &mut realized.objects {
+        objects.forget();
+    }
+}
 
 /// Records all passes.
-pub(super) fn record(executor: &mut Executor, encoder: &mut wgpu::CommandEncoder, frame: &Frame<'_>) {
-    let plan = executor.plan.clone();
-    let pool = executor.uniforms.take(&executor.device, encoder, &mut executor.statistics);
-    if let Some((_, buffer)) = &pool {
-        executor.uniforms.upload(&executor.queue, buffer, &plan, &executor.data);
-    }
-    let pool_index = pool.as_ref().map_or(0, |(index, _)| *index);
-    let mut offsets = Vec::new();
-    for (at, planned) in plan.passes.iter().enumerate() {
-        let pass = plan.pipeline.pass(planned.handle);
-        let slots = uniforms::slots(&pass.work);
-        let places = executor.uniforms.places(at);
-        let (textures, statistics) = (&mut executor.textures, &mut executor.statistics);
-        match &mut executor.passes[at] {
-            RealizedPass::Host => {}
-            RealizedPass::Copy => {
-                if let Work::Copy(copy) = &pass.work {
-                    record_copy(encoder, &plan, textures, copy);
-                }
-            }
-            RealizedPass::Compute { pipeline, groups } => {
-                groups.prepare(&executor.device, &plan, &pass.name, slots, places, pool.as_ref(), textures, statistics);
-                let [x, y, z] = planned.workgroups.unwrap_or([0; 3]);
-                let descriptor = wgpu::ComputePassDescriptor { label: Some(&pass.name), timestamp_writes: None };
+pub(super) fn record(
+    realized: &Realized,
+    encoder: &mut wgpu::CommandEncoder,
+    source: Option<&dyn DrawSource>,
+    scratch: &mut Scratch,
+    times: &mut Times,
+) {
+    let imports = &realized.resources.imports;
+    for (at, pass) in realized.passes.iter().enumerate() {
+        let start = times.now();
+        match &pass.work {
+            RealizedWork::Host | RealizedWork::Nothing => continue,
+            RealizedWork::Copy(copy) => record_copy(encoder, imports, copy),
+            RealizedWork::Compute { pipeline, workgroups: [x, y, z] } => {
+                let descriptor = wgpu::ComputePassDescriptor { label: Some(&pass.label), timestamp_writes: None };
                 let mut compute = encoder.begin_compute_pass(&descriptor);
                 compute.set_pipeline(pipeline);
-                for (index, group, _) in groups.made(pool_index) {
-                    compute.set_bind_group(index, group, &[]);
-                }
-                compute.dispatch_workgroups(x, y, z);
+                groups::bind_compute(&pass.groups, &mut compute);
+                compute.dispatch_workgroups(*x, *y, *z);
             }
-            RealizedPass::Fullscreen { pipeline, groups } => {
-                let Work::Render(render) = &pass.work else { continue };
-                groups.prepare(&executor.device, &plan, &pass.name, slots, places, pool.as_ref(), textures, statistics);
-                let mut attachments = Attachments::new(&plan, at, render, textures, statistics);
-                let Some(mut pass) = attachments.begin(encoder, &pass.name, 0, true) else { continue };
-                pass.set_pipeline(pipeline);
-                for (index, group, _) in groups.made(pool_index) {
-                    pass.set_bind_group(index, group, &[]);
+            RealizedWork::Fullscreen { attachments, .. } | RealizedWork::Scene { attachments, .. } => {
+                // What another pass begins, that pass records.
+                if pass.merged == 0 {
+                    continue;
                 }
-                pass.draw(0..3, 0..1);
+                let mut recording = Recording { realized, source, scratch, attachments, label: &pass.label };
+                if attachments.is_flat() {
+                    recording.flat(encoder, at, pass.merged);
+                } else {
+                    recording.layered(encoder, at, pass);
+                }
             }
-            RealizedPass::Scene { pipelines, groups, host } => {
-                let Work::Render(render) = &pass.work else { continue };
-                let Draw::Scene(scene) = &render.draw else { continue };
-                let Some(source) = frame.draws else { continue };
-                groups.prepare(&executor.device, &plan, &pass.name, slots, places, pool.as_ref(), textures, statistics);
-                host.prepare(&executor.device, &pass.name, source, statistics);
-                let views = views_of(&executor.data, scene);
-                let mut attachments = Attachments::new(&plan, at, render, textures, statistics);
-                let mut drawn = 0;
-                let mut seen: u128 = 0;
-                let layered = attachments.is_layered();
-                let layer_of = |view: &View| if layered { view.layer } else { 0 };
-                let whole = attachments.extent();
-                while drawn < views.len() {
-                    let layer = layer_of(&views[drawn]);
-                    let run = views[drawn..].iter().take_while(|view| layer_of(view) == layer).count();
-                    let mixed = views[drawn..drawn + run].iter().any(|view| view.viewport.is_some());
-                    let bit = 1u128.checked_shl(layer).unwrap_or(0);
-                    let is_first = seen & bit == 0;
-                    seen |= bit;
-                    let Some(render_pass) = attachments.begin(encoder, &pass.name, layer, is_first) else { break };
-                    let mut render_pass = render_pass.forget_lifetime();
-                    for (offset, view) in views[drawn..drawn + run].iter().enumerate() {
-                        if let Some([x, y, width, height]) = view.viewport.or(whole.filter(|_| mixed)) {
-                            render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
-                            render_pass.set_scissor_rect(x, y, width, height);
-                        }
-                        for (index, group, view_slot) in groups.made(pool_index) {
-                            match view_slot.and_then(|slot| executor.uniforms.places(at)[slot]) {
-                                Some(place) => {
-                                    let offset = executor.uniforms.view_offset(place, drawn + offset);
-                                    render_pass.set_bind_group(index, group, &[offset]);
-                                }
-                                None => render_pass.set_bind_group(index, group, &[]),
-                            }
-                        }
-                        source.draw(&mut ScenePass {
-                            geometry: &scene.geometry,
-                            filter: &scene.filter,
-                            view,
-                            order: scene.order,
-                            pipelines,
-                            groups: host,
-                            pass: &mut render_pass,
-                            offsets: &mut offsets,
-                        });
+        }
+        times.add(at, start);
+    }
+}
+
+/// One pass, or several that take one render pass.
+struct Recording<'a> {
+    realized: &'a Realized,
+    source: Option<&'a dyn DrawSource>,
+    scratch: &'a mut Scratch,
+    attachments: &'a Attachments,
+    label: &'a str,
+}
+
+impl Recording<'_> {
+    /// One render pass with all draws of some passes from a position on.
+    fn flat(&mut self, encoder: &mut wgpu::CommandEncoder, first: usize, count: usize) {
+        let imports = &self.realized.resources.imports;
+        self.scratch.drawn.reset(self.attachments);
+        let begun = self.attachments.begin(encoder, imports, self.label, 0, &mut self.scratch.drawn);
+        let Some(mut render_pass) = begun else { return };
+        let passes = self.realized.plan.passes.iter().zip(&self.realized.passes);
+        for (planned, pass) in passes.skip(first).take(count) {
+            if count > 1 {
+                render_pass.push_debug_group(&planned.name);
+            }
+            match &pass.work {
+                RealizedWork::Fullscreen { pipeline, attachments } => {
+                    let [width, height] = attachments.extent;
+                    render_pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 1.0);
+                    render_pass.set_scissor_rect(0, 0, width, height);
+                    fullscreen(pass, pipeline, &mut render_pass);
+                }
+                RealizedWork::Scene { scene, .. } => {
+                    let views = views_of(self.realized, scene);
+                    self.draw(planned, pass, scene, (0, views), &mut render_pass);
+                }
+                _ => {}
+            }
+            if count > 1 {
+                render_pass.pop_debug_group();
+            }
+        }
+    }
+
+    /// A render pass for each run of views that draw into the same layer.
+    fn layered(&mut self, encoder: &mut wgpu::CommandEncoder, at: usize, pass: &RealizedPass) {
+        let imports = &self.realized.resources.imports;
+        self.scratch.drawn.reset(self.attachments);
+        match &pass.work {
+            RealizedWork::Fullscreen { pipeline, .. } => {
+                for layer in (0..).take(self.attachments.layer_count()) {
+                    let drawn = &mut self.scratch.drawn;
+                    if let Some(mut render_pass) = self.attachments.begin(encoder, imports, self.label, layer, drawn) {
+                        fullscreen(pass, pipeline, &mut render_pass);
                     }
-                    drop(render_pass);
-                    drawn += run;
                 }
-                attachments.clear_rest(encoder, &pass.name, seen);
             }
+            RealizedWork::Scene { scene, .. } => {
+                let Some(planned) = self.realized.plan.passes.get(at) else { return };
+                let mut first = 0;
+                for run in views_of(self.realized, scene).chunk_by(|a, b| a.layer == b.layer) {
+                    let layer = run.first().map_or(0, |view| view.layer);
+                    let drawn = &mut self.scratch.drawn;
+                    if let Some(mut render_pass) = self.attachments.begin(encoder, imports, self.label, layer, drawn) {
+                        self.draw(planned, pass, scene, (first, run), &mut render_pass);
+                    }
+                    first += run.len();
+                }
+            }
+            _ => {}
         }
-    }
-}
-
-fn views_of<'a>(data: &'a [Option<HostData>], scene: &SceneDraw) -> &'a [View] {
-    data.get(scene.views.index()).and_then(Option::as_ref).map(HostData::views).unwrap_or_default()
-}
-
-fn record_copy(encoder: &mut wgpu::CommandEncoder, plan: &Plan, textures: &Textures, copy: &CopyWork) {
-    let end = |target: &AttachmentTarget| {
-        let texture = textures.texture(plan, target.resource)?;
-        Some(wgpu::TexelCopyTextureInfo {
-            texture,
-            mip_level: target.mip,
-            origin: wgpu::Origin3d { x: 0, y: 0, z: target.layer.unwrap_or(0) },
-            aspect: wgpu::TextureAspect::All,
-        })
-    };
-    let (Some(source), Some(destination)) = (end(&copy.source), end(&copy.destination)) else { return };
-    let layers = if copy.source.layer.is_some() { 1 } else { source.texture.depth_or_array_layers() };
-    let side = |length: u32| (length >> copy.source.mip).max(1);
-    let extent = wgpu::Extent3d {
-        width: side(source.texture.width()),
-        height: side(source.texture.height()),
-        depth_or_array_layers: layers,
-    };
-    encoder.copy_texture_to_texture(source, destination, extent);
-}
-
-/// The attachments of one pass, for each of its layers in turn.
-struct Attachments<'a> {
-    plan: &'a Plan,
-    position: usize,
-    render: &'a RenderWork,
-    textures: &'a mut Textures,
-    statistics: &'a mut Statistics,
-}
-
-impl<'a> Attachments<'a> {
-    fn new(
-        plan: &'a Plan,
-        position: usize,
-        render: &'a RenderWork,
-        textures: &'a mut Textures,
-        statistics: &'a mut Statistics,
-    ) -> Self {
-        Self { plan, position, render, textures, statistics }
+        self.attachments.clear_rest(encoder, imports, self.label, &self.scratch.drawn);
     }
 
-    /// Begins a render pass into a layer; `is_first` says that the layer holds what was there before the pass.
-    fn begin<'e>(
+    /// Lets the host draw some views, the first of which is at a position among those of the pass.
+    fn draw(
         &mut self,
-        encoder: &'e mut wgpu::CommandEncoder,
-        name: &str,
-        layer: u32,
-        is_first: bool,
-    ) -> Option<wgpu::RenderPass<'e>> {
-        let planned = &self.plan.passes[self.position];
-        let store = |operation: StoreOperation| match operation {
-            StoreOperation::Store => wgpu::StoreOp::Store,
-            StoreOperation::Discard => wgpu::StoreOp::Discard,
+        planned: &PlannedPass,
+        pass: &RealizedPass,
+        realized: &RealizedScene,
+        (first, views): (usize, &[View]),
+        render_pass: &mut wgpu::RenderPass<'static>,
+    ) {
+        let Some(source) = self.source else { return };
+        let Work::Render(render) = &self.realized.plan.pipeline.pass(planned.handle).work else { return };
+        let Draw::Scene(work) = &render.draw else { return };
+        let scene = Scene {
+            geometry: &work.geometry,
+            filter: &work.filter,
+            order: work.order,
+            pipelines: &realized.pipelines,
+            groups: &pass.groups,
+            materials: realized.materials.and_then(|at| self.realized.materials.get(at)),
+            objects: realized.objects.and_then(|at| self.realized.objects.get(at)),
+            extent: self.attachments.extent,
         };
-        let mut color_views = Vec::with_capacity(self.render.color.len());
-        for color in &self.render.color {
-            color_views.push(self.view(color.target, layer)?);
-        }
-        let depth_view = match &self.render.depth {
-            Some(depth) => Some(self.view(depth.target, layer)?),
-            None => None,
-        };
-        let colors: Vec<Option<wgpu::RenderPassColorAttachment<'_>>> = self
-            .render
-            .color
-            .iter()
-            .zip(&color_views)
-            .zip(&planned.color)
-            .map(|((color, view), planned)| {
-                let clear = |[r, g, b, a]: [f64; 4]| wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a });
-                let load = match color.load {
-                    _ if !is_first => wgpu::LoadOp::Load,
-                    LoadOperation::Load => wgpu::LoadOp::Load,
-                    LoadOperation::Clear(value) => clear(value),
-                    LoadOperation::Discard => clear([0.0; 4]),
-                };
-                Some(wgpu::RenderPassColorAttachment {
-                    view,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations { load, store: store(planned.store) },
-                })
-            })
-            .collect();
-        let depth = self.render.depth.as_ref().zip(depth_view.as_ref()).zip(planned.depth.as_ref()).map(
-            |((depth, view), planned)| {
-                let load = match depth.load {
-                    _ if !is_first => wgpu::LoadOp::Load,
-                    LoadOperation::Load => wgpu::LoadOp::Load,
-                    LoadOperation::Clear(value) => wgpu::LoadOp::Clear(value as f32),
-                    LoadOperation::Discard => wgpu::LoadOp::Clear(0.0),
-                };
-                // Depth that is only tested against may be sampled by the same pass.
-                let read_only = !depth.write && depth.load == LoadOperation::Load;
-                let depth_ops = (!read_only).then_some(wgpu::Operations { load, store: store(planned.store) });
-                wgpu::RenderPassDepthStencilAttachment { view, depth_ops, stencil_ops: None }
-            },
-        );
-        Some(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(name),
-            color_attachments: &colors,
-            depth_stencil_attachment: depth,
-            ..wgpu::RenderPassDescriptor::default()
-        }))
-    }
-
-    /// Clears the layers of the attachments that no view drew into (`seen` has a bit for each that one did).
-    fn clear_rest(&mut self, encoder: &mut wgpu::CommandEncoder, name: &str, seen: u128) {
-        let targets: Vec<AttachmentTarget> = (self.render.color.iter().map(|color| color.target))
-            .chain(self.render.depth.as_ref().map(|depth| depth.target))
-            .collect();
-        let layers = targets.iter().map(|target| self.layers(*target)).min().unwrap_or(0);
-        for layer in 0..layers.min(128) {
-            if seen & (1 << layer) == 0 {
-                drop(self.begin(encoder, name, layer, true));
-            }
+        for (at, view) in (first..).zip(views) {
+            scene.draw(source, view, at, render_pass, &mut self.scratch.offsets);
         }
     }
+}
 
-    /// Whether the views draw into different layers.
-    fn is_layered(&self) -> bool {
-        let targets = self.render.color.iter().map(|color| color.target).chain(self.render.depth.as_ref().map(|depth| depth.target));
-        targets.into_iter().any(|target| self.layers(target) > 1)
-    }
+fn views_of<'a>(realized: &'a Realized, scene: &RealizedScene) -> &'a [View] {
+    let data = realized.data.get(scene.views.index()).and_then(Option::as_ref);
+    data.map(HostData::views).unwrap_or_default()
+}
 
-    /// All texels of the attachments, as a viewport.
-    fn extent(&self) -> Option<[u32; 4]> {
-        let target = self.render.color.first().map(|color| color.target).or(self.render.depth.as_ref().map(|depth| depth.target))?;
-        let texture = self.textures.texture(self.plan, target.resource)?;
-        let side = |length: u32| (length >> target.mip).max(1);
-        Some([0, 0, side(texture.width()), side(texture.height())])
-    }
+fn fullscreen(pass: &RealizedPass, pipeline: &wgpu::RenderPipeline, render_pass: &mut wgpu::RenderPass<'static>) {
+    render_pass.set_pipeline(pipeline);
+    groups::bind_render(&pass.groups, render_pass, 0);
+    render_pass.draw(0..3, 0..1);
+}
 
-    /// How many layers the views of the pass can draw into.
-    fn layers(&self, target: AttachmentTarget) -> u32 {
-        let layers = self.textures.texture(self.plan, target.resource).map_or(0, wgpu::Texture::depth_or_array_layers);
-        if target.layer.is_some() { layers.min(1) } else { layers }
-    }
-
-    fn view(&mut self, target: AttachmentTarget, view_layer: u32) -> Option<wgpu::TextureView> {
-        let layers = self.textures.texture(self.plan, target.resource)?.depth_or_array_layers();
-        let layer = target.layer.unwrap_or(if layers > 1 { view_layer } else { 0 });
-        if layer >= layers {
-            return None;
-        }
-        let view = TextureView {
-            resource: target.resource,
-            shape: TextureShape::D2,
-            mip: Some(target.mip),
-            layer: Some(layer),
-            depth_only: false,
-        };
-        self.textures.view(self.plan, view, self.statistics)
-    }
+fn record_copy(encoder: &mut wgpu::CommandEncoder, imports: &Imports, copy: &RealizedCopy) {
+    let (Some(source), Some(destination)) = (copy.source.texture.get(imports), copy.destination.texture.get(imports))
+    else {
+        return;
+    };
+    let end = |texture, end: &super::realize::CopyEnd| wgpu::TexelCopyTextureInfo {
+        texture,
+        mip_level: end.mip,
+        origin: end.origin,
+        aspect: wgpu::TextureAspect::All,
+    };
+    encoder.copy_texture_to_texture(end(source, &copy.source), end(destination, &copy.destination), copy.extent);
 }

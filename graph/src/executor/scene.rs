@@ -1,124 +1,85 @@
-//! The host's draws: bind groups of materials and objects, and the pass that the host draws into.
+//! The host's draws of one view, in a render pass.
+//!
+//! The host chooses pipelines, materials and objects by number, and nothing that it chooses can leave the render pass
+//! without what a draw needs: each view begins with the pipeline of the first property set, material 0 and object 0, and
+//! a number that does not exist changes nothing. A pass whose pipelines cannot be fed at all (no property sets, no
+//! materials) is not offered to the host.
 
-use super::Statistics;
-use super::pipelines::Layouts;
+use super::groups::{self, Group};
+use super::host_groups::{Materials, Objects};
+use super::pipelines::{MATERIAL, OBJECT};
 use crate::data::View;
-use crate::draw::{DrawPass, DrawSource, HostInterface, HostSlotKind, PropertySet};
-use crate::pipeline::Program;
+use crate::draw::{DrawPass, DrawSource, PropertySet};
 use crate::work::DrawOrder;
 
-const MATERIAL: u32 = 2;
-const OBJECT: u32 = 3;
-
-/// Bind groups 2 and 3 of a pass that draws the host's meshes.
-pub(super) struct SceneGroups {
-    material: Option<HostGroup>,
-    object: Option<HostGroup>,
-    /// The bind group of each material.
-    materials: Vec<Option<wgpu::BindGroup>>,
-    objects: Option<wgpu::BindGroup>,
-    /// Bytes from object to object of each block of group 3, in the order of the bindings.
-    strides: Vec<u32>,
-    generation: Option<u64>,
+/// What the host's draws of a pass need.
+pub(super) struct Scene<'a> {
+    pub(super) geometry: &'a str,
+    pub(super) filter: &'a str,
+    pub(super) order: DrawOrder,
+    pub(super) pipelines: &'a [(PropertySet, wgpu::RenderPipeline)],
+    pub(super) groups: &'a [Group],
+    pub(super) materials: Option<&'a Materials>,
+    pub(super) objects: Option<&'a Objects>,
+    /// Width and height of the attachments.
+    pub(super) extent: [u32; 2],
 }
 
-struct HostGroup {
-    layout: wgpu::BindGroupLayout,
-    /// Binding and name.
-    bindings: Vec<(u32, String)>,
-}
-
-impl HostGroup {
-    /// The bind group of these resources, or `None` if the host lacks one of them.
-    fn make(
+impl Scene<'_> {
+    /// Lets the host draw a view, which is the one at `position` among those of the pass.
+    pub(super) fn draw(
         &self,
-        device: &wgpu::Device,
-        label: &str,
-        resources: Option<Vec<wgpu::BindingResource<'_>>>,
-        statistics: &mut Statistics,
-    ) -> Option<wgpu::BindGroup> {
-        let entries: Vec<wgpu::BindGroupEntry<'_>> = self
-            .bindings
-            .iter()
-            .zip(resources?)
-            .map(|((binding, _), resource)| wgpu::BindGroupEntry { binding: *binding, resource })
-            .collect();
-        statistics.bind_groups += 1;
-        Some(device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout: &self.layout, entries: &entries }))
-    }
-}
-
-impl SceneGroups {
-    pub(super) fn new(program: &Program, layouts: &Layouts, interface: Option<&HostInterface>) -> Self {
-        let group = |index: u32| {
-            layouts.groups.get(index as usize).map(|layout| HostGroup {
-                layout: layout.clone(),
-                bindings: program
-                    .bindings
-                    .iter()
-                    .filter(|binding| binding.group == index)
-                    .map(|binding| (binding.entry.binding, binding.name.clone()))
-                    .collect(),
-            })
+        source: &dyn DrawSource,
+        view: &View,
+        position: usize,
+        pass: &mut wgpu::RenderPass<'static>,
+        offsets: &mut Vec<u32>,
+    ) {
+        let [x, y, width, height] = view.viewport.unwrap_or([0, 0, self.extent[0], self.extent[1]]);
+        let Some((_, pipeline)) = self.pipelines.first().filter(|_| width > 0 && height > 0) else { return };
+        let material = match self.materials {
+            Some(materials) => match materials.get(0) {
+                Some(group) => Some(group),
+                None => return,
+            },
+            None => None,
         };
-        let blocks = program.bindings.iter().filter(|binding| binding.group == OBJECT && binding.block.is_some());
-        let stride = |name: &str| {
-            let slot = interface?.object.iter().find(|slot| slot.name == name)?;
-            match slot.kind {
-                HostSlotKind::Block { stride, .. } => Some(stride),
-                HostSlotKind::Opaque(_) => None,
-            }
+        let object = match self.objects {
+            Some(objects) => match objects.get(0, offsets) {
+                Some(group) => Some(group),
+                None => return,
+            },
+            None => None,
         };
-        Self {
-            material: group(MATERIAL),
-            object: group(OBJECT),
-            materials: Vec::new(),
-            objects: None,
-            strides: blocks.map(|binding| stride(&binding.name).unwrap_or(0)).collect(),
-            generation: None,
+        pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+        pass.set_scissor_rect(x, y, width, height);
+        pass.set_pipeline(pipeline);
+        groups::bind_render(self.groups, pass, position);
+        if let Some(group) = material {
+            pass.set_bind_group(MATERIAL, group, &[]);
         }
-    }
-
-    /// Makes the bind groups of the host's materials and objects, where they are not those of the last record.
-    pub(super) fn prepare(&mut self, device: &wgpu::Device, name: &str, source: &dyn DrawSource, statistics: &mut Statistics) {
-        let generation = source.generation();
-        if self.generation == Some(generation) {
-            return;
+        if let Some(group) = object {
+            pass.set_bind_group(OBJECT, group, offsets);
         }
-        self.generation = Some(generation);
-        self.materials.clear();
-        if let Some(group) = &self.material {
-            for material in 0..source.material_count() {
-                let resources = group.bindings.iter().map(|(_, name)| source.material(material, name)).collect();
-                self.materials.push(group.make(device, name, resources, statistics));
-            }
-        }
-        self.objects = self.object.as_ref().and_then(|group| {
-            let resources = group.bindings.iter().map(|(_, name)| source.object(name)).collect();
-            group.make(device, name, resources, statistics)
-        });
+        source.draw(&mut ScenePass { scene: self, view, pass, offsets });
     }
 }
 
 /// The render pass of one view, as the host sees it.
-pub(super) struct ScenePass<'a> {
-    pub(super) geometry: &'a str,
-    pub(super) filter: &'a str,
-    pub(super) view: &'a View,
-    pub(super) order: DrawOrder,
-    pub(super) pipelines: &'a [(PropertySet, wgpu::RenderPipeline)],
-    pub(super) groups: &'a SceneGroups,
-    pub(super) pass: &'a mut wgpu::RenderPass<'static>,
-    pub(super) offsets: &'a mut Vec<u32>,
+struct ScenePass<'a> {
+    scene: &'a Scene<'a>,
+    view: &'a View,
+    pass: &'a mut wgpu::RenderPass<'static>,
+    offsets: &'a mut Vec<u32>,
 }
 
 impl DrawPass for ScenePass<'_> {
     fn geometry(&self) -> &str {
-        self.geometry
+        self.scene.geometry
     }
 
     fn filter(&self) -> &str {
-        self.filter
+        self.scene.filter
     }
 
     fn view(&self) -> &View {
@@ -126,11 +87,11 @@ impl DrawPass for ScenePass<'_> {
     }
 
     fn order(&self) -> DrawOrder {
-        self.order
+        self.scene.order
     }
 
     fn set_properties(&mut self, properties: PropertySet) -> bool {
-        match self.pipelines.iter().find(|(set, _)| *set == properties) {
+        match self.scene.pipelines.iter().find(|(set, _)| *set == properties) {
             Some((_, pipeline)) => {
                 self.pass.set_pipeline(pipeline);
                 true
@@ -140,15 +101,13 @@ impl DrawPass for ScenePass<'_> {
     }
 
     fn set_material(&mut self, material: u32) {
-        if let Some(Some(group)) = self.groups.materials.get(material as usize) {
+        if let Some(group) = self.scene.materials.and_then(|materials| materials.get(material)) {
             self.pass.set_bind_group(MATERIAL, group, &[]);
         }
     }
 
     fn set_object(&mut self, object: u32) {
-        if let Some(group) = &self.groups.objects {
-            self.offsets.clear();
-            self.offsets.extend(self.groups.strides.iter().map(|stride| stride.saturating_mul(object)));
+        if let Some(group) = self.scene.objects.and_then(|objects| objects.get(object, self.offsets)) {
             self.pass.set_bind_group(OBJECT, group, self.offsets);
         }
     }

@@ -1,136 +1,95 @@
-//! Textures, buffers, views and samplers of a plan.
+//! The textures and buffers that a plan creates, and views of them.
 //!
-//! What the plan owns is created once. The host's own textures change from frame to frame (a swap chain has two or
-//! three): their views are cached by texture, the oldest is dropped beyond sixteen.
+//! They are created when the plan is realized, or taken over from the plan before where nothing about them changes
+//! (see [`super::reuse`]). A view is created when a pass is realized that needs it; passes that see a texture alike,
+//! under whichever name it goes, share one.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
-use super::Statistics;
-use crate::compiler::{Physical, Plan};
-use crate::language::TextureShape;
-use crate::pipeline::Pipeline;
-use crate::work::{Address, Filter, ResourceHandle, Sampler, TextureView};
+use super::creation::Creation;
+use super::reuse::{Piece, reuse};
+use crate::compiler::{Physical, PhysicalTexture, Plan, PlannedResource};
+use crate::language::{Lifetime, TextureShape};
+use crate::work::TextureView;
 
-const MAXIMUM_IMPORT_VIEWS: usize = 16;
-
+/// The textures and buffers of one plan.
 pub(super) struct Textures {
     textures: Vec<wgpu::Texture>,
     buffers: Vec<wgpu::Buffer>,
-    views: HashMap<TextureView, wgpu::TextureView>,
-    /// Views of imported textures, with the texture that they are of.
-    import_views: Vec<(TextureView, wgpu::Texture, wgpu::TextureView)>,
-    samplers: HashMap<Sampler, wgpu::Sampler>,
-    imports: HashMap<ResourceHandle, wgpu::Texture>,
-    /// Counts up whenever an imported texture is another than in the record before.
-    pub(super) generation: u64,
+    views: HashMap<ViewKey, wgpu::TextureView>,
 }
 
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+struct ViewKey {
+    texture: usize,
+    shape: TextureShape,
+    mip: Option<u32>,
+    layer: Option<u32>,
+    depth_only: bool,
+}
+
+type TextureKey = (wgpu::TextureFormat, [u32; 5], bool, wgpu::TextureUsages);
+type BufferKey = (u64, wgpu::BufferUsages);
+
 impl Textures {
-    pub(super) fn new(device: &wgpu::Device, plan: &Plan, statistics: &mut Statistics) -> Self {
-        let textures: Vec<wgpu::Texture> = plan
-            .textures
-            .iter()
-            .map(|texture| {
-                device.create_texture(&wgpu::TextureDescriptor {
-                    label: Some(&texture.label),
-                    size: wgpu::Extent3d {
-                        width: texture.size.width,
-                        height: texture.size.height,
-                        depth_or_array_layers: texture.size.layers,
-                    },
-                    mip_level_count: texture.size.mips,
-                    sample_count: texture.size.samples,
-                    dimension: if texture.volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 },
-                    format: texture.format,
-                    usage: texture.usages,
-                    view_formats: &[],
-                })
-            })
-            .collect();
-        let buffers: Vec<wgpu::Buffer> = plan
-            .buffers
-            .iter()
-            .map(|buffer| {
-                device.create_buffer(&wgpu::BufferDescriptor {
+    /// Creates what the plan before does not have.
+    pub(super) fn new(creation: &mut Creation<'_>, plan: &Plan, before: Option<(&Plan, &Self)>) -> Self {
+        let none = (Vec::new(), Vec::new());
+        let (old_textures, old_buffers) = before.map_or(none, |(plan, _)| (texture_pieces(plan), buffer_pieces(plan)));
+        let textures = reuse(&old_textures, &texture_pieces(plan));
+        let textures = plan.textures.iter().zip(textures).map(|(texture, old)| {
+            let old = old.zip(before).and_then(|(at, (_, before))| before.textures.get(at));
+            old.cloned().unwrap_or_else(|| create_texture(creation, texture))
+        });
+        let textures = textures.collect();
+        let buffers = reuse(&old_buffers, &buffer_pieces(plan));
+        let buffers = plan.buffers.iter().zip(buffers).map(|(buffer, old)| {
+            let old = old.zip(before).and_then(|(at, (_, before))| before.buffers.get(at));
+            old.cloned().unwrap_or_else(|| {
+                creation.buffer(&wgpu::BufferDescriptor {
                     label: Some(&buffer.label),
                     size: buffer.bytes,
                     usage: buffer.usages,
                     mapped_at_creation: false,
                 })
             })
-            .collect();
-        statistics.textures += textures.len() as u64;
-        statistics.buffers += buffers.len() as u64;
-        Self {
-            textures,
-            buffers,
-            views: HashMap::new(),
-            import_views: Vec::new(),
-            samplers: HashMap::new(),
-            imports: HashMap::new(),
-            generation: 0,
-        }
+        });
+        let buffers = buffers.collect();
+        Self { textures, buffers, views: HashMap::new() }
     }
 
-    pub(super) fn get(&self, index: usize) -> Option<&wgpu::Texture> {
+    /// A texture by its position in the plan.
+    pub(super) fn texture(&self, index: usize) -> Option<&wgpu::Texture> {
         self.textures.get(index)
     }
 
-    /// Takes over the host's textures of one record.
-    pub(super) fn set_imports(&mut self, plan: &Plan, imports: &[(&str, &wgpu::Texture)]) {
-        for (name, texture) in imports {
-            let Some(resource) = plan.resources.get(*name) else { continue };
-            let known = self.imports.get(&resource.handle);
-            if known != Some(*texture) {
-                self.imports.insert(resource.handle, (*texture).clone());
-                self.generation += 1;
-            }
-        }
+    /// A buffer by its position in the plan.
+    pub(super) fn buffer(&self, index: usize) -> Option<&wgpu::Buffer> {
+        self.buffers.get(index)
     }
 
-    /// The texture of a resource.
-    pub(super) fn texture(&self, plan: &Plan, resource: ResourceHandle) -> Option<&wgpu::Texture> {
-        match plan.resource(resource)?.physical {
-            Physical::Texture(index) => self.textures.get(index),
-            Physical::Imported => self.imports.get(&resource),
-            _ => None,
-        }
-    }
-
-    /// The buffer of a resource.
-    pub(super) fn buffer(&self, plan: &Plan, resource: ResourceHandle) -> Option<&wgpu::Buffer> {
-        match plan.resource(resource)?.physical {
-            Physical::Buffer(index) => self.buffers.get(index),
-            _ => None,
-        }
-    }
-
-    /// A view, created at its first use.
-    pub(super) fn view(&mut self, plan: &Plan, view: TextureView, statistics: &mut Statistics) -> Option<wgpu::TextureView> {
-        let texture = self.texture(plan, view.resource)?.clone();
-        if self.imports.contains_key(&view.resource) {
-            let known = self.import_views.iter().find(|(key, of, _)| *key == view && *of == texture);
-            if let Some((_, _, known)) = known {
-                return Some(known.clone());
-            }
-            if self.import_views.len() >= MAXIMUM_IMPORT_VIEWS {
-                self.import_views.remove(0);
-            }
-            let created = create_view(&plan.pipeline, &texture, view);
-            statistics.import_views += 1;
-            self.import_views.push((view, texture, created.clone()));
-            return Some(created);
-        }
-        Some(self.views.entry(view).or_insert_with(|| create_view(&plan.pipeline, &texture, view)).clone())
-    }
-
-    /// A sampler, created at its first use.
-    pub(super) fn sampler(&mut self, device: &wgpu::Device, sampler: Sampler) -> wgpu::Sampler {
-        self.samplers.entry(sampler).or_insert_with(|| create_sampler(device, sampler)).clone()
+    /// A view of the texture at a position in the plan, created at its first use.
+    pub(super) fn view(
+        &mut self,
+        creation: &mut Creation<'_>,
+        label: &str,
+        index: usize,
+        view: TextureView,
+    ) -> Option<wgpu::TextureView> {
+        let texture = self.textures.get(index)?;
+        let TextureView { shape, mip, layer, depth_only, .. } = view;
+        let key = ViewKey { texture: index, shape, mip, layer, depth_only };
+        let view = self.views.entry(key).or_insert_with(|| creation.view(texture, &view_descriptor(label, texture, view)));
+        Some(view.clone())
     }
 }
 
-fn create_view(pipeline: &Pipeline, texture: &wgpu::Texture, view: TextureView) -> wgpu::TextureView {
+/// How wgpu is told of a view.
+pub(super) fn view_descriptor<'a>(
+    label: &'a str,
+    texture: &wgpu::Texture,
+    view: TextureView,
+) -> wgpu::TextureViewDescriptor<'a> {
     let dimension = match view.shape {
         TextureShape::D2 => wgpu::TextureViewDimension::D2,
         TextureShape::D2Array => wgpu::TextureViewDimension::D2Array,
@@ -138,39 +97,69 @@ fn create_view(pipeline: &Pipeline, texture: &wgpu::Texture, view: TextureView) 
         TextureShape::CubeArray => wgpu::TextureViewDimension::CubeArray,
         TextureShape::D3 => wgpu::TextureViewDimension::D3,
     };
-    let single = matches!(view.shape, TextureShape::D2);
-    let depth = view.depth_only && texture.format().has_depth_aspect() && texture.format().has_stencil_aspect();
-    texture.create_view(&wgpu::TextureViewDescriptor {
-        label: Some(&pipeline.resource(view.resource).name),
+    let format = texture.format();
+    let depth = view.depth_only && format.has_depth_aspect() && format.has_stencil_aspect();
+    let single = view.layer.is_some() || view.shape == TextureShape::D2;
+    wgpu::TextureViewDescriptor {
+        label: Some(label),
         dimension: Some(dimension),
         aspect: if depth { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All },
         base_mip_level: view.mip.unwrap_or(0),
         mip_level_count: view.mip.map(|_| 1),
         base_array_layer: view.layer.unwrap_or(0),
-        array_layer_count: (view.layer.is_some() || single).then_some(1),
+        array_layer_count: single.then_some(1),
         ..wgpu::TextureViewDescriptor::default()
-    })
+    }
 }
 
-fn create_sampler(device: &wgpu::Device, sampler: Sampler) -> wgpu::Sampler {
-    let address = match sampler.address {
-        Address::ClampToEdge => wgpu::AddressMode::ClampToEdge,
-        Address::Repeat => wgpu::AddressMode::Repeat,
-        Address::MirrorRepeat => wgpu::AddressMode::MirrorRepeat,
+fn create_texture(creation: &mut Creation<'_>, texture: &PhysicalTexture) -> wgpu::Texture {
+    let descriptor = wgpu::TextureDescriptor {
+        label: Some(&texture.label),
+        size: wgpu::Extent3d {
+            width: texture.size.width,
+            height: texture.size.height,
+            depth_or_array_layers: texture.size.layers,
+        },
+        mip_level_count: texture.size.mips,
+        sample_count: texture.size.samples,
+        dimension: if texture.volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 },
+        format: texture.format,
+        usage: texture.usages,
+        view_formats: &[],
     };
-    let (filter, mipmap_filter) = match sampler.filter {
-        Filter::Nearest => (wgpu::FilterMode::Nearest, wgpu::MipmapFilterMode::Nearest),
-        Filter::Linear => (wgpu::FilterMode::Linear, wgpu::MipmapFilterMode::Linear),
-    };
-    device.create_sampler(&wgpu::SamplerDescriptor {
-        label: None,
-        address_mode_u: address,
-        address_mode_v: address,
-        address_mode_w: address,
-        mag_filter: filter,
-        min_filter: filter,
-        mipmap_filter,
-        compare: sampler.compare.map(Into::into),
-        ..wgpu::SamplerDescriptor::default()
-    })
+    creation.texture(&descriptor, texture.bytes)
+}
+
+fn texture_pieces(plan: &Plan) -> Vec<Piece<'_, TextureKey>> {
+    let keepers = keepers(plan, |physical| match physical {
+        Physical::Texture(at) => Some(at),
+        _ => None,
+    });
+    let pieces = plan.textures.iter().enumerate().map(|(at, texture)| {
+        let size = texture.size;
+        let size = [size.width, size.height, size.layers, size.mips, size.samples];
+        let descriptor = (texture.format, size, texture.volume, texture.usages);
+        Piece { descriptor, keeps: keepers.get(&at).copied(), label: &texture.label }
+    });
+    pieces.collect()
+}
+
+fn buffer_pieces(plan: &Plan) -> Vec<Piece<'_, BufferKey>> {
+    let keepers = keepers(plan, |physical| match physical {
+        Physical::Buffer(at) => Some(at),
+        _ => None,
+    });
+    let pieces = plan.buffers.iter().enumerate().map(|(at, buffer)| Piece {
+        descriptor: (buffer.bytes, buffer.usages),
+        keeps: keepers.get(&at).copied(),
+        label: &buffer.label,
+    });
+    pieces.collect()
+}
+
+/// The resources that outlive frames, by what stands for them.
+fn keepers(plan: &Plan, position: impl Fn(Physical) -> Option<usize>) -> BTreeMap<usize, &str> {
+    let outlives = |resource: &PlannedResource| resource.lifetime != Lifetime::Transient;
+    let kept = plan.resources.iter().filter(|(_, resource)| outlives(resource));
+    kept.filter_map(|(name, resource)| Some((position(resource.physical)?, name.as_str()))).collect()
 }

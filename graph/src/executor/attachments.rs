@@ -1,0 +1,248 @@
+//! The attachments of a pass, and render passes into them.
+//!
+//! A pass whose attachments have one layer each (a fixed one, or the only one of its texture) takes one render pass.
+//! Neighbours that the plan groups take one together: it loads as the first says and stores as the last says.
+//!
+//! Any other pass takes one render pass for each run of views that draw into the same layer. The first use of a layer
+//! loads it as the pass says (clear, discard), later ones keep what is there; that is kept apart for each attachment,
+//! since one may have layers and another a fixed one. What no view drew into is cleared all the same unless the pass
+//! loads, so that a frame without a light has empty maps and not those of the frame before.
+//!
+//! Discarding on load is recorded as clearing to zero: what is cheap on tiling devices, and nothing is left undefined.
+
+use super::creation::Creation;
+use super::imports::Imports;
+use super::resources::{Resources, Viewed};
+use crate::compiler::{Plan, PlannedPass, StoreOperation};
+use crate::language::TextureShape;
+use crate::work::{AttachmentTarget, LoadOperation, RenderWork, TextureView};
+
+/// The most color attachments of a render pass.
+pub(super) const MAXIMUM_COLORS: usize = 8;
+
+/// The attachments of one pass, or of several that are recorded as one.
+pub(super) struct Attachments {
+    color: Vec<Attachment<wgpu::Color>>,
+    depth: Option<Attachment<f32>>,
+    /// Whether depth is only tested against; a shader of the same pass may sample it then.
+    depth_read_only: bool,
+    /// Width and height in texels.
+    pub(super) extent: [u32; 2],
+}
+
+struct Attachment<V> {
+    /// A view of each layer that can be drawn into; one where the layer is fixed or the only one.
+    layers: Vec<Viewed>,
+    load: wgpu::LoadOp<V>,
+    store: wgpu::StoreOp,
+}
+
+impl<V: Copy> Attachment<V> {
+    /// The position of a view's layer.
+    fn position(&self, layer: u32) -> usize {
+        if self.layers.len() > 1 { layer as usize } else { 0 }
+    }
+
+    fn operations(&self, is_first: bool) -> wgpu::Operations<V> {
+        wgpu::Operations { load: if is_first { self.load } else { wgpu::LoadOp::Load }, store: self.store }
+    }
+}
+
+/// Which layers of which attachments a pass has drawn into so far.
+#[derive(Default)]
+pub(super) struct Drawn(Vec<bool>);
+
+impl Attachments {
+    /// The attachments of a planned pass; `None` if one of them is nothing that can be attached.
+    pub(super) fn new(
+        creation: &mut Creation<'_>,
+        resources: &mut Resources,
+        plan: &Plan,
+        planned: &PlannedPass,
+        render: &RenderWork,
+    ) -> Option<Self> {
+        let mut extent = None;
+        let mut layers = |resources: &mut Resources, target: AttachmentTarget| -> Option<Vec<Viewed>> {
+            let size = plan.resource(target.resource)?.size?;
+            let side = |length: u32| length.checked_shr(target.mip).unwrap_or(0).max(1);
+            extent.get_or_insert([side(size.width), side(size.height)]);
+            let all = target.layer.map_or(0..size.layers, |layer| layer..layer.saturating_add(1));
+            let view = |layer| {
+                let shape = TextureShape::D2;
+                let (resource, mip) = (target.resource, Some(target.mip));
+                let view = TextureView { resource, shape, mip, layer: Some(layer), depth_only: false };
+                resources.view(creation, plan, view)
+            };
+            all.map(view).collect()
+        };
+        let mut color = Vec::with_capacity(render.color.len());
+        for (attachment, planned) in render.color.iter().zip(&planned.color) {
+            let load = match attachment.load {
+                LoadOperation::Load => wgpu::LoadOp::Load,
+                LoadOperation::Clear([r, g, b, a]) => wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
+                LoadOperation::Discard => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            };
+            let layers = layers(resources, attachment.target)?;
+            color.push(Attachment { layers, load, store: store(planned.store) });
+        }
+        let depth = match render.depth.as_ref().zip(planned.depth.as_ref()) {
+            None => None,
+            Some((attachment, planned)) => {
+                let load = match attachment.load {
+                    LoadOperation::Load => wgpu::LoadOp::Load,
+                    LoadOperation::Clear(value) => wgpu::LoadOp::Clear((value as f32).clamp(0.0, 1.0)),
+                    LoadOperation::Discard => wgpu::LoadOp::Clear(0.0),
+                };
+                let layers = layers(resources, attachment.target)?;
+                Some(Attachment { layers, load, store: store(planned.store) })
+            }
+        };
+        let is_read_only = |depth: &crate::work::DepthAttachment| !depth.write && depth.load == LoadOperation::Load;
+        let depth_read_only = render.depth.as_ref().is_some_and(is_read_only);
+        Some(Self { color, depth, depth_read_only, extent: extent? })
+    }
+
+    /// Whether every attachment has one layer, so that one render pass does.
+    pub(super) fn is_flat(&self) -> bool {
+        self.layer_count() <= 1
+    }
+
+    /// The most layers of an attachment.
+    pub(super) fn layer_count(&self) -> usize {
+        let depth = self.depth.as_ref().map(|depth| depth.layers.len());
+        self.color.iter().map(|color| color.layers.len()).chain(depth).max().unwrap_or(0)
+    }
+
+    /// The number of layers that a view can name; `None` where it does not matter.
+    pub(super) fn view_layers(&self) -> Option<usize> {
+        let depth = self.depth.as_ref().map(|depth| depth.layers.len());
+        self.color.iter().map(|color| color.layers.len()).chain(depth).filter(|count| *count > 1).min()
+    }
+
+    /// Takes over what happens at the end of a later pass that is recorded into the same render pass.
+    pub(super) fn end_like(&mut self, last: &Self) {
+        for (color, last) in self.color.iter_mut().zip(&last.color) {
+            color.store = last.store;
+        }
+        if let (Some(depth), Some(last)) = (&mut self.depth, &last.depth) {
+            depth.store = last.store;
+        }
+        self.depth_read_only &= last.depth_read_only;
+    }
+
+    /// Begins a render pass into a layer. `drawn` says which layers this pass drew into before, and is kept up to date.
+    pub(super) fn begin(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        imports: &Imports,
+        label: &str,
+        layer: u32,
+        drawn: &mut Drawn,
+    ) -> Option<wgpu::RenderPass<'static>> {
+        let count = self.layer_count();
+        let mut colors: [Option<wgpu::RenderPassColorAttachment<'_>>; MAXIMUM_COLORS] = [const { None }; MAXIMUM_COLORS];
+        for (at, (color, slot)) in self.color.iter().zip(&mut colors).enumerate() {
+            let position = color.position(layer);
+            let ops = color.operations(drawn.is_first(at * count + position));
+            let view = color.layers.get(position)?.get(imports)?;
+            *slot = Some(color_attachment(view, ops));
+        }
+        let depth = match &self.depth {
+            None => None,
+            Some(depth) => {
+                let position = depth.position(layer);
+                let ops = depth.operations(drawn.is_first(self.color.len() * count + position));
+                let view = depth.layers.get(position)?.get(imports)?;
+                Some(depth_attachment(view, (!self.depth_read_only).then_some(ops)))
+            }
+        };
+        Some(begin(encoder, label, &colors[..self.color.len().min(MAXIMUM_COLORS)], depth))
+    }
+
+    /// Clears the layers that no view drew into, unless the pass loads them.
+    pub(super) fn clear_rest(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        imports: &Imports,
+        label: &str,
+        drawn: &Drawn,
+    ) {
+        let count = self.layer_count();
+        for position in 0..count {
+            let mut colors: [Option<wgpu::RenderPassColorAttachment<'_>>; MAXIMUM_COLORS] =
+                [const { None }; MAXIMUM_COLORS];
+            for (at, (color, slot)) in self.color.iter().zip(&mut colors).enumerate() {
+                if matches!(color.load, wgpu::LoadOp::Clear(_))
+                    && !drawn.contains(at * count + position)
+                    && let Some(view) = color.layers.get(position).and_then(|view| view.get(imports))
+                {
+                    *slot = Some(color_attachment(view, color.operations(true)));
+                }
+            }
+            let depth = self.depth.as_ref().and_then(|depth| {
+                let is_left = matches!(depth.load, wgpu::LoadOp::Clear(_))
+                    && !drawn.contains(self.color.len() * count + position);
+                let view = depth.layers.get(position).filter(|_| is_left)?.get(imports)?;
+                Some(depth_attachment(view, Some(depth.operations(true))))
+            });
+            if depth.is_some() || colors.iter().any(Option::is_some) {
+                drop(begin(encoder, label, &colors[..self.color.len().min(MAXIMUM_COLORS)], depth));
+            }
+        }
+    }
+}
+
+impl Drawn {
+    /// Nothing is drawn yet into the attachments of a pass.
+    pub(super) fn reset(&mut self, attachments: &Attachments) {
+        let count = (attachments.color.len() + 1) * attachments.layer_count();
+        self.0.clear();
+        self.0.resize(count, false);
+    }
+
+    /// Notes that something is drawn; whether it is the first.
+    fn is_first(&mut self, at: usize) -> bool {
+        self.0.get_mut(at).is_some_and(|drawn| !std::mem::replace(drawn, true))
+    }
+
+    fn contains(&self, at: usize) -> bool {
+        self.0.get(at).copied().unwrap_or(false)
+    }
+}
+
+fn store(operation: StoreOperation) -> wgpu::StoreOp {
+    match operation {
+        StoreOperation::Store => wgpu::StoreOp::Store,
+        StoreOperation::Discard => wgpu::StoreOp::Discard,
+    }
+}
+
+fn color_attachment(
+    view: &wgpu::TextureView,
+    ops: wgpu::Operations<wgpu::Color>,
+) -> wgpu::RenderPassColorAttachment<'_> {
+    wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops }
+}
+
+/// No pass uses stencil; without operations it is only read.
+fn depth_attachment(
+    view: &wgpu::TextureView,
+    depth_ops: Option<wgpu::Operations<f32>>,
+) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment { view, depth_ops, stencil_ops: None }
+}
+
+fn begin(
+    encoder: &mut wgpu::CommandEncoder,
+    label: &str,
+    color_attachments: &[Option<wgpu::RenderPassColorAttachment<'_>>],
+    depth_stencil_attachment: Option<wgpu::RenderPassDepthStencilAttachment<'_>>,
+) -> wgpu::RenderPass<'static> {
+    let descriptor = wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments,
+        depth_stencil_attachment,
+        ..wgpu::RenderPassDescriptor::default()
+    };
+    encoder.begin_render_pass(&descriptor).forget_lifetime()
+}

@@ -1,0 +1,190 @@
+//! The blocks of one record: where they lie in a buffer, and their bytes.
+//!
+//! All blocks that the module fills (host data, views, constants) lie in one buffer, each at a place that is fixed when
+//! the plan is realized; a pass that draws several views has its `view` block that many times, and a dynamic offset
+//! chooses among them. A record packs all of them into one staging vector and uploads it with one write. Constants are
+//! in that vector from the start.
+//!
+//! A uniform block is padded to whole 16 bytes, which some devices want; a storage block is exactly as long as its
+//! values, since a shader can ask for the length of an array at its end.
+//!
+//! Limits: the blocks of a plan together have less than 4 GiB, since dynamic offsets are 32 bits wide.
+
+use crate::compiler::{Plan, PlannedPass};
+use crate::data::{HostData, View};
+use crate::diagnostic::{Diagnostic, Place as FindingPlace, codes};
+use crate::pipeline::ResourceKind;
+use crate::work::{BoundSlot, Draw, ProgramHandle, ResourceHandle, SlotSource, Work};
+
+/// A block in the buffer; for a block `view` the first of several.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Place {
+    pub(super) offset: u64,
+    pub(super) size: u64,
+    /// Bytes from one view's block to the next.
+    pub(super) stride: u64,
+}
+
+impl Place {
+    /// The dynamic offset of a view's block.
+    pub(super) fn view_offset(self, view: usize) -> u32 {
+        u32::try_from(self.stride * view as u64).unwrap_or(0)
+    }
+}
+
+/// The blocks of a plan.
+pub(super) struct Blocks {
+    /// Bytes of the buffer.
+    pub(super) size: u64,
+    /// For each pass of the plan and each of its slots the block, if the module fills it.
+    places: Vec<Vec<Option<Place>>>,
+    staging: Vec<u8>,
+    view: HostData,
+}
+
+impl Blocks {
+    /// Lays out the blocks of a plan.
+    ///
+    /// # Errors
+    /// More bytes than a buffer of the device can have.
+    pub(super) fn new(plan: &Plan, limits: &wgpu::Limits) -> Result<Self, Diagnostic> {
+        let alignment = limits.min_uniform_buffer_offset_alignment.max(limits.min_storage_buffer_offset_alignment);
+        let alignment = u64::from(alignment).max(16);
+        let mut size = 0u64;
+        let place_of = |pass: &PlannedPass| -> Vec<Option<Place>> {
+            let work = &plan.pipeline.pass(pass.handle).work;
+            let place = |slot: &BoundSlot| {
+                let bytes = block_bytes(plan, work, slot)?;
+                let count = if matches!(slot.source, SlotSource::View(_)) { maximum_views(plan, work) } else { 1 };
+                let stride = bytes.next_multiple_of(alignment);
+                let place = Place { offset: size, size: bytes, stride };
+                size = size.saturating_add(stride.saturating_mul(count));
+                Some(place)
+            };
+            slots(work).iter().map(place).collect()
+        };
+        let places: Vec<_> = plan.passes.iter().map(place_of).collect();
+        let allowed = limits.max_buffer_size.min(u64::from(u32::MAX));
+        if size > allowed {
+            let message = format!("the blocks of \"{}\" have {size} bytes; the device allows {allowed}", plan.name);
+            let finding = Diagnostic::error(codes::DEVICE_LIMIT, FindingPlace::Nowhere, message);
+            return Err(finding.help("let host passes publish fewer views or values"));
+        }
+        let mut staging = vec![0; usize::try_from(size).unwrap_or(0)];
+        for (planned, places) in plan.passes.iter().zip(&places) {
+            let slots = slots(&plan.pipeline.pass(planned.handle).work);
+            for (slot, place) in slots.iter().zip(places) {
+                if let (Some(place), Some(bytes)) = (place, constants(planned, slot))
+                    && let Some(block) = range(&mut staging, place.offset, place.size)
+                {
+                    block.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
+                }
+            }
+        }
+        Ok(Self { size, places, staging, view: HostData::new(View::shape()) })
+    }
+
+    /// The blocks of a pass by its slots.
+    pub(super) fn places(&self, pass: usize) -> &[Option<Place>] {
+        self.places.get(pass).map(Vec::as_slice).unwrap_or_default()
+    }
+
+    /// Packs the blocks of one record. `data` is host data by resource.
+    pub(super) fn pack(&mut self, plan: &Plan, data: &[Option<HostData>]) -> &[u8] {
+        let of = |handle: ResourceHandle| data.get(handle.index()).and_then(Option::as_ref);
+        for (planned, places) in plan.passes.iter().zip(&self.places) {
+            let work = &plan.pipeline.pass(planned.handle).work;
+            for (slot, place) in slots(work).iter().zip(places) {
+                let Some(place) = place else { continue };
+                match &slot.source {
+                    SlotSource::Data { resource, layout, .. } => {
+                        if let (Some(data), Some(block)) =
+                            (of(*resource), range(&mut self.staging, place.offset, place.size))
+                        {
+                            layout.pack(data, block);
+                        }
+                    }
+                    SlotSource::View(layout) => {
+                        let views = scene_views(work).and_then(of).map(HostData::views).unwrap_or_default();
+                        for (at, view) in views.iter().enumerate() {
+                            view.publish(&mut self.view);
+                            let offset = place.offset + place.stride * at as u64;
+                            if let Some(block) = range(&mut self.staging, offset, place.size) {
+                                layout.pack(&self.view, block);
+                            }
+                        }
+                    }
+                    _ => {}
+                }
+            }
+        }
+        &self.staging
+    }
+}
+
+/// The slots of a pass that the module fills.
+pub(super) fn slots(work: &Work) -> &[BoundSlot] {
+    match work {
+        Work::Render(render) => match &render.draw {
+            Draw::Fullscreen { bindings, .. } => bindings,
+            Draw::Scene(scene) => &scene.bindings,
+        },
+        Work::Compute(compute) => &compute.bindings,
+        Work::Host(_) | Work::Copy(_) => &[],
+    }
+}
+
+/// The program that a pass runs.
+pub(super) fn program(work: &Work) -> Option<ProgramHandle> {
+    match work {
+        Work::Render(render) => Some(match &render.draw {
+            Draw::Fullscreen { program, .. } => *program,
+            Draw::Scene(scene) => scene.program,
+        }),
+        Work::Compute(compute) => Some(compute.program),
+        Work::Host(_) | Work::Copy(_) => None,
+    }
+}
+
+/// The data whose views a pass draws.
+fn scene_views(work: &Work) -> Option<ResourceHandle> {
+    match work {
+        Work::Render(render) => match &render.draw {
+            Draw::Scene(scene) => Some(scene.views),
+            Draw::Fullscreen { .. } => None,
+        },
+        _ => None,
+    }
+}
+
+fn maximum_views(plan: &Plan, work: &Work) -> u64 {
+    let views = scene_views(work).map(|views| &plan.pipeline.resource(views).kind);
+    match views {
+        Some(ResourceKind::Data(Some(shape))) => u64::from(shape.maximum_views).max(1),
+        _ => 1,
+    }
+}
+
+fn constants<'a>(planned: &'a PlannedPass, slot: &BoundSlot) -> Option<&'a [u8]> {
+    let block = planned.blocks.iter().find(|block| (block.group, block.binding) == (slot.group, slot.binding))?;
+    Some(&block.bytes)
+}
+
+/// The bytes that are bound for a slot, if the module fills it.
+fn block_bytes(plan: &Plan, work: &Work, slot: &BoundSlot) -> Option<u64> {
+    let binding = plan.pipeline.program(program(work)?).binding_at(slot.group, slot.binding);
+    let bytes = u64::from(match &slot.source {
+        SlotSource::Data { layout, .. } | SlotSource::View(layout) => layout.size,
+        SlotSource::Values(values) => values.layout.size(),
+        SlotSource::Texture(_) | SlotSource::Buffer(_) | SlotSource::Sampler(_) => return None,
+    });
+    Some(match binding.map(|binding| binding.entry.ty) {
+        Some(wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Storage { .. }, .. }) => bytes.next_multiple_of(4),
+        _ => bytes.next_multiple_of(16),
+    })
+}
+
+fn range(bytes: &mut [u8], offset: u64, size: u64) -> Option<&mut [u8]> {
+    let start = usize::try_from(offset).ok()?;
+    bytes.get_mut(start..start.checked_add(usize::try_from(size).ok()?)?)
+}

@@ -1,0 +1,98 @@
+//! Objects by their descriptors, kept from plan to plan.
+//!
+//! A plan that replaces another shares most of its shader modules, layouts, pipelines and samplers with it. They are
+//! found again by their whole descriptors, never by a hash alone. Each attempt to realize a plan is a generation: what
+//! an attempt created that the device then refused is forgotten, and what the last few successful ones did not use is
+//! evicted.
+
+use std::collections::HashMap;
+use std::hash::Hash;
+
+/// For how many plans an object is kept that none of them uses, so that a switch can be turned off and on again.
+const KEPT_PLANS: u64 = 4;
+
+/// The generation of a plan.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Generation(u64);
+
+impl Generation {
+    pub(super) fn next(self) -> Self {
+        Self(self.0 + 1)
+    }
+}
+
+/// Objects by their descriptors.
+pub(super) struct Cache<K, V> {
+    entries: HashMap<K, Entry<V>>,
+}
+
+struct Entry<V> {
+    value: V,
+    created: Generation,
+    used: Generation,
+}
+
+impl<K, V> Default for Cache<K, V> {
+    fn default() -> Self {
+        Self { entries: HashMap::new() }
+    }
+}
+
+impl<K: Hash + Eq, V: Clone> Cache<K, V> {
+    /// The object of a descriptor, created if there is none.
+    pub(super) fn get(&mut self, key: K, now: Generation, create: impl FnOnce(&K) -> V) -> V {
+        let entry = match self.entries.entry(key) {
+            std::collections::hash_map::Entry::Occupied(entry) => entry.into_mut(),
+            std::collections::hash_map::Entry::Vacant(entry) => {
+                let value = create(entry.key());
+                entry.insert(Entry { value, created: now, used: now })
+            }
+        };
+        entry.used = now;
+        entry.value.clone()
+    }
+
+    /// Forgets what was created after a generation.
+    pub(super) fn forget_after(&mut self, proven: Generation) {
+        self.entries.retain(|_, entry| entry.created <= proven);
+    }
+
+    /// Evicts what was not used for some generations.
+    pub(super) fn evict(&mut self, now: Generation) {
+        self.entries.retain(|_, entry| entry.used.0 + KEPT_PLANS > now.0);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_object_is_created_once() {
+        let mut cache = Cache::default();
+        let now = Generation(1);
+        assert_eq!(cache.get("a", now, |_| 1), 1);
+        assert_eq!(cache.get("a", now.next(), |_| 2), 1);
+        assert_eq!(cache.get("b", now, |_| 3), 3);
+    }
+
+    #[test]
+    fn what_the_device_refused_is_forgotten_and_what_it_took_is_kept() {
+        let mut cache = Cache::default();
+        cache.get("good", Generation(1), |_| 1);
+        cache.get("bad", Generation(2), |_| 2);
+        cache.forget_after(Generation(1));
+        assert_eq!(cache.get("good", Generation(3), |_| 3), 1);
+        assert_eq!(cache.get("bad", Generation(3), |_| 4), 4);
+    }
+
+    #[test]
+    fn what_no_plan_uses_for_a_while_is_evicted() {
+        let mut cache = Cache::default();
+        cache.get("a", Generation(1), |_| 1);
+        cache.evict(Generation(KEPT_PLANS));
+        assert_eq!(cache.entries.len(), 1);
+        cache.evict(Generation(1 + KEPT_PLANS));
+        assert_eq!(cache.entries.len(), 0);
+    }
+}

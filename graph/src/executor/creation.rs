@@ -1,0 +1,182 @@
+//! Creating objects on the device: counted, and with the device's errors caught.
+//!
+//! wgpu tells errors of creation not where they happen but to the innermost error scope of the thread, and without one
+//! to a handler that panics unless the host has set another. A [`Creation`] opens scopes when it creates its first
+//! object; [`Creation::finish`] closes them. What they caught is ready at once, except in a browser, where it arrives
+//! late: that is what [`Caught`] holds. A steady frame creates nothing, and so opens no scope.
+//!
+//! Limits: a device that is lost reports nothing to scopes; the host learns of that from its own device-lost callback.
+
+use std::future::Future;
+use std::pin::Pin;
+use std::task::{Context, Poll, Waker};
+
+use super::Statistics;
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+
+/// Creates objects on a device.
+pub(super) struct Creation<'a> {
+    device: &'a wgpu::Device,
+    statistics: &'a mut Statistics,
+    scopes: Option<Scopes>,
+}
+
+/// Open error scopes. Fields are dropped in this order, which is the one in which scopes have to be popped.
+struct Scopes {
+    validation: wgpu::ErrorScopeGuard,
+    internal: wgpu::ErrorScopeGuard,
+    memory: wgpu::ErrorScopeGuard,
+}
+
+impl<'a> Creation<'a> {
+    pub(super) fn new(device: &'a wgpu::Device, statistics: &'a mut Statistics) -> Self {
+        Self { device, statistics, scopes: None }
+    }
+
+    /// Closes the error scopes.
+    pub(super) fn finish(self) -> Caught {
+        let Some(Scopes { validation, internal, memory }) = self.scopes else { return Caught::default() };
+        Caught(vec![Box::pin(validation.pop()), Box::pin(internal.pop()), Box::pin(memory.pop())])
+    }
+
+    fn device(&mut self) -> &'a wgpu::Device {
+        let device = self.device;
+        self.scopes.get_or_insert_with(|| {
+            let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+            let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
+            let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
+            Scopes { validation, internal, memory }
+        });
+        device
+    }
+
+    pub(super) fn texture(&mut self, descriptor: &wgpu::TextureDescriptor<'_>, bytes: u64) -> wgpu::Texture {
+        self.statistics.textures += 1;
+        self.statistics.bytes += bytes;
+        self.device().create_texture(descriptor)
+    }
+
+    pub(super) fn buffer(&mut self, descriptor: &wgpu::BufferDescriptor<'_>) -> wgpu::Buffer {
+        self.statistics.buffers += 1;
+        self.statistics.bytes += descriptor.size;
+        self.device().create_buffer(descriptor)
+    }
+
+    pub(super) fn view(
+        &mut self,
+        texture: &wgpu::Texture,
+        descriptor: &wgpu::TextureViewDescriptor<'_>,
+    ) -> wgpu::TextureView {
+        self.statistics.views += 1;
+        self.device();
+        texture.create_view(descriptor)
+    }
+
+    pub(super) fn import_view(
+        &mut self,
+        texture: &wgpu::Texture,
+        descriptor: &wgpu::TextureViewDescriptor<'_>,
+    ) -> wgpu::TextureView {
+        self.statistics.import_views += 1;
+        self.device();
+        texture.create_view(descriptor)
+    }
+
+    pub(super) fn sampler(&mut self, descriptor: &wgpu::SamplerDescriptor<'_>) -> wgpu::Sampler {
+        self.statistics.samplers += 1;
+        self.device().create_sampler(descriptor)
+    }
+
+    pub(super) fn shader_module(&mut self, label: &str, wgsl: &str) -> wgpu::ShaderModule {
+        self.statistics.shader_modules += 1;
+        self.device().create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(label),
+            source: wgpu::ShaderSource::Wgsl(wgsl.into()),
+        })
+    }
+
+    pub(super) fn bind_group_layout(
+        &mut self,
+        descriptor: &wgpu::BindGroupLayoutDescriptor<'_>,
+    ) -> wgpu::BindGroupLayout {
+        self.statistics.layouts += 1;
+        self.device().create_bind_group_layout(descriptor)
+    }
+
+    pub(super) fn pipeline_layout(
+        &mut self,
+        descriptor: &wgpu::PipelineLayoutDescriptor<'_>,
+    ) -> wgpu::PipelineLayout {
+        self.statistics.layouts += 1;
+        self.device().create_pipeline_layout(descriptor)
+    }
+
+    pub(super) fn render_pipeline(
+        &mut self,
+        descriptor: &wgpu::RenderPipelineDescriptor<'_>,
+    ) -> wgpu::RenderPipeline {
+        self.statistics.pipelines += 1;
+        self.device().create_render_pipeline(descriptor)
+    }
+
+    pub(super) fn compute_pipeline(
+        &mut self,
+        descriptor: &wgpu::ComputePipelineDescriptor<'_>,
+    ) -> wgpu::ComputePipeline {
+        self.statistics.pipelines += 1;
+        self.device().create_compute_pipeline(descriptor)
+    }
+
+    pub(super) fn bind_group(&mut self, descriptor: &wgpu::BindGroupDescriptor<'_>) -> wgpu::BindGroup {
+        self.statistics.bind_groups += 1;
+        self.device().create_bind_group(descriptor)
+    }
+}
+
+/// The outcome of one error scope.
+trait Outcome: Future<Output = Option<wgpu::Error>> + wgpu::WasmNotSend {}
+
+impl<T: Future<Output = Option<wgpu::Error>> + wgpu::WasmNotSend> Outcome for T {}
+
+/// What error scopes caught, as far as it is known.
+#[derive(Default)]
+pub(super) struct Caught(Vec<Pin<Box<dyn Outcome>>>);
+
+impl Caught {
+    /// Waits for all of it.
+    pub(super) async fn all(self) -> Diagnostics {
+        let mut findings = Diagnostics::new();
+        for outcome in self.0 {
+            findings.extend(outcome.await.map(finding));
+        }
+        findings
+    }
+
+    /// What is known by now; the rest stays.
+    pub(super) fn known(&mut self) -> Diagnostics {
+        let mut findings = Diagnostics::new();
+        let mut context = Context::from_waker(Waker::noop());
+        self.0.retain_mut(|outcome| match outcome.as_mut().poll(&mut context) {
+            Poll::Pending => true,
+            Poll::Ready(error) => {
+                findings.extend(error.map(finding));
+                false
+            }
+        });
+        findings
+    }
+
+    /// Adds what another creation caught.
+    pub(super) fn append(&mut self, mut other: Self) {
+        self.0.append(&mut other.0);
+    }
+}
+
+fn finding(error: wgpu::Error) -> Diagnostic {
+    let help = match error {
+        wgpu::Error::OutOfMemory { .. } => "make pictures and maps smaller, or free memory of the device",
+        wgpu::Error::Validation { .. } => "compare what the device offers with what the pipeline's profile promises",
+        wgpu::Error::Internal { .. } => "update the driver, or use another backend",
+    };
+    Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("the device refused: {error}")).help(help)
+}

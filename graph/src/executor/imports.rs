@@ -1,0 +1,115 @@
+//! The host's own textures, and views of them.
+//!
+//! The host gives them anew with each frame, and they may be others each time: a swap chain has a handful. Views are
+//! kept for those that were seen in the last few frames, so that a texture that comes again needs no new one, and the
+//! host's textures are not held on to for longer than that.
+
+use super::creation::Creation;
+use super::textures::view_descriptor;
+use crate::compiler::{Physical, Plan};
+use crate::work::{ResourceHandle, TextureView};
+
+/// For how many frames a view is kept of a texture that the host does not give.
+const KEPT_FRAMES: u64 = 4;
+
+/// The host's own textures.
+pub(super) struct Imports {
+    imports: Vec<Import>,
+    views: Vec<ImportView>,
+}
+
+struct Import {
+    resource: ResourceHandle,
+    name: String,
+    current: Option<wgpu::Texture>,
+}
+
+struct ImportView {
+    import: usize,
+    view: TextureView,
+    known: Vec<Known>,
+    /// The position among the known ones in this frame.
+    current: usize,
+}
+
+struct Known {
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
+    used: u64,
+}
+
+/// Names one view of one of the host's textures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ImportedView(usize);
+
+/// Names one of the host's textures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct ImportedTexture(usize);
+
+impl Imports {
+    /// The imports of a plan, none of them given yet.
+    pub(super) fn new(plan: &Plan) -> Self {
+        let imported = plan.resources.iter().filter(|(_, resource)| resource.physical == Physical::Imported);
+        let imports = imported.map(|(name, resource)| Import {
+            resource: resource.handle,
+            name: name.clone(),
+            current: None,
+        });
+        Self { imports: imports.collect(), views: Vec::new() }
+    }
+
+    /// The import that stands for a resource.
+    pub(super) fn find(&self, resource: ResourceHandle) -> Option<ImportedTexture> {
+        self.imports.iter().position(|import| import.resource == resource).map(ImportedTexture)
+    }
+
+    /// Asks for a view in each frame.
+    pub(super) fn want(&mut self, view: TextureView) -> Option<ImportedView> {
+        let import = self.find(view.resource)?.0;
+        let known = self.views.iter().position(|wanted| wanted.view == view);
+        Some(ImportedView(known.unwrap_or_else(|| {
+            self.views.push(ImportView { import, view, known: Vec::new(), current: 0 });
+            self.views.len() - 1
+        })))
+    }
+
+    /// Takes the host's textures of a frame.
+    pub(super) fn set(&mut self, creation: &mut Creation<'_>, given: &[(&str, &wgpu::Texture)], frame: u64) {
+        for import in &mut self.imports {
+            let texture = given.iter().find(|(name, _)| *name == import.name).map(|(_, texture)| *texture);
+            if import.current.as_ref() != texture {
+                import.current = texture.cloned();
+            }
+        }
+        for wanted in &mut self.views {
+            let Import { name, current: Some(texture), .. } = &self.imports[wanted.import] else { continue };
+            wanted.known.retain(|known| known.used + KEPT_FRAMES >= frame);
+            let at = wanted.known.iter().position(|known| known.texture == *texture);
+            wanted.current = at.unwrap_or_else(|| {
+                let descriptor = view_descriptor(name, texture, wanted.view);
+                let view = creation.import_view(texture, &descriptor);
+                wanted.known.push(Known { texture: texture.clone(), view, used: frame });
+                wanted.known.len() - 1
+            });
+            wanted.known[wanted.current].used = frame;
+        }
+    }
+
+    /// Forgets all views, since some of them may have been refused.
+    pub(super) fn forget_views(&mut self) {
+        for wanted in &mut self.views {
+            wanted.known.clear();
+        }
+    }
+
+    /// The view in this frame.
+    pub(super) fn view(&self, view: ImportedView) -> Option<&wgpu::TextureView> {
+        let wanted = self.views.get(view.0)?;
+        wanted.known.get(wanted.current).map(|known| &known.view)
+    }
+
+    /// The texture in this frame.
+    pub(super) fn texture(&self, texture: ImportedTexture) -> Option<&wgpu::Texture> {
+        self.imports.get(texture.0)?.current.as_ref()
+    }
+}

@@ -1,0 +1,163 @@
+//! What a frame brings, checked before anything is recorded, and the host passes that turn it into data.
+//!
+//! The host's textures have to be those that the plan was made for, its meshes stored as the pipelines were built for;
+//! views have to lie within the attachments that they are drawn into. In a frame without findings nothing is allocated.
+
+use super::realize::{Realized, RealizedWork};
+use super::requirements::{check_filter, check_source, scenes};
+use super::times::Times;
+use super::{Frame, attachments::Attachments};
+use crate::compiler::{Physical, PlannedResource};
+use crate::data::{DataShape, HostData, View};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use crate::pipeline::Pass;
+use crate::work::{HostContext, Work};
+
+/// How many inputs of a host pass are given without allocating.
+const FEW_INPUTS: usize = 8;
+
+/// What keeps a frame from being recorded.
+pub(super) fn check(realized: &Realized, device: &wgpu::Device, frame: &Frame<'_>) -> Diagnostics {
+    let mut findings = Diagnostics::new();
+    for (name, resource) in &realized.plan.resources {
+        if resource.physical == Physical::Imported
+            && let Some(fault) = import_fault(name, resource, frame)
+        {
+            let declared = realized.plan.pipeline.resource(resource.handle);
+            let finding = Diagnostic::error(codes::IMPORT, declared.place, fault).pointer(&declared.pointer);
+            findings.push(finding.help("give the executor the texture that the plan was made for, or plan anew"));
+        }
+    }
+    let mut has_scenes = false;
+    for (pass, scene) in scenes(&realized.plan) {
+        has_scenes = true;
+        findings.extend(frame.draws.and_then(|source| check_filter(pass, scene, source)));
+    }
+    let Some(source) = frame.draws.filter(|_| has_scenes) else {
+        if has_scenes {
+            findings.extend(check_source(&realized.plan, device, None));
+        }
+        return findings;
+    };
+    for (geometry, interface) in &realized.interfaces {
+        if source.interface(geometry) != Some(interface) {
+            let message = format!("the host's interface of \"{geometry}\" is not the one that pipelines were built for");
+            let finding = Diagnostic::error(codes::HOST_INTERFACE, Place::Nowhere, message);
+            findings.push(finding.help("give the executor its plan anew, with this draw source"));
+        }
+    }
+    findings
+}
+
+/// What is worth knowing about a frame that is recorded all the same.
+pub(super) fn warnings(frame: &Frame<'_>, findings: &mut Diagnostics) {
+    let warning = |message: String| Diagnostic::warning(codes::FRAME_INPUT, Place::Nowhere, message);
+    if let Some(reason) = frame.input.camera.check() {
+        findings.push(warning(format!("the camera cannot be used: {reason}")).help("nothing is drawn from it"));
+    }
+    for light in &frame.input.lights {
+        if let Some(reason) = light.check() {
+            let message = format!("the light \"{}\" cannot be used: {reason}", light.name);
+            findings.push(warning(message).help("the frame is drawn without it"));
+        }
+    }
+}
+
+fn import_fault(name: &str, resource: &PlannedResource, frame: &Frame<'_>) -> Option<String> {
+    let Some((_, texture)) = frame.imports.iter().find(|(given, _)| *given == name) else {
+        return Some(format!("the host gave no texture for \"{name}\""));
+    };
+    let (format, size) = (resource.format?, resource.size?);
+    let given = (texture.width(), texture.height(), texture.depth_or_array_layers());
+    let planned = (size.width, size.height, size.layers);
+    if (given, texture.format()) != (planned, format) {
+        let ((width, height, layers), (planned_width, planned_height, planned_layers)) = (given, planned);
+        return Some(format!(
+            "the texture for \"{name}\" is {width} by {height} with {layers} layers in {:?}, \
+             planned are {planned_width} by {planned_height} with {planned_layers} layers in {format:?}",
+            texture.format()
+        ));
+    }
+    let given = (texture.mip_level_count(), texture.sample_count());
+    if given.0 < size.mips || given.1 != size.samples {
+        let (mips, samples) = given;
+        return Some(format!(
+            "the texture for \"{name}\" has {mips} mips and {samples} samples, planned are {} and {}",
+            size.mips, size.samples
+        ));
+    }
+    let missing = resource.usages.unwrap_or(wgpu::TextureUsages::empty()) - texture.usage();
+    (!missing.is_empty()).then(|| format!("the texture for \"{name}\" was created without the usage {missing:?}"))
+}
+
+/// Runs the host passes in their order.
+///
+/// # Errors
+/// A pass that publishes what it did not declare, or a view that lies outside what it is drawn into.
+pub(super) fn run_host_passes(realized: &mut Realized, frame: &Frame<'_>, times: &mut Times) -> Result<(), Diagnostics> {
+    let plan = realized.plan.clone();
+    let mut findings = Diagnostics::new();
+    for (at, planned) in plan.passes.iter().enumerate() {
+        let pass = plan.pipeline.pass(planned.handle);
+        let Work::Host(host) = &pass.work else { continue };
+        let output = host.output.index();
+        let Some(mut data) = realized.data.get_mut(output).and_then(Option::take) else { continue };
+        let start = times.now();
+        data.clear();
+        let filler = HostData::new(DataShape::new());
+        let mut few = [&filler; FEW_INPUTS];
+        let many: Vec<&HostData>;
+        let given = host.inputs.iter().filter_map(|input| realized.data.get(input.index())?.as_ref());
+        let inputs = if host.inputs.len() <= FEW_INPUTS {
+            let mut count = 0;
+            for (slot, input) in few.iter_mut().zip(given) {
+                *slot = input;
+                count += 1;
+            }
+            &few[..count]
+        } else {
+            many = given.collect();
+            &many
+        };
+        host.node.run(&HostContext { frame: frame.input, inputs }, &mut data);
+        if let Some(reason) = data.refused() {
+            let message = format!("\"{}\" publishes {reason}", pass.name);
+            findings.push(host_data(pass, message, "a host pass publishes what it declared; this is a defect of its node kind"));
+        }
+        realized.data[output] = Some(data);
+        times.add(at, start);
+    }
+    check_views(realized, &mut findings);
+    if findings.is_empty() { Ok(()) } else { Err(findings) }
+}
+
+/// Finds views that lie outside what they are drawn into.
+fn check_views(realized: &Realized, findings: &mut Diagnostics) {
+    for (planned, pass) in realized.plan.passes.iter().zip(&realized.passes) {
+        let RealizedWork::Scene { scene, attachments } = &pass.work else { continue };
+        let data = realized.data.get(scene.views.index()).and_then(Option::as_ref);
+        for (at, view) in data.map(HostData::views).unwrap_or_default().iter().enumerate() {
+            if let Some(fault) = view_fault(view, attachments) {
+                let pass = realized.plan.pipeline.pass(planned.handle);
+                let message = format!("view {at} of \"{}\" {fault}", pass.name);
+                findings.push(host_data(pass, message, "a view lies within the attachments of the passes that draw it"));
+            }
+        }
+    }
+}
+
+fn view_fault(view: &View, attachments: &Attachments) -> Option<String> {
+    if let Some(layers) = attachments.view_layers().filter(|layers| view.layer as usize >= *layers) {
+        return Some(format!("is drawn into layer {} of {layers}", view.layer));
+    }
+    let [x, y, width, height] = view.viewport?;
+    let end = [u64::from(x) + u64::from(width), u64::from(y) + u64::from(height)];
+    let [wide, high] = attachments.extent;
+    (end[0] > u64::from(wide) || end[1] > u64::from(high)).then(|| {
+        format!("is drawn into {width} by {height} texels from {x}, {y} on, of {wide} by {high}")
+    })
+}
+
+fn host_data(pass: &Pass, message: String, help: &str) -> Diagnostic {
+    Diagnostic::error(codes::HOST_DATA, pass.place, message).pointer(&pass.pointer).help(help)
+}

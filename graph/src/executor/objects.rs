@@ -1,0 +1,206 @@
+//! Objects that plans share: shader modules, layouts, pipelines, samplers.
+//!
+//! Each is found by its whole descriptor (see [`super::cache`]); layouts and modules stand in the descriptors of
+//! pipelines as themselves, since wgpu compares its objects by identity. Labels are no part of a descriptor: an object
+//! that several passes share is labelled after the first.
+
+use super::cache::{Cache, Generation};
+use super::creation::Creation;
+use crate::shader::ShaderModule;
+use crate::work::{Address, Filter, Sampler};
+
+/// The objects of the current plan, and of some before it.
+#[derive(Default)]
+pub(super) struct Objects {
+    /// The generation of the attempt that is under way.
+    now: Generation,
+    /// The last generation that the device took.
+    proven: Generation,
+    modules: Cache<[u8; 32], wgpu::ShaderModule>,
+    samplers: Cache<Sampler, wgpu::Sampler>,
+    group_layouts: Cache<Vec<wgpu::BindGroupLayoutEntry>, wgpu::BindGroupLayout>,
+    pipeline_layouts: Cache<Vec<Option<wgpu::BindGroupLayout>>, wgpu::PipelineLayout>,
+    render_pipelines: Cache<RenderKey, wgpu::RenderPipeline>,
+    compute_pipelines: Cache<ComputeKey, wgpu::ComputePipeline>,
+}
+
+/// A vertex buffer: its stride and attributes.
+pub(super) type VertexBufferKey = (u64, Vec<wgpu::VertexAttribute>);
+
+/// Everything about a render pipeline but its label.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub(super) struct RenderKey {
+    pub(super) layout: wgpu::PipelineLayout,
+    pub(super) module: wgpu::ShaderModule,
+    pub(super) vertex: Option<String>,
+    /// `None` without a fragment stage.
+    pub(super) fragment: Option<String>,
+    /// Pipeline-overridable constants: names, and the bits of their values.
+    pub(super) constants: Vec<(String, u64)>,
+    pub(super) buffers: Vec<Option<VertexBufferKey>>,
+    pub(super) targets: Vec<Option<wgpu::ColorTargetState>>,
+    pub(super) depth_stencil: Option<wgpu::DepthStencilState>,
+    pub(super) samples: u32,
+    pub(super) cull: Option<wgpu::Face>,
+}
+
+/// Everything about a compute pipeline but its label.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub(super) struct ComputeKey {
+    pub(super) layout: wgpu::PipelineLayout,
+    pub(super) module: wgpu::ShaderModule,
+    pub(super) entry_point: Option<String>,
+    pub(super) constants: Vec<(String, u64)>,
+}
+
+impl Objects {
+    /// Begins an attempt to realize a plan. What an earlier one created in vain is forgotten.
+    pub(super) fn begin(&mut self) {
+        let proven = self.proven;
+        self.modules.forget_after(proven);
+        self.samplers.forget_after(proven);
+        self.group_layouts.forget_after(proven);
+        self.pipeline_layouts.forget_after(proven);
+        self.render_pipelines.forget_after(proven);
+        self.compute_pipelines.forget_after(proven);
+        self.now = self.now.next();
+    }
+
+    /// Ends an attempt that the device took. What plans have not used for long is evicted.
+    pub(super) fn commit(&mut self) {
+        let now = self.now;
+        self.proven = now;
+        self.modules.evict(now);
+        self.samplers.evict(now);
+        self.group_layouts.evict(now);
+        self.pipeline_layouts.evict(now);
+        self.render_pipelines.evict(now);
+        self.compute_pipelines.evict(now);
+    }
+
+    pub(super) fn module(&mut self, creation: &mut Creation<'_>, shader: &ShaderModule) -> wgpu::ShaderModule {
+        self.modules.get(shader.hash, self.now, |_| creation.shader_module(&shader.template, &shader.wgsl))
+    }
+
+    pub(super) fn sampler(&mut self, creation: &mut Creation<'_>, label: &str, sampler: Sampler) -> wgpu::Sampler {
+        self.samplers.get(sampler, self.now, |_| {
+            let address = match sampler.address {
+                Address::ClampToEdge => wgpu::AddressMode::ClampToEdge,
+                Address::Repeat => wgpu::AddressMode::Repeat,
+                Address::MirrorRepeat => wgpu::AddressMode::MirrorRepeat,
+            };
+            let (filter, mipmap_filter) = match sampler.filter {
+                Filter::Nearest => (wgpu::FilterMode::Nearest, wgpu::MipmapFilterMode::Nearest),
+                Filter::Linear => (wgpu::FilterMode::Linear, wgpu::MipmapFilterMode::Linear),
+            };
+            creation.sampler(&wgpu::SamplerDescriptor {
+                label: Some(label),
+                address_mode_u: address,
+                address_mode_v: address,
+                address_mode_w: address,
+                mag_filter: filter,
+                min_filter: filter,
+                mipmap_filter,
+                compare: sampler.compare.map(Into::into),
+                ..wgpu::SamplerDescriptor::default()
+            })
+        })
+    }
+
+    pub(super) fn group_layout(
+        &mut self,
+        creation: &mut Creation<'_>,
+        label: &str,
+        entries: Vec<wgpu::BindGroupLayoutEntry>,
+    ) -> wgpu::BindGroupLayout {
+        self.group_layouts.get(entries, self.now, |entries| {
+            creation.bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries })
+        })
+    }
+
+    pub(super) fn pipeline_layout(
+        &mut self,
+        creation: &mut Creation<'_>,
+        label: &str,
+        groups: Vec<Option<wgpu::BindGroupLayout>>,
+    ) -> wgpu::PipelineLayout {
+        self.pipeline_layouts.get(groups, self.now, |groups| {
+            let groups: Vec<_> = groups.iter().map(Option::as_ref).collect();
+            creation.pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(label),
+                bind_group_layouts: &groups,
+                immediate_size: 0,
+            })
+        })
+    }
+
+    pub(super) fn compute_pipeline(
+        &mut self,
+        creation: &mut Creation<'_>,
+        label: &str,
+        key: ComputeKey,
+    ) -> wgpu::ComputePipeline {
+        self.compute_pipelines.get(key, self.now, |key| {
+            let constants = constants(&key.constants);
+            creation.compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(label),
+                layout: Some(&key.layout),
+                module: &key.module,
+                entry_point: key.entry_point.as_deref(),
+                compilation_options: options(&constants),
+                cache: None,
+            })
+        })
+    }
+
+    pub(super) fn render_pipeline(
+        &mut self,
+        creation: &mut Creation<'_>,
+        label: &str,
+        key: RenderKey,
+    ) -> wgpu::RenderPipeline {
+        self.render_pipelines.get(key, self.now, |key| create_render_pipeline(creation, label, key))
+    }
+}
+
+fn create_render_pipeline(creation: &mut Creation<'_>, label: &str, key: &RenderKey) -> wgpu::RenderPipeline {
+    let constants = constants(&key.constants);
+    let buffers: Vec<Option<wgpu::VertexBufferLayout<'_>>> = key
+        .buffers
+        .iter()
+        .map(|buffer| {
+            let (array_stride, attributes) = buffer.as_ref()?;
+            let step_mode = wgpu::VertexStepMode::Vertex;
+            Some(wgpu::VertexBufferLayout { array_stride: *array_stride, step_mode, attributes })
+        })
+        .collect();
+    creation.render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(label),
+        layout: Some(&key.layout),
+        vertex: wgpu::VertexState {
+            module: &key.module,
+            entry_point: key.vertex.as_deref(),
+            compilation_options: options(&constants),
+            buffers: &buffers,
+        },
+        primitive: wgpu::PrimitiveState { cull_mode: key.cull, ..wgpu::PrimitiveState::default() },
+        depth_stencil: key.depth_stencil.clone(),
+        multisample: wgpu::MultisampleState { count: key.samples, ..wgpu::MultisampleState::default() },
+        fragment: key.fragment.as_ref().map(|entry_point| wgpu::FragmentState {
+            module: &key.module,
+            entry_point: Some(entry_point),
+            compilation_options: options(&constants),
+            targets: &key.targets,
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+fn constants(constants: &[(String, u64)]) -> Vec<(&str, f64)> {
+    constants.iter().map(|(name, bits)| (name.as_str(), f64::from_bits(*bits))).collect()
+}
+
+fn options<'a>(constants: &'a [(&'a str, f64)]) -> wgpu::PipelineCompilationOptions<'a> {
+    wgpu::PipelineCompilationOptions { constants, ..wgpu::PipelineCompilationOptions::default() }
+}

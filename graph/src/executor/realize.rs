@@ -1,0 +1,327 @@
+//! A plan, realized: everything that its passes need on the device.
+//!
+//! One walk over the passes in their order. What the plan before had, and caches still have, is taken over; nothing of
+//! that plan is changed, so that an attempt that fails leaves it as it was.
+
+use std::sync::Arc;
+
+use super::attachments::Attachments;
+use super::blocks::{self, Blocks};
+use super::creation::Creation;
+use super::groups::{Bound, Group};
+use super::host_groups::{HostLayout, Materials, Objects as HostObjects};
+use super::imports::Imports;
+use super::objects::Objects;
+use super::pipelines::{Layouts, MATERIAL, OBJECT, Pipelines};
+use super::resources::{Resources, Texture};
+use super::textures::Textures;
+use crate::compiler::{Plan, PlannedPass};
+use crate::data::HostData;
+use crate::diagnostic::Diagnostic;
+use crate::draw::{HostInterface, PropertySet};
+use crate::language::TextureShape;
+use crate::pipeline::{Pass, Program, ResourceKind};
+use crate::work::{AttachmentTarget, CopyWork, Draw, ResourceHandle, SlotSource, Work};
+
+/// A plan with everything that it needs on the device.
+pub(super) struct Realized {
+    pub(super) plan: Arc<Plan>,
+    pub(super) resources: Resources,
+    pub(super) blocks: Blocks,
+    pub(super) passes: Vec<RealizedPass>,
+    pub(super) materials: Vec<Materials>,
+    pub(super) objects: Vec<HostObjects>,
+    /// How the host stores its meshes, by the name of the geometry.
+    pub(super) interfaces: Vec<(String, HostInterface)>,
+    /// The data of host passes by resource, kept from frame to frame.
+    pub(super) data: Vec<Option<HostData>>,
+}
+
+/// A pass with everything that it needs on the device.
+pub(super) struct RealizedPass {
+    pub(super) work: RealizedWork,
+    pub(super) groups: Vec<Group>,
+    /// How many passes, this one included, are recorded as one render pass; 0 for those that another begins.
+    pub(super) merged: usize,
+    /// The label of its render pass.
+    pub(super) label: String,
+}
+
+pub(super) enum RealizedWork {
+    Host,
+    Copy(RealizedCopy),
+    Compute { pipeline: wgpu::ComputePipeline, workgroups: [u32; 3] },
+    Fullscreen { pipeline: wgpu::RenderPipeline, attachments: Attachments },
+    Scene { scene: RealizedScene, attachments: Attachments },
+    /// Something that the device does not have, which is an error that is reported elsewhere.
+    Nothing,
+}
+
+/// Draws of the host's meshes.
+pub(super) struct RealizedScene {
+    /// The data whose views are drawn.
+    pub(super) views: ResourceHandle,
+    pub(super) pipelines: Vec<(PropertySet, wgpu::RenderPipeline)>,
+    /// The position in [`Realized::materials`].
+    pub(super) materials: Option<usize>,
+    /// The position in [`Realized::objects`].
+    pub(super) objects: Option<usize>,
+}
+
+/// A copy between textures.
+pub(super) struct RealizedCopy {
+    pub(super) source: CopyEnd,
+    pub(super) destination: CopyEnd,
+    pub(super) extent: wgpu::Extent3d,
+}
+
+pub(super) struct CopyEnd {
+    pub(super) texture: Texture,
+    pub(super) mip: u32,
+    pub(super) origin: wgpu::Origin3d,
+}
+
+impl Realized {
+    /// Realizes a plan.
+    ///
+    /// # Errors
+    /// More blocks than a buffer of the device can hold.
+    pub(super) fn new(
+        creation: &mut Creation<'_>,
+        limits: &wgpu::Limits,
+        objects: &mut Objects,
+        plan: Arc<Plan>,
+        interfaces: Vec<(String, HostInterface)>,
+        before: Option<&Self>,
+    ) -> Result<Self, Diagnostic> {
+        let blocks = Blocks::new(&plan, limits)?;
+        let old = before.map(|before| (&*before.plan, &before.resources.textures));
+        let resources =
+            Resources { textures: Textures::new(creation, &plan, old), imports: Imports::new(&plan) };
+        let data = plan.pipeline.resources.iter().map(|resource| match &resource.kind {
+            ResourceKind::Data(Some(shape)) => {
+                let kept = before.and_then(|before| before.data(&resource.name)).filter(|data| data.shape() == shape);
+                Some(kept.cloned().unwrap_or_else(|| HostData::new(shape.clone())))
+            }
+            _ => None,
+        });
+        let data = data.collect();
+        let mut realized = Self {
+            resources,
+            blocks,
+            passes: Vec::with_capacity(plan.passes.len()),
+            materials: Vec::new(),
+            objects: Vec::new(),
+            interfaces,
+            data,
+            plan: plan.clone(),
+        };
+        for (at, planned) in plan.passes.iter().enumerate() {
+            let pass = realized.pass(creation, objects, at, planned);
+            realized.passes.push(pass);
+        }
+        realized.merge();
+        Ok(realized)
+    }
+
+    /// Host data by the name of its resource.
+    pub(super) fn data(&self, name: &str) -> Option<&HostData> {
+        let handle = self.plan.pipeline.find_resource(name)?;
+        self.data.get(handle.index())?.as_ref()
+    }
+
+    fn pass(
+        &mut self,
+        creation: &mut Creation<'_>,
+        objects: &mut Objects,
+        at: usize,
+        planned: &PlannedPass,
+    ) -> RealizedPass {
+        let plan = self.plan.clone();
+        let pass = plan.pipeline.pass(planned.handle);
+        let realized = match (&pass.work, blocks::program(&pass.work)) {
+            (Work::Host(_), _) => Some((RealizedWork::Host, Vec::new())),
+            (Work::Copy(copy), _) => Some((self.copy(copy), Vec::new())),
+            (work, Some(program)) => {
+                let program = plan.pipeline.program(program);
+                let mut pipelines =
+                    Pipelines { creation: &mut *creation, objects, plan: &plan, name: &pass.name, program };
+                let layouts = pipelines.layouts(work);
+                let work = self.program_work(&mut pipelines, planned, pass, &layouts);
+                let groups = self.groups(creation, objects, at, pass, program, &layouts);
+                work.map(|work| (work, groups))
+            }
+            _ => None,
+        };
+        let (work, groups) = realized.unwrap_or((RealizedWork::Nothing, Vec::new()));
+        RealizedPass { work, groups, merged: 1, label: pass.name.clone() }
+    }
+
+    fn program_work(
+        &mut self,
+        pipelines: &mut Pipelines<'_, '_>,
+        planned: &PlannedPass,
+        pass: &Pass,
+        layouts: &Layouts,
+    ) -> Option<RealizedWork> {
+        let plan = self.plan.clone();
+        match &pass.work {
+            Work::Host(_) | Work::Copy(_) => None,
+            Work::Compute(_) => {
+                let workgroups = planned.workgroups.unwrap_or_default();
+                Some(RealizedWork::Compute { pipeline: pipelines.compute(layouts)?, workgroups })
+            }
+            Work::Render(render) => {
+                let attachments =
+                    Attachments::new(pipelines.creation, &mut self.resources, &plan, planned, render)?;
+                match &render.draw {
+                    Draw::Fullscreen { .. } => {
+                        let pipeline = pipelines.fullscreen(render, layouts)?;
+                        Some(RealizedWork::Fullscreen { pipeline, attachments })
+                    }
+                    Draw::Scene(scene) => {
+                        let (_, interface) = self.interfaces.iter().find(|(name, _)| *name == scene.geometry)?;
+                        let made = pipelines.scene(render, scene, layouts, interface);
+                        let host = |index| host_layout(pipelines.program, layouts, index);
+                        let materials = host(MATERIAL).map(|layout| {
+                            position(&mut self.materials, Materials::new(layout), Materials::is_alike)
+                        });
+                        let objects = host(OBJECT).map(|layout| {
+                            let objects = HostObjects::new(layout, interface);
+                            position(&mut self.objects, objects, HostObjects::is_alike)
+                        });
+                        let scene = RealizedScene { views: scene.views, pipelines: made, materials, objects };
+                        Some(RealizedWork::Scene { scene, attachments })
+                    }
+                }
+            }
+        }
+    }
+
+    /// The bind groups that the module fills.
+    fn groups(
+        &mut self,
+        creation: &mut Creation<'_>,
+        objects: &mut Objects,
+        at: usize,
+        pass: &Pass,
+        program: &Program,
+        layouts: &Layouts,
+    ) -> Vec<Group> {
+        let plan = self.plan.clone();
+        let is_host = |index: u32| {
+            let is_scene = matches!(&pass.work, Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
+            is_scene && index >= MATERIAL
+        };
+        let mut groups = Vec::new();
+        for (index, layout) in (0..).zip(&layouts.groups) {
+            let Some(layout) = layout.as_ref().filter(|_| !is_host(index)) else { continue };
+            let mut entries = Vec::new();
+            for (position, slot) in blocks::slots(&pass.work).iter().enumerate() {
+                if slot.group != index || program.binding_at(slot.group, slot.binding).is_none() {
+                    continue;
+                }
+                let place = self.blocks.places(at).get(position).copied().flatten();
+                let bound = match &slot.source {
+                    SlotSource::Texture(view) => self.resources.view(creation, &plan, *view).map(Bound::View),
+                    SlotSource::Sampler(sampler) => {
+                        Some(Bound::Sampler(objects.sampler(creation, &slot.name, *sampler)))
+                    }
+                    SlotSource::Buffer(resource) => {
+                        self.resources.buffer(&plan, *resource).cloned().map(Bound::Buffer)
+                    }
+                    SlotSource::View(_) => place.map(Bound::ViewBlock),
+                    SlotSource::Data { .. } | SlotSource::Values(_) => place.map(Bound::Block),
+                };
+                entries.extend(bound.map(|bound| (slot.binding, bound)));
+            }
+            groups.push(Group::new(index, layout.clone(), entries));
+        }
+        groups
+    }
+
+    fn copy(&self, copy: &CopyWork) -> RealizedWork {
+        let end = |target: &AttachmentTarget| {
+            let texture = self.resources.texture(&self.plan, target.resource)?;
+            let origin = wgpu::Origin3d { x: 0, y: 0, z: target.layer.unwrap_or(0) };
+            Some(CopyEnd { texture, mip: target.mip, origin })
+        };
+        let extent = copy_extent(&self.plan, &copy.source);
+        match (end(&copy.source), end(&copy.destination), extent) {
+            (Some(source), Some(destination), Some(extent)) => {
+                RealizedWork::Copy(RealizedCopy { source, destination, extent })
+            }
+            _ => RealizedWork::Nothing,
+        }
+    }
+
+    /// Joins neighbouring passes that the plan groups into one render pass.
+    fn merge(&mut self) {
+        let mut passes = self.passes.as_mut_slice();
+        for run in self.plan.passes.chunk_by(|a, b| a.group == b.group) {
+            let (run, rest) = passes.split_at_mut(run.len().min(passes.len()));
+            passes = rest;
+            if let Some((leader, followers)) = run.split_first_mut().filter(|(_, followers)| !followers.is_empty()) {
+                join(leader, followers);
+            }
+        }
+    }
+}
+
+impl RealizedWork {
+    /// The attachments of a pass that takes one render pass.
+    fn flat_attachments(&mut self) -> Option<&mut Attachments> {
+        match self {
+            RealizedWork::Fullscreen { attachments, .. } | RealizedWork::Scene { attachments, .. } => {
+                Some(attachments).filter(|attachments| attachments.is_flat())
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Lets passes be recorded into the render pass of the first.
+fn join(leader: &mut RealizedPass, followers: &mut [RealizedPass]) {
+    let Some(attachments) = leader.work.flat_attachments() else { return };
+    if followers.iter_mut().any(|follower| follower.work.flat_attachments().is_none()) {
+        return;
+    }
+    for follower in followers.iter_mut() {
+        if let Some(own) = follower.work.flat_attachments() {
+            attachments.end_like(own);
+        }
+        follower.merged = 0;
+        leader.label.push_str(" + ");
+        leader.label.push_str(&follower.label);
+    }
+    leader.merged = 1 + followers.len();
+}
+
+/// The position of what is alike, added if there is none.
+fn position<T>(list: &mut Vec<T>, new: T, is_alike: impl Fn(&T, &T) -> bool) -> usize {
+    list.iter().position(|known| is_alike(known, &new)).unwrap_or_else(|| {
+        list.push(new);
+        list.len() - 1
+    })
+}
+
+/// A bind group of the host's as a program sees it, if it has bindings there.
+fn host_layout(program: &Program, layouts: &Layouts, index: u32) -> Option<HostLayout> {
+    let bindings = program.bindings.iter().filter(|binding| binding.group == index);
+    let bindings = bindings.map(|binding| (binding.entry.binding, binding.name.clone())).collect();
+    Some(HostLayout { layout: layouts.group(index)?.clone(), bindings })
+}
+
+/// The texels of one end of a copy.
+pub(super) fn copy_extent(plan: &Plan, end: &AttachmentTarget) -> Option<wgpu::Extent3d> {
+    let size = plan.resource(end.resource)?.size?;
+    let side = |length: u32| length.checked_shr(end.mip).unwrap_or(0).max(1);
+    let declared = plan.pipeline.resource(end.resource).texture();
+    let is_volume = declared.is_some_and(|texture| texture.view == Some(TextureShape::D3));
+    let layers = if is_volume { side(size.layers) } else { size.layers };
+    Some(wgpu::Extent3d {
+        width: side(size.width),
+        height: side(size.height),
+        depth_or_array_layers: if end.layer.is_some() { 1 } else { layers },
+    })
+}
