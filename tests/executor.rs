@@ -177,6 +177,47 @@ fn a_steady_frame_creates_nothing() {
 }
 
 #[test]
+fn a_pass_samples_the_texture_that_the_host_brings_in_this_frame() {
+    let Some(gpu) = gpu::device() else { return };
+    let resources = r#""given": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } },"#;
+    let passes = [r#""show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
+        "bind": { "source": "given" }, "color": [{ "to": "target" }] } }"#
+        .to_owned()];
+    let outcome = outcome(resources, &passes, false);
+    let target = import(&gpu, outcome.plan(), "target");
+    let given = [import(&gpu, outcome.plan(), "given"), import(&gpu, outcome.plan(), "given")];
+    for (texture, value) in given.iter().zip([40u8, 200]) {
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(20 * 4), rows_per_image: None };
+        gpu.queue.write_texture(texture.as_image_copy(), &vec![value; 20 * 12 * 4], layout, texture.size());
+    }
+    let mut executor = executor(&gpu, outcome.plan(), None);
+    let mut seen = Vec::new();
+    for at in [0, 1, 0, 1] {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let imports = [("target", &target), ("given", &given[at])];
+        executor.record(&mut encoder, &Frame { input: &empty_frame(), draws: None, imports: &imports }).unwrap();
+        gpu.queue.submit([encoder.finish()]);
+        seen.push(read(&gpu, &target).rgba_pixels().next().unwrap()[0]);
+    }
+    assert_eq!(seen, [40, 200, 40, 200]);
+}
+
+#[test]
+fn what_a_device_would_refuse_is_found_in_the_plan() {
+    let texture = |more: &str| format!(r#"{{ "texture": {{ "format": "rgba8unorm", "size": "viewport" {more} }} }}"#);
+    let copy = |from: &str| format!(r#""copy": {{ "copy": {{ "from": {{ "name": "{from}" }}, "to": {{ "name": "target" }} }} }}"#);
+    let cases = [
+        (texture(r#", "layers": 2"#), vec![fill("one", "a", "[0, 0, 0, 0]", ""), copy("a")]),
+        (texture("").replace("\"viewport\"", "[40, 40]"), vec![fill("one", "a", "[0, 0, 0, 0]", ""), copy("a")]),
+        (texture("").replace("rgba8unorm", "rgba16float"), vec![fill("one", "a", "[0, 0, 0, 0]", ""), copy("a")]),
+    ];
+    for (a, passes) in cases {
+        let outcome = outcome(&format!("\"a\": {a},"), &passes, false);
+        assert!(!outcome.codes().is_empty() && outcome.codes().iter().all(|code| *code == "UG0409"), "{}", outcome.text());
+    }
+}
+
+#[test]
 fn an_encoder_that_is_dropped_gives_its_buffers_back() {
     let Some(gpu) = gpu::device() else { return };
     let outcome = outcome("", &[fill("one", "target", "[1, 1, 1, 1]", "")], false);

@@ -51,6 +51,25 @@ fn a_subgraph_used_wrongly_is_told_so() {
 }
 
 #[test]
+fn a_subgraph_or_loop_that_is_switched_off_may_still_be_waited_for() {
+    let text = subgraph(r#"{ "image": "color@fill" }, "when": false"#).replace("\"show\": {", "\"show\": { \"after\": [\"soft\"],");
+    assert_eq!(check(&text).order(), ["fill", "show"]);
+}
+
+#[test]
+fn subgraphs_that_use_themselves_end_at_once() {
+    let text = r#"{ "format": 1, "name": "bomb", "subgraphs": { "a": { "passes": { "x": { "for_each": { "i": 4096 }, "use": "a" } } } },
+        "passes": { "p": { "use": "a" } } }"#;
+    assert_eq!(check(text).codes()[0], "UG0212");
+    let nested: Vec<String> = (0..10)
+        .map(|at| format!(r#""s{at}": {{ "passes": {{ "x": {{ "for_each": {{ "i": 100 }}, "use": "s{}" }} }} }}"#, at + 1))
+        .chain([r#""s10": { "passes": {} }"#.to_owned()])
+        .collect();
+    let text = format!(r#"{{ "format": 1, "name": "bomb", "subgraphs": {{ {} }}, "passes": {{ "p": {{ "use": "s0" }} }} }}"#, nested.join(","));
+    assert!(check(&text).codes().contains(&"UG0211"));
+}
+
+#[test]
 fn a_fault_inside_a_subgraph_is_reported_once_with_the_places_where_it_is_used() {
     let text = subgraph(r#"{ "image": "color@fill" }"#).replace("\"bind\": { \"source\": \"small\" }", "\"bind\": { \"source\": \"smal\" }");
     let text = text.replace("\"fill\": {", "\"more\": { \"use\": \"soften\", \"with\": { \"image\": \"color@fill\" } }, \"fill\": {");

@@ -2,13 +2,15 @@
 
 mod common;
 
-use common::gpu::{render, render_frame, scene};
+use common::gpu::{executor, import, read, render, render_frame, scene};
 use common::{With, check_file, root};
 use umbragraph::data::HostData;
+use umbragraph::executor::Frame;
 use umbragraph::expression::Value;
 use umbragraph::frame::FrameInput;
 use umbragraph::pipeline::ResourceKind;
 use umbragraph::scene::Scene;
+use umbragraph::scene::gpu::SceneResources;
 use umbragraph::work::{HostContext, Work};
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::image::Picture;
@@ -183,14 +185,27 @@ fn the_shadow_term_is_grey_with_alpha_where_there_is_geometry() {
 }
 
 #[test]
-fn a_scene_without_a_light_is_lit_and_clears_the_maps_of_the_frame_before() {
+fn a_frame_without_a_light_is_lit_also_between_frames_with_one() {
     let Some(gpu) = gpu::device() else { return };
     let scene = courtyard();
     let with = With { parameters: &[("debug_view", "\"shadow_term\"")], size: Some([128, 128]), ..With::default() };
     let outcome = check_file(NEBULA, &with);
-    let mut frame = scene.frame_input(1.0, 0.0);
-    frame.lights.clear();
-    assert_eq!(shadowed(&render_frame(&gpu, outcome.plan(), &scene, &frame)), 0);
+    let resources = SceneResources::new(&gpu.device, &gpu.queue, &scene, &scene.pose(0.0)).unwrap();
+    let target = import(&gpu, outcome.plan(), "target");
+    let mut executor = executor(&gpu, outcome.plan(), Some(&resources));
+    let mut record = |frame: &FrameInput| {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let frame = Frame { input: frame, draws: Some(&resources), imports: &[("target", &target)] };
+        executor.record(&mut encoder, &frame).unwrap();
+        gpu.queue.submit([encoder.finish()]);
+        shadowed(&read(&gpu, &target))
+    };
+    let lit = scene.frame_input(1.0, 0.0);
+    assert!(record(&lit) > 0);
+    let mut unlit = lit.clone();
+    unlit.lights.clear();
+    assert_eq!(record(&unlit), 0);
+    assert!(record(&lit) > 0);
 }
 
 #[test]
@@ -207,6 +222,6 @@ fn frames_that_no_pass_could_use_are_drawn_without_a_panic() {
     broken[3].caster_bounds = umbragraph::frame::Bounds::EMPTY;
     for frame in broken {
         let picture = render_frame(&gpu, outcome.plan(), &scene, &frame);
-        assert_eq!(picture.width(), 64);
+        assert!(picture.rgba_pixels().all(|pixel| pixel[3] == 255), "every pixel is written: {:?}", frame.camera);
     }
 }

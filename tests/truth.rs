@@ -40,7 +40,7 @@ fn nebula_beats_a_plain_reference_on_small_things_that_stand_on_the_ground() {
 }
 
 #[test]
-fn nebula_meets_the_limits_with_spheres_and_with_forward_depth() {
+fn nebula_meets_the_limits_with_spheres_and_with_larger_maps() {
     meets_the_limits("pipelines/nebula.json", "terrain_dem_sun", &[("fit", "\"sphere\"")], 0.975);
     meets_the_limits("pipelines/nebula.json", "contact_sun", &[("far", "[2, 4, 8, 30]"), ("resolution", "4096")], 0.984);
 }

@@ -3,13 +3,12 @@
 use std::sync::Arc;
 
 use umbragraph::Checked;
-use umbragraph::diagnostic::Diagnostics;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::executor::{Executor, Frame};
 use umbragraph::frame::FrameInput;
 use umbragraph::language::Lifetime;
 use umbragraph::scene::Scene;
 use umbragraph::scene::gpu::SceneResources;
-use umbragraph::work::ResourceHandle;
 
 use crate::arguments::RenderArguments;
 use crate::device::{self, Graphics};
@@ -75,26 +74,64 @@ fn draw(
     time: f64,
 ) -> Result<Vec<u8>, Diagnostics> {
     let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &scene.pose(time))?;
-    let targets = imports(graphics, &plan);
+    let picture = picture_of(&plan)?;
+    let targets = imports(graphics, &plan, &picture);
+    let scope = graphics.device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let memory = graphics.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let mut executor =
         pollster::block_on(Executor::new(&graphics.device, &graphics.queue, Arc::new(plan), Some(&draws)))?;
     let mut encoder = graphics.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let imports: Vec<(&str, &wgpu::Texture)> = targets.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
     executor.record(&mut encoder, &Frame { input, draws: Some(&draws), imports: &imports })?;
     graphics.queue.submit([encoder.finish()]);
-    let picture = targets.first().map(|(_, texture)| texture);
-    match picture {
-        Some(texture) => Ok(output::read_back(graphics, texture)?),
+    for scope in [memory, scope] {
+        if let Some(error) = pollster::block_on(scope.pop()) {
+            let finding = Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("the device refused the frame: {error}"));
+            return Err(finding.help("please report this: what a device refuses should have been found before").into());
+        }
+    }
+    match targets.first() {
+        Some((_, texture)) => Ok(output::read_back(graphics, texture)?),
         None => Ok(Vec::new()),
     }
 }
 
-/// A texture for each import of the plan that passes write; the picture first.
-fn imports(graphics: &Graphics, plan: &umbragraph::compiler::Plan) -> Vec<(String, wgpu::Texture)> {
-    let writes = |handle: ResourceHandle| plan.passes.iter().any(|pass| plan.writes(pass.handle, handle));
+/// The name of the imported texture that is the picture: the one that passes write, or "target" among several.
+fn picture_of(plan: &umbragraph::compiler::Plan) -> Result<String, Diagnostics> {
+    let written: Vec<&String> = plan
+        .resources
+        .iter()
+        .filter(|(_, resource)| resource.lifetime == Lifetime::Imported)
+        .filter(|(_, resource)| plan.passes.iter().any(|pass| plan.writes(pass.handle, resource.handle)))
+        .map(|(name, _)| name)
+        .collect();
+    let chosen = match written.as_slice() {
+        [one] => Some(*one),
+        several => several.iter().copied().find(|name| *name == "target"),
+    };
+    let refuse = |place: Place, message: String, help: &str| Err(Diagnostic::error(codes::PICTURE, place, message).help(help).into());
+    let Some(name) = chosen else {
+        let message = format!("the pipeline writes {} imported textures", written.len());
+        return refuse(Place::Nowhere, message, "a picture is made of the one imported texture that passes write, or of \"target\"");
+    };
+    let resource = &plan.resources[name];
+    let place = Place::Span(plan.pipeline.resource(resource.handle).place);
+    let (Some(format), Some(size)) = (resource.format, resource.size) else { return Ok(name.clone()) };
+    if !matches!(format, wgpu::TextureFormat::Rgba8Unorm | wgpu::TextureFormat::Rgba8UnormSrgb) {
+        return refuse(place, format!("\"{name}\" is {format:?}"), "pictures are rgba8unorm or rgba8unorm-srgb");
+    }
+    if [size.width, size.height] != plan.viewport || size.layers != 1 || size.samples != 1 {
+        let message = format!("\"{name}\" is {} by {} with {} layers and {} samples", size.width, size.height, size.layers, size.samples);
+        return refuse(place, message, "a picture has the size of the viewport, one layer and one sample");
+    }
+    Ok(name.clone())
+}
+
+/// A texture for each import of the plan; the picture first.
+fn imports(graphics: &Graphics, plan: &umbragraph::compiler::Plan, picture: &str) -> Vec<(String, wgpu::Texture)> {
     let mut imported: Vec<_> =
         plan.resources.iter().filter(|(_, resource)| resource.lifetime == Lifetime::Imported).collect();
-    imported.sort_by_key(|(name, resource)| (!writes(resource.handle), *name != "target", (*name).clone()));
+    imported.sort_by_key(|(name, _)| (*name != picture, (*name).clone()));
     imported
         .into_iter()
         .filter_map(|(name, resource)| {

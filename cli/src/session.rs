@@ -266,7 +266,8 @@ fn collect(
     for entry in entries {
         let path = entry.path();
         let text = path.to_string_lossy();
-        if path.is_dir() && depth < 8 {
+        // Links to folders are not followed: they may lead in a circle.
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) && depth < 8 {
             collect(root, &path, files, depth + 1)?;
         } else if text.ends_with(".wgsl.jinja") || text.ends_with(".axes.json") {
             let below = path.strip_prefix(root).unwrap_or(&path).to_string_lossy().replace('\\', "/");

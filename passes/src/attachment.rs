@@ -117,7 +117,15 @@ pub(crate) fn depth(pass: &mut PassBuilder<'_>, settings: &DepthSettings, at: &s
         None => LoadOperation::Load,
     };
     let bias = match &settings.slope_bias {
-        Some(expr) => pass.number(expr, &format!("{at}/slope_bias"))? as f32,
+        Some(expr) => {
+            let pointer = format!("{at}/slope_bias");
+            let value = pass.number(expr, &pointer)? as f32;
+            if !value.is_finite() {
+                pass.report(codes::OUT_OF_BOUNDS, &pointer, "the bias is beyond 32-bit floating point", "a few units are plenty");
+                return None;
+            }
+            value
+        }
         None => 0.0,
     };
     let grows_toward_viewer = matches!(compare, Compare::Greater | Compare::GreaterEqual);

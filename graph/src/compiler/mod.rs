@@ -14,6 +14,7 @@ mod assemble;
 mod attachments;
 mod cull;
 mod cycle;
+mod device_rules;
 mod dispatch;
 mod facts;
 mod format;

@@ -14,6 +14,7 @@ use serde::Serialize;
 use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 
 use super::allocate;
+use super::device_rules;
 use super::cull::{self, CullReason, KeepReason};
 use super::facts::Facts;
 use super::graph::Graph;
@@ -305,7 +306,10 @@ pub fn plan(
         plan.positions[pass.handle.index()] = Some(at);
     }
     allocate::allocate(&mut plan, &facts, &spans, options.aliasing);
-    Some(plan)
+    let broken = device_rules::check(&plan);
+    let fine = broken.is_empty();
+    diagnostics.extend(broken);
+    fine.then_some(plan)
 }
 
 fn no_output(pipeline: &Pipeline) -> Diagnostic {

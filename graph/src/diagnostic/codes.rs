@@ -166,6 +166,9 @@ crate::codes! {
     /// An import that is used in a way that the host did not create it for.
     IMPORT_USAGE = "UG0408", "import used beyond its usage",
         "A pass uses a texture of the host's own in a way that the host did not create it for; the usages are told with the imports.";
+    /// A combination that no device allows.
+    DEVICE_RULE = "UG0409", "no device allows this",
+        "A view, a copy, an attachment or a block breaks a rule of WebGPU: cubes have six square layers, multisampled bindings see multisampled textures, a copy joins parts of one format and size, a full-screen pass into an array says which layer it writes, blocks of the host are read-only and within the profile's binding sizes, bind groups are numbered 0 to 3.";
     /// A host that stores things otherwise than a shader reads them.
     HOST_INTERFACE = "UG0608", "host interface",
         "The host's vertex attributes or blocks (names, types, offsets) do not fit a shader that draws its meshes.";
@@ -181,6 +184,9 @@ crate::codes! {
     /// A device that lacks what a plan needs.
     DEVICE_LIMIT = "UG0804", "device cannot run the plan",
         "A texture, a feature or a limit that the plan needs is beyond what this device offers.";
+    /// A pipeline that makes no picture.
+    PICTURE = "UG0808", "no picture",
+        "`umbragraph render` writes the one imported texture that passes write (or the one called `target`) to a PNG file: rgba8unorm or rgba8unorm-srgb, of the viewport's size, one layer, one sample.";
     /// Frame input that no pass could use.
     FRAME_INPUT = "UG0806", "unusable frame input",
         "The camera or a light of a frame has a value that is not finite, a direction that is not of unit length, or an empty depth range. The frame is recorded without it.";

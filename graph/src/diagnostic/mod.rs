@@ -11,6 +11,9 @@ pub mod render;
 
 pub use code::Code;
 
+use std::collections::HashSet;
+use std::hash::{Hash as _, Hasher as _};
+
 use crate::source::Span;
 
 /// How bad a finding is.
@@ -149,6 +152,8 @@ impl Diagnostic {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
+    /// Hashes of the findings, so that most new ones need no comparison with the others.
+    seen: HashSet<u64>,
 }
 
 impl Diagnostics {
@@ -159,7 +164,9 @@ impl Diagnostics {
 
     /// Adds a finding; the very same finding twice is kept once.
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        if !self.list.contains(&diagnostic) {
+        let mut hasher = std::hash::DefaultHasher::new();
+        diagnostic.hash(&mut hasher);
+        if self.seen.insert(hasher.finish()) || !self.list.contains(&diagnostic) {
             self.list.push(diagnostic);
         }
     }
@@ -225,7 +232,9 @@ impl<'a> IntoIterator for &'a Diagnostics {
 
 impl From<Diagnostic> for Diagnostics {
     fn from(diagnostic: Diagnostic) -> Self {
-        Self { list: vec![diagnostic] }
+        let mut diagnostics = Self::new();
+        diagnostics.push(diagnostic);
+        diagnostics
     }
 }
 
@@ -237,14 +246,39 @@ impl FromIterator<Diagnostic> for Diagnostics {
     }
 }
 
+const MAXIMUM_NAME: usize = 64;
+
+/// A text for a message: the first characters of a long one.
+pub fn shorten(text: &str) -> std::borrow::Cow<'_, str> {
+    match text.char_indices().nth(80) {
+        Some((at, _)) => format!("{}…", &text[..at]).into(),
+        None => text.into(),
+    }
+}
+
+/// Names for a message: the first two dozen, and how many more there are.
+pub fn list_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+    let mut names = names.into_iter();
+    let first: Vec<_> = names.by_ref().take(24).map(shorten).collect();
+    match names.count() {
+        0 => first.join(", "),
+        more => format!("{} and {more} more", first.join(", ")),
+    }
+}
+
 /// The closest of `candidates` to a misspelt `name`, where one is close enough to be meant.
 ///
 /// Distance is Damerau–Levenshtein on the names as written; a candidate is close when it is within a third of the
 /// longer name's length (at least one edit). Ties go to the alphabetically first.
 pub fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    // Longer names are not typed by people, and the distance costs the product of the lengths.
+    if name.len() > MAXIMUM_NAME {
+        return None;
+    }
     let lower = name.to_lowercase();
     candidates
         .into_iter()
+        .filter(|candidate| candidate.len() <= MAXIMUM_NAME && candidate.len().abs_diff(name.len()) <= MAXIMUM_NAME / 3)
         .filter_map(|candidate| {
             let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
             let allowed = (name.chars().count().max(candidate.chars().count()) / 3).max(1);

@@ -47,6 +47,9 @@ pub fn human(diagnostic: &Diagnostic, sources: &Sources) -> String {
         }
     }
     notes.extend(diagnostic.help.iter().map(|help| format!("help: {help}")));
+    if labels.iter().any(|label| is_long(sources, label.file_id, label.range.start)) {
+        return compact(diagnostic, sources, &notes);
+    }
     let report = report::Diagnostic::new(severity)
         .with_code(diagnostic.code.id)
         .with_message(&diagnostic.message)
@@ -57,17 +60,62 @@ pub fn human(diagnostic: &Diagnostic, sources: &Sources) -> String {
         .unwrap_or_else(|_| format!("{}: {}\n", diagnostic.code, diagnostic.message))
 }
 
-/// All findings for people, one after the other, and a closing line that counts them.
+/// The longest line that is shown whole.
+const MAXIMUM_LINE: usize = 300;
+
+fn is_long(sources: &Sources, file: FileId, start: usize) -> bool {
+    let Some(file) = sources.get(file) else { return false };
+    let position = file.line_column(u32::try_from(start).unwrap_or(u32::MAX));
+    file.line(position.line).len() > MAXIMUM_LINE
+}
+
+/// A finding in a line too long to be shown: the characters around its place.
+fn compact(diagnostic: &Diagnostic, sources: &Sources, notes: &[String]) -> String {
+    let severity = match diagnostic.severity {
+        Severity::Error => "error",
+        Severity::Warning => "warning",
+        Severity::Note => "note",
+    };
+    let mut text = format!("{severity}[{}]: {}\n", diagnostic.code, super::shorten(&diagnostic.message));
+    let places = std::iter::once((&diagnostic.place, "")).chain(diagnostic.related.iter().map(|one| (&one.place, one.message.as_str())));
+    for (place, message) in places {
+        let Place::Span(span) = place else { continue };
+        let Some(file) = sources.get(span.file) else { continue };
+        let position = file.line_column(span.start);
+        let line = file.line(position.line);
+        let column = position.column as usize - 1;
+        let excerpt: String = line.chars().skip(column.saturating_sub(40)).take(120).collect();
+        text.push_str(&format!("  --> {}:{}:{}\n", file.name(), position.line, position.column));
+        text.push_str(&format!("   | …{excerpt}…\n   |  {}^ {message}\n", " ".repeat(column.min(40))));
+    }
+    for note in notes {
+        text.push_str(&format!("   = {note}\n"));
+    }
+    text.push('\n');
+    text
+}
+
+/// The most findings that are shown; beyond them only their number.
+const MAXIMUM_SHOWN: usize = 200;
+
+/// All findings for people, one after the other (two hundred at most), and a closing line that counts them.
 pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sources: &Sources) -> String {
     let mut text = String::new();
     let (mut errors, mut warnings) = (0, 0);
+    let mut shown = 0;
     for diagnostic in diagnostics {
-        text.push_str(&human(diagnostic, sources));
+        if shown < MAXIMUM_SHOWN {
+            text.push_str(&human(diagnostic, sources));
+        }
+        shown += 1;
         match diagnostic.severity {
             Severity::Error => errors += 1,
             Severity::Warning => warnings += 1,
             Severity::Note => {}
         }
+    }
+    if shown > MAXIMUM_SHOWN {
+        text.push_str(&format!("{} more findings are not shown\n", shown - MAXIMUM_SHOWN));
     }
     let count = |number: usize, noun: &str| format!("{number} {noun}{}", if number == 1 { "" } else { "s" });
     match (errors, warnings) {

@@ -287,6 +287,9 @@ mod tests {
 
     #[test]
     fn deep_nesting_is_an_error_and_not_a_stack_overflow() {
+        assert_eq!(run(&format!("1{}", "+1".repeat(2000))).unwrap_err().fault, Fault::Syntax);
+        assert_eq!(run(&format!("1{}", "+1".repeat(100))), Ok(Value::Number(101.0)));
+        assert_eq!(run(&format!("far{}", "[0]".repeat(1000))).unwrap_err().fault, Fault::Syntax);
         for text in ["(".repeat(4000), "-".repeat(4000), "[".repeat(4000), "!".repeat(4000)] {
             assert_eq!(run(&text).unwrap_err().fault, Fault::Syntax);
         }

@@ -8,6 +8,8 @@ use super::{BinaryOperator, Expression, ExpressionError, ExpressionKind, Fault, 
 
 const MAXIMUM_DEPTH: usize = 64;
 const MAXIMUM_BYTES: usize = 4096;
+/// Chains of operators become trees that lean to the left, on which every later step recurses.
+const MAXIMUM_CHAIN: usize = 128;
 
 /// Parses the text of an expression.
 ///
@@ -79,7 +81,12 @@ impl Parser<'_> {
     fn binary(&mut self, level: usize) -> Result<Expression, ExpressionError> {
         let Some(operators) = LEVELS.get(level) else { return self.unary() };
         let mut left = self.binary(level + 1)?;
+        let mut links = 0;
         while let Some((_, operator)) = operators.iter().find(|(spelling, _)| self.take(spelling)) {
+            links += 1;
+            if links > MAXIMUM_CHAIN {
+                return Err(syntax(left.range, format!("a chain of operators has at most {MAXIMUM_CHAIN} links")));
+            }
             let right = self.binary(level + 1)?;
             left = Expression {
                 range: left.range.start..right.range.end,
@@ -110,7 +117,12 @@ impl Parser<'_> {
 
     fn postfix(&mut self) -> Result<Expression, ExpressionError> {
         let mut expression = self.primary()?;
+        let mut links = 0;
         while self.take("[") {
+            links += 1;
+            if links > MAXIMUM_DEPTH {
+                return Err(syntax(expression.range, format!("expressions nest to {MAXIMUM_DEPTH} levels at most")));
+            }
             let index = self.conditional()?;
             if !self.take("]") {
                 return Err(self.expected("\"]\" of the index"));

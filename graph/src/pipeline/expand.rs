@@ -15,6 +15,7 @@
 //!
 //! Limits: 4,096 rounds of a loop, 65,536 passes in all, subgraphs 16 levels deep.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::builder::expression_finding;
@@ -53,6 +54,12 @@ pub(super) struct Expander<'a, 's> {
     pub(super) gaps: Vec<(String, &'a Entry)>,
     pub(super) unreadable: bool,
     full: bool,
+    /// Uses of subgraphs so far.
+    uses: usize,
+    /// The subgraphs that are being expanded, the outermost first.
+    open: Vec<String>,
+    /// Names of what is switched off, or of loops without a round.
+    pub(super) absent: BTreeSet<String>,
 }
 
 impl<'a, 's> Expander<'a, 's> {
@@ -72,6 +79,9 @@ impl<'a, 's> Expander<'a, 's> {
             gaps: Vec::new(),
             unreadable: false,
             full: false,
+            uses: 0,
+            open: Vec::new(),
+            absent: BTreeSet::new(),
         }
     }
 
@@ -84,6 +94,10 @@ impl<'a, 's> Expander<'a, 's> {
     fn sections(&mut self, owner: &'a document::Value, pointer: &str, environment: &Arc<Environment>, depth: usize) {
         let entries = |name: &str| owner.get(name).and_then(document::Value::entries).unwrap_or_default();
         for entry in entries("resources") {
+            if self.full || self.resources.len() >= MAXIMUM_PASSES {
+                self.too_many(entry, pointer);
+                return;
+            }
             self.check_name(entry);
             let pointer = pointer_join(&format!("{pointer}/resources"), &entry.key);
             let is_broken = (self.is_broken)(&pointer);
@@ -144,7 +158,13 @@ impl<'a, 's> Expander<'a, 's> {
             self.refuse(codes::LOOP, &variable.value, &at, &message, &format!("a loop has at most {MAXIMUM_ROUNDS}"), entry, &name);
             return;
         }
+        if values.is_empty() {
+            self.absent.insert(name.clone());
+        }
         for (round, value) in values.into_iter().enumerate() {
+            if self.full {
+                return;
+            }
             let mut inner = (**environment).clone();
             inner.locals.insert(variable.key.clone(), value);
             self.single(entry, format!("{name}.{round}"), pointer.clone(), &Arc::new(inner), depth);
@@ -153,11 +173,8 @@ impl<'a, 's> Expander<'a, 's> {
 
     fn single(&mut self, entry: &'a Entry, name: String, pointer: String, environment: &Arc<Environment>, depth: usize) {
         let is_broken = (self.is_broken)(&pointer);
-        if self.instances.len() >= MAXIMUM_PASSES {
-            self.full = true;
-            let message = format!("the pipeline has more than {MAXIMUM_PASSES} passes");
-            let help = "draw more in one pass, or split the pipeline";
-            self.shared.diagnostics.push(Diagnostic::error(codes::LOOP, entry.key_span, message).help(help).pointer(pointer));
+        if self.instances.len() >= MAXIMUM_PASSES || self.uses >= MAXIMUM_PASSES {
+            self.too_many(entry, &pointer);
             return;
         }
         match entry.value.get("use") {
@@ -190,6 +207,12 @@ impl<'a, 's> Expander<'a, 's> {
             return;
         };
         let inside = pointer_join("/subgraphs", wanted);
+        if let Some(at) = self.open.iter().position(|open| open == wanted) {
+            let way: Vec<&str> = self.open[at..].iter().map(String::as_str).chain([wanted]).collect();
+            let message = format!("the subgraph \"{wanted}\" uses itself: {}", way.join(" → "));
+            self.refuse(codes::UNKNOWN_SUBGRAPH, used, &at_use(pointer), &message, "a subgraph cannot use itself", entry, &name);
+            return;
+        }
         if depth >= MAXIMUM_DEPTH {
             let message = format!("subgraphs are used {MAXIMUM_DEPTH} levels deep");
             self.refuse(codes::UNKNOWN_SUBGRAPH, used, &at, &message, "a subgraph cannot use itself", entry, &name);
@@ -203,7 +226,10 @@ impl<'a, 's> Expander<'a, 's> {
         if let Some(when) = entry.value.get("when") {
             match self.evaluate(when, environment) {
                 Some(Value::Bool(true)) => {}
-                Some(Value::Bool(false)) => return,
+                Some(Value::Bool(false)) => {
+                    self.absent.insert(name);
+                    return;
+                }
                 Some(other) => {
                     let message = format!("a boolean is wanted here, this is {}", other.kind_name());
                     self.refuse(codes::EXPRESSION_TYPE, when, &format!("{pointer}/when"), &message, "make it a comparison", entry, &name);
@@ -219,7 +245,20 @@ impl<'a, 's> Expander<'a, 's> {
             self.gaps.push((name, entry));
             return;
         };
+        self.uses += 1;
+        self.open.push(wanted.to_owned());
         self.sections(&subgraph.value, &inside, &Arc::new(inner), depth + 1);
+        self.open.pop();
+    }
+
+    /// Stops the expansion, with one finding.
+    fn too_many(&mut self, entry: &Entry, pointer: &str) {
+        if std::mem::replace(&mut self.full, true) {
+            return;
+        }
+        let message = format!("the pipeline has more than {MAXIMUM_PASSES} passes, resources or uses of subgraphs");
+        let finding = Diagnostic::error(codes::LOOP, entry.key_span, message).pointer(pointer);
+        self.shared.diagnostics.push(finding.help("draw more in one pass, or split the pipeline"));
     }
 
     /// What names mean in one use of a subgraph.
@@ -351,6 +390,10 @@ impl<'a, 's> Expander<'a, 's> {
         self.shared.diagnostics.push(Diagnostic::error(code, value.span, message).pointer(pointer).help(help));
         self.gaps.push((name.to_owned(), entry));
     }
+}
+
+fn at_use(pointer: &str) -> String {
+    format!("{pointer}/use")
 }
 
 /// An expression's value as it would stand in a document.

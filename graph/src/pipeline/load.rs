@@ -12,7 +12,7 @@ use super::{
     Choice, Pass, Pipeline, Program, ProgramVariant, Resource, ResourceKind, StaticScope, binding, preset, schema,
     setting,
 };
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean, list_of};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::expression::{Expression, ExpressionError, ExpressionKind, Fault, Scope as _, Value};
 use crate::language::{GeometryDeclaration, PassCommon, PipelineDeclaration, ResourceDeclaration};
@@ -58,7 +58,11 @@ pub(super) fn load_sharing(
     document::schema::check(&document.root, &schema, &schema, "", &mut schema_findings);
     let broken: BTreeSet<String> = schema_findings.iter().map(|finding| finding.pointer.clone()).collect();
     diagnostics.extend(schema_findings);
-    let is_broken = |pointer: &str| broken.iter().any(|at| at == pointer || at.starts_with(&format!("{pointer}/")));
+    let is_broken = |pointer: &str| {
+        let below = format!("{pointer}/");
+        broken.contains(pointer)
+            || broken.range(below.clone()..).next().is_some_and(|known| known.starts_with(&below))
+    };
 
     let section = |name: &str| document.root.get(name).and_then(document::Value::entries).unwrap_or_default();
     let decoded = decode_sound_parts(document, &is_broken)?;
@@ -107,7 +111,7 @@ pub(super) fn load_sharing(
     };
     let mut expander = Expander::new(document, registry, &is_broken, &mut shared);
     expander.top();
-    let Expander { resources, instances, mut gaps, mut unreadable, .. } = expander;
+    let Expander { resources, instances, mut gaps, mut unreadable, mut absent, .. } = expander;
     for instance in resources {
         let declaration: Option<ResourceDeclaration> =
             if instance.is_broken { None } else { serde_json::from_value(instance.entry.value.to_json()).ok() };
@@ -127,7 +131,6 @@ pub(super) fn load_sharing(
     }
     let mut passes: Vec<Pass> = Vec::new();
     let mut after: Vec<(usize, Vec<String>, &Entry)> = Vec::new();
-    let mut absent: BTreeSet<String> = BTreeSet::new();
     for instance in &instances {
         let (entry, pointer, environment) = (instance.entry, &instance.pointer, &instance.environment);
         if instance.is_broken {
@@ -206,7 +209,7 @@ pub(super) fn load_sharing(
                     .map(|(_, index)| *index)
                     .collect(),
             };
-            if members.is_empty() && !absent.contains(&name) && !is_gap(&gaps, &name) {
+            if members.is_empty() && !is_absent(&absent, &name) && !is_gap(&gaps, &name) {
                 let all: Vec<String> = instances.iter().map(|instance| instance.name.clone()).collect();
                 shared.diagnostics.push(unknown_pass(&name, &all, value.span).pointer(pointer));
             }
@@ -396,6 +399,16 @@ impl Shared {
             variants.push(ProgramVariant { properties: active, module });
         }
         match Program::new(template.to_owned(), axes, variants, place) {
+            Ok(program) if program.bindings.iter().any(|binding| self.is_beyond(binding)) => {
+                let beyond: Vec<_> = program.bindings.iter().filter(|binding| self.is_beyond(binding)).collect();
+                for binding in beyond {
+                    let message = format!("{template} declares \"{}\" at @group({}) @binding({})", binding.name, binding.group, binding.entry.binding);
+                    let limits = &self.profile.limits;
+                    let help = format!("groups are below {}, bindings below {}", limits.max_bind_groups, limits.max_bindings_per_bind_group);
+                    self.diagnostics.push(Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help));
+                }
+                None
+            }
             Ok(program) => {
                 self.programs.push(program);
                 Some(ProgramHandle(self.programs.len() as u32 - 1))
@@ -405,6 +418,12 @@ impl Shared {
                 None
             }
         }
+    }
+
+    /// Whether a binding has a number that no device of the profile allows.
+    fn is_beyond(&self, binding: &super::ProgramBinding) -> bool {
+        let limits = &self.profile.limits;
+        binding.group >= limits.max_bind_groups || binding.entry.binding >= limits.max_bindings_per_bind_group
     }
 
     fn module(&mut self, template: &str, values: AxisValues, place: Span, pointer: &str) -> Option<Arc<ShaderModule>> {
@@ -497,7 +516,7 @@ fn unknown_pass(name: &str, names: &[String], place: Span) -> Diagnostic {
     let finding = Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no pass \"{name}\""));
     match did_you_mean(name, names.iter().map(String::as_str)) {
         Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
-        None => finding.help(format!("the passes are {}", names.join(", "))),
+        None => finding.help(format!("the passes are {}", list_of(names.iter().map(String::as_str)))),
     }
 }
 
@@ -584,6 +603,20 @@ fn slots_mut(work: &mut Work) -> Option<(ProgramHandle, &mut Vec<BoundSlot>)> {
     }
 }
 
+/// Whether a pass is, or comes of, one that is switched off.
+fn is_absent(absent: &BTreeSet<String>, name: &str) -> bool {
+    let mut name = name;
+    loop {
+        if absent.contains(name) {
+            return true;
+        }
+        match name.rsplit_once('.') {
+            Some((head, _)) => name = head,
+            None => return false,
+        }
+    }
+}
+
 /// Whether a pass is, or comes of, one that could not be declared.
 fn is_gap(gaps: &[(String, &Entry)], name: &str) -> bool {
     gaps.iter().any(|(gap, _)| name.strip_prefix(gap.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
@@ -591,24 +624,27 @@ fn is_gap(gaps: &[(String, &Entry)], name: &str) -> bool {
 
 /// Finds versions that no pass writes.
 fn check_versions(passes: &[Pass], absent: &BTreeSet<String>, gaps: &[(String, &Entry)], shared: &mut Shared) {
+    let mut writers_of: HashMap<ResourceHandle, BTreeSet<&str>> = HashMap::new();
+    for pass in passes {
+        for one in pass.uses.iter().filter(|one| one.usage.writes()) {
+            writers_of.entry(one.resource).or_default().insert(&pass.name);
+        }
+    }
+    let nobody = BTreeSet::new();
     for pass in passes {
         for one in &pass.uses {
             let super::Version::WrittenBy(writer) = &one.version else { continue };
             let resource = &shared.resources[one.resource.index()].name;
-            let writers: Vec<String> = passes
-                .iter()
-                .filter(|other| other.uses.iter().any(|other| other.resource == one.resource && other.usage.writes()))
-                .map(|pass| pass.name.clone())
-                .collect();
-            if writers.contains(writer) || is_gap(gaps, writer) {
+            let writers = writers_of.get(&one.resource).unwrap_or(&nobody);
+            if writers.contains(writer.as_str()) || is_gap(gaps, writer) {
                 continue;
             }
-            let why = if absent.contains(writer) { ", which is switched off here" } else { "" };
+            let why = if is_absent(absent, writer) { ", which is switched off here" } else { "" };
             let message = format!("no pass \"{writer}\" writes \"{resource}\"{why}");
-            let help = match did_you_mean(writer, writers.iter().map(String::as_str)) {
+            let help = match did_you_mean(writer, writers.iter().copied()) {
                 Some(meant) => format!("did you mean \"{resource}@{meant}\"?"),
                 None if writers.is_empty() => format!("nothing writes \"{resource}\""),
-                None => format!("it is written by {}", writers.join(", ")),
+                None => format!("it is written by {}", list_of(writers.iter().copied())),
             };
             shared.diagnostics.push(Diagnostic::error(codes::UNKNOWN_PASS, one.place, message).help(help).pointer(&one.pointer));
         }

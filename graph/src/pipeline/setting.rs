@@ -127,7 +127,13 @@ pub(super) fn features(
             Ok(value) => {
                 features.insert(entry.key.clone(), Feature { declaration: declaration.clone(), value, place });
             }
-            Err(finding) => diagnostics.push(*finding),
+            Err(finding) => {
+                diagnostics.push(finding.related(entry.key_span, "the feature is declared here").help("features are booleans, or words of their enumeration"));
+                if let Ok(value) = decode_feature(&entry.key, declaration, default) {
+                    let place = default.span;
+                    features.insert(entry.key.clone(), Feature { declaration: declaration.clone(), value, place });
+                }
+            }
         }
     }
     for (name, feature) in features.iter().filter(|(_, feature)| feature.is_on()) {
