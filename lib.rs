@@ -66,7 +66,10 @@ pub fn templates_with(
             Err(finding) => diagnostics.push(finding),
         }
     }
-    for (name, text) in umbragraph_shaders_templates::FILES.iter().filter(|(name, _)| files.iter().all(|(own, _)| own != name)) {
+    for (name, text) in umbragraph_shaders_templates::FILES
+        .iter()
+        .filter(|(name, _)| files.iter().all(|(own, _)| own != name))
+    {
         let file = sources.add(format!("shaders-templates/{name}"), *text);
         set.add_file(sources, file, name, diagnostics);
     }

@@ -49,7 +49,10 @@ fn main() {
     }
     for (name, _) in SHAPES {
         match memory(name) {
-            Some(kibibytes) => println!("ratio compile/{name}/peak_memory_of_10000_passes_to_100MiB {:.3}", kibibytes as f64 / 102_400.0),
+            Some(kibibytes) => println!(
+                "ratio compile/{name}/peak_memory_of_10000_passes_to_100MiB {:.3}",
+                kibibytes as f64 / 102_400.0
+            ),
             None => println!("skipped: the peak memory of a process is not known on this system"),
         }
     }
@@ -58,8 +61,12 @@ fn main() {
 /// The pipeline of a graph.
 fn pipeline(graph: &Graph) -> (Arc<Pipeline>, Sources) {
     let mut assembly = Assembly::new("bench");
-    let textures: Vec<_> =
-        graph.resources.iter().enumerate().map(|(at, [width, height])| assembly.sized_texture(&format!("r{at}"), *width, *height)).collect();
+    let textures: Vec<_> = graph
+        .resources
+        .iter()
+        .enumerate()
+        .map(|(at, [width, height])| assembly.sized_texture(&format!("r{at}"), *width, *height))
+        .collect();
     for (at, pass) in graph.passes.iter().enumerate() {
         let mut new = assembly.pass(&format!("p{at}"));
         for resource in &pass.reads {
@@ -129,7 +136,9 @@ fn print_memory(shape: &str) {
     let (pipeline, sources) = pipeline(&shape(10_000));
     compile(&pipeline, &sources);
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok());
+    let peak = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?.trim().parse::<u64>().ok());
     if let Some(peak) = peak {
         println!("{peak}");
     }

@@ -70,7 +70,8 @@ fn layered(count: usize) -> Graph {
     let mut graph = Graph { resources: vec![SAME; count], ..Graph::default() };
     for at in 0..count {
         let layer = at / 10 * 10;
-        let mut reads: Vec<usize> = if layer == 0 { Vec::new() } else { (0..1 + next(3)).map(|_| layer - 10 + next(10)).collect() };
+        let mut reads: Vec<usize> =
+            if layer == 0 { Vec::new() } else { (0..1 + next(3)).map(|_| layer - 10 + next(10)).collect() };
         reads.sort_unstable();
         reads.dedup();
         // Every pass is an output, so that nothing is culled.
@@ -95,7 +96,13 @@ fn writers(count: usize) -> Graph {
     let mut graph = Graph { resources: vec![SAME], ..Graph::default() };
     for at in 0..count {
         let (writes, updates) = if at == 0 { (vec![0], Vec::new()) } else { (Vec::new(), vec![0]) };
-        graph.passes.push(Pass { writes, updates, after_previous: at > 0, output: at + 1 == count, ..Pass::default() });
+        graph.passes.push(Pass {
+            writes,
+            updates,
+            after_previous: at > 0,
+            output: at + 1 == count,
+            ..Pass::default()
+        });
     }
     graph
 }

@@ -56,7 +56,12 @@ fn every_broken_document_has_exactly_the_expected_findings() {
         let outcome = check_with("chain.json", &text, &With::default());
         assert!(outcome.findings.has_errors(), "{} is not broken", case.name);
         for finding in &outcome.findings {
-            assert!(finding.help.is_some(), "{}: a finding without a way out: {}", case.name, finding.message);
+            assert!(
+                finding.help.is_some(),
+                "{}: a finding without a way out: {}",
+                case.name,
+                finding.message
+            );
         }
         let actual = outcome.text();
         let path = folder().join("expected").join(format!("{}.txt", case.name));
@@ -69,12 +74,28 @@ fn every_broken_document_has_exactly_the_expected_findings() {
             failures.push(format!("{}:\nexpected\n{expected}\nfound\n{actual}", case.name));
         }
     }
-    assert!(failures.is_empty(), "{}\n(UMBRAGRAPH_BLESS=1 cargo test --test broken accepts them)", failures.join("\n"));
+    assert!(
+        failures.is_empty(),
+        "{}\n(UMBRAGRAPH_BLESS=1 cargo test --test broken accepts them)",
+        failures.join("\n")
+    );
 }
 
 #[test]
 fn hopeless_texts_are_findings_and_never_a_panic() {
-    for text in ["", " ", "{", "null", "[]", "{}", "\u{feff}{}", "\"\"", "// only a comment", &"[".repeat(100_000), &"{\"a\":".repeat(100_000)] {
+    for text in [
+        "",
+        " ",
+        "{",
+        "null",
+        "[]",
+        "{}",
+        "\u{feff}{}",
+        "\"\"",
+        "// only a comment",
+        &"[".repeat(100_000),
+        &"{\"a\":".repeat(100_000),
+    ] {
         let outcome = check_with("test.json", text, &With::default());
         assert!(outcome.findings.has_errors(), "{:?}", text.chars().take(20).collect::<String>());
     }

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use umbragraph::compiler::{
-    Assembly, CullReason, Fault, FaultKind, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedPass, StoreOperation, build,
-    plan, verify,
+    Assembly, CullReason, Fault, FaultKind, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedPass,
+    StoreOperation, build, plan, verify,
 };
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime};
@@ -18,8 +18,10 @@ const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 /// ordered by `after`, a persistent state, buffers, a side effect that stays in its pass, and a dead pass.
 fn right() -> Plan {
     let mut assembly = Assembly::new("everything");
-    let [a, b, c, e, f, g, v, w, x] = ["a", "b", "c", "e", "f", "g", "v", "w", "x"].map(|name| assembly.texture(name));
-    let depth = assembly.texture_with("depth", |texture| texture.format = FormatCandidates::One("depth32float".to_owned()));
+    let [a, b, c, e, f, g, v, w, x] =
+        ["a", "b", "c", "e", "f", "g", "v", "w", "x"].map(|name| assembly.texture(name));
+    let depth = assembly
+        .texture_with("depth", |texture| texture.format = FormatCandidates::One("depth32float".to_owned()));
     let state = assembly.texture_with("state", |texture| texture.lifetime = Lifetime::Persistent);
     let target = assembly.imported("target");
     let first = assembly.buffer("first", 64, Lifetime::Transient);
@@ -38,11 +40,17 @@ fn right() -> Plan {
     let x3 = assembly.pass("x3").updates(x).after(x2).handle();
     let _ = assembly.pass("remember").updates(state).after(x3);
     let (part, usage, version) = buffer(Usage::StorageWrite);
-    let _ = assembly.pass("count").uses(first, part, usage, version.clone()).uses(second, part, usage, version.clone());
+    let _ = assembly.pass("count").uses(first, part, usage, version.clone()).uses(
+        second,
+        part,
+        usage,
+        version.clone(),
+    );
     let _ = assembly.pass("probe").color(g, CLEAR).side_effect();
     let _ = assembly.pass("dead").reads(a).writes(f);
     let read = Usage::StorageRead;
-    let out = assembly.pass("out").reads(e).reads(v).reads(w).reads(x).uses(first, part, read, version.clone());
+    let out =
+        assembly.pass("out").reads(e).reads(v).reads(w).reads(x).uses(first, part, read, version.clone());
     let _ = out.uses(second, part, read, version).color(target, CLEAR);
     let (pipeline, sources) = assembly.finish();
     let mut findings = Diagnostics::new();
@@ -248,7 +256,9 @@ fn a_clear_where_a_load_is_declared_is_caught() {
 
 #[test]
 fn an_attachment_marked_as_staying_in_its_pass_that_is_read_later_is_caught() {
-    caught(FaultKind::TransientAttachmentLeaves, |plan| pass(plan, "draw2").color[0].transient_attachment = true);
+    caught(FaultKind::TransientAttachmentLeaves, |plan| {
+        pass(plan, "draw2").color[0].transient_attachment = true
+    });
 }
 
 #[test]
@@ -287,17 +297,23 @@ fn a_lifetime_that_ends_too_early_is_caught() {
 
 #[test]
 fn a_texture_in_the_place_of_a_buffer_is_caught() {
-    caught(FaultKind::PlaceWrong, |plan| plan.resources.get_mut("b").expect("planned").physical = Physical::Buffer(0));
+    caught(FaultKind::PlaceWrong, |plan| {
+        plan.resources.get_mut("b").expect("planned").physical = Physical::Buffer(0)
+    });
 }
 
 #[test]
 fn an_import_that_the_plan_creates_is_caught() {
-    caught(FaultKind::PlaceWrong, |plan| plan.resources.get_mut("target").expect("planned").physical = Physical::Texture(0));
+    caught(FaultKind::PlaceWrong, |plan| {
+        plan.resources.get_mut("target").expect("planned").physical = Physical::Texture(0)
+    });
 }
 
 #[test]
 fn a_place_that_does_not_exist_is_caught() {
-    caught(FaultKind::PlaceMissing, |plan| plan.resources.get_mut("b").expect("planned").physical = Physical::Texture(99));
+    caught(FaultKind::PlaceMissing, |plan| {
+        plan.resources.get_mut("b").expect("planned").physical = Physical::Texture(99)
+    });
 }
 
 #[test]
@@ -411,13 +427,16 @@ fn a_wrong_name_is_caught() {
 
 #[test]
 fn a_wrong_lifetime_is_caught() {
-    caught(FaultKind::NameWrong, |plan| plan.resources.get_mut("b").expect("planned").lifetime = Lifetime::Persistent);
+    caught(FaultKind::NameWrong, |plan| {
+        plan.resources.get_mut("b").expect("planned").lifetime = Lifetime::Persistent
+    });
 }
 
 #[test]
 fn sizes_given_as_numbers_or_expressions_are_the_same_to_the_checker() {
     let mut assembly = Assembly::new("sizes");
-    let a = assembly.texture_with("a", |texture| texture.size = Expr::from("[viewport.width / 2, viewport.height / 2]"));
+    let a = assembly
+        .texture_with("a", |texture| texture.size = Expr::from("[viewport.width / 2, viewport.height / 2]"));
     let _ = assembly.pass("make").writes(a).side_effect();
     let (pipeline, sources) = assembly.finish();
     let mut findings = Diagnostics::new();

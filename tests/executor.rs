@@ -33,7 +33,8 @@ const DOUBLE: &str = "@group(0) @binding(0) var source: texture_2d<f32>;
 }
 ";
 
-const TARGET: &str = r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
+const TARGET: &str =
+    r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
 
 fn fill(name: &str, to: &str, color: &str, more: &str) -> String {
     format!(
@@ -43,7 +44,12 @@ fn fill(name: &str, to: &str, color: &str, more: &str) -> String {
 }
 
 fn templates() -> Vec<(&'static str, &'static str)> {
-    vec![("fill.wgsl.jinja", FILL), ("clock.wgsl.jinja", CLOCK), ("double.wgsl.jinja", DOUBLE), ("reach.wgsl.jinja", REACH)]
+    vec![
+        ("fill.wgsl.jinja", FILL),
+        ("clock.wgsl.jinja", CLOCK),
+        ("double.wgsl.jinja", DOUBLE),
+        ("reach.wgsl.jinja", REACH),
+    ]
 }
 
 #[track_caller]
@@ -118,7 +124,9 @@ fn records_of_one_submission_do_not_disturb_one_another() {
     for (target, time) in targets.iter().zip([0.2, 0.6]) {
         let mut input = empty_frame();
         input.time = time;
-        executor.record(&mut encoder, &Frame { input: &input, draws: None, imports: &[("target", target)] }).unwrap();
+        executor
+            .record(&mut encoder, &Frame { input: &input, draws: None, imports: &[("target", target)] })
+            .unwrap();
     }
     gpu.queue.submit([encoder.finish()]);
     let red = |texture| read(&gpu, texture).rgba_pixels().next().unwrap()[0];
@@ -150,7 +158,9 @@ fn an_array_without_a_count_is_as_long_as_what_is_published() {
     let target = import(&gpu, outcome.plan(), "target");
     let mut executor = executor(&gpu, outcome.plan(), None);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    executor.record(&mut encoder, &Frame { input: &input, draws: None, imports: &[("target", &target)] }).unwrap();
+    executor
+        .record(&mut encoder, &Frame { input: &input, draws: None, imports: &[("target", &target)] })
+        .unwrap();
     gpu.queue.submit([encoder.finish()]);
     assert_eq!(read(&gpu, &target).rgba_pixels().next(), Some([102, 0, 0, 255]));
 }
@@ -167,7 +177,12 @@ fn a_steady_frame_creates_nothing() {
     let mut after = Vec::new();
     for _ in 0..4 {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        executor.record(&mut encoder, &Frame { input: &input, draws: Some(&resources), imports: &[("target", &target)] }).unwrap();
+        executor
+            .record(
+                &mut encoder,
+                &Frame { input: &input, draws: Some(&resources), imports: &[("target", &target)] },
+            )
+            .unwrap();
         gpu.queue.submit([encoder.finish()]);
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         after.push(executor.statistics());
@@ -179,7 +194,8 @@ fn a_steady_frame_creates_nothing() {
 #[test]
 fn a_pass_samples_the_texture_that_the_host_brings_in_this_frame() {
     let Some(gpu) = gpu::device() else { return };
-    let resources = r#""given": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } },"#;
+    let resources =
+        r#""given": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } },"#;
     let passes = [r#""show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
         "bind": { "source": "given" }, "color": [{ "to": "target" }] } }"#
         .to_owned()];
@@ -187,7 +203,8 @@ fn a_pass_samples_the_texture_that_the_host_brings_in_this_frame() {
     let target = import(&gpu, outcome.plan(), "target");
     let given = [import(&gpu, outcome.plan(), "given"), import(&gpu, outcome.plan(), "given")];
     for (texture, value) in given.iter().zip([40u8, 200]) {
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(20 * 4), rows_per_image: None };
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(20 * 4), rows_per_image: None };
         gpu.queue.write_texture(texture.as_image_copy(), &vec![value; 20 * 12 * 4], layout, texture.size());
     }
     let mut executor = executor(&gpu, outcome.plan(), None);
@@ -195,7 +212,9 @@ fn a_pass_samples_the_texture_that_the_host_brings_in_this_frame() {
     for at in [0, 1, 0, 1] {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let imports = [("target", &target), ("given", &given[at])];
-        executor.record(&mut encoder, &Frame { input: &empty_frame(), draws: None, imports: &imports }).unwrap();
+        executor
+            .record(&mut encoder, &Frame { input: &empty_frame(), draws: None, imports: &imports })
+            .unwrap();
         gpu.queue.submit([encoder.finish()]);
         seen.push(read(&gpu, &target).rgba_pixels().next().unwrap()[0]);
     }
@@ -204,16 +223,29 @@ fn a_pass_samples_the_texture_that_the_host_brings_in_this_frame() {
 
 #[test]
 fn what_a_device_would_refuse_is_found_in_the_plan() {
-    let texture = |more: &str| format!(r#"{{ "texture": {{ "format": "rgba8unorm", "size": "viewport" {more} }} }}"#);
-    let copy = |from: &str| format!(r#""copy": {{ "copy": {{ "from": {{ "name": "{from}" }}, "to": {{ "name": "target" }} }} }}"#);
+    let texture =
+        |more: &str| format!(r#"{{ "texture": {{ "format": "rgba8unorm", "size": "viewport" {more} }} }}"#);
+    let copy = |from: &str| {
+        format!(r#""copy": {{ "copy": {{ "from": {{ "name": "{from}" }}, "to": {{ "name": "target" }} }} }}"#)
+    };
     let cases = [
         (texture(r#", "layers": 2"#), vec![fill("one", "a", "[0, 0, 0, 0]", ""), copy("a")]),
-        (texture("").replace("\"viewport\"", "[40, 40]"), vec![fill("one", "a", "[0, 0, 0, 0]", ""), copy("a")]),
-        (texture("").replace("rgba8unorm", "rgba16float"), vec![fill("one", "a", "[0, 0, 0, 0]", ""), copy("a")]),
+        (
+            texture("").replace("\"viewport\"", "[40, 40]"),
+            vec![fill("one", "a", "[0, 0, 0, 0]", ""), copy("a")],
+        ),
+        (
+            texture("").replace("rgba8unorm", "rgba16float"),
+            vec![fill("one", "a", "[0, 0, 0, 0]", ""), copy("a")],
+        ),
     ];
     for (a, passes) in cases {
         let outcome = outcome(&format!("\"a\": {a},"), &passes, false);
-        assert!(!outcome.codes().is_empty() && outcome.codes().iter().all(|code| *code == "UG0409"), "{}", outcome.text());
+        assert!(
+            !outcome.codes().is_empty() && outcome.codes().iter().all(|code| *code == "UG0409"),
+            "{}",
+            outcome.text()
+        );
     }
 }
 
@@ -263,12 +295,16 @@ fn imports_that_are_missing_or_not_as_planned_are_refused_and_the_next_frame_is_
     let input = empty_frame();
     let mut record = |imports: &[(&str, &wgpu::Texture)]| {
         let result = executor.record(&mut encoder, &Frame { input: &input, draws: None, imports });
-        result.err().map(|findings| findings.iter().map(|finding| (finding.code.id, finding.message.clone())).collect::<Vec<_>>())
+        result.err().map(|findings| {
+            findings.iter().map(|finding| (finding.code.id, finding.message.clone())).collect::<Vec<_>>()
+        })
     };
     assert_eq!(record(&[]), Some(vec![("UG0802", "the host gave no texture for \"target\"".to_owned())]));
     let other = check_file("pipelines/nebula.json", &With { size: Some([64, 64]), ..With::default() });
     let wrong = import(&gpu, other.plan(), "target");
-    assert!(record(&[("target", &wrong)]).unwrap()[0].1.starts_with("the texture for \"target\" is 64 by 64"));
+    assert!(
+        record(&[("target", &wrong)]).unwrap()[0].1.starts_with("the texture for \"target\" is 64 by 64")
+    );
     let right = import(&gpu, outcome.plan(), "target");
     assert_eq!(record(&[("target", &right)]), None);
 }

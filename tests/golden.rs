@@ -30,5 +30,8 @@ fn the_courtyard_as_shadow_term() {
 
 #[test]
 fn the_courtyard_tinted_by_cascade() {
-    matches_its_reference("courtyard_cascades", &[("debug_view", "\"cascades\""), ("far", "[8, 20, 50, 200]")]);
+    matches_its_reference(
+        "courtyard_cascades",
+        &[("debug_view", "\"cascades\""), ("far", "[8, 20, 50, 200]")],
+    );
 }

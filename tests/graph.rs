@@ -6,7 +6,8 @@ use common::check;
 use umbragraph::compiler::{CullReason, Physical, StoreOperation};
 
 const TEXTURE: &str = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
-const TARGET: &str = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
+const TARGET: &str =
+    r#"{ "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
 
 /// A pipeline over textures `names` and the imported `target`, with these passes.
 fn pipeline(names: &[&str], passes: &[String]) -> String {
@@ -21,7 +22,9 @@ fn pipeline(names: &[&str], passes: &[String]) -> String {
 
 /// A pass that writes all of a texture.
 fn fill(name: &str, to: &str) -> String {
-    format!("\"{name}\": {{ \"fullscreen\": {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"{to}\" }}] }} }}")
+    format!(
+        "\"{name}\": {{ \"fullscreen\": {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"{to}\" }}] }} }}"
+    )
 }
 
 /// A pass that adds to a texture.
@@ -92,13 +95,23 @@ fn what_nothing_reads_is_culled_with_all_that_leads_to_it_and_allocates_nothing(
 
 #[test]
 fn a_kept_pass_says_on_which_way_it_leads_to_the_output() {
-    let outcome = check(&pipeline(&["a", "b"], &[fill("one", "a"), copy("two", "a", "b"), copy("three", "b", "target")]));
-    assert_eq!(outcome.plan().why_kept(outcome.plan().passes[0].handle), ["two reads a", "three reads b", "writes the output target"]);
+    let outcome = check(&pipeline(
+        &["a", "b"],
+        &[fill("one", "a"), copy("two", "a", "b"), copy("three", "b", "target")],
+    ));
+    assert_eq!(
+        outcome.plan().why_kept(outcome.plan().passes[0].handle),
+        ["two reads a", "three reads b", "writes the output target"]
+    );
 }
 
 #[test]
 fn a_pass_with_a_side_effect_is_kept() {
-    let passes = [fill("show", "target"), add("effect", "a", "\"side_effect\": true, \"after\": [\"first\"],"), fill("first", "a")];
+    let passes = [
+        fill("show", "target"),
+        add("effect", "a", "\"side_effect\": true, \"after\": [\"first\"],"),
+        fill("first", "a"),
+    ];
     assert_eq!(check(&pipeline(&["a"], &passes)).order(), ["show", "first", "effect"]);
 }
 
@@ -125,7 +138,14 @@ fn only_what_is_read_later_is_stored() {
     let outcome = check(&text);
     let plan = outcome.plan();
     assert_eq!(plan.passes[0].color[0].store, StoreOperation::Store);
-    let unread = check(&pipeline(&["a"], &[add("p1", "a", "\"side_effect\": true, \"after\": [\"p0\"],"), fill("p0", "a"), fill("p2", "target")]));
+    let unread = check(&pipeline(
+        &["a"],
+        &[
+            add("p1", "a", "\"side_effect\": true, \"after\": [\"p0\"],"),
+            fill("p0", "a"),
+            fill("p2", "target"),
+        ],
+    ));
     let last = unread.plan().passes.iter().find(|pass| pass.name == "p1").unwrap();
     assert_eq!(last.color[0].store, StoreOperation::Discard, "nothing reads a afterwards");
     let first = unread.plan().passes.iter().find(|pass| pass.name == "p0").unwrap();
@@ -135,7 +155,8 @@ fn only_what_is_read_later_is_stored() {
 #[test]
 fn permuting_declarations_that_are_ordered_by_data_leaves_the_order_unchanged() {
     let mut passes = [fill("p1", "a"), copy("p2", "a", "b"), copy("p3", "b", "target")];
-    let before: Vec<String> = check(&pipeline(&["a", "b"], &passes)).order().into_iter().map(str::to_owned).collect();
+    let before: Vec<String> =
+        check(&pipeline(&["a", "b"], &passes)).order().into_iter().map(str::to_owned).collect();
     passes.reverse();
     assert_eq!(check(&pipeline(&["b", "a"], &passes)).order(), before);
 }
@@ -154,13 +175,19 @@ fn a_cycle_names_all_of_its_members() {
 
 #[test]
 fn two_writers_that_nothing_orders_are_refused_and_an_order_mends_it() {
-    let unordered = check(&pipeline(&["a"], &[fill("p1", "a"), fill("p2", "a"), copy("show", "a", "target")]));
+    let unordered =
+        check(&pipeline(&["a"], &[fill("p1", "a"), fill("p2", "a"), copy("show", "a", "target")]));
     assert_eq!(unordered.codes(), ["UG0402"]);
     let text = unordered.text();
     assert!(text.contains("\"p1\"") && text.contains("\"p2\""), "{text}");
     let ordered = check(&pipeline(
         &["a"],
-        &[fill("p1", "a"), add("p2", "a", ""), add("p3", "a", "\"after\": [\"p2\"],"), copy("show", "a", "target")],
+        &[
+            fill("p1", "a"),
+            add("p2", "a", ""),
+            add("p3", "a", "\"after\": [\"p2\"],"),
+            copy("show", "a", "target"),
+        ],
     ));
     assert_eq!(ordered.order(), ["p1", "p2", "p3", "show"]);
 }
@@ -184,14 +211,20 @@ fn writers_of_different_mips_need_no_order() {
 
 #[test]
 fn reading_what_the_same_pass_writes_is_refused() {
-    let outcome = check(&pipeline(&["a"], &[fill("p0", "a"), copy_with("p1", "a", "a", "\"after\": [\"p0\"],"), copy("show", "a", "target")]));
+    let outcome = check(&pipeline(
+        &["a"],
+        &[fill("p0", "a"), copy_with("p1", "a", "a", "\"after\": [\"p0\"],"), copy("show", "a", "target")],
+    ));
     assert!(outcome.codes().contains(&"UG0404"), "{}", outcome.text());
 }
 
 #[test]
 fn a_read_of_what_nothing_writes_is_refused() {
     assert_eq!(check(&pipeline(&["a"], &[copy("show", "a", "target")])).codes(), ["UG0401"]);
-    assert_eq!(check(&pipeline(&["a"], &[add("load", "a", ""), copy("show", "a", "target")])).codes(), ["UG0401"]);
+    assert_eq!(
+        check(&pipeline(&["a"], &[add("load", "a", ""), copy("show", "a", "target")])).codes(),
+        ["UG0401"]
+    );
 }
 
 #[test]
@@ -215,7 +248,11 @@ fn a_live_pass_whose_output_is_not_read_still_has_a_place_for_it() {
 
 #[test]
 fn an_output_that_is_overwritten_whole_before_the_end_is_culled() {
-    let passes = [fill("first", "target"), copy_with("second", "a", "target", "\"after\": [\"first\"],"), fill("make", "a")];
+    let passes = [
+        fill("first", "target"),
+        copy_with("second", "a", "target", "\"after\": [\"first\"],"),
+        fill("make", "a"),
+    ];
     let outcome = check(&pipeline(&["a"], &passes));
     assert_eq!(outcome.order(), ["make", "second"]);
     assert_eq!(outcome.plan().culled["first"], CullReason::NothingReads(vec!["target".to_owned()]));
@@ -223,7 +260,12 @@ fn an_output_that_is_overwritten_whole_before_the_end_is_culled() {
 
 #[test]
 fn a_version_that_is_overwritten_before_it_is_read_is_culled() {
-    let passes = [fill("first", "a"), copy_with("second", "b", "a", "\"after\": [\"first\"],"), fill("make", "b"), copy("show", "a", "target")];
+    let passes = [
+        fill("first", "a"),
+        copy_with("second", "b", "a", "\"after\": [\"first\"],"),
+        fill("make", "b"),
+        copy("show", "a", "target"),
+    ];
     let outcome = check(&pipeline(&["a", "b"], &passes));
     assert_eq!(outcome.order(), ["make", "second", "show"]);
     assert!(outcome.plan().culled.contains_key("first"));
@@ -260,7 +302,8 @@ fn a_picture_of_every_form_names_every_pass_and_is_the_same_from_run_to_run() {
 
 #[test]
 fn names_cannot_break_out_of_pictures() {
-    let text = pipeline(&["a"], &[fill("p1", "a"), copy("p2", "a", "target")]).replace("\"name\": \"test\"", r#""name": "</script><b>&\"""#);
+    let text = pipeline(&["a"], &[fill("p1", "a"), copy("p2", "a", "target")])
+        .replace("\"name\": \"test\"", r#""name": "</script><b>&\"""#);
     let outcome = check(&text);
     let graph = outcome.checked.graph.as_ref().expect("a graph");
     let report = umbragraph::report::Report::new(outcome.plan(), graph, &outcome.sources);
@@ -268,7 +311,10 @@ fn names_cannot_break_out_of_pictures() {
         let drawn = umbragraph::report::draw(&report, format, None);
         assert!(!drawn.contains("<b>"), "{}", format.name());
     }
-    assert!(umbragraph::report::draw(&report, umbragraph::report::GraphFormat::Dot, None).contains(r#"digraph "</script><b>&\"""#));
+    assert!(
+        umbragraph::report::draw(&report, umbragraph::report::GraphFormat::Dot, None)
+            .contains(r#"digraph "</script><b>&\"""#)
+    );
 }
 
 #[test]
@@ -279,7 +325,8 @@ fn the_difference_of_two_plans_is_said_in_words() {
         umbragraph::report::Report::new(outcome.plan(), graph, &outcome.sources)
     };
     let before = report(&pipeline(&["a"], &[fill("p1", "a"), copy("p2", "a", "target")]));
-    let after = report(&pipeline(&["a", "b"], &[fill("p1", "a"), copy("more", "a", "b"), copy("p2", "b", "target")]));
+    let after =
+        report(&pipeline(&["a", "b"], &[fill("p1", "a"), copy("more", "a", "b"), copy("p2", "b", "target")]));
     assert!(umbragraph::report::diff(&before, &before).is_empty());
     assert_eq!(
         umbragraph::report::diff(&before, &after),

@@ -1,6 +1,8 @@
 //! Orders for an objective, aliasing by class, subresources and imports, on graphs made in code.
 
-use umbragraph::compiler::{Assembly, Objective, OrderMethod, Plan, PlanOptions, StoreOperation, build, plan, verify, why_apart};
+use umbragraph::compiler::{
+    Assembly, Objective, OrderMethod, Plan, PlanOptions, StoreOperation, build, plan, verify, why_apart,
+};
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime};
 use umbragraph::pipeline::{Part, Usage, Version};
@@ -12,7 +14,8 @@ const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 fn compile(assembly: Assembly, options: &PlanOptions) -> (Option<Plan>, Diagnostics) {
     let (pipeline, sources) = assembly.finish();
     let mut findings = Diagnostics::new();
-    let plan = build(&pipeline, &mut findings).and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
+    let plan = build(&pipeline, &mut findings)
+        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
     let plan = plan.filter(|_| !findings.has_errors());
     if let Some(plan) = &plan {
         assert_eq!(verify(plan, options), Vec::new());
@@ -59,7 +62,10 @@ fn the_memory_order_runs_consumers_early_and_says_that_nothing_is_better() {
     assert_eq!(chosen.order.method, OrderMethod::Exact);
     assert_eq!(names(&chosen)[..4], ["make0", "use0", "make1", "use1"]);
     let memory = chosen.order.memory.expect("a report");
-    assert_eq!((memory.declaration, memory.chosen, memory.bound), (declared.bytes, chosen.bytes, chosen.bytes));
+    assert_eq!(
+        (memory.declaration, memory.chosen, memory.bound),
+        (declared.bytes, chosen.bytes, chosen.bytes)
+    );
 }
 
 #[test]
@@ -128,7 +134,11 @@ fn draws_that_a_storage_write_connects_do_not_share_a_render_pass() {
     let first = assembly.pass("write").color(target, CLEAR).uses(list, part, write, version).handle();
     let between = assembly.pass("between").color(target, LoadOperation::Load).after(first).handle();
     let (part, read, version) = usage(Usage::StorageRead);
-    let _ = assembly.pass("read").color(target, LoadOperation::Load).uses(list, part, read, version).after(between);
+    let _ = assembly
+        .pass("read")
+        .color(target, LoadOperation::Load)
+        .uses(list, part, read, version)
+        .after(between);
     let plan = planned(assembly, Objective::Declaration);
     // The first two fit; the third reads what the first writes.
     assert_eq!(plan.passes.iter().map(|pass| pass.group).collect::<Vec<_>>(), [0, 0, 1]);
@@ -138,7 +148,8 @@ fn draws_that_a_storage_write_connects_do_not_share_a_render_pass() {
 fn depth_that_nothing_reads_later_is_discarded_and_marked_as_never_leaving_its_pass() {
     let mut assembly = Assembly::new("depth");
     let target = assembly.imported("target");
-    let depth = assembly.texture_with("depth", |texture| texture.format = FormatCandidates::One("depth32float".to_owned()));
+    let depth = assembly
+        .texture_with("depth", |texture| texture.format = FormatCandidates::One("depth32float".to_owned()));
     let _ = assembly.pass("draw").color(target, CLEAR).depth(depth, LoadOperation::Clear(1.0), true);
     let plan = planned(assembly, Objective::Declaration);
     let attachment = plan.passes[0].depth.as_ref().expect("depth");
@@ -151,9 +162,15 @@ fn depth_that_nothing_reads_later_is_discarded_and_marked_as_never_leaving_its_p
 fn depth_is_stored_until_its_last_test_and_discarded_there() {
     let mut assembly = Assembly::new("depth");
     let target = assembly.imported("target");
-    let depth = assembly.texture_with("depth", |texture| texture.format = FormatCandidates::One("depth32float".to_owned()));
-    let first = assembly.pass("first").color(target, CLEAR).depth(depth, LoadOperation::Clear(1.0), true).handle();
-    let _ = assembly.pass("second").color(target, LoadOperation::Load).depth(depth, LoadOperation::Load, false).after(first);
+    let depth = assembly
+        .texture_with("depth", |texture| texture.format = FormatCandidates::One("depth32float".to_owned()));
+    let first =
+        assembly.pass("first").color(target, CLEAR).depth(depth, LoadOperation::Clear(1.0), true).handle();
+    let _ = assembly
+        .pass("second")
+        .color(target, LoadOperation::Load)
+        .depth(depth, LoadOperation::Load, false)
+        .after(first);
     let plan = planned(assembly, Objective::Declaration);
     let stores: Vec<_> = plan.passes.iter().map(|pass| pass.depth.as_ref().expect("depth").store).collect();
     assert_eq!(stores, [StoreOperation::Store, StoreOperation::Discard]);
@@ -202,11 +219,15 @@ fn four_mips_written_apart_and_a_chain_that_reads_the_one_before_have_an_order()
     let chain = assembly.texture_with("chain", |texture| texture.mips = Some(Expr::from(5.0)));
     let mip = |at: u32| Part { mip: Some(at), layer: Some(0) };
     for at in (1..5).rev() {
-        let _ = assembly.pass(&format!("down{at}")).reads_part(chain, mip(at - 1)).writes_part(chain, mip(at));
+        let _ =
+            assembly.pass(&format!("down{at}")).reads_part(chain, mip(at - 1)).writes_part(chain, mip(at));
     }
     let _ = assembly.pass("top").writes_part(chain, mip(0));
     let _ = assembly.pass("show").reads(chain).side_effect();
-    assert_eq!(names(&planned(assembly, Objective::Declaration)), ["top", "down1", "down2", "down3", "down4", "show"]);
+    assert_eq!(
+        names(&planned(assembly, Objective::Declaration)),
+        ["top", "down1", "down2", "down3", "down4", "show"]
+    );
 }
 
 #[test]
@@ -250,7 +271,10 @@ fn why_two_resources_share_memory_or_not_is_said_with_every_reason() {
     let _ = assembly.pass("p4").reads(c).writes(small);
     let _ = assembly.pass("p5").reads(small).writes(target);
     let plan = planned(assembly, Objective::Declaration);
-    assert_eq!(why_apart(&plan, "a", "c"), ["a and c share memory: they are of one class, and never alive together"]);
+    assert_eq!(
+        why_apart(&plan, "a", "c"),
+        ["a and c share memory: they are of one class, and never alive together"]
+    );
     assert_eq!(why_apart(&plan, "a", "b"), ["a and b are alive together, at p2 for one"]);
     assert_eq!(why_apart(&plan, "a", "small"), ["a has a width of 64, small 32"]);
     assert_eq!(why_apart(&plan, "c", "target")[0], "target is the host's own");
@@ -267,7 +291,8 @@ fn an_import_used_beyond_its_usage_is_refused_at_the_use() {
     let (plan, findings) = compile(assembly, &options);
     assert!(plan.is_none());
     let found: Vec<_> = findings.iter().map(|finding| (finding.code.id, finding.message.as_str())).collect();
-    let message = "\"p\" uses the import \"target\" as write-only storage, which the host's texture does not allow";
+    let message =
+        "\"p\" uses the import \"target\" as write-only storage, which the host's texture does not allow";
     assert_eq!(found, [("UG0408", message)]);
 }
 
@@ -283,7 +308,8 @@ fn writing_then_reading_one_part_inside_one_pass_is_refused() {
 fn a_size_that_leads_through_too_many_resources_is_refused_instead_of_overflowing_the_stack() {
     let mut assembly = Assembly::new("deep");
     for at in 0..2_000 {
-        let size = if at == 1_999 { Expr::from("viewport") } else { Expr::from(format!("r{}", at + 1).as_str()) };
+        let size =
+            if at == 1_999 { Expr::from("viewport") } else { Expr::from(format!("r{}", at + 1).as_str()) };
         let _ = assembly.texture_with(&format!("r{at}"), |texture| texture.size = size);
     }
     let target = assembly.imported("target");
@@ -297,7 +323,8 @@ fn a_hundred_thousand_passes_and_a_cycle_through_all_of_them_end_in_a_finding() 
     let count = 100_000;
     let textures: Vec<_> = (0..count).map(|at| assembly.texture(&format!("t{at}"))).collect();
     for at in 0..count {
-        let _ = assembly.pass(&format!("p{at}")).reads(textures[(at + count - 1) % count]).writes(textures[at]);
+        let _ =
+            assembly.pass(&format!("p{at}")).reads(textures[(at + count - 1) % count]).writes(textures[at]);
     }
     assert_eq!(refused(assembly), ["UG0403"]);
 }

@@ -14,7 +14,9 @@ use umbragraph::report::{GraphFormat, Report, diff, draw};
 fn browser() -> Option<PathBuf> {
     let names = ["chromium", "chromium-browser", "google-chrome"];
     let folders = std::env::var_os("PATH")?;
-    std::env::split_paths(&folders).flat_map(|folder| names.map(|name| folder.join(name))).find(|path| path.is_file())
+    std::env::split_paths(&folders)
+        .flat_map(|folder| names.map(|name| folder.join(name)))
+        .find(|path| path.is_file())
 }
 
 /// Clicks through the page and leaves in the title what it saw.
@@ -60,12 +62,20 @@ fn the_page_opens_without_a_network_and_answers_clicks() {
     let run = |last: &[&str]| {
         let profile = format!("--user-data-dir={}", folder.join("profile").display());
         let mut command = Command::new(&browser);
-        command.args(["--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars", "--window-size=1500,900", &profile]);
+        command.args([
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--hide-scrollbars",
+            "--window-size=1500,900",
+            &profile,
+        ]);
         command.args(last).arg(format!("file://{}", path.display())).output().expect("the browser runs")
     };
     let shown = run(&["--dump-dom"]);
     let shown = String::from_utf8_lossy(&shown.stdout).into_owned();
-    let title = shown.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next()).unwrap_or("no title");
+    let title =
+        shown.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next()).unwrap_or("no title");
     assert_eq!(title, "overview reason highlight resource search comparison");
     run(&[&format!("--screenshot={}", picture.display())]);
     let bytes = std::fs::read(&picture).expect("a picture");

@@ -46,13 +46,17 @@ fn a_subgraph_used_wrongly_is_told_so() {
     assert_eq!(check(&subgraph(r#"{ "image": "color@fill", "divisor": 9 }"#)).codes(), ["UG0204"]);
     let circle = subgraph(r#"{ "image": "color" }"#);
     assert_eq!(check(&circle).codes(), ["UG0403"], "without a version, down waits for up");
-    let itself = subgraph(r#"{ "image": "color@fill" }"#).replace("\"down\": {", "\"again\": { \"use\": \"soften\", \"with\": { \"image\": \"small\" } }, \"down\": {");
+    let itself = subgraph(r#"{ "image": "color@fill" }"#).replace(
+        "\"down\": {",
+        "\"again\": { \"use\": \"soften\", \"with\": { \"image\": \"small\" } }, \"down\": {",
+    );
     assert!(check(&itself).codes().contains(&"UG0212"));
 }
 
 #[test]
 fn a_subgraph_or_loop_that_is_switched_off_may_still_be_waited_for() {
-    let text = subgraph(r#"{ "image": "color@fill" }, "when": false"#).replace("\"show\": {", "\"show\": { \"after\": [\"soft\"],");
+    let text = subgraph(r#"{ "image": "color@fill" }, "when": false"#)
+        .replace("\"show\": {", "\"show\": { \"after\": [\"soft\"],");
     assert_eq!(check(&text).order(), ["fill", "show"]);
 }
 
@@ -62,17 +66,29 @@ fn subgraphs_that_use_themselves_end_at_once() {
         "passes": { "p": { "use": "a" } } }"#;
     assert_eq!(check(text).codes()[0], "UG0212");
     let nested: Vec<String> = (0..10)
-        .map(|at| format!(r#""s{at}": {{ "passes": {{ "x": {{ "for_each": {{ "i": 100 }}, "use": "s{}" }} }} }}"#, at + 1))
+        .map(|at| {
+            format!(
+                r#""s{at}": {{ "passes": {{ "x": {{ "for_each": {{ "i": 100 }}, "use": "s{}" }} }} }}"#,
+                at + 1
+            )
+        })
         .chain([r#""s10": { "passes": {} }"#.to_owned()])
         .collect();
-    let text = format!(r#"{{ "format": 1, "name": "bomb", "subgraphs": {{ {} }}, "passes": {{ "p": {{ "use": "s0" }} }} }}"#, nested.join(","));
+    let text = format!(
+        r#"{{ "format": 1, "name": "bomb", "subgraphs": {{ {} }}, "passes": {{ "p": {{ "use": "s0" }} }} }}"#,
+        nested.join(",")
+    );
     assert!(check(&text).codes().contains(&"UG0211"));
 }
 
 #[test]
 fn a_fault_inside_a_subgraph_is_reported_once_with_the_places_where_it_is_used() {
-    let text = subgraph(r#"{ "image": "color@fill" }"#).replace("\"bind\": { \"source\": \"small\" }", "\"bind\": { \"source\": \"smal\" }");
-    let text = text.replace("\"fill\": {", "\"more\": { \"use\": \"soften\", \"with\": { \"image\": \"color@fill\" } }, \"fill\": {");
+    let text = subgraph(r#"{ "image": "color@fill" }"#)
+        .replace("\"bind\": { \"source\": \"small\" }", "\"bind\": { \"source\": \"smal\" }");
+    let text = text.replace(
+        "\"fill\": {",
+        "\"more\": { \"use\": \"soften\", \"with\": { \"image\": \"color@fill\" } }, \"fill\": {",
+    );
     let outcome = check(&text);
     assert_eq!(outcome.codes(), ["UG0301"], "{}", outcome.text());
     assert!(outcome.text().contains("used here"));
@@ -101,7 +117,8 @@ fn a_loop_makes_a_pass_for_each_round() {
 
 /// Composes files; the first is the pipeline. Returns the document and the findings as text.
 fn composed(files: &[(&str, &str)]) -> (Option<serde_json::Value>, String) {
-    let mut memory = Memory(files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect());
+    let mut memory =
+        Memory(files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect());
     let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
     let file = sources.add(files[0].0, files[0].1);
     let composed = compose::compose(file, Path::new(files[0].0), &mut memory, &mut sources, &mut findings);
@@ -111,11 +128,20 @@ fn composed(files: &[(&str, &str)]) -> (Option<serde_json::Value>, String) {
 #[test]
 fn extends_merges_objects_replaces_the_rest_and_deletes_with_null() {
     let (document, findings) = composed(&[
-        ("a/top.json", r#"{ "extends": "../base.json", "parameters": { "x": { "default": 2 }, "y": null }, "list": [3] }"#),
-        ("base.json", r#"{ "parameters": { "x": { "type": "u32", "default": 1 }, "y": { "default": 0 } }, "list": [1, 2] }"#),
+        (
+            "a/top.json",
+            r#"{ "extends": "../base.json", "parameters": { "x": { "default": 2 }, "y": null }, "list": [3] }"#,
+        ),
+        (
+            "base.json",
+            r#"{ "parameters": { "x": { "type": "u32", "default": 1 }, "y": { "default": 0 } }, "list": [1, 2] }"#,
+        ),
     ]);
     assert_eq!(findings, "");
-    assert_eq!(document.unwrap(), serde_json::json!({ "parameters": { "x": { "type": "u32", "default": 2 } }, "list": [3] }));
+    assert_eq!(
+        document.unwrap(),
+        serde_json::json!({ "parameters": { "x": { "type": "u32", "default": 2 } }, "list": [3] })
+    );
 }
 
 #[test]
@@ -128,7 +154,8 @@ fn extending_nothing_changes_nothing() {
 
 #[test]
 fn files_that_lead_back_to_themselves_or_are_not_there_are_findings_at_the_path() {
-    let (document, findings) = composed(&[("a.json", r#"{ "extends": "b.json" }"#), ("b.json", r#"{ "include": ["a.json"] }"#)]);
+    let (document, findings) =
+        composed(&[("a.json", r#"{ "extends": "b.json" }"#), ("b.json", r#"{ "include": ["a.json"] }"#)]);
     assert!(document.is_none());
     assert!(findings.contains("UG0007") && findings.contains("b.json:1:15"), "{findings}");
     let (_, findings) = composed(&[("a.json", r#"{ "extends": "gone.json" }"#)]);
@@ -159,7 +186,10 @@ fn an_extension_puts_its_passes_at_a_named_point() {
         document::parse(&sources, file).unwrap().root
     };
     let mut document = parse("base.json", base);
-    let extension = parse("more.json", r#"{ "inserts": { "late": { "grain": {}, "glow": {} } }, "parameters": { "amount": {} } }"#);
+    let extension = parse(
+        "more.json",
+        r#"{ "inserts": { "late": { "grain": {}, "glow": {} } }, "parameters": { "amount": {} } }"#,
+    );
     let wrong = parse("wrong.json", r#"{ "inserts": { "lat": { "x": {} } } }"#);
     compose::insert(&mut document, extension, &mut findings);
     assert!(findings.is_empty());

@@ -28,8 +28,12 @@ fn numbers(outcome: &common::Outcome, name: &str) -> Vec<f64> {
 /// What a host pass publishes for a frame.
 fn published(outcome: &common::Outcome, pass: &str, frame: &FrameInput) -> HostData {
     let pipeline = &outcome.plan().pipeline;
-    let Work::Host(host) = &pipeline.pass(pipeline.find_pass(pass).unwrap()).work else { panic!("{pass} is a host pass") };
-    let ResourceKind::Data(Some(shape)) = &pipeline.resource(host.output).kind else { panic!("published data") };
+    let Work::Host(host) = &pipeline.pass(pipeline.find_pass(pass).unwrap()).work else {
+        panic!("{pass} is a host pass")
+    };
+    let ResourceKind::Data(Some(shape)) = &pipeline.resource(host.output).kind else {
+        panic!("published data")
+    };
     let mut data = HostData::new(shape.clone());
     host.node.run(&HostContext { frame, inputs: &[] }, &mut data);
     assert_eq!(data.refused(), None);
@@ -46,7 +50,11 @@ fn the_defaults_are_those_of_the_system() {
     let plan = outcome.plan();
     let maps = plan.resources["maps"].size.unwrap();
     let resolution = numbers(&outcome, "resolution")[0] as u32;
-    assert_eq!((maps.width, maps.height, maps.layers), (resolution, resolution, 4), "one layer for each cascade");
+    assert_eq!(
+        (maps.width, maps.height, maps.layers),
+        (resolution, resolution, 4),
+        "one layer for each cascade"
+    );
     assert_eq!(numbers(&outcome, "far"), [32.0, 128.0, 512.0, 2048.0]);
     let bias = numbers(&outcome, "constant_bias")[0];
     assert!(0.0 < bias && bias < 10.0);
@@ -59,7 +67,8 @@ fn the_defaults_are_those_of_the_system() {
 fn the_default_cascades_increase_reach_a_kilometre_and_blend_over_a_metre_at_least() {
     let outcome = check_file(NEBULA, &With::default());
     let mut frame = courtyard().frame_input(1.0, 0.0);
-    frame.camera.projection = umbragraph::frame::Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 5000.0 };
+    frame.camera.projection =
+        umbragraph::frame::Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 5000.0 };
     let data = published(&outcome, "fit", &frame);
     assert_eq!(data.views().len(), 4, "one view for each cascade");
     let (far, blend) = (floats(&data, "far"), floats(&data, "blend_start"));
@@ -94,7 +103,9 @@ fn the_number_of_far_distances_is_the_number_of_cascades() {
 
 #[test]
 fn far_distances_that_do_not_increase_are_refused_and_so_is_any_number_out_of_its_range() {
-    let codes = |name: &str, value: &str| check_file(NEBULA, &With { parameters: &[(name, value)], ..With::default() }).codes();
+    let codes = |name: &str, value: &str| {
+        check_file(NEBULA, &With { parameters: &[(name, value)], ..With::default() }).codes()
+    };
     assert_eq!(codes("far", "[32, 32]"), ["UG0205"]);
     assert_eq!(codes("far", "[32, 16]"), ["UG0205"]);
     assert_eq!(codes("far", "[]"), ["UG0204"]);
@@ -188,7 +199,8 @@ fn the_shadow_term_is_grey_with_alpha_where_there_is_geometry() {
 fn a_frame_without_a_light_is_lit_also_between_frames_with_one() {
     let Some(gpu) = gpu::device() else { return };
     let scene = courtyard();
-    let with = With { parameters: &[("debug_view", "\"shadow_term\"")], size: Some([128, 128]), ..With::default() };
+    let with =
+        With { parameters: &[("debug_view", "\"shadow_term\"")], size: Some([128, 128]), ..With::default() };
     let outcome = check_file(NEBULA, &with);
     let resources = SceneResources::new(&gpu.device, &gpu.queue, &scene, &scene.pose(0.0)).unwrap();
     let target = import(&gpu, outcome.plan(), "target");
@@ -222,6 +234,10 @@ fn frames_that_no_pass_could_use_are_drawn_without_a_panic() {
     broken[3].caster_bounds = umbragraph::frame::Bounds::EMPTY;
     for frame in broken {
         let picture = render_frame(&gpu, outcome.plan(), &scene, &frame);
-        assert!(picture.rgba_pixels().all(|pixel| pixel[3] == 255), "every pixel is written: {:?}", frame.camera);
+        assert!(
+            picture.rgba_pixels().all(|pixel| pixel[3] == 255),
+            "every pixel is written: {:?}",
+            frame.camera
+        );
     }
 }

@@ -4,8 +4,8 @@ mod common;
 
 use common::gpu::{render, scene};
 use common::{With, check_file};
-use umbragraph_test_support::truth::{self, TruthScene};
 use umbragraph_test_support::gpu;
+use umbragraph_test_support::truth::{self, TruthScene};
 
 /// Renders the shadow term of a truth scene and holds it to the limits.
 #[track_caller]
@@ -42,5 +42,10 @@ fn nebula_beats_a_plain_reference_on_small_things_that_stand_on_the_ground() {
 #[test]
 fn nebula_meets_the_limits_with_spheres_and_with_larger_maps() {
     meets_the_limits("pipelines/nebula.json", "terrain_dem_sun", &[("fit", "\"sphere\"")], 0.975);
-    meets_the_limits("pipelines/nebula.json", "contact_sun", &[("far", "[2, 4, 8, 30]"), ("resolution", "4096")], 0.984);
+    meets_the_limits(
+        "pipelines/nebula.json",
+        "contact_sun",
+        &[("far", "[2, 4, 8, 30]"), ("resolution", "4096")],
+        0.984,
+    );
 }

@@ -28,7 +28,11 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
         adapters.retain(|adapter| name(adapter).to_lowercase().contains(&wanted.to_lowercase()));
         if adapters.is_empty() {
             let message = format!("no graphics adapter is called \"{wanted}\", as {ADAPTER} asks for");
-            let help = if names.is_empty() { "there is none at all".to_owned() } else { format!("there are {}", names.join(", ")) };
+            let help = if names.is_empty() {
+                "there is none at all".to_owned()
+            } else {
+                format!("there are {}", names.join(", "))
+            };
             return Err(Diagnostic::error(codes::NO_ADAPTER, Place::Nowhere, message).help(help));
         }
     }
@@ -37,7 +41,9 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
             .help("install a driver; on Debian and Ubuntu `apt install mesa-vulkan-drivers` gives one in software"));
     };
     let name = name(adapter);
-    let wanted = wgpu::Features::FLOAT32_FILTERABLE | wgpu::Features::TIMESTAMP_QUERY | wgpu::Features::DEPTH_CLIP_CONTROL;
+    let wanted = wgpu::Features::FLOAT32_FILTERABLE
+        | wgpu::Features::TIMESTAMP_QUERY
+        | wgpu::Features::DEPTH_CLIP_CONTROL;
     let descriptor = wgpu::DeviceDescriptor {
         label: Some("umbragraph"),
         required_features: adapter.features() & wanted,
@@ -46,8 +52,10 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
     };
     match pollster::block_on(adapter.request_device(&descriptor)) {
         Ok((device, queue)) => Ok(Graphics { device, queue, name }),
-        Err(error) => Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("{name} gives no device: {error}"))
-            .help("update the driver, or close what uses up its memory")),
+        Err(error) => {
+            Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("{name} gives no device: {error}"))
+                .help("update the driver, or close what uses up its memory"))
+        }
     }
 }
 

@@ -13,7 +13,8 @@ use crate::session::Session;
 pub(crate) fn run(arguments: &GraphArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref());
     let report = report(&mut session, &arguments.pipeline, &arguments.choices);
-    let other = arguments.compare.as_ref().and_then(|path| self::report(&mut session, path, &arguments.choices));
+    let other =
+        arguments.compare.as_ref().and_then(|path| self::report(&mut session, path, &arguments.choices));
     if !session.report() {
         return false;
     }
@@ -30,7 +31,9 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
                 let name = path.display().to_string();
                 let message = format!("\"{name}\" cannot be written: {error}");
                 let help = "check that the folder exists and may be written to";
-                session.findings.push(Diagnostic::in_file(codes::FILE_UNWRITABLE, &name, "", message).help(help));
+                session
+                    .findings
+                    .push(Diagnostic::in_file(codes::FILE_UNWRITABLE, &name, "", message).help(help));
             } else if arguments.format == GraphFormat::Html {
                 eprintln!("open {} in a browser; it needs no network", path.display());
             }

@@ -24,7 +24,11 @@ pub(crate) fn read_back(graphics: &Graphics, texture: &wgpu::Texture) -> Result<
         texture.as_image_copy(),
         wgpu::TexelCopyBufferInfo {
             buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: Some(height) },
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row),
+                rows_per_image: Some(height),
+            },
         },
         texture.size(),
     );
@@ -55,8 +59,13 @@ pub(crate) fn read_back(graphics: &Graphics, texture: &wgpu::Texture) -> Result<
 pub(crate) fn write_png(path: &Path, width: u32, height: u32, rgba: &[u8]) -> Result<(), Diagnostic> {
     let name = path.display().to_string();
     let unwritable = |reason: String| {
-        Diagnostic::in_file(codes::FILE_UNWRITABLE, &name, "", format!("\"{name}\" cannot be written: {reason}"))
-            .help("check that the folder exists and may be written to")
+        Diagnostic::in_file(
+            codes::FILE_UNWRITABLE,
+            &name,
+            "",
+            format!("\"{name}\" cannot be written: {reason}"),
+        )
+        .help("check that the folder exists and may be written to")
     };
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);

@@ -41,7 +41,8 @@ impl Progress {
     /// The stages with their times.
     pub(crate) fn summary(&self) -> String {
         let total: Duration = self.stages.iter().map(|(_, time)| *time).sum();
-        let stages: Vec<String> = self.stages.iter().map(|(name, time)| format!("{name} {:.2} s", time.as_secs_f64())).collect();
+        let stages: Vec<String> =
+            self.stages.iter().map(|(name, time)| format!("{name} {:.2} s", time.as_secs_f64())).collect();
         format!("{}; together {:.2} s", stages.join(", "), total.as_secs_f64())
     }
 }

@@ -81,13 +81,20 @@ fn draw(
     let mut executor =
         pollster::block_on(Executor::new(&graphics.device, &graphics.queue, Arc::new(plan), Some(&draws)))?;
     let mut encoder = graphics.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let imports: Vec<(&str, &wgpu::Texture)> = targets.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
+    let imports: Vec<(&str, &wgpu::Texture)> =
+        targets.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
     executor.record(&mut encoder, &Frame { input, draws: Some(&draws), imports: &imports })?;
     graphics.queue.submit([encoder.finish()]);
     for scope in [memory, scope] {
         if let Some(error) = pollster::block_on(scope.pop()) {
-            let finding = Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("the device refused the frame: {error}"));
-            return Err(finding.help("please report this: what a device refuses should have been found before").into());
+            let finding = Diagnostic::error(
+                codes::DEVICE,
+                Place::Nowhere,
+                format!("the device refused the frame: {error}"),
+            );
+            return Err(finding
+                .help("please report this: what a device refuses should have been found before")
+                .into());
         }
     }
     match targets.first() {
@@ -109,26 +116,43 @@ fn picture_of(plan: &umbragraph::compiler::Plan) -> Result<String, Diagnostics> 
         [one] => Some(*one),
         several => several.iter().copied().find(|name| *name == "target"),
     };
-    let refuse = |place: Place, message: String, help: &str| Err(Diagnostic::error(codes::PICTURE, place, message).help(help).into());
+    let refuse = |place: Place, message: String, help: &str| {
+        Err(Diagnostic::error(codes::PICTURE, place, message).help(help).into())
+    };
     let Some(name) = chosen else {
         let message = format!("the pipeline writes {} imported textures", written.len());
-        return refuse(Place::Nowhere, message, "a picture is made of the one imported texture that passes write, or of \"target\"");
+        return refuse(
+            Place::Nowhere,
+            message,
+            "a picture is made of the one imported texture that passes write, or of \"target\"",
+        );
     };
     let resource = &plan.resources[name];
     let place = Place::Span(plan.pipeline.resource(resource.handle).place);
     let (Some(format), Some(size)) = (resource.format, resource.size) else { return Ok(name.clone()) };
     if !matches!(format, wgpu::TextureFormat::Rgba8Unorm | wgpu::TextureFormat::Rgba8UnormSrgb) {
-        return refuse(place, format!("\"{name}\" is {format:?}"), "pictures are rgba8unorm or rgba8unorm-srgb");
+        return refuse(
+            place,
+            format!("\"{name}\" is {format:?}"),
+            "pictures are rgba8unorm or rgba8unorm-srgb",
+        );
     }
     if [size.width, size.height] != plan.viewport || size.layers != 1 || size.samples != 1 {
-        let message = format!("\"{name}\" is {} by {} with {} layers and {} samples", size.width, size.height, size.layers, size.samples);
+        let message = format!(
+            "\"{name}\" is {} by {} with {} layers and {} samples",
+            size.width, size.height, size.layers, size.samples
+        );
         return refuse(place, message, "a picture has the size of the viewport, one layer and one sample");
     }
     Ok(name.clone())
 }
 
 /// A texture for each import of the plan; the picture first.
-fn imports(graphics: &Graphics, plan: &umbragraph::compiler::Plan, picture: &str) -> Vec<(String, wgpu::Texture)> {
+fn imports(
+    graphics: &Graphics,
+    plan: &umbragraph::compiler::Plan,
+    picture: &str,
+) -> Vec<(String, wgpu::Texture)> {
     let mut imported: Vec<_> =
         plan.resources.iter().filter(|(_, resource)| resource.lifetime == Lifetime::Imported).collect();
     imported.sort_by_key(|(name, _)| (*name != picture, (*name).clone()));
@@ -138,7 +162,11 @@ fn imports(graphics: &Graphics, plan: &umbragraph::compiler::Plan, picture: &str
             let (format, size) = (resource.format?, resource.size?);
             let texture = graphics.device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(name),
-                size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: size.layers },
+                size: wgpu::Extent3d {
+                    width: size.width,
+                    height: size.height,
+                    depth_or_array_layers: size.layers,
+                },
                 mip_level_count: size.mips,
                 sample_count: size.samples,
                 dimension: wgpu::TextureDimension::D2,

@@ -15,7 +15,10 @@ pub(crate) fn run(arguments: &SchemaArguments) -> bool {
     match std::fs::read_to_string(path) {
         Ok(committed) if committed.trim_end() == text => true,
         Ok(_) => {
-            eprintln!("{} is not the schema of this version; write it anew: umbragraph schema > {0}", path.display());
+            eprintln!(
+                "{} is not the schema of this version; write it anew: umbragraph schema > {0}",
+                path.display()
+            );
             false
         }
         Err(error) => {

@@ -39,9 +39,16 @@ fn refused(arguments: &[&str], status: i32, says: &[&str]) -> String {
 
 #[test]
 fn check_needs_no_adapter_and_says_what_is_valid() {
-    let output = command(&["check", "pipelines/nebula.json"]).env("UMBRAGRAPH_ADAPTER", "none at all").output().unwrap();
+    let output = command(&["check", "pipelines/nebula.json"])
+        .env("UMBRAGRAPH_ADAPTER", "none at all")
+        .output()
+        .unwrap();
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
-    assert!(text(&output.stdout).contains("pipelines/nebula.json: 5 passes (0 culled)"), "{}", text(&output.stdout));
+    assert!(
+        text(&output.stdout).contains("pipelines/nebula.json: 5 passes (0 culled)"),
+        "{}",
+        text(&output.stdout)
+    );
 }
 
 #[test]
@@ -61,11 +68,18 @@ fn every_pipeline_of_the_tree_is_valid() {
 
 #[test]
 fn plan_is_json_and_wgsl_is_the_text_of_the_pass() {
-    let plan: serde_json::Value = serde_json::from_slice(&run(&["plan", "pipelines/nebula.json"]).stdout).unwrap();
+    let plan: serde_json::Value =
+        serde_json::from_slice(&run(&["plan", "pipelines/nebula.json"]).stdout).unwrap();
     assert_eq!(plan["passes"].as_array().unwrap().len(), 5);
     let shaders = text(&run(&["wgsl", "pipelines/nebula.json", "--pass", "casters"]).stdout);
-    assert!(shaders.contains("fn project(") && shaders.contains("fn cut_out(") && !shaders.contains("fn shade("));
-    refused(&["wgsl", "pipelines/nebula.json", "--pass", "caster"], 1, &["UG0207", "did you mean \"casters\"?"]);
+    assert!(
+        shaders.contains("fn project(") && shaders.contains("fn cut_out(") && !shaders.contains("fn shade(")
+    );
+    refused(
+        &["wgsl", "pipelines/nebula.json", "--pass", "caster"],
+        1,
+        &["UG0207", "did you mean \"casters\"?"],
+    );
 }
 
 #[test]
@@ -92,14 +106,27 @@ fn files_that_are_not_there_are_findings() {
     let folder = ScratchFolder::new("command-missing-scene");
     let out = folder.join("x.png");
     let out = out.to_str().unwrap();
-    refused(&["render", "pipelines/nebula.json", "--scene", "nowhere.glb", "--out", out], 1, &["nowhere.glb"]);
+    refused(
+        &["render", "pipelines/nebula.json", "--scene", "nowhere.glb", "--out", out],
+        1,
+        &["nowhere.glb"],
+    );
     assert!(!Path::new(out).exists());
 }
 
 #[test]
 fn findings_of_the_pipeline_and_of_the_scene_come_together() {
     let errors = refused(
-        &["render", "pipelines/nebula.json", "--set", "far=[2,1]", "--scene", "nowhere.glb", "--out", "/dev/null"],
+        &[
+            "render",
+            "pipelines/nebula.json",
+            "--set",
+            "far=[2,1]",
+            "--scene",
+            "nowhere.glb",
+            "--out",
+            "/dev/null",
+        ],
         1,
         &["UG0205", "nowhere.glb"],
     );
@@ -108,7 +135,9 @@ fn findings_of_the_pipeline_and_of_the_scene_come_together() {
 
 #[test]
 fn misspelt_and_impossible_settings_are_findings_at_the_command_line() {
-    let set = |setting: &str| vec!["check".to_owned(), "pipelines/nebula.json".to_owned(), "--set".to_owned(), setting.to_owned()];
+    let set = |setting: &str| {
+        vec!["check".to_owned(), "pipelines/nebula.json".to_owned(), "--set".to_owned(), setting.to_owned()]
+    };
     for (setting, code, help) in [
         ("resolutoin=1024", "UG0202", "did you mean \"resolution\"?"),
         ("resolution", "UG0005", "NAME=VALUE"),
@@ -121,7 +150,11 @@ fn misspelt_and_impossible_settings_are_findings_at_the_command_line() {
         refused(&arguments, 1, &[code, help, "<command line>:1:"]);
     }
     refused(&["check", "pipelines/nebula.json", "--feature", "reverse=true"], 1, &["UG0202"]);
-    refused(&["check", "pipelines/nebula.json", "--profile", "webgup"], 1, &["UG0006", "did you mean \"webgpu\"?"]);
+    refused(
+        &["check", "pipelines/nebula.json", "--profile", "webgup"],
+        1,
+        &["UG0006", "did you mean \"webgpu\"?"],
+    );
 }
 
 #[test]
@@ -141,17 +174,31 @@ fn templates_that_do_not_render_or_are_not_wgsl_are_findings_at_the_templates_li
     check("{% if %}", &["tonemap.wgsl.jinja:1:"]);
     check("\n{{ no_such_axis }}", &["tonemap.wgsl.jinja:2:", "no_such_axis"]);
     check("\n\nfn broken( {", &["tonemap.wgsl.jinja:3:"]);
-    check("@fragment fn show() -> @location(0) vec4<f32> {\n  return vec3<f32>(1.0);\n}", &["tonemap.wgsl.jinja:2:"]);
+    check(
+        "@fragment fn show() -> @location(0) vec4<f32> {\n  return vec3<f32>(1.0);\n}",
+        &["tonemap.wgsl.jinja:2:"],
+    );
 }
 
 #[test]
 fn a_scene_with_a_missing_buffer_is_a_finding_with_its_place_in_the_document() {
     let folder = ScratchFolder::new("command-broken-scene");
     let scene = folder.join("broken.gltf");
-    std::fs::write(&scene, r#"{ "asset": { "version": "2.0" }, "buffers": [{ "byteLength": 12, "uri": "gone.bin" }] }"#).unwrap();
+    std::fs::write(
+        &scene,
+        r#"{ "asset": { "version": "2.0" }, "buffers": [{ "byteLength": 12, "uri": "gone.bin" }] }"#,
+    )
+    .unwrap();
     let out = folder.join("x.png");
     refused(
-        &["render", "pipelines/nebula.json", "--scene", scene.to_str().unwrap(), "--out", out.to_str().unwrap()],
+        &[
+            "render",
+            "pipelines/nebula.json",
+            "--scene",
+            scene.to_str().unwrap(),
+            "--out",
+            out.to_str().unwrap(),
+        ],
         1,
         &["gone.bin", "/buffers/0"],
     );
@@ -163,10 +210,11 @@ fn a_machine_without_an_adapter_is_told_what_to_do_and_nothing_is_written() {
     let folder = ScratchFolder::new("command-no-adapter");
     let out = folder.join("x.png");
     let scene = "examples/scenes/courtyard.glb";
-    let output = command(&["render", "pipelines/nebula.json", "--scene", scene, "--out", out.to_str().unwrap()])
-        .env("UMBRAGRAPH_ADAPTER", "an adapter that no machine has")
-        .output()
-        .unwrap();
+    let output =
+        command(&["render", "pipelines/nebula.json", "--scene", scene, "--out", out.to_str().unwrap()])
+            .env("UMBRAGRAPH_ADAPTER", "an adapter that no machine has")
+            .output()
+            .unwrap();
     let errors = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{errors}");
     assert!(errors.contains("UG0801"), "{errors}");
@@ -182,7 +230,16 @@ fn render_writes_a_whole_picture_and_says_on_what_and_how_fast() {
     let folder = ScratchFolder::new("command-render");
     let out = folder.join("new/folder/x.png");
     let scene = "examples/scenes/courtyard.glb";
-    let arguments = ["render", "pipelines/nebula.json", "--scene", scene, "--size", "64x48", "--out", out.to_str().unwrap()];
+    let arguments = [
+        "render",
+        "pipelines/nebula.json",
+        "--scene",
+        scene,
+        "--size",
+        "64x48",
+        "--out",
+        out.to_str().unwrap(),
+    ];
     let output = run(&arguments);
     let said = text(&output.stdout);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
@@ -195,7 +252,16 @@ fn render_writes_a_whole_picture_and_says_on_what_and_how_fast() {
     assert_eq!(std::fs::read_dir(out.parent().unwrap()).unwrap().count(), 1, "no temporary file is left");
     let blocked = out.join("y.png");
     refused(
-        &["render", "pipelines/nebula.json", "--scene", scene, "--size", "16x16", "--out", blocked.to_str().unwrap()],
+        &[
+            "render",
+            "pipelines/nebula.json",
+            "--scene",
+            scene,
+            "--size",
+            "16x16",
+            "--out",
+            blocked.to_str().unwrap(),
+        ],
         1,
         &["UG0004"],
     );
@@ -205,7 +271,16 @@ fn render_writes_a_whole_picture_and_says_on_what_and_how_fast() {
 fn without_the_gpu_feature_nothing_of_wgpu_core_is_built() {
     for package in ["umbragraph", "umbragraph-cli"] {
         let output = Command::new(env!("CARGO"))
-            .args(["tree", "--edges", "normal", "--no-default-features", "--prefix", "none", "--package", package])
+            .args([
+                "tree",
+                "--edges",
+                "normal",
+                "--no-default-features",
+                "--prefix",
+                "none",
+                "--package",
+                package,
+            ])
             .current_dir(root())
             .output()
             .expect("cargo");

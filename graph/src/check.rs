@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use crate::compiler::{self, Graph, Plan, PlanOptions};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::document::{self, Document};
 use crate::node::Registry;
 use crate::pipeline::{self, Choice, Pipeline};
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::{FileId, MAXIMUM_FILE_BYTES, Sources, Span};
-use crate::document::{self, Document};
 
 /// What a pipeline text came to, as far as its findings let it.
 #[derive(Clone, Debug, Default)]
@@ -49,10 +49,16 @@ pub fn check(file: FileId, job: &Job<'_>, sources: &Sources, diagnostics: &mut D
 }
 
 /// Takes a document, perhaps composed of several files, all the way to a plan. Every finding goes to `diagnostics`.
-pub fn check_document(document: &Document, job: &Job<'_>, sources: &Sources, diagnostics: &mut Diagnostics) -> Checked {
+pub fn check_document(
+    document: &Document,
+    job: &Job<'_>,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Checked {
     let mut checked = Checked::default();
     let Job { registry, templates, profile, choice, options } = job;
-    let Some(pipeline) = pipeline::load(document, registry, templates, profile, choice, sources, diagnostics) else {
+    let Some(pipeline) = pipeline::load(document, registry, templates, profile, choice, sources, diagnostics)
+    else {
         return checked;
     };
     let pipeline = Arc::new(pipeline);
@@ -75,8 +81,13 @@ pub fn read_source(path: &Path, sources: &mut Sources) -> Result<FileId, Diagnos
             std::io::ErrorKind::PermissionDenied => "permission is denied".to_owned(),
             _ => error.to_string(),
         };
-        Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", format!("the file \"{name}\" cannot be read: {reason}"))
-            .help("paths are relative to the current folder")
+        Diagnostic::in_file(
+            codes::FILE_UNREADABLE,
+            &name,
+            "",
+            format!("the file \"{name}\" cannot be read: {reason}"),
+        )
+        .help("paths are relative to the current folder")
     };
     let metadata = std::fs::metadata(path).map_err(unreadable)?;
     if metadata.is_dir() {
@@ -94,8 +105,12 @@ pub fn read_source(path: &Path, sources: &mut Sources) -> Result<FileId, Diagnos
             let at = error.utf8_error().valid_up_to();
             let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
             let file = sources.add(name.clone(), text);
-            Err(Diagnostic::error(codes::FILE_NOT_UTF8, Span::new(file, at..at + 1), format!("the file \"{name}\" is not UTF-8"))
-                .help("save it as UTF-8"))
+            Err(Diagnostic::error(
+                codes::FILE_NOT_UTF8,
+                Span::new(file, at..at + 1),
+                format!("the file \"{name}\" is not UTF-8"),
+            )
+            .help("save it as UTF-8"))
         }
     }
 }

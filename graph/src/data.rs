@@ -244,7 +244,8 @@ impl HostData {
         let length = self.shape.values[at].1.words();
         for (count, word) in words.into_iter().enumerate() {
             if count == length {
-                self.refused = Some(format!("more than the declared {} for \"{name}\"", self.shape.values[at].1));
+                self.refused =
+                    Some(format!("more than the declared {} for \"{name}\"", self.shape.values[at].1));
                 return;
             }
             self.words[start + count] = word;

@@ -40,13 +40,22 @@ impl HostInterface {
     /// The names of the properties of a set.
     pub fn property_names(&self, set: PropertySet) -> Vec<&str> {
         let in_set = |at: usize| at < 32 && set.0 & (1 << at) != 0;
-        self.properties.iter().enumerate().filter(|(at, _)| in_set(*at)).map(|(_, name)| name.as_str()).collect()
+        self.properties
+            .iter()
+            .enumerate()
+            .filter(|(at, _)| in_set(*at))
+            .map(|(_, name)| name.as_str())
+            .collect()
     }
 
     /// The vertex attribute of a name: its slot and itself.
     pub fn attribute(&self, name: &str) -> Option<(usize, &HostAttribute)> {
         self.vertex_buffers.iter().enumerate().find_map(|(slot, buffer)| {
-            buffer.attributes.iter().find(|attribute| attribute.name == name).map(|attribute| (slot, attribute))
+            buffer
+                .attributes
+                .iter()
+                .find(|attribute| attribute.name == name)
+                .map(|attribute| (slot, attribute))
         })
     }
 }
@@ -112,7 +121,11 @@ pub struct HostMember {
 /// Compares how a host stores things with what the programs that draw it want. Places are the passes' shaders.
 ///
 /// Findings: vertex inputs and bindings that the host does not have, members of another type or at another offset.
-pub fn check_host(pipeline: &crate::pipeline::Pipeline, geometry: &str, host: &HostInterface) -> Vec<Diagnostic> {
+pub fn check_host(
+    pipeline: &crate::pipeline::Pipeline,
+    geometry: &str,
+    host: &HostInterface,
+) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
     for pass in &pipeline.passes {
         let crate::work::Work::Render(render) = &pass.work else { continue };
@@ -143,9 +156,14 @@ fn check_program(
     let template = &program.template;
     for set in &host.property_sets {
         let variant = program.variant(&host.property_names(*set));
-        for input in variant.entry_point(Stage::Vertex).map(|entry| entry.inputs.as_slice()).unwrap_or_default() {
+        for input in
+            variant.entry_point(Stage::Vertex).map(|entry| entry.inputs.as_slice()).unwrap_or_default()
+        {
             if host.attribute(&input.name).is_none() {
-                report(format!("the host has no vertex attribute \"{}\", which {template} reads (geometry \"{geometry}\")", input.name));
+                report(format!(
+                    "the host has no vertex attribute \"{}\", which {template} reads (geometry \"{geometry}\")",
+                    input.name
+                ));
             }
         }
     }
@@ -153,12 +171,20 @@ fn check_program(
         let slots = if binding.group == 2 { &host.material } else { &host.object };
         let name = &binding.name;
         match (slots.iter().find(|slot| slot.name == *name).map(|slot| &slot.kind), &binding.block) {
-            (None, _) => report(format!("the host has no \"{name}\" for group {} of {template}", binding.group)),
+            (None, _) => {
+                report(format!("the host has no \"{name}\" for group {} of {template}", binding.group))
+            }
             (Some(HostSlotKind::Opaque(type_name)), None) if *type_name == binding.type_name => {}
-            (Some(HostSlotKind::Block { members, size, .. }), Some(layout @ TypeLayout::Struct { members: wanted, .. })) => {
+            (
+                Some(HostSlotKind::Block { members, size, .. }),
+                Some(layout @ TypeLayout::Struct { members: wanted, .. }),
+            ) => {
                 for member in wanted {
                     let Some(have) = members.iter().find(|have| have.name == member.name) else {
-                        report(format!("the host's block \"{name}\" has no \"{}\", which {template} reads", member.name));
+                        report(format!(
+                            "the host's block \"{name}\" has no \"{}\", which {template} reads",
+                            member.name
+                        ));
                         continue;
                     };
                     let have_type = have.value_type.to_string();
@@ -176,10 +202,15 @@ fn check_program(
                     }
                 }
                 if *size < layout.size() {
-                    report(format!("the host's block \"{name}\" has {size} bytes, {template} wants {}", layout.size()));
+                    report(format!(
+                        "the host's block \"{name}\" has {size} bytes, {template} wants {}",
+                        layout.size()
+                    ));
                 }
             }
-            (Some(_), _) => report(format!("\"{name}\" of the host is not {}, which {template} wants", binding.type_name)),
+            (Some(_), _) => {
+                report(format!("\"{name}\" of the host is not {}, which {template} wants", binding.type_name))
+            }
         }
     }
 }

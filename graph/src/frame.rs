@@ -37,7 +37,9 @@ impl Projection {
     /// The distances of the near and the far plane, in metres.
     pub fn depth_range(self) -> (f64, f64) {
         match self {
-            Projection::Perspective { near, far, .. } | Projection::Orthographic { near, far, .. } => (near, far),
+            Projection::Perspective { near, far, .. } | Projection::Orthographic { near, far, .. } => {
+                (near, far)
+            }
         }
     }
 }
@@ -70,20 +72,44 @@ impl Camera {
                 let height = 1.0 / (0.5 * vertical_fov).tan();
                 let depth = far / (near - far);
                 DMat4::from_cols_array(&[
-                    height / self.aspect, 0.0, 0.0, 0.0,
-                    0.0, height, 0.0, 0.0,
-                    0.0, 0.0, depth, -1.0,
-                    0.0, 0.0, depth * near, 0.0,
+                    height / self.aspect,
+                    0.0,
+                    0.0,
+                    0.0,
+                    0.0,
+                    height,
+                    0.0,
+                    0.0,
+                    0.0,
+                    0.0,
+                    depth,
+                    -1.0,
+                    0.0,
+                    0.0,
+                    depth * near,
+                    0.0,
                 ])
             }
             Projection::Orthographic { half_height, .. } => {
                 let half_width = half_height * self.aspect;
                 let depth = 1.0 / (near - far);
                 DMat4::from_cols_array(&[
-                    1.0 / half_width, 0.0, 0.0, 0.0,
-                    0.0, 1.0 / half_height, 0.0, 0.0,
-                    0.0, 0.0, depth, 0.0,
-                    0.0, 0.0, depth * near, 1.0,
+                    1.0 / half_width,
+                    0.0,
+                    0.0,
+                    0.0,
+                    0.0,
+                    1.0 / half_height,
+                    0.0,
+                    0.0,
+                    0.0,
+                    0.0,
+                    depth,
+                    0.0,
+                    0.0,
+                    0.0,
+                    depth * near,
+                    1.0,
                 ])
             }
         }
@@ -102,9 +128,8 @@ impl Camera {
             Projection::Orthographic { half_height, .. } => half_height,
         };
         let half_width = half_height * self.aspect;
-        [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)].map(|(x, y)| {
-            self.position + self.rotation * DVec3::new(x * half_width, y * half_height, -depth)
-        })
+        [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
+            .map(|(x, y)| self.position + self.rotation * DVec3::new(x * half_width, y * half_height, -depth))
     }
 
     /// Why no pass could use this camera, or `None` if it is fine.
@@ -123,11 +148,17 @@ impl Camera {
             return Some("its far plane is not beyond its near plane");
         }
         match self.projection {
-            Projection::Perspective { vertical_fov, .. } if !(vertical_fov > 0.0 && vertical_fov < std::f64::consts::PI) => {
+            Projection::Perspective { vertical_fov, .. }
+                if !(vertical_fov > 0.0 && vertical_fov < std::f64::consts::PI) =>
+            {
                 Some("its vertical field of view is not between 0 and π")
             }
-            Projection::Perspective { near, .. } if near <= 0.0 => Some("its near plane is not in front of it"),
-            Projection::Orthographic { half_height, .. } if !(half_height.is_finite() && half_height > 0.0) => {
+            Projection::Perspective { near, .. } if near <= 0.0 => {
+                Some("its near plane is not in front of it")
+            }
+            Projection::Orthographic { half_height, .. }
+                if !(half_height.is_finite() && half_height > 0.0) =>
+            {
                 Some("its half height is not above zero")
             }
             _ => None,
@@ -181,7 +212,11 @@ pub struct Light {
 impl Light {
     /// Why no pass could use this light, or `None` if it is fine.
     pub fn check(&self) -> Option<&'static str> {
-        if !(self.position.is_finite() && self.direction.is_finite() && self.color.is_finite() && self.intensity.is_finite()) {
+        if !(self.position.is_finite()
+            && self.direction.is_finite()
+            && self.color.is_finite()
+            && self.intensity.is_finite())
+        {
             return Some("it has a value that is not finite");
         }
         if !matches!(self.kind, LightKind::Point) && !self.direction.is_normalized() {
@@ -241,7 +276,9 @@ impl Bounds {
         if self.is_empty() {
             return Self::EMPTY;
         }
-        self.corners().into_iter().fold(Self::EMPTY, |bounds, corner| bounds.with(transform.transform_point3(corner)))
+        self.corners()
+            .into_iter()
+            .fold(Self::EMPTY, |bounds, corner| bounds.with(transform.transform_point3(corner)))
     }
 
     /// The middle.

@@ -32,6 +32,6 @@ pub mod work;
 mod check;
 
 pub use check::{Checked, Job, check, check_document, read_source};
-pub use wgpu_types;
 #[cfg(feature = "gpu")]
 pub use wgpu;
+pub use wgpu_types;

@@ -72,7 +72,12 @@ pub struct DepthSettings {
 }
 
 /// Declares a color attachment. `covers` says that the pass writes every texel.
-pub(crate) fn color(pass: &mut PassBuilder<'_>, settings: &ColorSettings, at: &str, covers: bool) -> Option<ColorAttachment> {
+pub(crate) fn color(
+    pass: &mut PassBuilder<'_>,
+    settings: &ColorSettings,
+    at: &str,
+    covers: bool,
+) -> Option<ColorAttachment> {
     let blend = match &settings.blend {
         Some(word) => blend_state(pass.word(word, &format!("{at}/blend"))?),
         None => None,
@@ -83,7 +88,12 @@ pub(crate) fn color(pass: &mut PassBuilder<'_>, settings: &ColorSettings, at: &s
             let numbers = pass.numbers(expr, &pointer)?;
             let Ok(value) = <[f64; 4]>::try_from(numbers.as_slice()) else {
                 let message = format!("a color has four numbers, not {}", numbers.len());
-                pass.report(codes::OUT_OF_BOUNDS, &pointer, message, "write red, green, blue and alpha: [0, 0, 0, 1]");
+                pass.report(
+                    codes::OUT_OF_BOUNDS,
+                    &pointer,
+                    message,
+                    "write red, green, blue and alpha: [0, 0, 0, 1]",
+                );
                 return None;
             };
             LoadOperation::Clear(value)
@@ -97,7 +107,11 @@ pub(crate) fn color(pass: &mut PassBuilder<'_>, settings: &ColorSettings, at: &s
 }
 
 /// Declares the depth attachment.
-pub(crate) fn depth(pass: &mut PassBuilder<'_>, settings: &DepthSettings, at: &str) -> Option<DepthAttachment> {
+pub(crate) fn depth(
+    pass: &mut PassBuilder<'_>,
+    settings: &DepthSettings,
+    at: &str,
+) -> Option<DepthAttachment> {
     let write = match &settings.write {
         Some(expr) => pass.boolean(expr, &format!("{at}/write"))?,
         None => true,
@@ -121,7 +135,12 @@ pub(crate) fn depth(pass: &mut PassBuilder<'_>, settings: &DepthSettings, at: &s
             let pointer = format!("{at}/slope_bias");
             let value = pass.number(expr, &pointer)? as f32;
             if !value.is_finite() {
-                pass.report(codes::OUT_OF_BOUNDS, &pointer, "the bias is beyond 32-bit floating point", "a few units are plenty");
+                pass.report(
+                    codes::OUT_OF_BOUNDS,
+                    &pointer,
+                    "the bias is beyond 32-bit floating point",
+                    "a few units are plenty",
+                );
                 return None;
             }
             value
@@ -165,7 +184,8 @@ fn target(
 }
 
 fn blend_state(blend: Blend) -> Option<BlendState> {
-    let component = |src_factor, dst_factor| BlendComponent { src_factor, dst_factor, operation: BlendOperation::Add };
+    let component =
+        |src_factor, dst_factor| BlendComponent { src_factor, dst_factor, operation: BlendOperation::Add };
     match blend {
         Blend::Replace => None,
         Blend::Alpha => Some(BlendState::ALPHA_BLENDING),

@@ -53,8 +53,11 @@ impl Node for Compute {
                 resource.map(|resource| Dispatch::Over { resource, mip })
             }
             (None, Some(counts)) => {
-                let counts: Option<Vec<Deferred>> =
-                    counts.iter().enumerate().map(|(at, expr)| pass.deferred(expr, &format!("/workgroups/{at}"))).collect();
+                let counts: Option<Vec<Deferred>> = counts
+                    .iter()
+                    .enumerate()
+                    .map(|(at, expr)| pass.deferred(expr, &format!("/workgroups/{at}")))
+                    .collect();
                 counts.and_then(|counts| <[Deferred; 3]>::try_from(counts).ok()).map(Dispatch::Workgroups)
             }
             _ => {
@@ -63,6 +66,10 @@ impl Node for Compute {
                 None
             }
         };
-        Some(pass.produce(Work::Compute(ComputeWork { program: program?, bindings: bindings?, dispatch: dispatch? })))
+        Some(pass.produce(Work::Compute(ComputeWork {
+            program: program?,
+            bindings: bindings?,
+            dispatch: dispatch?,
+        })))
     }
 }

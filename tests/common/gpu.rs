@@ -94,7 +94,8 @@ pub fn render(gpu: &Gpu, outcome: &Outcome, scene: &Scene) -> Picture {
 /// The picture that a plan makes of a scene as a frame sees it.
 #[track_caller]
 pub fn render_frame(gpu: &Gpu, plan: &Plan, scene: &Scene, input: &FrameInput) -> Picture {
-    let resources = SceneResources::new(&gpu.device, &gpu.queue, scene, &scene.pose(0.0)).expect("a scene that fits");
+    let resources =
+        SceneResources::new(&gpu.device, &gpu.queue, scene, &scene.pose(0.0)).expect("a scene that fits");
     let target = import(gpu, plan, "target");
     let mut executor = executor(gpu, plan, Some(&resources));
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -121,7 +122,11 @@ pub fn read(gpu: &Gpu, texture: &wgpu::Texture) -> Picture {
         texture.as_image_copy(),
         wgpu::TexelCopyBufferInfo {
             buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: Some(height) },
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row),
+                rows_per_image: Some(height),
+            },
         },
         wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
     );
@@ -130,6 +135,7 @@ pub fn read(gpu: &Gpu, texture: &wgpu::Texture) -> Picture {
     gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
     let mapped = buffer.slice(..).get_mapped_range().expect("a mapped buffer");
     let bytes: &[u8] = &mapped;
-    let pixels = bytes.chunks_exact(row as usize).flat_map(|line| &line[..width as usize * 4]).copied().collect();
+    let pixels =
+        bytes.chunks_exact(row as usize).flat_map(|line| &line[..width as usize * 4]).copied().collect();
     Picture::new(width, height, Channels::Rgba, pixels).expect("a picture")
 }

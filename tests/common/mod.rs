@@ -96,8 +96,7 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
     let mut findings = Diagnostics::new();
     let templates = templates(with.templates, &mut sources, &mut findings);
     let file = sources.add(name, text);
-    let Some(composed) =
-        compose::compose(file, Path::new(name), &mut Workspace, &mut sources, &mut findings)
+    let Some(composed) = compose::compose(file, Path::new(name), &mut Workspace, &mut sources, &mut findings)
     else {
         return Outcome { sources, findings, checked: Checked::default() };
     };
@@ -154,7 +153,11 @@ fn choice(document: &Document, with: &With<'_>, sources: &mut Sources, findings:
 }
 
 /// The project's templates and some of the test's own.
-pub fn templates(own: &[(&str, &str)], sources: &mut Sources, findings: &mut Diagnostics) -> Arc<TemplateSet> {
+pub fn templates(
+    own: &[(&str, &str)],
+    sources: &mut Sources,
+    findings: &mut Diagnostics,
+) -> Arc<TemplateSet> {
     let mut set = TemplateSet::new();
     let folder = root().join("shaders-templates");
     let mut names = Vec::new();
@@ -171,7 +174,8 @@ pub fn templates(own: &[(&str, &str)], sources: &mut Sources, findings: &mut Dia
 }
 
 fn collect(root: &Path, folder: &Path, names: &mut Vec<String>) {
-    let mut entries: Vec<_> = std::fs::read_dir(folder).expect("a folder").flatten().map(|entry| entry.path()).collect();
+    let mut entries: Vec<_> =
+        std::fs::read_dir(folder).expect("a folder").flatten().map(|entry| entry.path()).collect();
     entries.sort();
     for path in entries {
         if path.is_dir() {
@@ -193,7 +197,8 @@ fn setting(name: &str, value: &str, sources: &mut Sources) -> Setting {
 
 /// All files below a folder, sorted.
 pub fn files(folder: &Path, found: &mut Vec<PathBuf>) {
-    let mut entries: Vec<_> = std::fs::read_dir(folder).expect("a folder").flatten().map(|entry| entry.path()).collect();
+    let mut entries: Vec<_> =
+        std::fs::read_dir(folder).expect("a folder").flatten().map(|entry| entry.path()).collect();
     entries.sort();
     for path in entries {
         if path.is_dir() { files(&path, found) } else { found.push(path) }

@@ -35,7 +35,10 @@ pub(super) fn accesses<'a>(pipeline: &'a Pipeline, diagnostics: &mut Diagnostics
                 if other.part.overlaps(one.part) && (other.writes || one.usage.writes()) {
                     diagnostics.push(feedback(pipeline, handle, other.one, one));
                 }
-                known |= other.part == one.part && other.version == &one.version && !other.writes && !one.usage.writes();
+                known |= other.part == one.part
+                    && other.version == &one.version
+                    && !other.writes
+                    && !one.usage.writes();
             }
             if !known {
                 let (reads, writes) = (one.usage.reads(), one.usage.writes());
@@ -52,7 +55,11 @@ pub(super) fn in_conflict(list: &[Access<'_>], writers: &[usize]) -> bool {
     let mut wide: BTreeSet<Part> = BTreeSet::new();
     for at in writers {
         let part = list[*at].part;
-        let new = if is_exact(part) { exact.insert(part) } else { wide.iter().all(|other| !other.overlaps(part)) && wide.insert(part) };
+        let new = if is_exact(part) {
+            exact.insert(part)
+        } else {
+            wide.iter().all(|other| !other.overlaps(part)) && wide.insert(part)
+        };
         if !new {
             return true;
         }
@@ -108,7 +115,11 @@ impl Writers {
     }
 
     fn lists(&self, part: Part) -> (&[usize], &[usize]) {
-        if is_exact(part) && self.single.is_none() { (self.exact.get(&part).map_or(&[], Vec::as_slice), &self.wide) } else { (&[], &self.all) }
+        if is_exact(part) && self.single.is_none() {
+            (self.exact.get(&part).map_or(&[], Vec::as_slice), &self.wide)
+        } else {
+            (&[], &self.all)
+        }
     }
 
     /// The ranks below a limit whose parts may overlap a part, the latest first.

@@ -43,14 +43,22 @@ pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>, spans: &[Option<(usiz
                 plan.bytes += bytes;
                 let (format, size) = (texture.format, texture.size);
                 let (volume, usages) = (texture.volume, texture.usages);
-                plan.textures.push(PhysicalTexture { label: String::new(), format, size, volume, usages, bytes });
+                plan.textures.push(PhysicalTexture {
+                    label: String::new(),
+                    format,
+                    size,
+                    volume,
+                    usages,
+                    bytes,
+                });
             }
             append(&mut plan.textures[index].label, &pipeline.resource(handle).name);
         }
     }
     for (handle, index) in buffers.assigned() {
         physical[handle.index()] = Physical::Buffer(index);
-        if let Some(Descriptor::Buffer { bytes, usages }) = facts.get(handle).and_then(|fact| fact.descriptor) {
+        if let Some(Descriptor::Buffer { bytes, usages }) = facts.get(handle).and_then(|fact| fact.descriptor)
+        {
             if index == plan.buffers.len() {
                 plan.bytes += bytes;
                 plan.buffers.push(PhysicalBuffer { label: String::new(), bytes, usages });

@@ -13,8 +13,8 @@ use crate::pipeline::{Part, Pass, Pipeline, Program, Resource, ResourceKind, Usa
 use crate::shader::TargetProfile;
 use crate::source::{Sources, Span};
 use crate::work::{
-    AttachmentTarget, ColorAttachment, DepthAttachment, Draw, HostContext, HostNode, HostWork, LoadOperation, PassHandle,
-    ProgramHandle, RenderWork, ResourceHandle, Work,
+    AttachmentTarget, ColorAttachment, DepthAttachment, Draw, HostContext, HostNode, HostWork, LoadOperation,
+    PassHandle, ProgramHandle, RenderWork, ResourceHandle, Work,
 };
 
 /// A pipeline in the making.
@@ -46,7 +46,12 @@ impl Assembly {
     pub fn new(name: &str) -> Self {
         let mut sources = Sources::new();
         let place = Span::new(sources.add("<assembled>", ""), 0..0);
-        let program = Program { template: String::new(), axes: Default::default(), variants: Vec::new(), bindings: Vec::new() };
+        let program = Program {
+            template: String::new(),
+            axes: Default::default(),
+            variants: Vec::new(),
+            bindings: Vec::new(),
+        };
         let pipeline = Pipeline {
             name: name.to_owned(),
             profile: TargetProfile::webgpu(),
@@ -72,7 +77,11 @@ impl Assembly {
     }
 
     /// A texture as the caller describes it, starting from a transient one of the size of the viewport.
-    pub fn texture_with(&mut self, name: &str, describe: impl FnOnce(&mut TextureDeclaration)) -> ResourceHandle {
+    pub fn texture_with(
+        &mut self,
+        name: &str,
+        describe: impl FnOnce(&mut TextureDeclaration),
+    ) -> ResourceHandle {
         let mut texture = TextureDeclaration {
             format: FormatCandidates::One("rgba8unorm".to_owned()),
             size: Expr::from("viewport"),
@@ -101,7 +110,14 @@ impl Assembly {
     fn resource(&mut self, name: &str, kind: ResourceKind) -> ResourceHandle {
         let value = Value { span: self.place, kind: Kind::Null };
         let pointer = format!("/resources/{name}");
-        self.pipeline.resources.push(Resource { name: name.to_owned(), place: self.place, pointer, value, environment: Arc::default(), kind });
+        self.pipeline.resources.push(Resource {
+            name: name.to_owned(),
+            place: self.place,
+            pointer,
+            value,
+            environment: Arc::default(),
+            kind,
+        });
         ResourceHandle(self.pipeline.resources.len() as u32 - 1)
     }
 
@@ -180,7 +196,8 @@ impl AssemblyPass<'_> {
 
     /// Draws to mip 0 and layer 0 of a color texture.
     pub fn color(mut self, resource: ResourceHandle, load: LoadOperation<[f64; 4]>) -> Self {
-        let usage = if load == LoadOperation::Load { Usage::ColorAttachmentLoad } else { Usage::ColorAttachment };
+        let usage =
+            if load == LoadOperation::Load { Usage::ColorAttachmentLoad } else { Usage::ColorAttachment };
         let target = attached(resource);
         self.color.push(ColorAttachment { target, load, blend: None });
         self.draw();
@@ -195,7 +212,8 @@ impl AssemblyPass<'_> {
             _ => Usage::DepthAttachment,
         };
         let compare = wgpu_types::CompareFunction::Less;
-        self.depth = Some(DepthAttachment { target: attached(resource), load, write, compare, slope_bias: 0.0 });
+        self.depth =
+            Some(DepthAttachment { target: attached(resource), load, write, compare, slope_bias: 0.0 });
         self.draw();
         self.uses(resource, Part { mip: Some(0), layer: Some(0) }, usage, Version::Newest)
     }

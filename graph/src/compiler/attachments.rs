@@ -19,7 +19,12 @@ use crate::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, RenderWork,
 
 impl Planner<'_> {
     /// Plans an attachment of the pass at a position.
-    pub(super) fn attachment(&self, at: usize, target: AttachmentTarget, load: LoadOperation<()>) -> PlannedAttachment {
+    pub(super) fn attachment(
+        &self,
+        at: usize,
+        target: AttachmentTarget,
+        load: LoadOperation<()>,
+    ) -> PlannedAttachment {
         let resource = self.pipeline.resource(target.resource);
         let part = Part { mip: Some(target.mip), layer: target.layer };
         let users = &self.users[target.resource.index()];
@@ -41,7 +46,8 @@ impl Planner<'_> {
         let alone = users.first().is_some_and(|(first, _)| *first == at)
             && users.last().is_some_and(|(last, _)| *last == at)
             && users.iter().all(|(_, one)| one.usage.is_attachment());
-        let transient_attachment = transient && alone && store == StoreOperation::Discard && load != LoadOperation::Load;
+        let transient_attachment =
+            transient && alone && store == StoreOperation::Discard && load != LoadOperation::Load;
         PlannedAttachment { resource: resource.name.clone(), load, store, transient_attachment, target }
     }
 
@@ -62,14 +68,17 @@ impl Planner<'_> {
     ) {
         let mut first: Option<(&PlannedAttachment, [u32; 3])> = None;
         for attachment in planned.color.iter().chain(&planned.depth) {
-            let Some(TextureFacts { size, .. }) = self.facts.texture(attachment.target.resource) else { return };
+            let Some(TextureFacts { size, .. }) = self.facts.texture(attachment.target.resource) else {
+                return;
+            };
             let mip = attachment.target.mip.min(31);
             let own = [(size.width >> mip).max(1), (size.height >> mip).max(1), size.samples];
             match first {
                 None => first = Some((attachment, own)),
                 Some((other, wanted)) if wanted != own => {
                     let (place, pointer) = self.place_of(handle, attachment.target.resource);
-                    let words = |size: [u32; 3]| format!("{} by {} with {} samples", size[0], size[1], size[2]);
+                    let words =
+                        |size: [u32; 3]| format!("{} by {} with {} samples", size[0], size[1], size[2]);
                     findings.push(
                         Diagnostic::error(
                             codes::ATTACHMENTS,
@@ -94,19 +103,35 @@ impl Planner<'_> {
     }
 
     /// Finds attachments with fewer layers than there are views.
-    fn check_views(&self, handle: PassHandle, planned: &PlannedPass, render: &RenderWork, findings: &mut Vec<Diagnostic>) {
+    fn check_views(
+        &self,
+        handle: PassHandle,
+        planned: &PlannedPass,
+        render: &RenderWork,
+        findings: &mut Vec<Diagnostic>,
+    ) {
         if let Draw::Scene(scene) = &render.draw
             && let ResourceKind::Data(Some(shape)) = &self.pipeline.resource(scene.views).kind
         {
-            for attachment in planned.color.iter().chain(&planned.depth).filter(|attachment| attachment.target.layer.is_none()) {
-                let Some(TextureFacts { size, .. }) = self.facts.texture(attachment.target.resource) else { continue };
+            for attachment in planned
+                .color
+                .iter()
+                .chain(&planned.depth)
+                .filter(|attachment| attachment.target.layer.is_none())
+            {
+                let Some(TextureFacts { size, .. }) = self.facts.texture(attachment.target.resource) else {
+                    continue;
+                };
                 if size.layers > 1 && size.layers < shape.maximum_views {
                     let (place, pointer) = self.place_of(handle, attachment.target.resource);
                     findings.push(
                         Diagnostic::error(
                             codes::ATTACHMENTS,
                             place,
-                            format!("\"{}\" has {} layers for {} views", attachment.resource, size.layers, shape.maximum_views),
+                            format!(
+                                "\"{}\" has {} layers for {} views",
+                                attachment.resource, size.layers, shape.maximum_views
+                            ),
                         )
                         .pointer(pointer)
                         .help("give the texture a layer for each view"),
@@ -117,7 +142,13 @@ impl Planner<'_> {
     }
 
     /// Finds color attachments that the fragment shader does not write as they are, and outputs that go nowhere.
-    fn check_outputs(&self, handle: PassHandle, planned: &PlannedPass, render: &RenderWork, findings: &mut Vec<Diagnostic>) {
+    fn check_outputs(
+        &self,
+        handle: PassHandle,
+        planned: &PlannedPass,
+        render: &RenderWork,
+        findings: &mut Vec<Diagnostic>,
+    ) {
         let program = match &render.draw {
             Draw::Fullscreen { program, .. } => *program,
             Draw::Scene(scene) => scene.program,
@@ -126,13 +157,19 @@ impl Planner<'_> {
         for variant in &program.variants {
             let Some(fragment) = variant.entry_point(Stage::Fragment) else {
                 if !planned.color.is_empty() {
-                    findings.push(self.output_mismatch(handle, &program.template, "has no fragment stage to write color attachments"));
+                    findings.push(self.output_mismatch(
+                        handle,
+                        &program.template,
+                        "has no fragment stage to write color attachments",
+                    ));
                     return;
                 }
                 continue;
             };
             for (location, attachment) in planned.color.iter().enumerate() {
-                let Some(TextureFacts { format, .. }) = self.facts.texture(attachment.target.resource) else { continue };
+                let Some(TextureFacts { format, .. }) = self.facts.texture(attachment.target.resource) else {
+                    continue;
+                };
                 let wanted = match format.sample_type(None, None) {
                     Some(wgpu_types::TextureSampleType::Uint) => ScalarKind::Uint,
                     Some(wgpu_types::TextureSampleType::Sint) => ScalarKind::Sint,
@@ -140,17 +177,27 @@ impl Planner<'_> {
                 };
                 let output = fragment.outputs.iter().find(|output| output.location as usize == location);
                 let fault = match output {
-                    None => format!("writes no @location({location}), which \"{}\" wants", attachment.resource),
+                    None => {
+                        format!("writes no @location({location}), which \"{}\" wants", attachment.resource)
+                    }
                     Some(output) if output.kind != wanted => {
-                        format!("writes another type to @location({location}) than \"{}\" has", attachment.resource)
+                        format!(
+                            "writes another type to @location({location}) than \"{}\" has",
+                            attachment.resource
+                        )
                     }
                     Some(_) => continue,
                 };
                 findings.push(self.output_mismatch(handle, &program.template, &fault));
                 return;
             }
-            if let Some(output) = fragment.outputs.iter().find(|output| output.location as usize >= planned.color.len()) {
-                let fault = format!("writes @location({}), for which the pass has no color attachment", output.location);
+            if let Some(output) =
+                fragment.outputs.iter().find(|output| output.location as usize >= planned.color.len())
+            {
+                let fault = format!(
+                    "writes @location({}), for which the pass has no color attachment",
+                    output.location
+                );
                 findings.push(self.output_mismatch(handle, &program.template, &fault));
                 return;
             }

@@ -40,7 +40,10 @@ pub enum CullReason {
 /// For each pass why it is kept, or `None` if it is not.
 pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>> {
     let mut kept: Vec<Option<KeepReason>> = vec![None; pipeline.passes.len()];
-    for resource in pipeline.resource_handles().filter(|resource| pipeline.resource(*resource).lifetime() != Lifetime::Transient) {
+    for resource in pipeline
+        .resource_handles()
+        .filter(|resource| pipeline.resource(*resource).lifetime() != Lifetime::Transient)
+    {
         for writer in surviving_writers(pipeline, graph, resource) {
             kept[writer.index()].get_or_insert(KeepReason::Output(resource));
         }
@@ -100,7 +103,8 @@ pub(super) fn cull_reason(pipeline: &Pipeline, graph: &Graph, pass: PassHandle) 
         names.into_iter().cloned().collect::<Vec<_>>()
     };
     let uses = &pipeline.pass(pass).uses;
-    let mut written = uses.iter().filter(|one| one.usage.writes()).map(|one| &pipeline.resource(one.resource).name);
+    let mut written =
+        uses.iter().filter(|one| one.usage.writes()).map(|one| &pipeline.resource(one.resource).name);
     let written = sorted(&mut written);
     if written.is_empty() {
         return CullReason::WritesNothing;

@@ -23,7 +23,9 @@ pub(super) fn shortest(edges: &[Vec<usize>]) -> Vec<Vec<usize>> {
     }
     let mut cycles = Vec::new();
     let mut component_of = vec![usize::MAX; edges.len()];
-    for (index, component) in kosaraju_scc(&graph).into_iter().enumerate().filter(|(_, component)| component.len() > 1) {
+    for (index, component) in
+        kosaraju_scc(&graph).into_iter().enumerate().filter(|(_, component)| component.len() > 1)
+    {
         let mut members: Vec<usize> = component.into_iter().map(petgraph::graph::NodeIndex::index).collect();
         members.sort_unstable();
         for member in &members {
@@ -41,7 +43,12 @@ pub(super) fn shortest(edges: &[Vec<usize>]) -> Vec<Vec<usize>> {
 }
 
 /// A shortest cycle through `start` inside its component, found breadth first.
-fn from_start(edges: &[Vec<usize>], component_of: &[usize], component: usize, start: usize) -> Option<Vec<usize>> {
+fn from_start(
+    edges: &[Vec<usize>],
+    component_of: &[usize],
+    component: usize,
+    start: usize,
+) -> Option<Vec<usize>> {
     let mut parent = std::collections::HashMap::new();
     let mut queue = VecDeque::from([start]);
     while let Some(node) = queue.pop_front() {

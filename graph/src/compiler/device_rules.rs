@@ -72,7 +72,13 @@ impl Rules<'_> {
                 let name = self.name(view.resource);
                 if multisampled != (size.samples > 1) {
                     let help = "declare the binding as texture_multisampled_2d for several samples, as texture_2d for one";
-                    return refuse(format!("\"{name}\" has {} samples, \"{}\" is {}", size.samples, slot.name, binding.type_name), help);
+                    return refuse(
+                        format!(
+                            "\"{name}\" has {} samples, \"{}\" is {}",
+                            size.samples, slot.name, binding.type_name
+                        ),
+                        help,
+                    );
                 }
                 let layers = if view.layer.is_some() { 1 } else { size.layers };
                 let fits = match view.shape {
@@ -80,17 +86,27 @@ impl Rules<'_> {
                     TextureShape::CubeArray => layers % 6 == 0 && size.width == size.height,
                     _ => true,
                 };
-                let volume = self.plan.pipeline.resource(view.resource).texture()?.view == Some(TextureShape::D3);
+                let volume =
+                    self.plan.pipeline.resource(view.resource).texture()?.view == Some(TextureShape::D3);
                 if !fits {
-                    let message = format!("\"{name}\" is {} by {} with {layers} layers, \"{}\" is {}", size.width, size.height, slot.name, binding.type_name);
+                    let message = format!(
+                        "\"{name}\" is {} by {} with {layers} layers, \"{}\" is {}",
+                        size.width, size.height, slot.name, binding.type_name
+                    );
                     return refuse(message, "cubes are square and have six layers each");
                 }
                 if volume != (view.shape == TextureShape::D3) {
-                    return refuse(format!("\"{name}\" cannot be seen as {}", binding.type_name), "volumes are seen as texture_3d, and nothing else is");
+                    return refuse(
+                        format!("\"{name}\" cannot be seen as {}", binding.type_name),
+                        "volumes are seen as texture_3d, and nothing else is",
+                    );
                 }
                 None
             }
-            (source @ (SlotSource::Data { .. } | SlotSource::View(_) | SlotSource::Values(_)), wgpu_types::BindingType::Buffer { ty, .. }) => {
+            (
+                source @ (SlotSource::Data { .. } | SlotSource::View(_) | SlotSource::Values(_)),
+                wgpu_types::BindingType::Buffer { ty, .. },
+            ) => {
                 let bytes = match source {
                     SlotSource::Values(values) => u64::from(values.layout.size()),
                     SlotSource::Data { layout, .. } | SlotSource::View(layout) => u64::from(layout.size),
@@ -98,13 +114,26 @@ impl Rules<'_> {
                 };
                 let limit = match ty {
                     wgpu_types::BufferBindingType::Uniform => limits.max_uniform_buffer_binding_size,
-                    wgpu_types::BufferBindingType::Storage { read_only: true } => limits.max_storage_buffer_binding_size,
+                    wgpu_types::BufferBindingType::Storage { read_only: true } => {
+                        limits.max_storage_buffer_binding_size
+                    }
                     wgpu_types::BufferBindingType::Storage { read_only: false } => {
-                        let message = format!("\"{}\" is written by the shader, but holds values of the host", slot.name);
-                        return refuse(message, "declare it as var<storage, read> or var<uniform>, or bind a buffer");
+                        let message = format!(
+                            "\"{}\" is written by the shader, but holds values of the host",
+                            slot.name
+                        );
+                        return refuse(
+                            message,
+                            "declare it as var<storage, read> or var<uniform>, or bind a buffer",
+                        );
                     }
                 };
-                (bytes > limit).then(|| refuse(format!("the block \"{}\" has {bytes} bytes", slot.name), &format!("the profile allows {limit}")))?
+                (bytes > limit).then(|| {
+                    refuse(
+                        format!("the block \"{}\" has {bytes} bytes", slot.name),
+                        &format!("the profile allows {limit}"),
+                    )
+                })?
             }
             _ => None,
         }
@@ -122,7 +151,8 @@ impl Rules<'_> {
         let (a, b) = (self.name(source.resource), self.name(destination.resource));
         if from.format != to.format {
             let name = |planned: &PlannedResource| planned.format.map(format_name).unwrap_or_default();
-            let message = format!("\"{a}\" is {}, \"{b}\" is {}: a copy changes no format", name(from), name(to));
+            let message =
+                format!("\"{a}\" is {}, \"{b}\" is {}: a copy changes no format", name(from), name(to));
             return Some(self.refuse(destination.resource, message, "use a full-screen pass to convert"));
         }
         if from_extent != to_extent {
@@ -130,7 +160,11 @@ impl Rules<'_> {
                 format!("{width} by {height} with {layers} layers and {samples} samples")
             };
             let message = format!("\"{a}\" is {}, \"{b}\" is {}", words(from_extent), words(to_extent));
-            return Some(self.refuse(destination.resource, message, "a copy joins parts of one size; choose mip and layer"));
+            return Some(self.refuse(
+                destination.resource,
+                message,
+                "a copy joins parts of one size; choose mip and layer",
+            ));
         }
         None
     }
@@ -145,9 +179,13 @@ impl Rules<'_> {
                 findings.push(self.refuse(resource, message, "write volumes from a compute pass"));
                 continue;
             }
-            let layers = self.planned(resource).and_then(|planned| planned.size).map_or(1, |size| size.layers);
+            let layers =
+                self.planned(resource).and_then(|planned| planned.size).map_or(1, |size| size.layers);
             if fullscreen && layers > 1 && attachment.target.layer.is_none() {
-                let message = format!("\"{}\" has {layers} layers, and nothing says which is written", attachment.resource);
+                let message = format!(
+                    "\"{}\" has {layers} layers, and nothing says which is written",
+                    attachment.resource
+                );
                 findings.push(self.refuse(resource, message, "add \"layer\" to the attachment"));
             }
         }

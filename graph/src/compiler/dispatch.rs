@@ -30,14 +30,20 @@ pub(super) fn workgroups(
             let mut counts = [0; 3];
             for (count, deferred) in counts.iter_mut().zip(expressions) {
                 match planner.facts.sizes.value(&deferred.expression, deferred.place, &deferred.pointer)? {
-                    Value::Number(number) if number.fract() == 0.0 && (0.0..=f64::from(limit)).contains(&number) => {
+                    Value::Number(number)
+                        if number.fract() == 0.0 && (0.0..=f64::from(limit)).contains(&number) =>
+                    {
                         *count = number as u32;
                     }
                     other => {
                         findings.push(
-                            Diagnostic::error(codes::DISPATCH, deferred.place, format!("{other} is no workgroup count"))
-                                .pointer(&deferred.pointer)
-                                .help(format!("whole numbers from 0 to {limit} are possible; ceil() rounds up")),
+                            Diagnostic::error(
+                                codes::DISPATCH,
+                                deferred.place,
+                                format!("{other} is no workgroup count"),
+                            )
+                            .pointer(&deferred.pointer)
+                            .help(format!("whole numbers from 0 to {limit} are possible; ceil() rounds up")),
                         );
                         return None;
                     }

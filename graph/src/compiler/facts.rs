@@ -76,9 +76,13 @@ impl<'a> Facts<'a> {
         live: &[PassHandle],
         findings: &mut Vec<Diagnostic>,
     ) -> Self {
-        let told = |name: &str, lifetime| options.imports.get(name).filter(|_| lifetime == Lifetime::Imported);
-        let imported: Vec<_> =
-            pipeline.resources.iter().map(|one| told(&one.name, one.lifetime()).map(|import| import.size)).collect();
+        let told =
+            |name: &str, lifetime| options.imports.get(name).filter(|_| lifetime == Lifetime::Imported);
+        let imported: Vec<_> = pipeline
+            .resources
+            .iter()
+            .map(|one| told(&one.name, one.lifetime()).map(|import| import.size))
+            .collect();
         let mut facts = Self {
             pipeline,
             sizes: Sizes::new(pipeline, sources, options.viewport, imported),
@@ -97,19 +101,27 @@ impl<'a> Facts<'a> {
             let lifetime = resource.lifetime();
             let descriptor = match (&resource.kind, facts.sizes.of(handle)) {
                 (ResourceKind::Texture(texture), Some(Size::Texture(size))) => {
-                    let usages = wants.uses.iter().fold(TextureUsages::empty(), |all, (_, one)| all | one.usage.texture_usages());
+                    let usages = wants
+                        .uses
+                        .iter()
+                        .fold(TextureUsages::empty(), |all, (_, one)| all | one.usage.texture_usages());
                     facts.check_import(handle, usages, wants, options, findings);
                     let format = match told(&resource.name, lifetime) {
                         Some(import) => Some(import.format),
-                        None => format::choose(pipeline, &mut formats, resource, texture, wants, size.samples)
-                            .map_err(|finding| findings.push(*finding))
-                            .ok(),
+                        None => {
+                            format::choose(pipeline, &mut formats, resource, texture, wants, size.samples)
+                                .map_err(|finding| findings.push(*finding))
+                                .ok()
+                        }
                     };
                     let volume = texture.view == Some(TextureShape::D3);
                     format.map(|format| Descriptor::Texture(TextureFacts { format, size, volume, usages }))
                 }
                 (ResourceKind::Buffer(_), Some(Size::Buffer(bytes))) => {
-                    let usages = wants.uses.iter().fold(BufferUsages::empty(), |all, (_, one)| all | one.usage.buffer_usages());
+                    let usages = wants
+                        .uses
+                        .iter()
+                        .fold(BufferUsages::empty(), |all, (_, one)| all | one.usage.buffer_usages());
                     Some(Descriptor::Buffer { bytes, usages })
                 }
                 _ => None,
@@ -156,18 +168,27 @@ impl<'a> Facts<'a> {
 
     /// Finds uses of mips and layers that a texture does not have, also by passes that are culled.
     fn check_parts(&self, findings: &mut Vec<Diagnostic>) {
-        for one in self.pipeline.passes.iter().flat_map(|pass| &pass.uses).filter(|one| one.part != Part::WHOLE) {
+        for one in
+            self.pipeline.passes.iter().flat_map(|pass| &pass.uses).filter(|one| one.part != Part::WHOLE)
+        {
             let resource = self.pipeline.resource(one.resource);
-            let (Some(texture), Some(size)) = (resource.texture(), self.sizes.texture(one.resource)) else { continue };
+            let (Some(texture), Some(size)) = (resource.texture(), self.sizes.texture(one.resource)) else {
+                continue;
+            };
             let volume = texture.view == Some(TextureShape::D3);
             // The layers of a volume are slices, fewer on each mip.
-            let layers = if volume { (size.layers >> one.part.mip.unwrap_or(0).min(31)).max(1) } else { size.layers };
+            let layers =
+                if volume { (size.layers >> one.part.mip.unwrap_or(0).min(31)).max(1) } else { size.layers };
             for (what, at, count) in [("mip", one.part.mip, size.mips), ("layer", one.part.layer, layers)] {
                 if let Some(at) = at.filter(|at| *at >= count) {
                     findings.push(
-                        Diagnostic::error(codes::ATTACHMENTS, one.place, format!("\"{}\" has no {what} {at}", resource.name))
-                            .pointer(&one.pointer)
-                            .help(format!("it has {count}, counted from 0")),
+                        Diagnostic::error(
+                            codes::ATTACHMENTS,
+                            one.place,
+                            format!("\"{}\" has no {what} {at}", resource.name),
+                        )
+                        .pointer(&one.pointer)
+                        .help(format!("it has {count}, counted from 0")),
                     );
                 }
             }
@@ -184,13 +205,16 @@ impl<'a> Facts<'a> {
         findings: &mut Vec<Diagnostic>,
     ) {
         let resource = self.pipeline.resource(handle);
-        let Some(allowed) = options.import_usages.get(&resource.name).filter(|_| resource.lifetime() == Lifetime::Imported) else {
+        let Some(allowed) =
+            options.import_usages.get(&resource.name).filter(|_| resource.lifetime() == Lifetime::Imported)
+        else {
             return;
         };
         if allowed.contains(usages) {
             return;
         }
-        for (pass, one) in wants.uses.iter().filter(|(_, one)| !allowed.contains(one.usage.texture_usages())) {
+        for (pass, one) in wants.uses.iter().filter(|(_, one)| !allowed.contains(one.usage.texture_usages()))
+        {
             let message = format!(
                 "\"{}\" uses the import \"{}\" as {}, which the host's texture does not allow",
                 self.pipeline.pass(*pass).name,
@@ -201,7 +225,10 @@ impl<'a> Facts<'a> {
                 Diagnostic::error(codes::IMPORT_USAGE, one.place, message)
                     .pointer(&one.pointer)
                     .related(resource.place, "declared here")
-                    .help(format!("create the host's texture with the usage {:?}", one.usage.texture_usages())),
+                    .help(format!(
+                        "create the host's texture with the usage {:?}",
+                        one.usage.texture_usages()
+                    )),
             );
         }
     }

@@ -111,30 +111,53 @@ pub(super) fn choose(
             Some(reason) => reasons.push(format!("{name} {reason}")),
         }
     }
-    let list_at = |at: usize| if names.len() == 1 { "/texture/format".to_owned() } else { format!("/texture/format/{at}") };
+    let list_at = |at: usize| {
+        if names.len() == 1 { "/texture/format".to_owned() } else { format!("/texture/format/{at}") }
+    };
     let (code, pointer, message, help) = match unknown {
         Some((at, name)) => {
-            let help = did_you_mean(name, KNOWN.iter().copied())
-                .map_or_else(|| "formats have the names of the WebGPU specification".to_owned(), |meant| format!("did you mean \"{meant}\"?"));
+            let help = did_you_mean(name, KNOWN.iter().copied()).map_or_else(
+                || "formats have the names of the WebGPU specification".to_owned(),
+                |meant| format!("did you mean \"{meant}\"?"),
+            );
             (codes::FORMAT_UNKNOWN, list_at(at), format!("\"{name}\" is no texture format"), help)
         }
         None => {
-            let message = format!("no format of \"{}\" supports all of its uses: {}", resource.name, reasons.join("; "));
-            (codes::FORMAT_USAGE, "/texture/format".to_owned(), message, "choose another format, or add a candidate".to_owned())
+            let message = format!(
+                "no format of \"{}\" supports all of its uses: {}",
+                resource.name,
+                reasons.join("; ")
+            );
+            (
+                codes::FORMAT_USAGE,
+                "/texture/format".to_owned(),
+                message,
+                "choose another format, or add a candidate".to_owned(),
+            )
         }
     };
     let place = resource.value.nearest(&pointer).span;
-    let mut finding = Diagnostic::error(code, place, message).help(help).pointer(format!("{}{pointer}", resource.pointer));
+    let mut finding =
+        Diagnostic::error(code, place, message).help(help).pointer(format!("{}{pointer}", resource.pointer));
     if unknown.is_none() {
         for (pass, one) in wants.uses.iter().take(4) {
-            finding = finding.related(one.place, format!("\"{}\" uses it as {}", pipeline.pass(*pass).name, one.usage.name()));
+            finding = finding.related(
+                one.place,
+                format!("\"{}\" uses it as {}", pipeline.pass(*pass).name, one.usage.name()),
+            );
         }
     }
     Err(Box::new(finding))
 }
 
 /// Why a format does not do, or `None` if it does.
-fn refusal(pipeline: &Pipeline, format: TextureFormat, wants: &Wants<'_>, samples: u32, profile: &TargetProfile) -> Option<String> {
+fn refusal(
+    pipeline: &Pipeline,
+    format: TextureFormat,
+    wants: &Wants<'_>,
+    samples: u32,
+    profile: &TargetProfile,
+) -> Option<String> {
     let missing = format.required_features() - profile.features;
     if !missing.is_empty() {
         return Some(format!("needs a feature that the profile {} does not have", profile.name));
@@ -170,8 +193,14 @@ fn refusal(pipeline: &Pipeline, format: TextureFormat, wants: &Wants<'_>, sample
                 let aspect = format.has_depth_aspect().then_some(wgpu_types::TextureAspect::DepthOnly);
                 let have = format.sample_type(aspect, Some(profile.features));
                 let fits = match (have, sample_type) {
-                    (Some(TextureSampleType::Float { filterable: true }), TextureSampleType::Float { .. }) => true,
-                    (Some(TextureSampleType::Float { filterable: false }), TextureSampleType::Float { filterable }) => !filterable,
+                    (
+                        Some(TextureSampleType::Float { filterable: true }),
+                        TextureSampleType::Float { .. },
+                    ) => true,
+                    (
+                        Some(TextureSampleType::Float { filterable: false }),
+                        TextureSampleType::Float { filterable },
+                    ) => !filterable,
                     (Some(TextureSampleType::Depth), TextureSampleType::Float { filterable }) => !filterable,
                     (Some(have), want) => have == *want,
                     (None, _) => false,
@@ -181,7 +210,10 @@ fn refusal(pipeline: &Pipeline, format: TextureFormat, wants: &Wants<'_>, sample
                 }
             }
             BindingType::StorageTexture { format: wanted, .. } if *wanted != format => {
-                return Some(format!("is not {}, which the shader of \"{name}\" declares", format_name(*wanted)));
+                return Some(format!(
+                    "is not {}, which the shader of \"{name}\" declares",
+                    format_name(*wanted)
+                ));
             }
             _ => {}
         }
@@ -191,8 +223,30 @@ fn refusal(pipeline: &Pipeline, format: TextureFormat, wants: &Wants<'_>, sample
 
 /// Names for a did-you-mean; the formats that are renderable, storable or a depth format in core WebGPU.
 const KNOWN: &[&str] = &[
-    "r8unorm", "r8uint", "r16float", "r16uint", "rg8unorm", "r32float", "r32uint", "r32sint", "rg16float", "rgba8unorm",
-    "rgba8unorm-srgb", "bgra8unorm", "bgra8unorm-srgb", "rgb10a2unorm", "rg11b10ufloat", "rg32float", "rgba16float",
-    "rgba16uint", "rgba32float", "rgba32uint", "depth16unorm", "depth24plus", "depth24plus-stencil8", "depth32float",
-    "depth32float-stencil8", "stencil8",
+    "r8unorm",
+    "r8uint",
+    "r16float",
+    "r16uint",
+    "rg8unorm",
+    "r32float",
+    "r32uint",
+    "r32sint",
+    "rg16float",
+    "rgba8unorm",
+    "rgba8unorm-srgb",
+    "bgra8unorm",
+    "bgra8unorm-srgb",
+    "rgb10a2unorm",
+    "rg11b10ufloat",
+    "rg32float",
+    "rgba16float",
+    "rgba16uint",
+    "rgba32float",
+    "rgba32uint",
+    "depth16unorm",
+    "depth24plus",
+    "depth24plus-stencil8",
+    "depth32float",
+    "depth32float-stencil8",
+    "stencil8",
 ];

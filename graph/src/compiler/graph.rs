@@ -103,7 +103,10 @@ impl Graph {
     }
 
     /// The versions of a resource in their order: the part, and the pass that wrote it.
-    pub fn versions_of(&self, resource: ResourceHandle) -> impl DoubleEndedIterator<Item = (Part, PassHandle)> + '_ {
+    pub fn versions_of(
+        &self,
+        resource: ResourceHandle,
+    ) -> impl DoubleEndedIterator<Item = (Part, PassHandle)> + '_ {
         self.versions[resource.index()].iter().filter_map(|node| match self.graph[*node] {
             GraphNode::Version { part, writer, .. } => Some((part, writer)),
             GraphNode::Pass(_) => None,

@@ -26,7 +26,8 @@ pub(super) fn key(pipeline: &Pipeline, facts: &Facts<'_>, pass: PassHandle) -> O
         layer.is_some() || facts.texture(*resource).is_some_and(|texture| texture.size.layers == 1)
     };
     let mut targets = color.iter().chain(&depth);
-    let once = others(pipeline, pass).all(|one| color.iter().chain(&depth).all(|(resource, ..)| *resource != one.resource));
+    let once = others(pipeline, pass)
+        .all(|one| color.iter().chain(&depth).all(|(resource, ..)| *resource != one.resource));
     (once && targets.all(fixed)).then_some((color, depth))
 }
 

@@ -39,8 +39,8 @@ pub(crate) use format::format_name;
 pub use graph::{Edge, Graph, GraphNode, Hazard, build};
 pub use order::{MemoryOrder, Objective, OrderMethod, OrderReport};
 pub use plan::{
-    Import, Kept, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedAttachment, PlannedPass,
-    PlannedResource, StoreOperation, plan,
+    Import, Kept, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedAttachment,
+    PlannedPass, PlannedResource, StoreOperation, plan,
 };
 pub use sharing::why_apart;
 pub use size::TextureSize;

@@ -97,7 +97,8 @@ pub(super) fn choose<'a>(
     objective: Objective,
     live: &mut Vec<PassHandle>,
 ) -> OrderReport {
-    let mut report = OrderReport { objective, method: OrderMethod::Declaration, memory: None, render_passes: None };
+    let mut report =
+        OrderReport { objective, method: OrderMethod::Declaration, memory: None, render_passes: None };
     match objective {
         Objective::Declaration => {}
         Objective::Memory => {
@@ -107,7 +108,10 @@ pub(super) fn choose<'a>(
         Objective::FewPasses => {
             let declared = render_passes(pipeline, facts, live);
             let tries = [false, true].map(|gather| gathered(pipeline, graph, facts, live, gather));
-            let best = tries.into_iter().map(|order| (render_passes(pipeline, facts, &order), order)).min_by_key(|(count, _)| *count);
+            let best = tries
+                .into_iter()
+                .map(|order| (render_passes(pipeline, facts, &order), order))
+                .min_by_key(|(count, _)| *count);
             report.render_passes = Some([declared, declared]);
             if let Some((count, order)) = best.filter(|(count, _)| *count < declared) {
                 *live = order;
@@ -126,7 +130,13 @@ fn render_passes<'a>(pipeline: &'a Pipeline, facts: &'a Facts<'a>, order: &[Pass
     order.iter().filter(|pass| !merger.push(**pass) && draws(pass)).count()
 }
 
-fn gathered<'a>(pipeline: &'a Pipeline, graph: &Graph, facts: &'a Facts<'a>, live: &[PassHandle], others_first: bool) -> Vec<PassHandle> {
+fn gathered<'a>(
+    pipeline: &'a Pipeline,
+    graph: &Graph,
+    facts: &'a Facts<'a>,
+    live: &[PassHandle],
+    others_first: bool,
+) -> Vec<PassHandle> {
     let mut ready = Ready::new(graph, live);
     let keys: HashMap<PassHandle, Key> =
         live.iter().filter_map(|pass| Some((*pass, merge::key(pipeline, facts, *pass)?))).collect();
@@ -177,14 +187,16 @@ impl<'a> Ready<'a> {
     /// Before the first pass.
     pub(super) fn new(graph: &'a Graph, live: &[PassHandle]) -> Self {
         let count = graph.successors.len();
-        let mut ready = Self { graph, missing: vec![0; count], live: vec![false; count], passes: BTreeSet::new() };
+        let mut ready =
+            Self { graph, missing: vec![0; count], live: vec![false; count], passes: BTreeSet::new() };
         for pass in live {
             ready.live[pass.index()] = true;
         }
         for to in graph.successors.iter().flatten() {
             ready.missing[to.index()] += 1;
         }
-        let free: Vec<PassHandle> = graph.order.iter().copied().filter(|pass| ready.missing[pass.index()] == 0).collect();
+        let free: Vec<PassHandle> =
+            graph.order.iter().copied().filter(|pass| ready.missing[pass.index()] == 0).collect();
         ready.arrive(free);
         ready
     }

@@ -51,7 +51,14 @@ pub(super) fn choose(
     if best.0 == bound {
         method = OrderMethod::Exact;
     } else if live.len() <= EXACT_PASSES {
-        let mut search = Search { model: &model, live, predecessors: predecessors(graph, live), best, known: HashMap::new(), steps: 0 };
+        let mut search = Search {
+            model: &model,
+            live,
+            predecessors: predecessors(graph, live),
+            best,
+            known: HashMap::new(),
+            steps: 0,
+        };
         search.run(0, &mut model.start(), &mut Vec::new());
         if search.steps < MAXIMUM_STEPS {
             method = OrderMethod::Exact;
@@ -60,7 +67,8 @@ pub(super) fn choose(
     }
     let (chosen, order) = best;
     let fixed = model.fixed;
-    let memory = MemoryOrder { declaration: declaration + fixed, chosen: chosen + fixed, bound: bound + fixed };
+    let memory =
+        MemoryOrder { declaration: declaration + fixed, chosen: chosen + fixed, bound: bound + fixed };
     (order, method, memory)
 }
 
@@ -97,7 +105,10 @@ impl Model {
         };
         let mut numbers = vec![None; pipeline.resources.len()];
         for handle in pipeline.resource_handles() {
-            let Some((class, bytes)) = facts.get(handle).and_then(|fact| Some((fact.class?, fact.bytes))) else { continue };
+            let Some((class, bytes)) = facts.get(handle).and_then(|fact| Some((fact.class?, fact.bytes)))
+            else {
+                continue;
+            };
             if pipeline.resource(handle).lifetime() == Lifetime::Transient {
                 model.bytes[class] = bytes;
                 numbers[handle.index()] = Some(model.resources.len());
@@ -107,7 +118,8 @@ impl Model {
             }
         }
         for pass in live {
-            let mut used: Vec<usize> = pipeline.pass(*pass).uses.iter().filter_map(|one| numbers[one.resource.index()]).collect();
+            let mut used: Vec<usize> =
+                pipeline.pass(*pass).uses.iter().filter_map(|one| numbers[one.resource.index()]).collect();
             used.sort_unstable();
             used.dedup();
             let mut counts: HashMap<usize, u32> = HashMap::new();

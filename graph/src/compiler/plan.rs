@@ -14,8 +14,8 @@ use serde::Serialize;
 use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 
 use super::allocate;
-use super::device_rules;
 use super::cull::{self, CullReason, KeepReason};
+use super::device_rules;
 use super::facts::Facts;
 use super::graph::Graph;
 use super::merge::Merger;
@@ -259,7 +259,8 @@ pub fn plan(
 ) -> Option<Plan> {
     let before = diagnostics.error_count();
     let kept = cull::keep(pipeline, graph);
-    let mut live: Vec<PassHandle> = graph.order.iter().copied().filter(|pass| kept[pass.index()].is_some()).collect();
+    let mut live: Vec<PassHandle> =
+        graph.order.iter().copied().filter(|pass| kept[pass.index()].is_some()).collect();
     if live.is_empty() && !pipeline.passes.is_empty() && pipeline.uncertain.is_empty() {
         diagnostics.push(no_output(pipeline));
     }
@@ -314,9 +315,13 @@ pub fn plan(
 
 fn no_output(pipeline: &Pipeline) -> Diagnostic {
     let place = pipeline.passes[0].place;
-    Diagnostic::error(codes::NO_OUTPUT, place, format!("nothing comes out of \"{}\": every pass is culled", pipeline.name))
-        .pointer("/passes")
-        .help("let a pass write a resource with \"lifetime\": \"imported\", or give one \"side_effect\": true")
+    Diagnostic::error(
+        codes::NO_OUTPUT,
+        place,
+        format!("nothing comes out of \"{}\": every pass is culled", pipeline.name),
+    )
+    .pointer("/passes")
+    .help("let a pass write a resource with \"lifetime\": \"imported\", or give one \"side_effect\": true")
 }
 
 impl Plan {
@@ -337,7 +342,11 @@ impl Plan {
 
     /// Whether the usage of a resource by a pass writes it.
     pub fn writes(&self, pass: PassHandle, resource: ResourceHandle) -> bool {
-        self.pipeline.pass(pass).uses.iter().any(|one| one.resource == resource && one.usage != Usage::HostRead && one.usage.writes())
+        self.pipeline
+            .pass(pass)
+            .uses
+            .iter()
+            .any(|one| one.resource == resource && one.usage != Usage::HostRead && one.usage.writes())
     }
 
     /// The way from a live pass to an output, in words; empty for a culled pass.
@@ -349,9 +358,10 @@ impl Plan {
             let (step, then) = match planned.reason {
                 KeepReason::SideEffect => ("it has a side effect".to_owned(), None),
                 KeepReason::Output(handle) => (format!("writes the output {}", resource(handle)), None),
-                KeepReason::ReadBy(reader, handle) => {
-                    (format!("{} reads {}", self.pipeline.pass(reader).name, resource(handle)), self.pass(reader))
-                }
+                KeepReason::ReadBy(reader, handle) => (
+                    format!("{} reads {}", self.pipeline.pass(reader).name, resource(handle)),
+                    self.pass(reader),
+                ),
             };
             words.push(step);
             // A way has no circle; the limit only bounds what a plan changed by hand can do.
@@ -366,7 +376,9 @@ impl Plan {
         let mut next = Some(pass.to_owned());
         while let Some(name) = next.take().filter(|_| words.len() <= self.culled.len()) {
             match self.culled.get(&name) {
-                Some(CullReason::WritesNothing) => words.push(format!("{name} writes nothing and has no side effect")),
+                Some(CullReason::WritesNothing) => {
+                    words.push(format!("{name} writes nothing and has no side effect"))
+                }
                 Some(CullReason::NothingReads(resources)) => {
                     words.push(format!("nothing reads what {name} writes: {}", resources.join(", ")));
                 }

@@ -37,7 +37,13 @@ impl<'a> Planner<'a> {
     }
 
     /// Plans the pass at a position.
-    pub(super) fn pass(&self, at: usize, handle: PassHandle, reason: KeepReason, findings: &mut Vec<Diagnostic>) -> PlannedPass {
+    pub(super) fn pass(
+        &self,
+        at: usize,
+        handle: PassHandle,
+        reason: KeepReason,
+        findings: &mut Vec<Diagnostic>,
+    ) -> PlannedPass {
         let pass = self.pipeline.pass(handle);
         let resource_name = |handle| self.pipeline.resource(handle).name.clone();
         let mut planned = PlannedPass {
@@ -46,9 +52,10 @@ impl<'a> Planner<'a> {
             kept: match reason {
                 KeepReason::SideEffect => Kept::SideEffect,
                 KeepReason::Output(resource) => Kept::Output(resource_name(resource)),
-                KeepReason::ReadBy(reader, resource) => {
-                    Kept::ReadBy { pass: self.pipeline.pass(reader).name.clone(), resource: resource_name(resource) }
-                }
+                KeepReason::ReadBy(reader, resource) => Kept::ReadBy {
+                    pass: self.pipeline.pass(reader).name.clone(),
+                    resource: resource_name(resource),
+                },
             },
             color: Vec::new(),
             depth: None,
@@ -64,13 +71,15 @@ impl<'a> Planner<'a> {
                 .variants
                 .iter()
                 .map(|variant| {
-                    let hash: String = variant.module.hash[..4].iter().map(|byte| format!("{byte:02x}")).collect();
+                    let hash: String =
+                        variant.module.hash[..4].iter().map(|byte| format!("{byte:02x}")).collect();
                     format!("{} [{}] {hash}", program.template, crate::shader::describe(&variant.module.axes))
                 })
                 .collect();
             for slot in slots {
                 if let Some(block) = slot.source.values()
-                    && let Some(bytes) = values::pack(&block.layout, &block.expressions, &self.facts.sizes, findings)
+                    && let Some(bytes) =
+                        values::pack(&block.layout, &block.expressions, &self.facts.sizes, findings)
                 {
                     planned.blocks.push(PackedBlock { group: slot.group, binding: slot.binding, bytes });
                 }
@@ -79,14 +88,21 @@ impl<'a> Planner<'a> {
         match &pass.work {
             Work::Render(render) => {
                 for color in &render.color {
-                    planned.color.push(self.attachment(at, color.target, attachments::load_kind(&color.load)));
+                    planned.color.push(self.attachment(
+                        at,
+                        color.target,
+                        attachments::load_kind(&color.load),
+                    ));
                 }
                 if let Some(depth) = &render.depth {
-                    planned.depth = Some(self.attachment(at, depth.target, attachments::load_kind(&depth.load)));
+                    planned.depth =
+                        Some(self.attachment(at, depth.target, attachments::load_kind(&depth.load)));
                 }
                 self.check_attachments(handle, &planned, render, findings);
             }
-            Work::Compute(compute) => planned.workgroups = dispatch::workgroups(self, compute, handle, findings),
+            Work::Compute(compute) => {
+                planned.workgroups = dispatch::workgroups(self, compute, handle, findings)
+            }
             Work::Host(_) | Work::Copy(_) => {}
         }
         planned

@@ -24,8 +24,20 @@ struct RandomPass {
 }
 
 fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
-    let one = (proptest::collection::vec(0usize..100, 0..4), 0usize..100, proptest::option::of(0u32..3), 0u8..4, 0u8..12)
-        .prop_map(|(reads, writes, part, action, effect)| RandomPass { reads, writes, part, action, side_effect: effect == 0 });
+    let one = (
+        proptest::collection::vec(0usize..100, 0..4),
+        0usize..100,
+        proptest::option::of(0u32..3),
+        0u8..4,
+        0u8..12,
+    )
+        .prop_map(|(reads, writes, part, action, effect)| RandomPass {
+            reads,
+            writes,
+            part,
+            action,
+            side_effect: effect == 0,
+        });
     proptest::collection::vec(one, 1..40)
 }
 
@@ -43,7 +55,12 @@ fn planned(passes: &[RandomPass], count: usize, options: &PlanOptions) -> Plan {
 }
 
 /// The same with one pass more, declared at a position, that has nothing to do with the others and may have an effect.
-fn with_unrelated(passes: &[RandomPass], count: usize, options: &PlanOptions, unrelated: Option<(usize, bool)>) -> Plan {
+fn with_unrelated(
+    passes: &[RandomPass],
+    count: usize,
+    options: &PlanOptions,
+    unrelated: Option<(usize, bool)>,
+) -> Plan {
     let mut assembly = Assembly::new("random");
     let resources: Vec<ResourceHandle> = (0..count)
         .map(|at| {
@@ -69,7 +86,10 @@ fn with_unrelated(passes: &[RandomPass], count: usize, options: &PlanOptions, un
         let mut read: Vec<(ResourceHandle, Version)> = Vec::new();
         for resource in &random.reads {
             let resource = resource % count;
-            if resource == own || written[resource].names.is_empty() || read.iter().any(|(known, _)| *known == resources[resource]) {
+            if resource == own
+                || written[resource].names.is_empty()
+                || read.iter().any(|(known, _)| *known == resources[resource])
+            {
                 continue;
             }
             // The version is named, since later passes may write on.
@@ -118,7 +138,8 @@ fn with_unrelated(passes: &[RandomPass], count: usize, options: &PlanOptions, un
     let _ = end;
     let (pipeline, sources) = assembly.finish();
     let mut findings = Diagnostics::new();
-    let planned = build(&pipeline, &mut findings).and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
+    let planned = build(&pipeline, &mut findings)
+        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
     planned.unwrap_or_else(|| panic!("{findings:#?}"))
 }
 

@@ -9,8 +9,13 @@ pub fn why_apart(plan: &Plan, first: &str, second: &str) -> Vec<String> {
         let missing = if plan.resources.contains_key(first) { second } else { first };
         return vec![format!("no pass that runs uses {missing}, so it has no memory at all")];
     };
-    if first != second && a.physical == b.physical && matches!(a.physical, Physical::Texture(_) | Physical::Buffer(_)) {
-        return vec![format!("{first} and {second} share memory: they are of one class, and never alive together")];
+    if first != second
+        && a.physical == b.physical
+        && matches!(a.physical, Physical::Texture(_) | Physical::Buffer(_))
+    {
+        return vec![format!(
+            "{first} and {second} share memory: they are of one class, and never alive together"
+        )];
     }
     let mut reasons = Vec::new();
     for (name, one) in [(first, a), (second, b)] {
@@ -33,7 +38,14 @@ pub fn why_apart(plan: &Plan, first: &str, second: &str) -> Vec<String> {
     reasons
 }
 
-fn differences(plan: &Plan, first: &str, a: &PlannedResource, second: &str, b: &PlannedResource, reasons: &mut Vec<String>) {
+fn differences(
+    plan: &Plan,
+    first: &str,
+    a: &PlannedResource,
+    second: &str,
+    b: &PlannedResource,
+    reasons: &mut Vec<String>,
+) {
     if let (Some(x), Some(y)) = (a.format, b.format) {
         if x != y {
             let (x, y) = (super::format_name(x), super::format_name(y));
@@ -57,7 +69,9 @@ fn differences(plan: &Plan, first: &str, a: &PlannedResource, second: &str, b: &
         }
     }
     if a.usages != b.usages && a.usages.is_some() && b.usages.is_some() {
-        reasons.push(format!("{first} and {second} are used in different ways, and a texture is created for its usages"));
+        reasons.push(format!(
+            "{first} and {second} are used in different ways, and a texture is created for its usages"
+        ));
     }
     let buffers = |one: &PlannedResource| match one.physical {
         Physical::Buffer(index) => plan.buffers.get(index).map(|buffer| buffer.usages),
@@ -66,6 +80,8 @@ fn differences(plan: &Plan, first: &str, a: &PlannedResource, second: &str, b: &
     if let (Some(x), Some(y)) = (buffers(a), buffers(b))
         && x != y
     {
-        reasons.push(format!("{first} and {second} are used in different ways, and a buffer is created for its usages"));
+        reasons.push(format!(
+            "{first} and {second} are used in different ways, and a buffer is created for its usages"
+        ));
     }
 }

@@ -102,15 +102,30 @@ impl<'a> Sizes<'a> {
             State::InProgress => {
                 let resource = self.pipeline.resource(handle);
                 let message = format!("the size of \"{}\" depends on itself", resource.name);
-                self.report(codes::SIZE_CYCLE, resource, "/texture/size", message, "give one of the resources a size of its own");
+                self.report(
+                    codes::SIZE_CYCLE,
+                    resource,
+                    "/texture/size",
+                    message,
+                    "give one of the resources a size of its own",
+                );
                 self.states.borrow_mut()[handle.index()] = State::Failed;
                 None
             }
             State::Unknown => {
                 if self.steps.get() >= MAXIMUM_STEPS {
                     let resource = self.pipeline.resource(handle);
-                    let message = format!("the size of \"{}\" is reached over more than {MAXIMUM_STEPS} other resources", resource.name);
-                    self.report(codes::SIZE_CYCLE, resource, "/texture/size", message, "say the size with a parameter");
+                    let message = format!(
+                        "the size of \"{}\" is reached over more than {MAXIMUM_STEPS} other resources",
+                        resource.name
+                    );
+                    self.report(
+                        codes::SIZE_CYCLE,
+                        resource,
+                        "/texture/size",
+                        message,
+                        "say the size with a parameter",
+                    );
                     self.states.borrow_mut()[handle.index()] = State::Failed;
                     return None;
                 }
@@ -135,7 +150,12 @@ impl<'a> Sizes<'a> {
     }
 
     /// Evaluates an expression at its place.
-    pub(super) fn value(&self, expression: &crate::expression::Expression, place: Span, pointer: &str) -> Option<Value> {
+    pub(super) fn value(
+        &self,
+        expression: &crate::expression::Expression,
+        place: Span,
+        pointer: &str,
+    ) -> Option<Value> {
         let mut findings = Diagnostics::new();
         let value = evaluate_at(expression, self, place, pointer, self.sources, &mut findings);
         // A name that exists has no value only where its own declaration has a finding, which is enough.
@@ -143,7 +163,9 @@ impl<'a> Sizes<'a> {
             finding.code == codes::EXPRESSION_NAME
                 && finding.message.split('"').nth(1).is_some_and(|name| {
                     let head = name.rsplit_once('.').map_or(name, |(head, _)| head);
-                    self.named(name).or_else(|| self.named(head)).is_some_and(|handle| self.of(handle).is_none())
+                    self.named(name)
+                        .or_else(|| self.named(head))
+                        .is_some_and(|handle| self.of(handle).is_none())
                 })
         };
         let certain: Vec<Diagnostic> = findings.into_iter().filter(|finding| !follows(finding)).collect();
@@ -162,7 +184,13 @@ impl<'a> Sizes<'a> {
                 let limit = self.pipeline.profile.limits.max_buffer_size as f64;
                 if !(1.0..=limit).contains(&bytes) {
                     let message = format!("the buffer \"{}\" has {bytes} bytes", resource.name);
-                    self.report(codes::SIZE_LIMIT, resource, "/buffer/size", message, &format!("1 to {limit} are possible"));
+                    self.report(
+                        codes::SIZE_LIMIT,
+                        resource,
+                        "/buffer/size",
+                        message,
+                        &format!("1 to {limit} are possible"),
+                    );
                     return None;
                 }
                 Some(Size::Buffer((bytes as u64).next_multiple_of(4)))
@@ -174,20 +202,29 @@ impl<'a> Sizes<'a> {
                 let sides = self.value_of(resource, &texture.size, "/texture/size")?.numbers();
                 let Some([width, height]) = sides.as_deref() else {
                     let message = format!("the size of \"{}\" is not a width and a height", resource.name);
-                    self.report(codes::SIZE_LIMIT, resource, "/texture/size", message, "write [width, height], or \"viewport\"");
+                    self.report(
+                        codes::SIZE_LIMIT,
+                        resource,
+                        "/texture/size",
+                        message,
+                        "write [width, height], or \"viewport\"",
+                    );
                     return None;
                 };
                 let limits = &self.pipeline.profile.limits;
                 let volume = texture.view == Some(TextureShape::D3);
-                let side = if volume { limits.max_texture_dimension_3d } else { limits.max_texture_dimension_2d };
-                let deep = if volume { limits.max_texture_dimension_3d } else { limits.max_texture_array_layers };
+                let side =
+                    if volume { limits.max_texture_dimension_3d } else { limits.max_texture_dimension_2d };
+                let deep =
+                    if volume { limits.max_texture_dimension_3d } else { limits.max_texture_array_layers };
                 let whole = |value: f64, limit: u32, what: &str, pointer: &str| -> Option<u32> {
                     let value = value.floor();
                     if (1.0..=f64::from(limit)).contains(&value) {
                         return Some(value as u32);
                     }
                     let message = format!("the {what} of \"{}\" is {value}", resource.name);
-                    let help = format!("1 to {limit} are possible on the profile {}", self.pipeline.profile.name);
+                    let help =
+                        format!("1 to {limit} are possible on the profile {}", self.pipeline.profile.name);
                     self.report(codes::SIZE_LIMIT, resource, pointer, message, &help);
                     None
                 };
@@ -204,12 +241,27 @@ impl<'a> Sizes<'a> {
                 let mips = optional(&texture.mips, most, "mip count", "/texture/mips")?;
                 if samples != 1 && samples != 4 {
                     let message = format!("the sample count of \"{}\" is {samples}", resource.name);
-                    self.report(codes::SIZE_LIMIT, resource, "/texture/samples", message, "1 and 4 are possible");
+                    self.report(
+                        codes::SIZE_LIMIT,
+                        resource,
+                        "/texture/samples",
+                        message,
+                        "1 and 4 are possible",
+                    );
                     return None;
                 }
-                if matches!(texture.view, Some(TextureShape::Cube | TextureShape::CubeArray)) && (layers % 6 != 0 || width != height) {
-                    let message = format!("the cube \"{}\" is {width} by {height} with {layers} layers", resource.name);
-                    self.report(codes::SIZE_LIMIT, resource, "/texture", message, "cubes are square and have six layers each");
+                if matches!(texture.view, Some(TextureShape::Cube | TextureShape::CubeArray))
+                    && (layers % 6 != 0 || width != height)
+                {
+                    let message =
+                        format!("the cube \"{}\" is {width} by {height} with {layers} layers", resource.name);
+                    self.report(
+                        codes::SIZE_LIMIT,
+                        resource,
+                        "/texture",
+                        message,
+                        "cubes are square and have six layers each",
+                    );
                     return None;
                 }
                 Some(Size::Texture(TextureSize { width, height, layers, mips, samples }))
@@ -222,7 +274,13 @@ impl<'a> Sizes<'a> {
             Value::Number(number) => Some(number),
             other => {
                 let message = format!("a number is wanted here, this is {}", other.kind_name());
-                self.report(codes::EXPRESSION_TYPE, resource, pointer, message, "make the expression yield a number");
+                self.report(
+                    codes::EXPRESSION_TYPE,
+                    resource,
+                    pointer,
+                    message,
+                    "make the expression yield a number",
+                );
                 None
             }
         }
@@ -277,7 +335,14 @@ impl<'a> Sizes<'a> {
         resource.value.nearest(pointer).span
     }
 
-    fn report(&self, code: crate::diagnostic::Code, resource: &Resource, pointer: &str, message: String, help: &str) {
+    fn report(
+        &self,
+        code: crate::diagnostic::Code,
+        resource: &Resource,
+        pointer: &str,
+        message: String,
+        help: &str,
+    ) {
         let finding = Diagnostic::error(code, self.place(resource, pointer), message)
             .help(help)
             .pointer(format!("{}{pointer}", resource.pointer));

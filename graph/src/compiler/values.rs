@@ -56,11 +56,15 @@ fn pack_member(member: &Member, value: &Value, bytes: &mut [u8]) -> Result<(), S
         TypeLayout::Array { element, .. } => element_type(element),
         other => element_type(other),
     };
-    let Some(element) = element else { return Err(format!("\"{}\" is of a type that values cannot fill", member.name)) };
+    let Some(element) = element else {
+        return Err(format!("\"{}\" is of a type that values cannot fill", member.name));
+    };
     let per_element = element.element_words();
     let count = numbers.len();
     let whole = match &member.layout {
-        TypeLayout::Array { .. } => (count % per_element == 0).then(|| element.array((count / per_element) as u32)),
+        TypeLayout::Array { .. } => {
+            (count % per_element == 0).then(|| element.array((count / per_element) as u32))
+        }
         _ => (count == per_element).then_some(element),
     };
     let scalars = ValueType::vector(element.component, 1).array(count as u32);
@@ -84,10 +88,11 @@ fn to_bytes(number: f64, component: Component) -> Option<[u8; 4]> {
     let whole = number.fract() == 0.0;
     match component {
         Component::F32 => (number.abs() <= f64::from(f32::MAX)).then(|| (number as f32).to_le_bytes()),
-        Component::U32 => (whole && (0.0..=f64::from(u32::MAX)).contains(&number)).then(|| (number as u32).to_le_bytes()),
-        Component::I32 => {
-            (whole && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&number)).then(|| (number as i32).to_le_bytes())
+        Component::U32 => {
+            (whole && (0.0..=f64::from(u32::MAX)).contains(&number)).then(|| (number as u32).to_le_bytes())
         }
+        Component::I32 => (whole && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&number))
+            .then(|| (number as i32).to_le_bytes()),
     }
 }
 

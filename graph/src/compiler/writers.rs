@@ -158,7 +158,11 @@ impl<'a> Builder<'a> {
     }
 
     /// The writers of a resource in their order, or the first two that nothing orders.
-    fn order_writers(&self, resource: ResourceHandle, position: &[usize]) -> Result<Vec<usize>, (usize, usize)> {
+    fn order_writers(
+        &self,
+        resource: ResourceHandle,
+        position: &[usize],
+    ) -> Result<Vec<usize>, (usize, usize)> {
         let list = &self.accesses[resource.index()];
         let mut order: Vec<usize> = (0..list.len()).filter(|at| list[*at].writes).collect();
         let mut fresh = order.iter().copied().filter(|at| !list[*at].reads);
@@ -230,7 +234,9 @@ impl<'a> Builder<'a> {
             let limit = match reader.version {
                 Version::WrittenBy(name) => {
                     let named = names.get(name.as_str()).map(|at| &list[*at]);
-                    let Some(rank) = named.and_then(|writer| writers.rank(writer.pass, writer.part)) else { continue };
+                    let Some(rank) = named.and_then(|writer| writers.rank(writer.pass, writer.part)) else {
+                        continue;
+                    };
                     rank + 1
                 }
                 Version::Newest => own.unwrap_or(writers.list.len()),
@@ -256,7 +262,8 @@ impl<'a> Builder<'a> {
         let mut newer: HashSet<Part> = HashSet::new();
         for rank in writers.before(limit, reader.part) {
             let writer = &list[writers.list[rank]];
-            if writer.pass == reader.pass || !writer.part.overlaps(reader.part) || within(&newer, writer.part) {
+            if writer.pass == reader.pass || !writer.part.overlaps(reader.part) || within(&newer, writer.part)
+            {
                 continue;
             }
             fed = true;
@@ -283,11 +290,15 @@ impl<'a> Builder<'a> {
     }
 
     fn report_cycles(&self, diagnostics: &mut Diagnostics) {
-        let edges: Vec<Vec<usize>> = self.next.iter().map(|list| list.iter().map(|(to, _)| to.index()).collect()).collect();
+        let edges: Vec<Vec<usize>> =
+            self.next.iter().map(|list| list.iter().map(|(to, _)| to.index()).collect()).collect();
         for members in cycle::shortest(&edges) {
             let first = &self.pipeline.passes[members[0]];
-            let mut names: Vec<String> =
-                members.iter().take(SHOWN).map(|pass| format!("\"{}\"", self.pipeline.passes[*pass].name)).collect();
+            let mut names: Vec<String> = members
+                .iter()
+                .take(SHOWN)
+                .map(|pass| format!("\"{}\"", self.pipeline.passes[*pass].name))
+                .collect();
             if members.len() > SHOWN {
                 names.push(format!("and {} more", members.len() - SHOWN));
             }
@@ -327,7 +338,8 @@ impl<'a> Builder<'a> {
         let order = self.sorted();
         let edges: usize = self.next.iter().map(Vec::len).sum();
         let mut graph = DiGraph::with_capacity(self.next.len() * 2, edges + self.next.len());
-        let nodes: Vec<NodeIndex> = self.pipeline.pass_handles().map(|pass| graph.add_node(GraphNode::Pass(pass))).collect();
+        let nodes: Vec<NodeIndex> =
+            self.pipeline.pass_handles().map(|pass| graph.add_node(GraphNode::Pass(pass))).collect();
         let mut versions: Vec<Vec<NodeIndex>> = vec![Vec::new(); self.ordered.len()];
         for resource in self.pipeline.resource_handles() {
             let Some(writers) = &self.ordered[resource.index()] else { continue };
@@ -373,18 +385,31 @@ fn within(parts: &HashSet<Part>, part: Part) -> bool {
 }
 
 /// The writers of a resource by the name of their pass; of several writes of one pass the last in the given order.
-fn named_writers<'a>(pipeline: &'a Pipeline, list: &[Access<'_>], order: impl IntoIterator<Item = usize>) -> HashMap<&'a str, usize> {
+fn named_writers<'a>(
+    pipeline: &'a Pipeline,
+    list: &[Access<'_>],
+    order: impl IntoIterator<Item = usize>,
+) -> HashMap<&'a str, usize> {
     let writers = order.into_iter().filter(|at| list[*at].writes);
     writers.map(|at| (pipeline.pass(list[at].pass).name.as_str(), at)).collect()
 }
 
-fn never_written(pipeline: &Pipeline, resource: ResourceHandle, reader: &Access<'_>, list: &[Access<'_>]) -> Diagnostic {
+fn never_written(
+    pipeline: &Pipeline,
+    resource: ResourceHandle,
+    reader: &Access<'_>,
+    list: &[Access<'_>],
+) -> Diagnostic {
     let known = pipeline.resource(resource);
     let verb = if reader.writes { "loads" } else { "reads" };
     let mut finding = Diagnostic::error(
         codes::NEVER_WRITTEN,
         reader.one.place,
-        format!("\"{}\" {verb} \"{}\", which nothing writes before", pipeline.pass(reader.pass).name, known.name),
+        format!(
+            "\"{}\" {verb} \"{}\", which nothing writes before",
+            pipeline.pass(reader.pass).name,
+            known.name
+        ),
     )
     .pointer(&reader.one.pointer)
     .related(known.place, "declared here");
@@ -393,21 +418,36 @@ fn never_written(pipeline: &Pipeline, resource: ResourceHandle, reader: &Access<
         (ResourceKind::Data(_), ..) => "let a host pass publish it".to_owned(),
         (_, true, _) => "the passes that write it write other mips or layers, or run later".to_owned(),
         (_, false, true) => "give the attachment a \"clear\" value".to_owned(),
-        (_, false, false) => "let a pass write it, or make it \"lifetime\": \"imported\" if the host fills it".to_owned(),
+        (_, false, false) => {
+            "let a pass write it, or make it \"lifetime\": \"imported\" if the host fills it".to_owned()
+        }
     });
     finding
 }
 
-fn unordered_writers(pipeline: &Pipeline, resource: ResourceHandle, a: &Access<'_>, b: &Access<'_>) -> Diagnostic {
+fn unordered_writers(
+    pipeline: &Pipeline,
+    resource: ResourceHandle,
+    a: &Access<'_>,
+    b: &Access<'_>,
+) -> Diagnostic {
     let (first, second) = if a.pass < b.pass { (a, b) } else { (b, a) };
     let name = |access: &Access<'_>| &pipeline.pass(access.pass).name;
     let resource = &pipeline.resource(resource).name;
     Diagnostic::error(
         codes::UNORDERED_WRITERS,
         second.one.place,
-        format!("\"{}\" and \"{}\" both write \"{resource}\", and nothing says which goes first", name(first), name(second)),
+        format!(
+            "\"{}\" and \"{}\" both write \"{resource}\", and nothing says which goes first",
+            name(first),
+            name(second)
+        ),
     )
     .pointer(&second.one.pointer)
     .related(first.one.place, format!("\"{}\" writes it here", name(first)))
-    .help(format!("add \"after\": [\"{}\"] to \"{}\", or the other way round", name(first), name(second)))
+    .help(format!(
+        "add \"after\": [\"{}\"] to \"{}\", or the other way round",
+        name(first),
+        name(second)
+    ))
 }

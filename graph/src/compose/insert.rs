@@ -25,7 +25,8 @@ use crate::source::Span;
 pub fn insert(document: &mut Value, mut extension: Value, diagnostics: &mut Diagnostics) {
     let Kind::Object(entries) = &mut extension.kind else {
         diagnostics.push(
-            Diagnostic::error(codes::WRONG_TYPE, extension.span, "an extension is an object").help("start it with { and \"inserts\""),
+            Diagnostic::error(codes::WRONG_TYPE, extension.span, "an extension is an object")
+                .help("start it with { and \"inserts\""),
         );
         return;
     };
@@ -72,18 +73,27 @@ pub fn insert(document: &mut Value, mut extension: Value, diagnostics: &mut Diag
 type Names = Vec<(String, Span)>;
 
 /// The passes after and before which a point lies.
-fn extension_point(document: &Value, point: &Entry, diagnostics: &mut Diagnostics) -> Option<(Names, Vec<String>)> {
+fn extension_point(
+    document: &Value,
+    point: &Entry,
+    diagnostics: &mut Diagnostics,
+) -> Option<(Names, Vec<String>)> {
     let points = document.get("extension_points");
     let Some(found) = points.and_then(|points| points.get(&point.key)) else {
-        let names: Vec<&str> =
-            points.and_then(Value::entries).unwrap_or_default().iter().map(|entry| entry.key.as_str()).collect();
+        let names: Vec<&str> = points
+            .and_then(Value::entries)
+            .unwrap_or_default()
+            .iter()
+            .map(|entry| entry.key.as_str())
+            .collect();
         let help = match did_you_mean(&point.key, names.iter().copied()) {
             Some(meant) => format!("did you mean \"{meant}\"?"),
             None if names.is_empty() => "the pipeline names no extension points".to_owned(),
             None => format!("the extension points are {}", names.join(", ")),
         };
         let message = format!("there is no extension point \"{}\"", point.key);
-        diagnostics.push(Diagnostic::error(codes::UNKNOWN_EXTENSION_POINT, point.key_span, message).help(help));
+        diagnostics
+            .push(Diagnostic::error(codes::UNKNOWN_EXTENSION_POINT, point.key_span, message).help(help));
         return None;
     };
     let names = |key: &str| -> Names {
@@ -100,7 +110,9 @@ fn last_inserted(document: &Value, after: &Names) -> Option<(String, Span)> {
     let inserted = passes.iter().rev().find(|pass| {
         let list = pass.value.get("after").and_then(Value::elements).unwrap_or_default();
         let names: Vec<&str> = list.iter().filter_map(Value::text).collect();
-        !wanted.is_empty() && wanted.iter().all(|name| names.contains(name)) && list.iter().any(|value| value.span.file != pass.key_span.file)
+        !wanted.is_empty()
+            && wanted.iter().all(|name| names.contains(name))
+            && list.iter().any(|value| value.span.file != pass.key_span.file)
     });
     inserted.map(|pass| (pass.key.clone(), pass.key_span))
 }
@@ -113,7 +125,9 @@ fn add_to_list(object: &mut Value, key: &str, names: &[(String, Span)]) {
     let span = object.span;
     let Kind::Object(entries) = &mut object.kind else { return };
     match entries.iter_mut().find(|entry| entry.key == key) {
-        Some(Entry { value: Value { kind: Kind::Array(list), .. }, .. }) => list.extend(names.iter().map(text)),
+        Some(Entry { value: Value { kind: Kind::Array(list), .. }, .. }) => {
+            list.extend(names.iter().map(text))
+        }
         Some(_) => {}
         None => entries.push(Entry {
             key: key.to_owned(),

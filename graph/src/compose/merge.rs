@@ -7,8 +7,16 @@ use crate::document::{Kind, Value, pointer_join};
 use crate::source::Span;
 
 /// The sections whose members an include may add to.
-const SECTIONS: &[&str] =
-    &["parameters", "features", "geometry", "resources", "passes", "presets", "extension_points", "subgraphs"];
+const SECTIONS: &[&str] = &[
+    "parameters",
+    "features",
+    "geometry",
+    "resources",
+    "passes",
+    "presets",
+    "extension_points",
+    "subgraphs",
+];
 
 /// The base with the other value laid over it.
 pub(super) fn over(
@@ -98,7 +106,10 @@ pub(super) fn refuse_deletions(value: &Value, pointer: &str, diagnostics: &mut D
 pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnostics) {
     let Kind::Object(part_entries) = part.kind else {
         let message = "an included file is an object with sections of a pipeline";
-        diagnostics.push(Diagnostic::error(codes::WRONG_TYPE, part.span, message).help("start it with { and a section such as \"parameters\""));
+        diagnostics.push(
+            Diagnostic::error(codes::WRONG_TYPE, part.span, message)
+                .help("start it with { and a section such as \"parameters\""),
+        );
         return;
     };
     let Kind::Object(entries) = &mut whole.kind else { return };
@@ -112,8 +123,10 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
                 section.key_span,
                 format!("an included file cannot say \"{}\"", section.key),
             );
-            let help = did_you_mean(&section.key, SECTIONS.iter().copied())
-                .map_or_else(|| format!("its sections are {}", SECTIONS.join(", ")), |meant| format!("did you mean \"{meant}\"?"));
+            let help = did_you_mean(&section.key, SECTIONS.iter().copied()).map_or_else(
+                || format!("its sections are {}", SECTIONS.join(", ")),
+                |meant| format!("did you mean \"{meant}\"?"),
+            );
             diagnostics.push(finding.help(help));
             continue;
         }
@@ -121,14 +134,20 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
             entries.push(section);
             continue;
         };
-        let (Kind::Object(known), Kind::Object(added)) = (&mut entries[index].value.kind, section.value.kind) else { continue };
+        let (Kind::Object(known), Kind::Object(added)) = (&mut entries[index].value.kind, section.value.kind)
+        else {
+            continue;
+        };
         for entry in added {
             match known.iter().find(|other| other.key == entry.key) {
                 Some(other) => diagnostics.push(
                     Diagnostic::error(
                         codes::DUPLICATE_KEY,
                         entry.key_span,
-                        format!("\"{}\" of the included file stands in \"{}\" already", entry.key, section.key),
+                        format!(
+                            "\"{}\" of the included file stands in \"{}\" already",
+                            entry.key, section.key
+                        ),
                     )
                     .related(other.key_span, "it stands here")
                     .help("an include adds and never changes; to change a file, extend it"),

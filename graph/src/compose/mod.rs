@@ -55,8 +55,13 @@ impl Files for Memory {
         let name = path.to_string_lossy().replace('\\', "/");
         match self.0.get(&name) {
             Some(text) => Ok(sources.add(name, text.as_str())),
-            None => Err(Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", format!("the file \"{name}\" cannot be read: it does not exist"))
-                .help("paths are relative to the folder of the file that names them")),
+            None => Err(Diagnostic::in_file(
+                codes::FILE_UNREADABLE,
+                &name,
+                "",
+                format!("the file \"{name}\" cannot be read: it does not exist"),
+            )
+            .help("paths are relative to the folder of the file that names them")),
         }
     }
 }
@@ -80,7 +85,14 @@ pub fn compose(
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Option<Composed> {
-    let mut composer = Composer { files, sources, diagnostics, seen: Vec::new(), chain: Vec::new(), replaced: BTreeMap::new() };
+    let mut composer = Composer {
+        files,
+        sources,
+        diagnostics,
+        seen: Vec::new(),
+        chain: Vec::new(),
+        replaced: BTreeMap::new(),
+    };
     let root = composer.file(file, path)?;
     Some(Composed { document: Document { root }, replaced: composer.replaced, files: composer.seen })
 }
@@ -173,8 +185,9 @@ impl Composer<'_> {
     fn follow(&mut self, name: &str, place: Span, from: &Path) -> Option<Value> {
         let path = normalize(&from.parent().unwrap_or_else(|| Path::new("")).join(name));
         if let Some(at) = self.chain.iter().position(|(known, _)| normalize(known) == path) {
-            let mut finding = Diagnostic::error(codes::FILE_CYCLE, place, format!("\"{name}\" leads back to itself"))
-                .help("take what both need into a third file");
+            let mut finding =
+                Diagnostic::error(codes::FILE_CYCLE, place, format!("\"{name}\" leads back to itself"))
+                    .help("take what both need into a third file");
             for (_, place) in &self.chain[at..] {
                 if let Some(place) = place {
                     finding = finding.related(*place, "on the way");
@@ -184,8 +197,10 @@ impl Composer<'_> {
             return None;
         }
         if self.seen.len() >= MAXIMUM_FILES || self.chain.len() >= MAXIMUM_LEVELS {
-            let message = format!("a pipeline is made of at most {MAXIMUM_FILES} files on {MAXIMUM_LEVELS} levels");
-            self.diagnostics.push(Diagnostic::error(codes::FILE_CYCLE, place, message).help("join some of the files"));
+            let message =
+                format!("a pipeline is made of at most {MAXIMUM_FILES} files on {MAXIMUM_LEVELS} levels");
+            self.diagnostics
+                .push(Diagnostic::error(codes::FILE_CYCLE, place, message).help("join some of the files"));
             return None;
         }
         match self.files.read(&path, self.sources) {
@@ -198,7 +213,8 @@ impl Composer<'_> {
             Err(finding) => {
                 let mut finding = finding;
                 finding.place = place.into();
-                finding.help = Some("paths are relative to the folder of the file that names them".to_owned());
+                finding.help =
+                    Some("paths are relative to the folder of the file that names them".to_owned());
                 self.diagnostics.push(finding);
                 None
             }

@@ -278,7 +278,9 @@ pub fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str
     let lower = name.to_lowercase();
     candidates
         .into_iter()
-        .filter(|candidate| candidate.len() <= MAXIMUM_NAME && candidate.len().abs_diff(name.len()) <= MAXIMUM_NAME / 3)
+        .filter(|candidate| {
+            candidate.len() <= MAXIMUM_NAME && candidate.len().abs_diff(name.len()) <= MAXIMUM_NAME / 3
+        })
         .filter_map(|candidate| {
             let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
             let allowed = (name.chars().count().max(candidate.chars().count()) / 3).max(1);

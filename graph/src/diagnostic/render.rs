@@ -77,7 +77,8 @@ fn compact(diagnostic: &Diagnostic, sources: &Sources, notes: &[String]) -> Stri
         Severity::Note => "note",
     };
     let mut text = format!("{severity}[{}]: {}\n", diagnostic.code, super::shorten(&diagnostic.message));
-    let places = std::iter::once((&diagnostic.place, "")).chain(diagnostic.related.iter().map(|one| (&one.place, one.message.as_str())));
+    let places = std::iter::once((&diagnostic.place, ""))
+        .chain(diagnostic.related.iter().map(|one| (&one.place, one.message.as_str())));
     for (place, message) in places {
         let Place::Span(span) = place else { continue };
         let Some(file) = sources.get(span.file) else { continue };
@@ -142,7 +143,11 @@ pub fn github(diagnostic: &Diagnostic, sources: &Sources) -> String {
             let name = property(file.name());
             let lines = format!("file={name},line={},endLine={}", start.line, end.line.max(start.line));
             // Columns are only understood within one line.
-            if start.line == end.line { format!("{lines},col={},endColumn={},", start.column, end.column) } else { format!("{lines},") }
+            if start.line == end.line {
+                format!("{lines},col={},endColumn={},", start.column, end.column)
+            } else {
+                format!("{lines},")
+            }
         }),
         Place::File { path, .. } => Some(format!("file={},", property(path))),
         Place::Nowhere => None,

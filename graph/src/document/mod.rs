@@ -132,9 +132,9 @@ impl Value {
             Kind::Number(number) => number.clone().into(),
             Kind::Text(text) => text.as_str().into(),
             Kind::Array(elements) => elements.iter().map(Value::to_json).collect(),
-            Kind::Object(entries) => {
-                serde_json::Value::Object(entries.iter().map(|entry| (entry.key.clone(), entry.value.to_json())).collect())
-            }
+            Kind::Object(entries) => serde_json::Value::Object(
+                entries.iter().map(|entry| (entry.key.clone(), entry.value.to_json())).collect(),
+            ),
         }
     }
 

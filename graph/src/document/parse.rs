@@ -34,13 +34,21 @@ pub fn parse(sources: &Sources, file: FileId) -> Result<Document, Diagnostics> {
         let range = error.range();
         let end = range.end.max(range.start + 1).min(text.len().max(range.start));
         let message = lower_first(&error.kind().to_string());
-        Diagnostic::error(codes::SYNTAX, Span::new(file, range.start..end), format!("this is not JSON: {message}"))
-            .help("pipelines are strict JSON; only // and /* */ comments are allowed on top of it")
+        Diagnostic::error(
+            codes::SYNTAX,
+            Span::new(file, range.start..end),
+            format!("this is not JSON: {message}"),
+        )
+        .help("pipelines are strict JSON; only // and /* */ comments are allowed on top of it")
     })?;
     let Some(root) = parsed.value else {
-        return Err(Diagnostic::error(codes::SYNTAX, Span::new(file, 0..text.len()), "the document is empty")
-            .help("the smallest pipeline has \"format\", \"name\", \"resources\" and \"passes\"")
-            .into());
+        return Err(Diagnostic::error(
+            codes::SYNTAX,
+            Span::new(file, 0..text.len()),
+            "the document is empty",
+        )
+        .help("the smallest pipeline has \"format\", \"name\", \"resources\" and \"passes\"")
+        .into());
     };
     let mut reader = Reader { file, diagnostics: Diagnostics::new() };
     let root = reader.value(&root);
@@ -49,7 +57,9 @@ pub fn parse(sources: &Sources, file: FileId) -> Result<Document, Diagnostics> {
 
 fn lower_first(text: &str) -> String {
     let mut characters = text.chars();
-    characters.next().map_or_else(String::new, |first| first.to_lowercase().collect::<String>() + characters.as_str())
+    characters
+        .next()
+        .map_or_else(String::new, |first| first.to_lowercase().collect::<String>() + characters.as_str())
 }
 
 struct Reader {
@@ -78,7 +88,9 @@ impl Reader {
                     Kind::Null
                 }
             },
-            ast::Value::Array(array) => Kind::Array(array.elements.iter().map(|element| self.value(element)).collect()),
+            ast::Value::Array(array) => {
+                Kind::Array(array.elements.iter().map(|element| self.value(element)).collect())
+            }
             ast::Value::Object(object) => Kind::Object(self.entries(object)),
         };
         Value { span, kind }
@@ -93,9 +105,13 @@ impl Reader {
             let value = self.value(&property.value);
             if let Some(first) = seen.insert(key.to_owned(), key_span) {
                 self.diagnostics.push(
-                    Diagnostic::error(codes::DUPLICATE_KEY, key_span, format!("the key \"{key}\" stands twice in one object"))
-                        .related(first, "it stands here first")
-                        .help("remove one of the two, or rename it"),
+                    Diagnostic::error(
+                        codes::DUPLICATE_KEY,
+                        key_span,
+                        format!("the key \"{key}\" stands twice in one object"),
+                    )
+                    .related(first, "it stands here first")
+                    .help("remove one of the two, or rename it"),
                 );
                 continue;
             }
@@ -111,7 +127,11 @@ impl Reader {
 }
 
 fn shorten(text: &str) -> String {
-    if text.chars().count() <= 24 { text.to_owned() } else { text.chars().take(24).chain("…".chars()).collect() }
+    if text.chars().count() <= 24 {
+        text.to_owned()
+    } else {
+        text.chars().take(24).chain("…".chars()).collect()
+    }
 }
 
 #[cfg(test)]
@@ -136,7 +156,19 @@ mod tests {
 
     #[test]
     fn leniencies_are_findings() {
-        for text in ["{\"a\":1,}", "{a:1}", "{'a':1}", "[0x1]", "[+1]", "[.5]", "[NaN]", "[1 2]", "", "{} {}", "[1e999]"] {
+        for text in [
+            "{\"a\":1,}",
+            "{a:1}",
+            "{'a':1}",
+            "[0x1]",
+            "[+1]",
+            "[.5]",
+            "[NaN]",
+            "[1 2]",
+            "",
+            "{} {}",
+            "[1e999]",
+        ] {
             let (_, result) = parse_text(text);
             assert!(result.is_err(), "{text} must be refused");
         }

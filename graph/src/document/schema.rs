@@ -16,7 +16,13 @@ use super::{Kind, Value, pointer_join};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
 
 /// Checks `value`, which stands at `pointer`, against `schema`; `$ref`s are looked up in `root`.
-pub fn check<'a>(value: &Value, schema: &'a Json, root: &'a Json, pointer: &str, diagnostics: &mut Diagnostics) {
+pub fn check<'a>(
+    value: &Value,
+    schema: &'a Json,
+    root: &'a Json,
+    pointer: &str,
+    diagnostics: &mut Diagnostics,
+) {
     Checker { root, diagnostics, descriptions: Vec::new() }.value(value, schema, pointer, 0);
 }
 
@@ -65,7 +71,11 @@ impl<'a> Checker<'a, '_> {
         {
             let wanted = type_names(types);
             self.push(
-                Diagnostic::error(codes::WRONG_TYPE, value.span, format!("{wanted} is wanted here, this is {}", value.kind_name())),
+                Diagnostic::error(
+                    codes::WRONG_TYPE,
+                    value.span,
+                    format!("{wanted} is wanted here, this is {}", value.kind_name()),
+                ),
                 pointer,
             );
             return;
@@ -88,7 +98,13 @@ impl<'a> Checker<'a, '_> {
         }
     }
 
-    fn object(&mut self, value: &Value, rules: &'a serde_json::Map<String, Json>, pointer: &str, depth: usize) {
+    fn object(
+        &mut self,
+        value: &Value,
+        rules: &'a serde_json::Map<String, Json>,
+        pointer: &str,
+        depth: usize,
+    ) {
         let entries = value.entries().unwrap_or_default();
         let properties = rules.get("properties").and_then(Json::as_object);
         let additional = rules.get("additionalProperties");
@@ -97,13 +113,16 @@ impl<'a> Checker<'a, '_> {
             if let Some(rule) = properties.and_then(|properties| properties.get(&entry.key)) {
                 self.value(&entry.value, rule, &at, depth + 1);
             } else if additional == Some(&Json::Bool(false)) {
-                let known: Vec<&str> = properties.map(|map| map.keys().map(String::as_str).collect()).unwrap_or_default();
+                let known: Vec<&str> =
+                    properties.map(|map| map.keys().map(String::as_str).collect()).unwrap_or_default();
                 self.unknown_key(entry, &known, &at);
             } else if let Some(rule @ Json::Object(_)) = additional {
                 self.value(&entry.value, rule, &at, depth + 1);
             }
         }
-        for required in rules.get("required").and_then(Json::as_array).into_iter().flatten().filter_map(Json::as_str) {
+        for required in
+            rules.get("required").and_then(Json::as_array).into_iter().flatten().filter_map(Json::as_str)
+        {
             // A misspelt key is reported as such; that the right one is missing only follows from it.
             let misspelt = entries.iter().any(|entry| {
                 properties.is_some_and(|properties| !properties.contains_key(&entry.key))
@@ -117,8 +136,11 @@ impl<'a> Checker<'a, '_> {
                     .and_then(Json::as_str)
                     .and_then(|text| text.lines().next())
                     .map(|text| format!("\"{required}\": {text}"));
-                let mut finding =
-                    Diagnostic::error(codes::MISSING_KEY, value.span, format!("the key \"{required}\" is missing here"));
+                let mut finding = Diagnostic::error(
+                    codes::MISSING_KEY,
+                    value.span,
+                    format!("the key \"{required}\" is missing here"),
+                );
                 finding.help = description;
                 self.push(finding, pointer);
             }
@@ -127,15 +149,24 @@ impl<'a> Checker<'a, '_> {
 
     /// Alternatives beside `properties` that each require one key: exactly one of them is there. Where a key is unknown
     /// it is probably the one, misspelt, and reported as such.
-    fn exactly_one_key(&mut self, value: &Value, rules: &serde_json::Map<String, Json>, branches: &[Json], pointer: &str) {
+    fn exactly_one_key(
+        &mut self,
+        value: &Value,
+        rules: &serde_json::Map<String, Json>,
+        branches: &[Json],
+        pointer: &str,
+    ) {
         let Some(entries) = value.entries() else { return };
         let keys: Vec<&str> = branches
             .iter()
             .filter_map(|branch| branch.get("required")?.as_array()?.first()?.as_str())
             .collect();
-        let found: Vec<&super::Entry> = entries.iter().filter(|entry| keys.contains(&entry.key.as_str())).collect();
+        let found: Vec<&super::Entry> =
+            entries.iter().filter(|entry| keys.contains(&entry.key.as_str())).collect();
         let properties = rules.get("properties").and_then(Json::as_object);
-        let all_known = entries.iter().all(|entry| properties.is_some_and(|properties| properties.contains_key(&entry.key)));
+        let all_known = entries
+            .iter()
+            .all(|entry| properties.is_some_and(|properties| properties.contains_key(&entry.key)));
         let known = format!("the keys that it can be are {}", keys.join(", "));
         match found.as_slice() {
             [_] => {}
@@ -147,7 +178,8 @@ impl<'a> Checker<'a, '_> {
             [first, second, ..] => {
                 let message = format!("\"{}\" and \"{}\" exclude one another", first.key, second.key);
                 let finding = Diagnostic::error(codes::UNKNOWN_KEY, second.key_span, message);
-                let finding = finding.related(first.key_span, "the first of the two").help("make it two, one for each");
+                let finding =
+                    finding.related(first.key_span, "the first of the two").help("make it two, one for each");
                 self.push(finding, &pointer_join(pointer, &second.key));
             }
         }
@@ -166,7 +198,10 @@ impl<'a> Checker<'a, '_> {
         if words.contains(&&value.to_json()) {
             return;
         }
-        self.push(unknown_word(value, &words.iter().filter_map(|word| word.as_str()).collect::<Vec<_>>()), pointer);
+        self.push(
+            unknown_word(value, &words.iter().filter_map(|word| word.as_str()).collect::<Vec<_>>()),
+            pointer,
+        );
     }
 
     fn bounds(&mut self, value: &Value, number: f64, rules: &serde_json::Map<String, Json>, pointer: &str) {
@@ -179,7 +214,11 @@ impl<'a> Checker<'a, '_> {
         };
         if let Some(limit) = broken {
             self.push(
-                Diagnostic::error(codes::OUT_OF_BOUNDS, value.span, format!("{number} is out of bounds: {limit} is wanted")),
+                Diagnostic::error(
+                    codes::OUT_OF_BOUNDS,
+                    value.span,
+                    format!("{number} is out of bounds: {limit} is wanted"),
+                ),
                 pointer,
             );
         }
@@ -206,13 +245,18 @@ impl<'a> Checker<'a, '_> {
             return;
         }
         let branches: Vec<&Json> = flat.into_iter().filter(|branch| !is_expression(branch)).collect();
-        let typed: Vec<&Json> = branches.iter().copied().filter(|branch| could_be(value, branch, self.root, 0)).collect();
+        let typed: Vec<&Json> =
+            branches.iter().copied().filter(|branch| could_be(value, branch, self.root, 0)).collect();
         if typed.is_empty() {
             let mut names: Vec<String> = Vec::new();
             branches.iter().for_each(|branch| collect_type_names(branch, self.root, &mut names, 0));
             let wanted = join_or(&names);
             self.push(
-                Diagnostic::error(codes::WRONG_TYPE, value.span, format!("{wanted} is wanted here, this is {}", value.kind_name())),
+                Diagnostic::error(
+                    codes::WRONG_TYPE,
+                    value.span,
+                    format!("{wanted} is wanted here, this is {}", value.kind_name()),
+                ),
                 pointer,
             );
             return;
@@ -227,12 +271,15 @@ impl<'a> Checker<'a, '_> {
             }
         }
         if let Some(entries) = value.entries() {
-            let tagged: Vec<(&str, &Json)> = typed.iter().filter_map(|branch| Some((tag(branch)?, *branch))).collect();
+            let tagged: Vec<(&str, &Json)> =
+                typed.iter().filter_map(|branch| Some((tag(branch)?, *branch))).collect();
             if tagged.len() == typed.len() && !tagged.is_empty() {
                 let chosen: Vec<_> = tagged.iter().filter(|(tag, _)| value.get(tag).is_some()).collect();
                 if let [(_, branch)] = chosen.as_slice() {
                     self.value(value, branch, pointer, depth + 1);
-                } else if chosen.is_empty() && let Some(entry) = entries.first() {
+                } else if chosen.is_empty()
+                    && let Some(entry) = entries.first()
+                {
                     let known: Vec<&str> = tagged.iter().map(|(tag, _)| *tag).collect();
                     self.unknown_key(entry, &known, &pointer_join(pointer, &entry.key));
                 } else {
@@ -246,7 +293,8 @@ impl<'a> Checker<'a, '_> {
         let mut best: Option<Diagnostics> = None;
         for branch in typed {
             let mut findings = Diagnostics::new();
-            Checker { root: self.root, diagnostics: &mut findings, descriptions: self.descriptions.clone() }.value(value, branch, pointer, depth + 1);
+            Checker { root: self.root, diagnostics: &mut findings, descriptions: self.descriptions.clone() }
+                .value(value, branch, pointer, depth + 1);
             if findings.is_empty() {
                 return;
             }
@@ -273,9 +321,12 @@ impl<'a> Checker<'a, '_> {
 
 /// The finding for a key that is none of the known ones.
 pub fn unknown_key(entry: &super::Entry, known: &[&str]) -> Diagnostic {
-    let finding = Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, format!("unknown key \"{}\"", entry.key));
+    let finding =
+        Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, format!("unknown key \"{}\"", entry.key));
     match did_you_mean(&entry.key, known.iter().copied()) {
-        Some(meant) => finding.help(format!("did you mean \"{meant}\"?")).fix(entry.key_span, format!("\"{meant}\"")),
+        Some(meant) => {
+            finding.help(format!("did you mean \"{meant}\"?")).fix(entry.key_span, format!("\"{meant}\""))
+        }
         None if known.is_empty() => finding.help("no keys are known here"),
         None => finding.help(format!("the keys known here are {}", known.join(", "))),
     }
@@ -286,7 +337,9 @@ pub fn unknown_word(value: &Value, words: &[&str]) -> Diagnostic {
     let found = value.text().map_or_else(|| value.kind_name().to_owned(), |text| format!("\"{text}\""));
     let finding = Diagnostic::error(codes::UNKNOWN_WORD, value.span, format!("{found} is not known here"));
     match value.text().and_then(|text| did_you_mean(text, words.iter().copied())) {
-        Some(meant) => finding.help(format!("did you mean \"{meant}\"?")).fix(value.span, format!("\"{meant}\"")),
+        Some(meant) => {
+            finding.help(format!("did you mean \"{meant}\"?")).fix(value.span, format!("\"{meant}\""))
+        }
         None if words.len() <= 24 => finding.help(format!("known are {}", words.join(", "))),
         None => finding.help("see the schema for the words known here"),
     }
@@ -308,7 +361,10 @@ fn flatten<'a>(branches: &'a [Json], root: &'a Json, flat: &mut Vec<&'a Json>, d
     for branch in branches.iter().filter_map(|branch| resolve(branch, root)) {
         let inner = ["oneOf", "anyOf"].iter().find_map(|word| branch.get(word).and_then(Json::as_array));
         match inner {
-            Some(inner) if !branch.as_object().is_some_and(|rules| rules.contains_key("properties")) && depth < 32 => {
+            Some(inner)
+                if !branch.as_object().is_some_and(|rules| rules.contains_key("properties"))
+                    && depth < 32 =>
+            {
                 flatten(inner, root, flat, depth + 1);
             }
             _ => flat.push(branch),
@@ -318,17 +374,22 @@ fn flatten<'a>(branches: &'a [Json], root: &'a Json, flat: &mut Vec<&'a Json>, d
 
 fn type_matches(value: &Value, types: &Json) -> bool {
     match types {
-        Json::String(name) => matches!(
-            (&value.kind, name.as_str()),
-            (Kind::Null, "null")
-                | (Kind::Bool(_), "boolean")
-                | (Kind::Number(_), "number")
-                | (Kind::Text(_), "string")
-                | (Kind::Array(_), "array")
-                | (Kind::Object(_), "object")
-        ) || (name == "integer" && matches!(&value.kind, Kind::Number(number) if number.as_f64().is_some_and(|n| n.fract() == 0.0))),
+        Json::String(name) => {
+            matches!(
+                (&value.kind, name.as_str()),
+                (Kind::Null, "null")
+                    | (Kind::Bool(_), "boolean")
+                    | (Kind::Number(_), "number")
+                    | (Kind::Text(_), "string")
+                    | (Kind::Array(_), "array")
+                    | (Kind::Object(_), "object")
+            ) || (name == "integer"
+                && matches!(&value.kind, Kind::Number(number) if number.as_f64().is_some_and(|n| n.fract() == 0.0)))
+        }
         // An option's null stands for a key that is left out; written null is not meant.
-        Json::Array(names) => names.iter().filter(|name| name.as_str() != Some("null")).any(|name| type_matches(value, name)),
+        Json::Array(names) => {
+            names.iter().filter(|name| name.as_str() != Some("null")).any(|name| type_matches(value, name))
+        }
         _ => true,
     }
 }
@@ -336,9 +397,12 @@ fn type_matches(value: &Value, types: &Json) -> bool {
 fn type_names(types: &Json) -> String {
     let names: Vec<String> = match types {
         Json::String(name) => vec![type_name(name).to_owned()],
-        Json::Array(names) => {
-            names.iter().filter_map(Json::as_str).filter(|name| *name != "null").map(|name| type_name(name).to_owned()).collect()
-        }
+        Json::Array(names) => names
+            .iter()
+            .filter_map(Json::as_str)
+            .filter(|name| *name != "null")
+            .map(|name| type_name(name).to_owned())
+            .collect(),
         _ => Vec::new(),
     };
     join_or(&names)
@@ -374,7 +438,10 @@ fn could_be(value: &Value, branch: &Json, root: &Json, depth: usize) -> bool {
     }
     for word in ["oneOf", "anyOf"] {
         if let Some(Json::Array(branches)) = branch.get(word) {
-            return branches.iter().filter_map(|branch| resolve(branch, root)).any(|branch| could_be(value, branch, root, depth + 1));
+            return branches
+                .iter()
+                .filter_map(|branch| resolve(branch, root))
+                .any(|branch| could_be(value, branch, root, depth + 1));
         }
     }
     match branch.get("const") {
@@ -465,14 +532,24 @@ mod tests {
         check(&document.root, schema.as_value(), schema.as_value(), "", &mut diagnostics);
         diagnostics
             .iter()
-            .map(|d| format!("{} {} {} {}", d.code, d.pointer, d.message, d.help.clone().unwrap_or_default()).trim().to_owned())
+            .map(|d| {
+                format!("{} {} {} {}", d.code, d.pointer, d.message, d.help.clone().unwrap_or_default())
+                    .trim()
+                    .to_owned()
+            })
             .collect()
     }
 
     #[test]
     fn a_fitting_value_has_no_findings() {
-        assert_eq!(findings(r#"{"texture": {"format": "depth32float", "size": [1, 2], "layers": 4}}"#), Vec::<String>::new());
-        assert_eq!(findings(r#"{"texture": {"format": "depth32float", "size": "viewport"}}"#), Vec::<String>::new());
+        assert_eq!(
+            findings(r#"{"texture": {"format": "depth32float", "size": [1, 2], "layers": 4}}"#),
+            Vec::<String>::new()
+        );
+        assert_eq!(
+            findings(r#"{"texture": {"format": "depth32float", "size": "viewport"}}"#),
+            Vec::<String>::new()
+        );
     }
 
     #[test]
@@ -489,7 +566,10 @@ mod tests {
 
     #[test]
     fn the_tag_chooses_the_branch() {
-        assert_eq!(findings(r#"{"textur": {}}"#), ["UG0102 /textur unknown key \"textur\" did you mean \"texture\"?"]);
+        assert_eq!(
+            findings(r#"{"textur": {}}"#),
+            ["UG0102 /textur unknown key \"textur\" did you mean \"texture\"?"]
+        );
         assert_eq!(
             findings(r#"{"texture": {"format": "depth32flaot", "size": [1]}}"#),
             [

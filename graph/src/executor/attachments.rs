@@ -97,7 +97,8 @@ impl Attachments {
                 Some(Attachment { layers, load, store: store(planned.store) })
             }
         };
-        let is_read_only = |depth: &crate::work::DepthAttachment| !depth.write && depth.load == LoadOperation::Load;
+        let is_read_only =
+            |depth: &crate::work::DepthAttachment| !depth.write && depth.load == LoadOperation::Load;
         let depth_read_only = render.depth.as_ref().is_some_and(is_read_only);
         Some(Self { color, depth, depth_read_only, extent: extent? })
     }
@@ -140,7 +141,8 @@ impl Attachments {
         drawn: &mut Drawn,
     ) -> Option<wgpu::RenderPass<'static>> {
         let count = self.layer_count();
-        let mut colors: [Option<wgpu::RenderPassColorAttachment<'_>>; MAXIMUM_COLORS] = [const { None }; MAXIMUM_COLORS];
+        let mut colors: [Option<wgpu::RenderPassColorAttachment<'_>>; MAXIMUM_COLORS] =
+            [const { None }; MAXIMUM_COLORS];
         for (at, (color, slot)) in self.color.iter().zip(&mut colors).enumerate() {
             let position = color.position(layer);
             let ops = color.operations(drawn.is_first(at * count + position));

@@ -48,14 +48,16 @@ impl Blocks {
     /// # Errors
     /// More bytes than a buffer of the device can have.
     pub(super) fn new(plan: &Plan, limits: &wgpu::Limits) -> Result<Self, Diagnostic> {
-        let alignment = limits.min_uniform_buffer_offset_alignment.max(limits.min_storage_buffer_offset_alignment);
+        let alignment =
+            limits.min_uniform_buffer_offset_alignment.max(limits.min_storage_buffer_offset_alignment);
         let alignment = u64::from(alignment).max(16);
         let mut size = 0u64;
         let place_of = |pass: &PlannedPass| -> Vec<Option<Place>> {
             let work = &plan.pipeline.pass(pass.handle).work;
             let place = |slot: &BoundSlot| {
                 let bytes = block_bytes(plan, work, slot)?;
-                let count = if matches!(slot.source, SlotSource::View(_)) { maximum_views(plan, work) } else { 1 };
+                let count =
+                    if matches!(slot.source, SlotSource::View(_)) { maximum_views(plan, work) } else { 1 };
                 let stride = bytes.next_multiple_of(alignment);
                 let place = Place { offset: size, size: bytes, stride };
                 size = size.saturating_add(stride.saturating_mul(count));
@@ -66,7 +68,8 @@ impl Blocks {
         let places: Vec<_> = plan.passes.iter().map(place_of).collect();
         let allowed = limits.max_buffer_size.min(u64::from(u32::MAX));
         if size > allowed {
-            let message = format!("the blocks of \"{}\" have {size} bytes; the device allows {allowed}", plan.name);
+            let message =
+                format!("the blocks of \"{}\" have {size} bytes; the device allows {allowed}", plan.name);
             let finding = Diagnostic::error(codes::DEVICE_LIMIT, FindingPlace::Nowhere, message);
             return Err(finding.help("let host passes publish fewer views or values"));
         }
@@ -166,7 +169,8 @@ fn maximum_views(plan: &Plan, work: &Work) -> u64 {
 }
 
 fn constants<'a>(planned: &'a PlannedPass, slot: &BoundSlot) -> Option<&'a [u8]> {
-    let block = planned.blocks.iter().find(|block| (block.group, block.binding) == (slot.group, slot.binding))?;
+    let block =
+        planned.blocks.iter().find(|block| (block.group, block.binding) == (slot.group, slot.binding))?;
     Some(&block.bytes)
 }
 
@@ -179,7 +183,9 @@ fn block_bytes(plan: &Plan, work: &Work, slot: &BoundSlot) -> Option<u64> {
         SlotSource::Texture(_) | SlotSource::Buffer(_) | SlotSource::Sampler(_) => return None,
     });
     Some(match binding.map(|binding| binding.entry.ty) {
-        Some(wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Storage { .. }, .. }) => bytes.next_multiple_of(4),
+        Some(wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Storage { .. }, .. }) => {
+            bytes.next_multiple_of(4)
+        }
         _ => bytes.next_multiple_of(16),
     })
 }

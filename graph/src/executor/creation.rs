@@ -175,7 +175,9 @@ impl Caught {
 fn finding(error: wgpu::Error) -> Diagnostic {
     let help = match error {
         wgpu::Error::OutOfMemory { .. } => "make pictures and maps smaller, or free memory of the device",
-        wgpu::Error::Validation { .. } => "compare what the device offers with what the pipeline's profile promises",
+        wgpu::Error::Validation { .. } => {
+            "compare what the device offers with what the pipeline's profile promises"
+        }
         wgpu::Error::Internal { .. } => "update the driver, or use another backend",
     };
     Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("the device refused: {error}")).help(help)

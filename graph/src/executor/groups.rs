@@ -53,7 +53,8 @@ impl Made {
 
 impl Group {
     pub(super) fn new(index: u32, layout: wgpu::BindGroupLayout, entries: Vec<(u32, Bound)>) -> Self {
-        let has_blocks = entries.iter().any(|(_, bound)| matches!(bound, Bound::Block(_) | Bound::ViewBlock(_)));
+        let has_blocks =
+            entries.iter().any(|(_, bound)| matches!(bound, Bound::Block(_) | Bound::ViewBlock(_)));
         let imports = entries.iter().filter_map(|(_, bound)| match bound {
             Bound::View(Viewed::Imported(view)) => Some(*view),
             _ => None,

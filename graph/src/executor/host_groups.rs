@@ -121,7 +121,8 @@ impl Objects {
             (Some(room), stride) => room / u64::from(*stride) + 1,
         });
         // An offset has 32 bits.
-        let addressable = self.strides.iter().map(|stride| u32::MAX.checked_div(*stride).unwrap_or(u32::MAX)).min();
+        let addressable =
+            self.strides.iter().map(|stride| u32::MAX.checked_div(*stride).unwrap_or(u32::MAX)).min();
         let count = counts.min().unwrap_or(u64::from(u32::MAX));
         self.count = u32::try_from(count).unwrap_or(u32::MAX).min(addressable.unwrap_or(u32::MAX));
         self.group = Some(group);
@@ -157,15 +158,22 @@ fn make<'a>(
         let resource = give(name)?;
         if let wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size }) = &resource {
             let behind = buffer.size().checked_sub(*offset);
-            room.push(behind.and_then(|behind| behind.checked_sub(size.map_or(behind, wgpu::BufferSize::get))));
+            room.push(
+                behind.and_then(|behind| behind.checked_sub(size.map_or(behind, wgpu::BufferSize::get))),
+            );
         }
         entries.push(wgpu::BindGroupEntry { binding: *binding, resource });
     }
-    let descriptor = wgpu::BindGroupDescriptor { label: Some(label), layout: &layout.layout, entries: &entries };
+    let descriptor =
+        wgpu::BindGroupDescriptor { label: Some(label), layout: &layout.layout, entries: &entries };
     Ok((creation.bind_group(&descriptor), room))
 }
 
 fn lacks(name: &str, of: &str) -> Diagnostic {
-    Diagnostic::error(codes::HOST_INTERFACE, Place::Nowhere, format!("the host gives nothing for \"{name}\" of {of}"))
-        .help("let its draw source give every binding that its interface names")
+    Diagnostic::error(
+        codes::HOST_INTERFACE,
+        Place::Nowhere,
+        format!("the host gives nothing for \"{name}\" of {of}"),
+    )
+    .help("let its draw source give every binding that its interface names")
 }

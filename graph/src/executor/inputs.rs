@@ -25,7 +25,8 @@ pub(super) fn check(realized: &Realized, device: &wgpu::Device, frame: &Frame<'_
         {
             let declared = realized.plan.pipeline.resource(resource.handle);
             let finding = Diagnostic::error(codes::IMPORT, declared.place, fault).pointer(&declared.pointer);
-            findings.push(finding.help("give the executor the texture that the plan was made for, or plan anew"));
+            findings
+                .push(finding.help("give the executor the texture that the plan was made for, or plan anew"));
         }
     }
     let mut has_scenes = false;
@@ -41,7 +42,9 @@ pub(super) fn check(realized: &Realized, device: &wgpu::Device, frame: &Frame<'_
     };
     for (geometry, interface) in &realized.interfaces {
         if source.interface(geometry) != Some(interface) {
-            let message = format!("the host's interface of \"{geometry}\" is not the one that pipelines were built for");
+            let message = format!(
+                "the host's interface of \"{geometry}\" is not the one that pipelines were built for"
+            );
             let finding = Diagnostic::error(codes::HOST_INTERFACE, Place::Nowhere, message);
             findings.push(finding.help("give the executor its plan anew, with this draw source"));
         }
@@ -53,7 +56,8 @@ pub(super) fn check(realized: &Realized, device: &wgpu::Device, frame: &Frame<'_
 pub(super) fn warnings(frame: &Frame<'_>, findings: &mut Diagnostics) {
     let warning = |message: String| Diagnostic::warning(codes::FRAME_INPUT, Place::Nowhere, message);
     if let Some(reason) = frame.input.camera.check() {
-        findings.push(warning(format!("the camera cannot be used: {reason}")).help("nothing is drawn from it"));
+        findings
+            .push(warning(format!("the camera cannot be used: {reason}")).help("nothing is drawn from it"));
     }
     for light in &frame.input.lights {
         if let Some(reason) = light.check() {
@@ -87,14 +91,19 @@ fn import_fault(name: &str, resource: &PlannedResource, frame: &Frame<'_>) -> Op
         ));
     }
     let missing = resource.usages.unwrap_or(wgpu::TextureUsages::empty()) - texture.usage();
-    (!missing.is_empty()).then(|| format!("the texture for \"{name}\" was created without the usage {missing:?}"))
+    (!missing.is_empty())
+        .then(|| format!("the texture for \"{name}\" was created without the usage {missing:?}"))
 }
 
 /// Runs the host passes in their order.
 ///
 /// # Errors
 /// A pass that publishes what it did not declare, or a view that lies outside what it is drawn into.
-pub(super) fn run_host_passes(realized: &mut Realized, frame: &Frame<'_>, times: &mut Times) -> Result<(), Diagnostics> {
+pub(super) fn run_host_passes(
+    realized: &mut Realized,
+    frame: &Frame<'_>,
+    times: &mut Times,
+) -> Result<(), Diagnostics> {
     let plan = realized.plan.clone();
     let mut findings = Diagnostics::new();
     for (at, planned) in plan.passes.iter().enumerate() {
@@ -122,7 +131,11 @@ pub(super) fn run_host_passes(realized: &mut Realized, frame: &Frame<'_>, times:
         host.node.run(&HostContext { frame: frame.input, inputs }, &mut data);
         if let Some(reason) = data.refused() {
             let message = format!("\"{}\" publishes {reason}", pass.name);
-            findings.push(host_data(pass, message, "a host pass publishes what it declared; this is a defect of its node kind"));
+            findings.push(host_data(
+                pass,
+                message,
+                "a host pass publishes what it declared; this is a defect of its node kind",
+            ));
         }
         realized.data[output] = Some(data);
         times.add(at, start);
@@ -140,7 +153,11 @@ fn check_views(realized: &Realized, findings: &mut Diagnostics) {
             if let Some(fault) = view_fault(view, attachments) {
                 let pass = realized.plan.pipeline.pass(planned.handle);
                 let message = format!("view {at} of \"{}\" {fault}", pass.name);
-                findings.push(host_data(pass, message, "a view lies within the attachments of the passes that draw it"));
+                findings.push(host_data(
+                    pass,
+                    message,
+                    "a view lies within the attachments of the passes that draw it",
+                ));
             }
         }
     }
@@ -153,9 +170,8 @@ fn view_fault(view: &View, attachments: &Attachments) -> Option<String> {
     let [x, y, width, height] = view.viewport?;
     let end = [u64::from(x) + u64::from(width), u64::from(y) + u64::from(height)];
     let [wide, high] = attachments.extent;
-    (end[0] > u64::from(wide) || end[1] > u64::from(high)).then(|| {
-        format!("is drawn into {width} by {height} texels from {x}, {y} on, of {wide} by {high}")
-    })
+    (end[0] > u64::from(wide) || end[1] > u64::from(high))
+        .then(|| format!("is drawn into {width} by {height} texels from {x}, {y} on, of {wide} by {high}"))
 }
 
 fn host_data(pass: &Pass, message: String, help: &str) -> Diagnostic {

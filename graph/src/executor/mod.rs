@@ -130,7 +130,11 @@ impl Executor {
     ///
     /// # Errors
     /// As of [`Executor::new`]. The executor goes on with the plan before.
-    pub async fn set_plan(&mut self, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<(), Diagnostics> {
+    pub async fn set_plan(
+        &mut self,
+        plan: Arc<Plan>,
+        source: Option<&dyn DrawSource>,
+    ) -> Result<(), Diagnostics> {
         let before = Some(&self.realized);
         let (realized, caught) =
             realize(&self.device, &mut self.objects, &mut self.statistics, plan, source, before)?;
@@ -199,7 +203,11 @@ impl Executor {
     /// Imports that are missing or not as planned; a draw source that is missing, does not know a filter, or stores
     /// meshes otherwise than the one that the plan was realized for; host data that a host pass did not declare; errors
     /// of the device. Nothing is recorded then, and the next frame is possible.
-    pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Diagnostics> {
+    pub fn record(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &Frame<'_>,
+    ) -> Result<(), Diagnostics> {
         refuse(self.late.known())?;
         refuse(inputs::check(&self.realized, &self.device, frame))?;
         self.warnings = Diagnostics::new();
@@ -219,7 +227,8 @@ impl Executor {
         let mut creation = Creation::new(&self.device, &mut self.statistics);
         let size = self.realized.blocks.size;
         let blocks = (size > 0).then(|| self.pool.take(&mut creation, encoder, size, self.records));
-        let prepared = record::prepare(&mut self.realized, &mut creation, frame, blocks.as_ref(), self.records);
+        let prepared =
+            record::prepare(&mut self.realized, &mut creation, frame, blocks.as_ref(), self.records);
         let mut caught = creation.finish();
         let mut findings = caught.known();
         self.late.append(caught);
@@ -252,7 +261,9 @@ fn realize(
     let mut interfaces: Vec<(String, HostInterface)> = Vec::new();
     for (_, scene) in requirements::scenes(&plan) {
         let interface = source.and_then(|source| source.interface(&scene.geometry));
-        if let Some(interface) = interface.filter(|_| interfaces.iter().all(|(known, _)| *known != scene.geometry)) {
+        if let Some(interface) =
+            interface.filter(|_| interfaces.iter().all(|(known, _)| *known != scene.geometry))
+        {
             interfaces.push((scene.geometry.clone(), interface.clone()));
         }
     }

@@ -78,11 +78,20 @@ impl Objects {
         self.compute_pipelines.evict(now);
     }
 
-    pub(super) fn module(&mut self, creation: &mut Creation<'_>, shader: &ShaderModule) -> wgpu::ShaderModule {
+    pub(super) fn module(
+        &mut self,
+        creation: &mut Creation<'_>,
+        shader: &ShaderModule,
+    ) -> wgpu::ShaderModule {
         self.modules.get(shader.hash, self.now, |_| creation.shader_module(&shader.template, &shader.wgsl))
     }
 
-    pub(super) fn sampler(&mut self, creation: &mut Creation<'_>, label: &str, sampler: Sampler) -> wgpu::Sampler {
+    pub(super) fn sampler(
+        &mut self,
+        creation: &mut Creation<'_>,
+        label: &str,
+        sampler: Sampler,
+    ) -> wgpu::Sampler {
         self.samplers.get(sampler, self.now, |_| {
             let address = match sampler.address {
                 Address::ClampToEdge => wgpu::AddressMode::ClampToEdge,

@@ -60,7 +60,8 @@ impl Pipelines<'_, '_> {
             let entries = own.map(|binding| {
                 let mut entry = binding.entry;
                 if let wgpu::BindingType::Buffer { has_dynamic_offset, .. } = &mut entry.ty {
-                    *has_dynamic_offset = (is_scene && group == OBJECT) || views.contains(&(group, entry.binding));
+                    *has_dynamic_offset =
+                        (is_scene && group == OBJECT) || views.contains(&(group, entry.binding));
                 }
                 entry
             });
@@ -91,7 +92,11 @@ impl Pipelines<'_, '_> {
     }
 
     /// The pipeline of a pass that covers its attachments.
-    pub(super) fn fullscreen(&mut self, render: &RenderWork, layouts: &Layouts) -> Option<wgpu::RenderPipeline> {
+    pub(super) fn fullscreen(
+        &mut self,
+        render: &RenderWork,
+        layouts: &Layouts,
+    ) -> Option<wgpu::RenderPipeline> {
         let variant = self.program.variants.first()?;
         Some(self.render(render, variant, layouts, Vec::new(), None))
     }
@@ -123,10 +128,12 @@ impl Pipelines<'_, '_> {
         buffers: Vec<Option<VertexBufferKey>>,
         cull: Option<wgpu::Face>,
     ) -> wgpu::RenderPipeline {
-        let format = |resource: ResourceHandle| self.plan.resource(resource).and_then(|resource| resource.format);
+        let format =
+            |resource: ResourceHandle| self.plan.resource(resource).and_then(|resource| resource.format);
         let attached = render.color.iter().map(|color| color.target.resource);
         let mut attached = attached.chain(render.depth.as_ref().map(|depth| depth.target.resource));
-        let samples = attached.find_map(|resource| self.plan.resource(resource)?.size).map_or(1, |size| size.samples);
+        let samples =
+            attached.find_map(|resource| self.plan.resource(resource)?.size).map_or(1, |size| size.samples);
         let targets = render.color.iter().map(|color| {
             Some(wgpu::ColorTargetState {
                 format: format(color.target.resource)?,

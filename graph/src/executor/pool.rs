@@ -62,7 +62,9 @@ impl Pool {
             let buffer = creation.buffer(&wgpu::BufferDescriptor {
                 label: Some("umbragraph blocks"),
                 size,
-                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                usage: wgpu::BufferUsages::UNIFORM
+                    | wgpu::BufferUsages::STORAGE
+                    | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             });
             self.created += 1;

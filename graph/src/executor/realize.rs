@@ -50,9 +50,18 @@ pub(super) struct RealizedPass {
 pub(super) enum RealizedWork {
     Host,
     Copy(RealizedCopy),
-    Compute { pipeline: wgpu::ComputePipeline, workgroups: [u32; 3] },
-    Fullscreen { pipeline: wgpu::RenderPipeline, attachments: Attachments },
-    Scene { scene: RealizedScene, attachments: Attachments },
+    Compute {
+        pipeline: wgpu::ComputePipeline,
+        workgroups: [u32; 3],
+    },
+    Fullscreen {
+        pipeline: wgpu::RenderPipeline,
+        attachments: Attachments,
+    },
+    Scene {
+        scene: RealizedScene,
+        attachments: Attachments,
+    },
     /// Something that the device does not have, which is an error that is reported elsewhere.
     Nothing,
 }
@@ -100,7 +109,9 @@ impl Realized {
             Resources { textures: Textures::new(creation, &plan, old), imports: Imports::new(&plan) };
         let data = plan.pipeline.resources.iter().map(|resource| match &resource.kind {
             ResourceKind::Data(Some(shape)) => {
-                let kept = before.and_then(|before| before.data(&resource.name)).filter(|data| data.shape() == shape);
+                let kept = before
+                    .and_then(|before| before.data(&resource.name))
+                    .filter(|data| data.shape() == shape);
                 Some(kept.cloned().unwrap_or_else(|| HostData::new(shape.clone())))
             }
             _ => None,
@@ -180,7 +191,8 @@ impl Realized {
                         Some(RealizedWork::Fullscreen { pipeline, attachments })
                     }
                     Draw::Scene(scene) => {
-                        let (_, interface) = self.interfaces.iter().find(|(name, _)| *name == scene.geometry)?;
+                        let (_, interface) =
+                            self.interfaces.iter().find(|(name, _)| *name == scene.geometry)?;
                         let made = pipelines.scene(render, scene, layouts, interface);
                         let host = |index| host_layout(pipelines.program, layouts, index);
                         let materials = host(MATERIAL).map(|layout| {
@@ -210,7 +222,8 @@ impl Realized {
     ) -> Vec<Group> {
         let plan = self.plan.clone();
         let is_host = |index: u32| {
-            let is_scene = matches!(&pass.work, Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
+            let is_scene =
+                matches!(&pass.work, Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
             is_scene && index >= MATERIAL
         };
         let mut groups = Vec::new();
@@ -261,7 +274,9 @@ impl Realized {
         for run in self.plan.passes.chunk_by(|a, b| a.group == b.group) {
             let (run, rest) = passes.split_at_mut(run.len().min(passes.len()));
             passes = rest;
-            if let Some((leader, followers)) = run.split_first_mut().filter(|(_, followers)| !followers.is_empty()) {
+            if let Some((leader, followers)) =
+                run.split_first_mut().filter(|(_, followers)| !followers.is_empty())
+            {
                 join(leader, followers);
             }
         }

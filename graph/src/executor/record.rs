@@ -6,6 +6,7 @@
 //! Passes are labelled with their names, and not put into debug groups of the encoder: two such groups with passes in
 //! them, one after the other in one encoder, crash a software driver that is still in use (lavapipe of Mesa 22.3).
 
+use super::Frame;
 use super::attachments::{Attachments, Drawn};
 use super::creation::Creation;
 use super::groups;
@@ -14,7 +15,6 @@ use super::pool::Taken;
 use super::realize::{Realized, RealizedCopy, RealizedPass, RealizedScene, RealizedWork};
 use super::scene::Scene;
 use super::times::Times;
-use super::Frame;
 use crate::compiler::PlannedPass;
 use crate::data::{HostData, View};
 use crate::diagnostic::Diagnostic;
@@ -84,7 +84,8 @@ pub(super) fn record(
             RealizedWork::Host | RealizedWork::Nothing => continue,
             RealizedWork::Copy(copy) => record_copy(encoder, imports, copy),
             RealizedWork::Compute { pipeline, workgroups: [x, y, z] } => {
-                let descriptor = wgpu::ComputePassDescriptor { label: Some(&pass.label), timestamp_writes: None };
+                let descriptor =
+                    wgpu::ComputePassDescriptor { label: Some(&pass.label), timestamp_writes: None };
                 let mut compute = encoder.begin_compute_pass(&descriptor);
                 compute.set_pipeline(pipeline);
                 groups::bind_compute(&pass.groups, &mut compute);
@@ -155,7 +156,9 @@ impl Recording<'_> {
             RealizedWork::Fullscreen { pipeline, .. } => {
                 for layer in (0..).take(self.attachments.layer_count()) {
                     let drawn = &mut self.scratch.drawn;
-                    if let Some(mut render_pass) = self.attachments.begin(encoder, imports, self.label, layer, drawn) {
+                    if let Some(mut render_pass) =
+                        self.attachments.begin(encoder, imports, self.label, layer, drawn)
+                    {
                         fullscreen(pass, pipeline, &mut render_pass);
                     }
                 }
@@ -166,7 +169,9 @@ impl Recording<'_> {
                 for run in views_of(self.realized, scene).chunk_by(|a, b| a.layer == b.layer) {
                     let layer = run.first().map_or(0, |view| view.layer);
                     let drawn = &mut self.scratch.drawn;
-                    if let Some(mut render_pass) = self.attachments.begin(encoder, imports, self.label, layer, drawn) {
+                    if let Some(mut render_pass) =
+                        self.attachments.begin(encoder, imports, self.label, layer, drawn)
+                    {
                         self.draw(planned, pass, scene, (first, run), &mut render_pass);
                     }
                     first += run.len();
@@ -210,14 +215,19 @@ fn views_of<'a>(realized: &'a Realized, scene: &RealizedScene) -> &'a [View] {
     data.map(HostData::views).unwrap_or_default()
 }
 
-fn fullscreen(pass: &RealizedPass, pipeline: &wgpu::RenderPipeline, render_pass: &mut wgpu::RenderPass<'static>) {
+fn fullscreen(
+    pass: &RealizedPass,
+    pipeline: &wgpu::RenderPipeline,
+    render_pass: &mut wgpu::RenderPass<'static>,
+) {
     render_pass.set_pipeline(pipeline);
     groups::bind_render(&pass.groups, render_pass, 0);
     render_pass.draw(0..3, 0..1);
 }
 
 fn record_copy(encoder: &mut wgpu::CommandEncoder, imports: &Imports, copy: &RealizedCopy) {
-    let (Some(source), Some(destination)) = (copy.source.texture.get(imports), copy.destination.texture.get(imports))
+    let (Some(source), Some(destination)) =
+        (copy.source.texture.get(imports), copy.destination.texture.get(imports))
     else {
         return;
     };
@@ -227,5 +237,9 @@ fn record_copy(encoder: &mut wgpu::CommandEncoder, imports: &Imports, copy: &Rea
         origin: end.origin,
         aspect: wgpu::TextureAspect::All,
     };
-    encoder.copy_texture_to_texture(end(source, &copy.source), end(destination, &copy.destination), copy.extent);
+    encoder.copy_texture_to_texture(
+        end(source, &copy.source),
+        end(destination, &copy.destination),
+        copy.extent,
+    );
 }

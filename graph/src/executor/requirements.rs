@@ -55,12 +55,18 @@ impl DeviceCheck<'_> {
                 );
                 findings.push(lacks(message, "make it smaller"));
             }
-            self.feature(label, texture.format.required_features(), format!("in {:?}", texture.format), findings);
+            self.feature(
+                label,
+                texture.format.required_features(),
+                format!("in {:?}", texture.format),
+                findings,
+            );
         }
         for buffer in &self.plan.buffers {
             let allowed = self.limits.max_buffer_size;
             if buffer.bytes > allowed {
-                let message = format!("\"{}\" has {} bytes; the device allows {allowed}", buffer.label, buffer.bytes);
+                let message =
+                    format!("\"{}\" has {} bytes; the device allows {allowed}", buffer.label, buffer.bytes);
                 findings.push(lacks(message, "make it smaller"));
             }
         }
@@ -81,18 +87,22 @@ impl DeviceCheck<'_> {
         let groups = program.bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
         if groups > self.limits.max_bind_groups {
             let allowed = self.limits.max_bind_groups;
-            let message = format!("{} has {groups} bind groups; the device allows {allowed}", program.template);
+            let message =
+                format!("{} has {groups} bind groups; the device allows {allowed}", program.template);
             findings.push(at(pass, codes::DEVICE_LIMIT, message, "use fewer bind groups"));
         }
         for binding in &program.bindings {
-            let wgpu::BindingType::Buffer { ty, min_binding_size: Some(bytes), .. } = binding.entry.ty else { continue };
+            let wgpu::BindingType::Buffer { ty, min_binding_size: Some(bytes), .. } = binding.entry.ty else {
+                continue;
+            };
             let allowed = match ty {
                 wgpu::BufferBindingType::Uniform => self.limits.max_uniform_buffer_binding_size,
                 wgpu::BufferBindingType::Storage { .. } => self.limits.max_storage_buffer_binding_size,
             };
             if bytes.get() > allowed {
                 let (name, template) = (&binding.name, &program.template);
-                let message = format!("\"{name}\" of {template} has {bytes} bytes; the device allows {allowed}");
+                let message =
+                    format!("\"{name}\" of {template} has {bytes} bytes; the device allows {allowed}");
                 findings.push(at(pass, codes::DEVICE_LIMIT, message, "make the block smaller"));
             }
         }
@@ -114,8 +124,11 @@ impl DeviceCheck<'_> {
     fn attachments(&self, pass: &Pass, render: &RenderWork, findings: &mut Diagnostics) {
         let allowed = (self.limits.max_color_attachments as usize).min(MAXIMUM_COLORS);
         if render.color.len() > allowed {
-            let message =
-                format!("\"{}\" has {} color attachments; the device allows {allowed}", pass.name, render.color.len());
+            let message = format!(
+                "\"{}\" has {} color attachments; the device allows {allowed}",
+                pass.name,
+                render.color.len()
+            );
             findings.push(at(pass, codes::DEVICE_LIMIT, message, "use fewer"));
         }
         for color in render.color.iter().filter(|color| color.blend.is_some()) {
@@ -130,7 +143,8 @@ impl DeviceCheck<'_> {
 
     fn compute(&self, planned: &PlannedPass, pass: &Pass, program: &Program, findings: &mut Diagnostics) {
         let limits = &self.limits;
-        let Some(entry) = program.variants.first().and_then(|variant| variant.entry_point(Stage::Compute)) else {
+        let Some(entry) = program.variants.first().and_then(|variant| variant.entry_point(Stage::Compute))
+        else {
             return;
         };
         let [x, y, z] = entry.workgroup_size;
@@ -140,7 +154,11 @@ impl DeviceCheck<'_> {
             limits.max_compute_workgroup_size_z,
         ];
         let invocations = x.saturating_mul(y).saturating_mul(z);
-        if x > sides[0] || y > sides[1] || z > sides[2] || invocations > limits.max_compute_invocations_per_workgroup {
+        if x > sides[0]
+            || y > sides[1]
+            || z > sides[2]
+            || invocations > limits.max_compute_invocations_per_workgroup
+        {
             let allowed = limits.max_compute_invocations_per_workgroup;
             let message = format!(
                 "the workgroups of {} are {x} by {y} by {z}; the device allows {sides:?} and {allowed} invocations",
@@ -156,7 +174,11 @@ impl DeviceCheck<'_> {
         }
         let allowed = limits.max_compute_workgroups_per_dimension;
         if planned.workgroups.is_some_and(|counts| counts.iter().any(|count| *count > allowed)) {
-            let message = format!("\"{}\" runs {:?} workgroups; the device allows {allowed} each way", pass.name, planned.workgroups.unwrap_or_default());
+            let message = format!(
+                "\"{}\" runs {:?} workgroups; the device allows {allowed} each way",
+                pass.name,
+                planned.workgroups.unwrap_or_default()
+            );
             findings.push(at(pass, codes::DEVICE_LIMIT, message, "make workgroups larger"));
         }
     }
@@ -189,7 +211,11 @@ impl DeviceCheck<'_> {
 }
 
 /// Whether the host's meshes fit every shader that draws them.
-pub(super) fn check_source(plan: &Plan, device: &wgpu::Device, source: Option<&dyn DrawSource>) -> Diagnostics {
+pub(super) fn check_source(
+    plan: &Plan,
+    device: &wgpu::Device,
+    source: Option<&dyn DrawSource>,
+) -> Diagnostics {
     let mut findings = Diagnostics::new();
     for (pass, scene) in scenes(plan) {
         let Some(source) = source else {
@@ -204,7 +230,12 @@ pub(super) fn check_source(plan: &Plan, device: &wgpu::Device, source: Option<&d
             }
             None => {
                 let message = format!("the host knows no geometry \"{}\"", scene.geometry);
-                findings.push(at(pass, codes::HOST_INTERFACE, message, "let the host's draw source describe it"));
+                findings.push(at(
+                    pass,
+                    codes::HOST_INTERFACE,
+                    message,
+                    "let the host's draw source describe it",
+                ));
             }
         }
         findings.extend(check_filter(pass, scene, source));
@@ -237,7 +268,8 @@ pub(super) fn scenes(plan: &Plan) -> impl Iterator<Item = (&Pass, &SceneDraw)> {
 
 /// Dynamic offsets are multiples of what the device says.
 fn check_strides(pass: &Pass, interface: &HostInterface, limits: &wgpu::Limits) -> Vec<Diagnostic> {
-    let alignment = limits.min_uniform_buffer_offset_alignment.max(limits.min_storage_buffer_offset_alignment).max(1);
+    let alignment =
+        limits.min_uniform_buffer_offset_alignment.max(limits.min_storage_buffer_offset_alignment).max(1);
     let strides = interface.object.iter().filter_map(|slot| match slot.kind {
         HostSlotKind::Block { stride, .. } => Some((&slot.name, stride)),
         HostSlotKind::Opaque(_) => None,
@@ -245,7 +277,9 @@ fn check_strides(pass: &Pass, interface: &HostInterface, limits: &wgpu::Limits) 
     let crooked = strides.filter(|(_, stride)| stride % alignment != 0);
     crooked
         .map(|(name, stride)| {
-            let message = format!("the host's blocks \"{name}\" lie {stride} bytes apart, which is no multiple of {alignment}");
+            let message = format!(
+                "the host's blocks \"{name}\" lie {stride} bytes apart, which is no multiple of {alignment}"
+            );
             at(pass, codes::HOST_INTERFACE, message, "pad the blocks to a multiple of 256 bytes")
         })
         .collect()

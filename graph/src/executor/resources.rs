@@ -26,7 +26,12 @@ pub(super) enum Texture {
 
 impl Resources {
     /// A view of a texture.
-    pub(super) fn view(&mut self, creation: &mut Creation<'_>, plan: &Plan, view: TextureView) -> Option<Viewed> {
+    pub(super) fn view(
+        &mut self,
+        creation: &mut Creation<'_>,
+        plan: &Plan,
+        view: TextureView,
+    ) -> Option<Viewed> {
         let label = &plan.pipeline.resource(view.resource).name;
         match plan.resource(view.resource)?.physical {
             Physical::Texture(index) => self.textures.view(creation, label, index, view).map(Viewed::Own),

@@ -66,7 +66,10 @@ mod tests {
     #[test]
     fn equal_descriptors_go_on_and_others_do_not() {
         let old = [transient(1, "a"), transient(2, "b")];
-        assert_eq!(reuse(&old, &[transient(2, "c"), transient(3, "a"), transient(1, "b")]), [Some(1), None, Some(0)]);
+        assert_eq!(
+            reuse(&old, &[transient(2, "c"), transient(3, "a"), transient(1, "b")]),
+            [Some(1), None, Some(0)]
+        );
     }
 
     #[test]

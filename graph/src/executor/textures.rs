@@ -35,7 +35,8 @@ impl Textures {
     /// Creates what the plan before does not have.
     pub(super) fn new(creation: &mut Creation<'_>, plan: &Plan, before: Option<(&Plan, &Self)>) -> Self {
         let none = (Vec::new(), Vec::new());
-        let (old_textures, old_buffers) = before.map_or(none, |(plan, _)| (texture_pieces(plan), buffer_pieces(plan)));
+        let (old_textures, old_buffers) =
+            before.map_or(none, |(plan, _)| (texture_pieces(plan), buffer_pieces(plan)));
         let textures = reuse(&old_textures, &texture_pieces(plan));
         let textures = plan.textures.iter().zip(textures).map(|(texture, old)| {
             let old = old.zip(before).and_then(|(at, (_, before))| before.textures.get(at));
@@ -79,7 +80,10 @@ impl Textures {
         let texture = self.textures.get(index)?;
         let TextureView { shape, mip, layer, depth_only, .. } = view;
         let key = ViewKey { texture: index, shape, mip, layer, depth_only };
-        let view = self.views.entry(key).or_insert_with(|| creation.view(texture, &view_descriptor(label, texture, view)));
+        let view = self
+            .views
+            .entry(key)
+            .or_insert_with(|| creation.view(texture, &view_descriptor(label, texture, view)));
         Some(view.clone())
     }
 }

@@ -2,7 +2,9 @@
 
 use std::ops::Range;
 
-use super::{BinaryOperator, Expression, ExpressionError, ExpressionKind, FUNCTIONS, Fault, UnaryOperator, Value};
+use super::{
+    BinaryOperator, Expression, ExpressionError, ExpressionKind, FUNCTIONS, Fault, UnaryOperator, Value,
+};
 use crate::diagnostic::did_you_mean;
 
 const MAXIMUM_LIST: usize = 65_536;
@@ -25,8 +27,14 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
         ExpressionKind::Literal(value) => Ok(value.clone()),
         ExpressionKind::Name(name) => scope.lookup(name).ok_or_else(|| {
             let names = scope.names();
-            let help = did_you_mean(name, names.iter().map(String::as_str)).map(|meant| format!("did you mean \"{meant}\"?"));
-            ExpressionError { range: range(), fault: Fault::UnknownName, message: format!("there is no \"{name}\""), help }
+            let help = did_you_mean(name, names.iter().map(String::as_str))
+                .map(|meant| format!("did you mean \"{meant}\"?"));
+            ExpressionError {
+                range: range(),
+                fault: Fault::UnknownName,
+                message: format!("there is no \"{name}\""),
+                help,
+            }
         }),
         ExpressionKind::Unary(UnaryOperator::Not, operand) => Ok(Value::Bool(!boolean(operand, scope)?)),
         ExpressionKind::Unary(UnaryOperator::Negate, operand) => {
@@ -34,7 +42,11 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
         }
         ExpressionKind::Binary(operator, left, right) => binary(*operator, left, right, scope, range()),
         ExpressionKind::Conditional(condition, yes, no) => {
-            if boolean(condition, scope)? { evaluate(yes, scope) } else { evaluate(no, scope) }
+            if boolean(condition, scope)? {
+                evaluate(yes, scope)
+            } else {
+                evaluate(no, scope)
+            }
         }
         ExpressionKind::Call(name, arguments) => call(name, arguments, scope, range()),
         ExpressionKind::Index(list, index) => {
@@ -48,9 +60,9 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
             }
             Ok(elements[at as usize].clone())
         }
-        ExpressionKind::List(elements) => {
-            Ok(Value::List(elements.iter().map(|element| evaluate(element, scope)).collect::<Result<_, _>>()?))
-        }
+        ExpressionKind::List(elements) => Ok(Value::List(
+            elements.iter().map(|element| evaluate(element, scope)).collect::<Result<_, _>>()?,
+        )),
     }
 }
 
@@ -65,14 +77,20 @@ fn arithmetic(range: Range<usize>, message: impl Into<String>) -> ExpressionErro
 fn boolean(expression: &Expression, scope: &dyn Scope) -> Result<bool, ExpressionError> {
     match evaluate(expression, scope)? {
         Value::Bool(value) => Ok(value),
-        other => Err(type_error(expression.range.clone(), format!("a boolean is wanted, this is {}", other.kind_name()))),
+        other => Err(type_error(
+            expression.range.clone(),
+            format!("a boolean is wanted, this is {}", other.kind_name()),
+        )),
     }
 }
 
 fn number(expression: &Expression, scope: &dyn Scope) -> Result<f64, ExpressionError> {
     match evaluate(expression, scope)? {
         Value::Number(value) => Ok(value),
-        other => Err(type_error(expression.range.clone(), format!("a number is wanted, this is {}", other.kind_name()))),
+        other => Err(type_error(
+            expression.range.clone(),
+            format!("a number is wanted, this is {}", other.kind_name()),
+        )),
     }
 }
 
@@ -96,7 +114,10 @@ fn binary(
     let (a, b) = (evaluate(left, scope)?, evaluate(right, scope)?);
     let compare = |test: fn(f64, f64) -> bool| match (&a, &b) {
         (Value::Number(a), Value::Number(b)) => Ok(Value::Bool(test(*a, *b))),
-        _ => Err(type_error(range.clone(), format!("{} and {} cannot be ordered", a.kind_name(), b.kind_name()))),
+        _ => Err(type_error(
+            range.clone(),
+            format!("{} and {} cannot be ordered", a.kind_name(), b.kind_name()),
+        )),
     };
     match operator {
         Op::Equal | Op::NotEqual => {
@@ -135,33 +156,46 @@ fn elementwise(
 ) -> Result<Value, ExpressionError> {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => Ok(Value::Number(finite(operation(*a, *b)?, range)?)),
-        (Value::List(list), scalar @ Value::Number(_)) => {
-            list.iter().map(|a| elementwise(a, scalar, range.clone(), operation)).collect::<Result<_, _>>().map(Value::List)
-        }
-        (scalar @ Value::Number(_), Value::List(list)) => {
-            list.iter().map(|b| elementwise(scalar, b, range.clone(), operation)).collect::<Result<_, _>>().map(Value::List)
-        }
+        (Value::List(list), scalar @ Value::Number(_)) => list
+            .iter()
+            .map(|a| elementwise(a, scalar, range.clone(), operation))
+            .collect::<Result<_, _>>()
+            .map(Value::List),
+        (scalar @ Value::Number(_), Value::List(list)) => list
+            .iter()
+            .map(|b| elementwise(scalar, b, range.clone(), operation))
+            .collect::<Result<_, _>>()
+            .map(Value::List),
         (Value::List(a), Value::List(b)) if a.len() == b.len() => a
             .iter()
             .zip(b)
             .map(|(a, b)| elementwise(a, b, range.clone(), operation))
             .collect::<Result<_, _>>()
             .map(Value::List),
-        (Value::List(a), Value::List(b)) => {
-            Err(type_error(range, format!("a list of {} and one of {} elements do not fit", a.len(), b.len())))
+        (Value::List(a), Value::List(b)) => Err(type_error(
+            range,
+            format!("a list of {} and one of {} elements do not fit", a.len(), b.len()),
+        )),
+        _ => {
+            Err(type_error(range, format!("{} and {} cannot be computed with", a.kind_name(), b.kind_name())))
         }
-        _ => Err(type_error(range, format!("{} and {} cannot be computed with", a.kind_name(), b.kind_name()))),
     }
 }
 
-fn call(name: &str, arguments: &[Expression], scope: &dyn Scope, range: Range<usize>) -> Result<Value, ExpressionError> {
+fn call(
+    name: &str,
+    arguments: &[Expression],
+    scope: &dyn Scope,
+    range: Range<usize>,
+) -> Result<Value, ExpressionError> {
     let (least, most) = match name {
         "abs" | "ceil" | "exp2" | "floor" | "len" | "log2" | "mip_count" | "round" | "sqrt" => (1, 1),
         "align" => (2, 2),
         "clamp" => (3, 3),
         "min" | "max" => (1, 64),
         _ => {
-            let help = did_you_mean(name, FUNCTIONS.iter().copied()).map(|meant| format!("did you mean \"{meant}\"?"));
+            let help = did_you_mean(name, FUNCTIONS.iter().copied())
+                .map(|meant| format!("did you mean \"{meant}\"?"));
             return Err(ExpressionError {
                 range,
                 fault: Fault::UnknownName,
@@ -192,7 +226,8 @@ fn call(name: &str, arguments: &[Expression], scope: &dyn Scope, range: Range<us
             _ => Err(wanted("a list")),
         },
         "mip_count" => {
-            let sides = values[0].numbers().filter(|sides| !sides.is_empty()).ok_or_else(|| wanted("a size"))?;
+            let sides =
+                values[0].numbers().filter(|sides| !sides.is_empty()).ok_or_else(|| wanted("a size"))?;
             let largest = sides.into_iter().fold(0.0, f64::max);
             if largest < 1.0 {
                 return Err(arithmetic(arguments[0].range.clone(), "a size below 1 has no mip levels"));
@@ -215,7 +250,11 @@ fn call(name: &str, arguments: &[Expression], scope: &dyn Scope, range: Range<us
         _ => {
             let mut all = Vec::new();
             for (value, argument) in values.iter().zip(arguments) {
-                all.extend(value.numbers().ok_or_else(|| type_error(argument.range.clone(), format!("{name} wants numbers")))?);
+                all.extend(
+                    value
+                        .numbers()
+                        .ok_or_else(|| type_error(argument.range.clone(), format!("{name} wants numbers")))?,
+                );
             }
             let pick = if name == "min" { f64::min } else { f64::max };
             all.into_iter().reduce(pick).map(Value::Number).ok_or_else(|| wanted("at least one number"))
@@ -253,10 +292,21 @@ mod tests {
     #[test]
     fn expressions_have_the_precedence_of_arithmetic() {
         for (text, value) in [
-            ("1 + 2 * 3", 7.0), ("(1 + 2) * 3", 9.0), ("-2 - -3", 1.0), ("10 - 4 - 3", 3.0), ("2 * 3 % 4", 2.0),
-            ("size / 2", 1024.0), ("ceil(viewport.width / 16)", 81.0), ("align(viewport.width, 8)", 1288.0),
-            ("len(far)", 2.0), ("far[1]", 30.0), ("max(far)", 30.0), ("mip_count([size, 1])", 12.0),
-            ("clamp(5, 0, 3)", 3.0), ("1 < 2 && !false ? 4 : 5", 4.0), ("mode == 'soft' ? 1e2 : 0.5", 100.0),
+            ("1 + 2 * 3", 7.0),
+            ("(1 + 2) * 3", 9.0),
+            ("-2 - -3", 1.0),
+            ("10 - 4 - 3", 3.0),
+            ("2 * 3 % 4", 2.0),
+            ("size / 2", 1024.0),
+            ("ceil(viewport.width / 16)", 81.0),
+            ("align(viewport.width, 8)", 1288.0),
+            ("len(far)", 2.0),
+            ("far[1]", 30.0),
+            ("max(far)", 30.0),
+            ("mip_count([size, 1])", 12.0),
+            ("clamp(5, 0, 3)", 3.0),
+            ("1 < 2 && !false ? 4 : 5", 4.0),
+            ("mode == 'soft' ? 1e2 : 0.5", 100.0),
         ] {
             assert_eq!(run(text), Ok(Value::Number(value)), "{text}");
         }

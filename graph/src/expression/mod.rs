@@ -184,5 +184,17 @@ pub enum Fault {
 
 /// All names of functions, sorted.
 pub const FUNCTIONS: &[&str] = &[
-    "abs", "align", "ceil", "clamp", "exp2", "floor", "len", "log2", "max", "min", "mip_count", "round", "sqrt",
+    "abs",
+    "align",
+    "ceil",
+    "clamp",
+    "exp2",
+    "floor",
+    "len",
+    "log2",
+    "max",
+    "min",
+    "mip_count",
+    "round",
+    "sqrt",
 ];

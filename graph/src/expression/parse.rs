@@ -58,7 +58,10 @@ impl Parser<'_> {
     fn conditional(&mut self) -> Result<Expression, ExpressionError> {
         self.depth += 1;
         if self.depth > MAXIMUM_DEPTH {
-            return Err(syntax(self.at..self.text.len(), format!("expressions nest to {MAXIMUM_DEPTH} levels at most")));
+            return Err(syntax(
+                self.at..self.text.len(),
+                format!("expressions nest to {MAXIMUM_DEPTH} levels at most"),
+            ));
         }
         let condition = self.binary(0)?;
         let expression = if self.take("?") {
@@ -85,7 +88,10 @@ impl Parser<'_> {
         while let Some((_, operator)) = operators.iter().find(|(spelling, _)| self.take(spelling)) {
             links += 1;
             if links > MAXIMUM_CHAIN {
-                return Err(syntax(left.range, format!("a chain of operators has at most {MAXIMUM_CHAIN} links")));
+                return Err(syntax(
+                    left.range,
+                    format!("a chain of operators has at most {MAXIMUM_CHAIN} links"),
+                ));
             }
             let right = self.binary(level + 1)?;
             left = Expression {
@@ -108,11 +114,17 @@ impl Parser<'_> {
         };
         self.depth += 1;
         if self.depth > MAXIMUM_DEPTH {
-            return Err(syntax(start..self.at, format!("expressions nest to {MAXIMUM_DEPTH} levels at most")));
+            return Err(syntax(
+                start..self.at,
+                format!("expressions nest to {MAXIMUM_DEPTH} levels at most"),
+            ));
         }
         let operand = self.unary()?;
         self.depth -= 1;
-        Ok(Expression { range: start..operand.range.end, kind: ExpressionKind::Unary(operator, Box::new(operand)) })
+        Ok(Expression {
+            range: start..operand.range.end,
+            kind: ExpressionKind::Unary(operator, Box::new(operand)),
+        })
     }
 
     fn postfix(&mut self) -> Result<Expression, ExpressionError> {
@@ -121,7 +133,10 @@ impl Parser<'_> {
         while self.take("[") {
             links += 1;
             if links > MAXIMUM_DEPTH {
-                return Err(syntax(expression.range, format!("expressions nest to {MAXIMUM_DEPTH} levels at most")));
+                return Err(syntax(
+                    expression.range,
+                    format!("expressions nest to {MAXIMUM_DEPTH} levels at most"),
+                ));
             }
             let index = self.conditional()?;
             if !self.take("]") {
@@ -152,7 +167,10 @@ impl Parser<'_> {
             };
             self.at += length + 2;
             let text = rest[1..=length].to_owned();
-            return Ok(Expression { range: start..self.at, kind: ExpressionKind::Literal(Value::Text(text)) });
+            return Ok(Expression {
+                range: start..self.at,
+                kind: ExpressionKind::Literal(Value::Text(text)),
+            });
         }
         if self.take("(") {
             let inner = self.conditional()?;
@@ -205,7 +223,10 @@ impl Parser<'_> {
         let name = &self.text[start..end];
         if self.take("(") {
             let arguments = self.arguments(")")?;
-            return Ok(Expression { range: start..self.at, kind: ExpressionKind::Call(name.to_owned(), arguments) });
+            return Ok(Expression {
+                range: start..self.at,
+                kind: ExpressionKind::Call(name.to_owned(), arguments),
+            });
         }
         let kind = match name {
             "true" => ExpressionKind::Literal(Value::Bool(true)),
@@ -247,7 +268,8 @@ impl Parser<'_> {
 
     fn expected(&self, what: &str) -> ExpressionError {
         let end = self.text[self.at..].chars().next().map_or(self.at, |c| self.at + c.len_utf8());
-        let found = if self.at == end { "the end".to_owned() } else { format!("\"{}\"", &self.text[self.at..end]) };
+        let found =
+            if self.at == end { "the end".to_owned() } else { format!("\"{}\"", &self.text[self.at..end]) };
         syntax(self.at..end, format!("expected {what}, found {found}"))
     }
 }

@@ -20,10 +20,13 @@ impl Expr {
         let literal = |value| Expression { range: 0..0, kind: ExpressionKind::Literal(value) };
         match &self.0 {
             serde_json::Value::Bool(value) => Ok(literal(Value::Bool(*value))),
-            serde_json::Value::Number(value) => Ok(literal(Value::Number(value.as_f64().unwrap_or(f64::MAX)))),
+            serde_json::Value::Number(value) => {
+                Ok(literal(Value::Number(value.as_f64().unwrap_or(f64::MAX))))
+            }
             serde_json::Value::String(text) => expression::parse(text),
             serde_json::Value::Array(elements) => {
-                let elements = elements.iter().map(|element| Expr(element.clone()).parse()).collect::<Result<_, _>>()?;
+                let elements =
+                    elements.iter().map(|element| Expr(element.clone()).parse()).collect::<Result<_, _>>()?;
                 Ok(Expression { range: 0..0, kind: ExpressionKind::List(elements) })
             }
             _ => Err(ExpressionError {

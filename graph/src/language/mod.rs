@@ -12,10 +12,13 @@ mod resource;
 mod word;
 
 pub use declaration::{
-    ExtensionPointDeclaration, FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Order, ParameterDeclaration, ParameterType, Paths,
-    PassCommon, PipelineDeclaration, PresetDeclaration, SubgraphDeclaration, VertexFormatName,
+    ExtensionPointDeclaration, FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Order,
+    ParameterDeclaration, ParameterType, PassCommon, Paths, PipelineDeclaration, PresetDeclaration,
+    SubgraphDeclaration, VertexFormatName,
 };
 pub use expression::Expr;
 pub use reference::{Reference, ReferenceError};
-pub use resource::{BufferDeclaration, FormatCandidates, Lifetime, ResourceDeclaration, TextureDeclaration, TextureShape};
+pub use resource::{
+    BufferDeclaration, FormatCandidates, Lifetime, ResourceDeclaration, TextureDeclaration, TextureShape,
+};
 pub use word::Word;

@@ -79,7 +79,9 @@ impl FormatCandidates {
 }
 
 /// How a shader sees a texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, serde::Serialize, JsonSchema)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, serde::Serialize, JsonSchema,
+)]
 pub enum TextureShape {
     /// One layer.
     #[serde(rename = "2d")]
@@ -99,7 +101,20 @@ pub enum TextureShape {
 }
 
 /// How long a resource lives.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, serde::Serialize, JsonSchema)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Deserialize,
+    serde::Serialize,
+    JsonSchema,
+)]
 #[serde(rename_all = "snake_case")]
 pub enum Lifetime {
     /// Within one frame; its memory is shared with others whose lifetimes do not touch it.

@@ -100,7 +100,8 @@ pub(super) fn match_block(
     };
     let mut runs = Vec::new();
     let mut faults = Vec::new();
-    let is_given = |name: &str| values.is_some_and(|values| values.expressions.iter().any(|(given, _)| given == name));
+    let is_given =
+        |name: &str| values.is_some_and(|values| values.expressions.iter().any(|(given, _)| given == name));
     for member in members.iter().filter(|member| !is_given(&member.name)) {
         let Some(index) = shape.find(&member.name) else {
             let names = shape.values.iter().map(|(name, _)| name.as_str());
@@ -134,7 +135,11 @@ pub(super) fn match_block(
 
 /// Where the words of a value go in a member at a byte offset: (first word, words, byte offset) each; `None` if the
 /// types do not fit.
-pub(crate) fn member_runs(layout: &TypeLayout, value: ValueType, offset: u32) -> Option<Vec<(u32, u32, u32)>> {
+pub(crate) fn member_runs(
+    layout: &TypeLayout,
+    value: ValueType,
+    offset: u32,
+) -> Option<Vec<(u32, u32, u32)>> {
     let mut runs = Vec::new();
     if let TypeLayout::Array { element, count, stride } = layout {
         let element_type = element_type(element)?;
@@ -144,13 +149,22 @@ pub(crate) fn member_runs(layout: &TypeLayout, value: ValueType, offset: u32) ->
                 return None;
             }
             for at in 0..have {
-                push_element(element, element_type, at * element_type.element_words() as u32, offset + at * stride, &mut runs);
+                push_element(
+                    element,
+                    element_type,
+                    at * element_type.element_words() as u32,
+                    offset + at * stride,
+                    &mut runs,
+                );
             }
             return Some(runs);
         }
         // Scalars, four to a vec4.
         let packed = ValueType::vector(value.component, 4);
-        if value.element_words() != 1 || element_type != packed || count.is_some_and(|count| count != have.div_ceil(4)) {
+        if value.element_words() != 1
+            || element_type != packed
+            || count.is_some_and(|count| count != have.div_ceil(4))
+        {
             return None;
         }
         for at in 0..have.div_ceil(4) {
@@ -159,7 +173,10 @@ pub(crate) fn member_runs(layout: &TypeLayout, value: ValueType, offset: u32) ->
         return Some(runs);
     }
     let own = element_type(layout)?;
-    let as_vector = value.element_words() == 1 && value.count == Some(own.rows) && own.columns == 1 && own.component == value.component;
+    let as_vector = value.element_words() == 1
+        && value.count == Some(own.rows)
+        && own.columns == 1
+        && own.component == value.component;
     if own != value && !as_vector {
         return None;
     }
@@ -167,7 +184,13 @@ pub(crate) fn member_runs(layout: &TypeLayout, value: ValueType, offset: u32) ->
     Some(runs)
 }
 
-fn push_element(layout: &TypeLayout, element: ValueType, word: u32, offset: u32, runs: &mut Vec<(u32, u32, u32)>) {
+fn push_element(
+    layout: &TypeLayout,
+    element: ValueType,
+    word: u32,
+    offset: u32,
+    runs: &mut Vec<(u32, u32, u32)>,
+) {
     match layout {
         TypeLayout::Matrix { stride, .. } if *stride != element.rows * 4 => {
             for column in 0..element.columns {

@@ -20,7 +20,8 @@ use crate::language::{Expr, Reference, TextureShape, Word};
 use crate::shader::{AxisValue, AxisValues, TypeLayout};
 use crate::source::Span;
 use crate::work::{
-    BlockLayout, BlockValues, BoundSlot, Deferred, ProgramHandle, ResourceHandle, Sampler, SlotSource, TextureView, Work,
+    BlockLayout, BlockValues, BoundSlot, Deferred, ProgramHandle, ResourceHandle, Sampler, SlotSource,
+    TextureView, Work,
 };
 
 /// Declares one pass.
@@ -51,7 +52,8 @@ impl PassBuilder<'_> {
 
     /// Reports a finding at a setting.
     pub fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
-        let finding = Diagnostic::error(code, self.place(pointer), message).help(help).pointer(self.absolute(pointer));
+        let finding =
+            Diagnostic::error(code, self.place(pointer), message).help(help).pointer(self.absolute(pointer));
         self.shared.diagnostics.push(finding);
     }
 
@@ -101,7 +103,11 @@ impl PassBuilder<'_> {
     }
 
     /// A word, or the one that its expression yields.
-    pub fn word<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(&mut self, word: &Word<T>, pointer: &str) -> Option<T> {
+    pub fn word<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
+        &mut self,
+        word: &Word<T>,
+        pointer: &str,
+    ) -> Option<T> {
         let expr = match word {
             Word::Is(word) => return Some(word.clone()),
             Word::Computed(expr) => expr,
@@ -111,7 +117,12 @@ impl PassBuilder<'_> {
                 Ok(word) => Some(word),
                 Err(_) => {
                     let message = format!("the expression yields \"{text}\", which is not known here");
-                    self.report(codes::UNKNOWN_WORD, pointer, message, "the schema lists the words known here");
+                    self.report(
+                        codes::UNKNOWN_WORD,
+                        pointer,
+                        message,
+                        "the schema lists the words known here",
+                    );
                     None
                 }
             },
@@ -129,7 +140,8 @@ impl PassBuilder<'_> {
     pub fn deferred(&mut self, expr: &Expr, pointer: &str) -> Option<Deferred> {
         match expr.parse() {
             Ok(expression) => {
-                let expression = self.environment.close(&expression, &|name| self.shared.find(name).is_some());
+                let expression =
+                    self.environment.close(&expression, &|name| self.shared.find(name).is_some());
                 self.check_names(&expression, pointer)?;
                 Some(Deferred { expression, place: self.place(pointer), pointer: self.absolute(pointer) })
             }
@@ -156,10 +168,14 @@ impl PassBuilder<'_> {
                 Some(handle)
             }
             ResourceKind::Data(Some(_)) => {
-                let finding = Diagnostic::error(codes::PUBLISHED_TWICE, place, format!("the data \"{name}\" is published by two passes"))
-                    .related(resource.place, "it is published here too")
-                    .help("give one of the two another name")
-                    .pointer(at);
+                let finding = Diagnostic::error(
+                    codes::PUBLISHED_TWICE,
+                    place,
+                    format!("the data \"{name}\" is published by two passes"),
+                )
+                .related(resource.place, "it is published here too")
+                .help("give one of the two another name")
+                .pointer(at);
                 self.shared.diagnostics.push(finding);
                 None
             }
@@ -187,7 +203,12 @@ impl PassBuilder<'_> {
         }
         if !matches!(resource.kind, ResourceKind::Data(_)) {
             let message = format!("\"{name}\" is {}, but host data is wanted here", resource.kind_name());
-            self.report(codes::WRONG_RESOURCE, pointer, message, "name what a host pass publishes, such as a cascade fit");
+            self.report(
+                codes::WRONG_RESOURCE,
+                pointer,
+                message,
+                "name what a host pass publishes, such as a cascade fit",
+            );
             return None;
         }
         if !self.uses.iter().any(|known| known.resource == handle) {
@@ -197,11 +218,18 @@ impl PassBuilder<'_> {
     }
 
     /// Uses a texture that a reference names.
-    pub fn texture(&mut self, reference: &str, part: Part, usage: Usage, pointer: &str) -> Option<ResourceHandle> {
+    pub fn texture(
+        &mut self,
+        reference: &str,
+        part: Part,
+        usage: Usage,
+        pointer: &str,
+    ) -> Option<ResourceHandle> {
         let (handle, version) = self.reference(reference, pointer)?;
         let resource = &self.shared.resources[handle.index()];
         if resource.texture().is_none() {
-            let message = format!("\"{}\" is {}, but a texture is wanted here", resource.name, resource.kind_name());
+            let message =
+                format!("\"{}\" is {}, but a texture is wanted here", resource.name, resource.kind_name());
             self.report(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
             return None;
         }
@@ -226,7 +254,8 @@ impl PassBuilder<'_> {
         let (handle, version) = self.reference(reference, pointer)?;
         let resource = &self.shared.resources[handle.index()];
         if !matches!(resource.kind, ResourceKind::Buffer(_)) {
-            let message = format!("\"{}\" is {}, but a buffer is wanted here", resource.name, resource.kind_name());
+            let message =
+                format!("\"{}\" is {}, but a buffer is wanted here", resource.name, resource.kind_name());
             self.report(codes::WRONG_RESOURCE, pointer, message, "name a buffer of \"resources\"");
             return None;
         }
@@ -245,7 +274,11 @@ impl PassBuilder<'_> {
     ) -> Option<ProgramHandle> {
         let shader_at = format!("{pointer}/shader");
         let Some(known) = self.shared.templates.axes(template).cloned() else {
-            let finding = self.shared.templates.unknown(template, self.place(&shader_at)).pointer(self.absolute(&shader_at));
+            let finding = self
+                .shared
+                .templates
+                .unknown(template, self.place(&shader_at))
+                .pointer(self.absolute(&shader_at));
             self.shared.diagnostics.push(finding);
             return None;
         };
@@ -289,7 +322,9 @@ impl PassBuilder<'_> {
                 .shared
                 .geometry
                 .get(geometry)
-                .map(|contract| contract.variants.iter().filter(|name| known.get(name).is_some()).cloned().collect())
+                .map(|contract| {
+                    contract.variants.iter().filter(|name| known.get(name).is_some()).cloned().collect()
+                })
                 .unwrap_or_default(),
         };
         if !fine {
@@ -338,7 +373,8 @@ impl PassBuilder<'_> {
                 continue;
             }
             let here = document::pointer_join(&at, &binding.name);
-            let misspelt = || unknown.iter().any(|name| did_you_mean(name, [binding.name.as_str()]).is_some());
+            let misspelt =
+                || unknown.iter().any(|name| did_you_mean(name, [binding.name.as_str()]).is_some());
             let source = match bind.get(&binding.name) {
                 Some(bind) => self.slot(&program, binding, bind, &here),
                 None if misspelt() => None,
@@ -362,30 +398,52 @@ impl PassBuilder<'_> {
         fine.then_some(slots)
     }
 
-    fn default_slot(&mut self, binding: &ProgramBinding, geometry: Option<&str>, template: &str, here: &str) -> Option<SlotSource> {
+    fn default_slot(
+        &mut self,
+        binding: &ProgramBinding,
+        geometry: Option<&str>,
+        template: &str,
+        here: &str,
+    ) -> Option<SlotSource> {
         use wgpu_types::{BindingType, SamplerBindingType};
         match binding.entry.ty {
             BindingType::Buffer { .. } if geometry.is_some() && binding.name == "view" => {
                 Some(SlotSource::View(BlockLayout::default()))
             }
-            BindingType::Sampler(SamplerBindingType::Filtering) => Some(SlotSource::Sampler(Sampler::default())),
-            BindingType::Sampler(SamplerBindingType::NonFiltering) => {
-                Some(SlotSource::Sampler(Sampler { filter: crate::work::Filter::Nearest, ..Sampler::default() }))
+            BindingType::Sampler(SamplerBindingType::Filtering) => {
+                Some(SlotSource::Sampler(Sampler::default()))
             }
+            BindingType::Sampler(SamplerBindingType::NonFiltering) => Some(SlotSource::Sampler(Sampler {
+                filter: crate::work::Filter::Nearest,
+                ..Sampler::default()
+            })),
             BindingType::Sampler(SamplerBindingType::Comparison) => {
-                let message = format!("the comparison sampler \"{}\" of {template} is not bound", binding.name);
-                self.report(codes::UNBOUND, here, message, "bind it: { \"sampler\": { \"compare\": \"less-equal\" } }");
+                let message =
+                    format!("the comparison sampler \"{}\" of {template} is not bound", binding.name);
+                self.report(
+                    codes::UNBOUND,
+                    here,
+                    message,
+                    "bind it: { \"sampler\": { \"compare\": \"less-equal\" } }",
+                );
                 None
             }
             _ => {
-                let message = format!("\"{}: {}\" of {template} is not bound", binding.name, binding.type_name);
+                let message =
+                    format!("\"{}: {}\" of {template} is not bound", binding.name, binding.type_name);
                 self.report(codes::UNBOUND, here, message, format!("add \"{}\" to \"bind\"", binding.name));
                 None
             }
         }
     }
 
-    fn slot(&mut self, program: &Program, binding: &ProgramBinding, bind: &Bind, here: &str) -> Option<SlotSource> {
+    fn slot(
+        &mut self,
+        program: &Program,
+        binding: &ProgramBinding,
+        bind: &Bind,
+        here: &str,
+    ) -> Option<SlotSource> {
         use wgpu_types::{BindingType, BufferBindingType, StorageTextureAccess};
         let wanted = |what: &str| format!("\"{}\" of {} is {what}", binding.name, program.template);
         match binding.entry.ty {
@@ -402,13 +460,20 @@ impl PassBuilder<'_> {
             }
             BindingType::Sampler(kind) => {
                 let Bind::Object(BindObject::Sampler(sampler)) = bind else {
-                    self.report(codes::WRONG_RESOURCE, here, wanted("a sampler"), "bind { \"sampler\": { } } with its settings");
+                    self.report(
+                        codes::WRONG_RESOURCE,
+                        here,
+                        wanted("a sampler"),
+                        "bind { \"sampler\": { } } with its settings",
+                    );
                     return None;
                 };
                 let at = format!("{here}/sampler");
                 let filter = match &sampler.filter {
                     Some(word) => self.word(word, &format!("{at}/filter"))?,
-                    None if kind == wgpu_types::SamplerBindingType::NonFiltering => crate::work::Filter::Nearest,
+                    None if kind == wgpu_types::SamplerBindingType::NonFiltering => {
+                        crate::work::Filter::Nearest
+                    }
                     None => crate::work::Filter::Linear,
                 };
                 let address = match &sampler.address {
@@ -441,15 +506,16 @@ impl PassBuilder<'_> {
                     let layout = binding.block.clone()?;
                     let at = format!("{here}/data");
                     let values_at = format!("{at}/values");
-                    let values = self.block_values(&layout, &data.values, &values_at, &program.template, false);
+                    let values =
+                        self.block_values(&layout, &data.values, &values_at, &program.template, false);
                     let resource = self.data(&data.name, &format!("{at}/name"))?;
                     Some(SlotSource::Data { resource, layout: BlockLayout::default(), values: Some(values?) })
                 }
                 Bind::Name(name) => {
                     let written = self.environment.interpolate(name, &self.shared.scope).unwrap_or_default();
-                    let resource = Reference::parse(&written)
-                        .ok()
-                        .and_then(|reference| self.shared.find(&self.environment.resource(reference.resource)));
+                    let resource = Reference::parse(&written).ok().and_then(|reference| {
+                        self.shared.find(&self.environment.resource(reference.resource))
+                    });
                     let is_buffer = resource.is_some_and(|handle| {
                         matches!(self.shared.resources[handle.index()].kind, ResourceKind::Buffer(_))
                     });
@@ -471,7 +537,12 @@ impl PassBuilder<'_> {
                 }
             },
             _ => {
-                self.report(codes::WRONG_RESOURCE, here, wanted("of a type that passes cannot bind"), "use a texture, a buffer or a sampler");
+                self.report(
+                    codes::WRONG_RESOURCE,
+                    here,
+                    wanted("of a type that passes cannot bind"),
+                    "use a texture, a buffer or a sampler",
+                );
                 None
             }
         }
@@ -492,7 +563,12 @@ impl PassBuilder<'_> {
             wgpu_types::TextureViewDimension::CubeArray => TextureShape::CubeArray,
             wgpu_types::TextureViewDimension::D3 => TextureShape::D3,
             wgpu_types::TextureViewDimension::D1 => {
-                self.report(codes::WRONG_RESOURCE, here, "one-dimensional textures cannot be declared", "use a two-dimensional one");
+                self.report(
+                    codes::WRONG_RESOURCE,
+                    here,
+                    "one-dimensional textures cannot be declared",
+                    "use a two-dimensional one",
+                );
                 return None;
             }
         };
@@ -535,7 +611,12 @@ impl PassBuilder<'_> {
         all: bool,
     ) -> Option<BlockValues> {
         let TypeLayout::Struct { members, .. } = layout else {
-            self.report(codes::WRONG_RESOURCE, at, "values are bound to a struct", "declare the uniform as a struct in the template");
+            self.report(
+                codes::WRONG_RESOURCE,
+                at,
+                "values are bound to a struct",
+                "declare the uniform as a struct in the template",
+            );
             return None;
         };
         let mut fine = true;
@@ -550,7 +631,12 @@ impl PassBuilder<'_> {
                 Some(meant) => format!("did you mean \"{meant}\"?"),
                 None => format!("its members are {}", names.join(", ")),
             };
-            self.report(codes::UNKNOWN_BINDING, &document::pointer_join(at, name), format!("the block has no member \"{name}\""), help);
+            self.report(
+                codes::UNKNOWN_BINDING,
+                &document::pointer_join(at, name),
+                format!("the block has no member \"{name}\""),
+                help,
+            );
             unknown.push(name);
             fine = false;
         }
@@ -562,7 +648,9 @@ impl PassBuilder<'_> {
                     Some(expression) => deferred.push((member.name.clone(), expression)),
                     None => fine = false,
                 },
-                None if unknown.iter().any(|name| did_you_mean(name, [member.name.as_str()]).is_some()) => fine = false,
+                None if unknown.iter().any(|name| did_you_mean(name, [member.name.as_str()]).is_some()) => {
+                    fine = false
+                }
                 None if !all => {}
                 None => {
                     let message = format!("the member \"{}\" of the block has no value", member.name);
@@ -582,14 +670,22 @@ impl PassBuilder<'_> {
         let names: Vec<String> = self.shared.geometry.keys().cloned().collect();
         let help = match did_you_mean(name, names.iter().map(String::as_str)) {
             Some(meant) => format!("did you mean \"{meant}\"?"),
-            None => format!("\"geometry\" declares {}", if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }),
+            None => format!(
+                "\"geometry\" declares {}",
+                if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+            ),
         };
         self.report(codes::UNKNOWN_GEOMETRY, pointer, format!("there is no geometry \"{name}\""), help);
         None
     }
 
     pub(crate) fn settings_do_not_decode(&mut self, error: &serde_json::Error) {
-        self.report(codes::WRONG_TYPE, "", format!("the settings do not decode: {error}"), "compare them with the schema");
+        self.report(
+            codes::WRONG_TYPE,
+            "",
+            format!("the settings do not decode: {error}"),
+            "compare them with the schema",
+        );
     }
 
     fn evaluate(&self, expr: &Expr) -> Result<Value, ExpressionError> {
@@ -623,22 +719,35 @@ impl PassBuilder<'_> {
         let reference = match Reference::parse(&text) {
             Ok(reference) => reference,
             Err(error) => {
-                self.report(codes::BAD_REFERENCE, pointer, format!("\"{text}\" is no reference"), error.to_string());
+                self.report(
+                    codes::BAD_REFERENCE,
+                    pointer,
+                    format!("\"{text}\" is no reference"),
+                    error.to_string(),
+                );
                 return None;
             }
         };
         let outside = self.environment.resource(reference.resource);
         let found = self.shared.find(&outside);
-        if found.is_some_and(|handle| matches!(self.shared.resources[handle.index()].kind, ResourceKind::Broken)) {
+        if found
+            .is_some_and(|handle| matches!(self.shared.resources[handle.index()].kind, ResourceKind::Broken))
+        {
             return None;
         }
         let Some(handle) = found else {
-            let names: Vec<String> = self.shared.resources.iter().map(|resource| resource.name.clone()).collect();
+            let names: Vec<String> =
+                self.shared.resources.iter().map(|resource| resource.name.clone()).collect();
             let help = match did_you_mean(reference.resource, names.iter().map(String::as_str)) {
                 Some(meant) => format!("did you mean \"{meant}\"?"),
                 None => "declare it under \"resources\"".to_owned(),
             };
-            self.report(codes::UNKNOWN_RESOURCE, pointer, format!("there is no resource \"{}\"", reference.resource), help);
+            self.report(
+                codes::UNKNOWN_RESOURCE,
+                pointer,
+                format!("there is no resource \"{}\"", reference.resource),
+                help,
+            );
             return None;
         };
         let version = match (reference.version, self.environment.version(reference.resource)) {
@@ -649,7 +758,14 @@ impl PassBuilder<'_> {
         Some((handle, version))
     }
 
-    fn add_use(&mut self, resource: ResourceHandle, part: Part, usage: Usage, version: Version, pointer: &str) {
+    fn add_use(
+        &mut self,
+        resource: ResourceHandle,
+        part: Part,
+        usage: Usage,
+        version: Version,
+        pointer: &str,
+    ) {
         let place = self.place(pointer);
         let new = Use { resource, part, usage, version, place, pointer: self.absolute(pointer) };
         if !self.uses.contains(&new) {
@@ -658,7 +774,12 @@ impl PassBuilder<'_> {
     }
 
     fn wrong_type<T>(&mut self, pointer: &str, wanted: &str, found: &str) -> Option<T> {
-        self.report(codes::EXPRESSION_TYPE, pointer, format!("{wanted} is wanted here, this is {found}"), format!("make the expression yield {wanted}"));
+        self.report(
+            codes::EXPRESSION_TYPE,
+            pointer,
+            format!("{wanted} is wanted here, this is {found}"),
+            format!("make the expression yield {wanted}"),
+        );
         None
     }
 
@@ -684,7 +805,9 @@ impl PassBuilder<'_> {
 fn axis_value(value: &Value) -> Option<AxisValue> {
     match value {
         Value::Bool(value) => Some(AxisValue::Bool(*value)),
-        Value::Number(number) if number.fract() == 0.0 && number.abs() < 9.0e15 => Some(AxisValue::Integer(*number as i64)),
+        Value::Number(number) if number.fract() == 0.0 && number.abs() < 9.0e15 => {
+            Some(AxisValue::Integer(*number as i64))
+        }
         Value::Text(text) => Some(AxisValue::Name(text.clone())),
         _ => None,
     }

@@ -63,10 +63,13 @@ impl Environment {
             ExpressionKind::Binary(operator, a, b) => ExpressionKind::Binary(*operator, close(a), close(b)),
             ExpressionKind::Conditional(a, b, c) => ExpressionKind::Conditional(close(a), close(b), close(c)),
             ExpressionKind::Index(a, b) => ExpressionKind::Index(close(a), close(b)),
-            ExpressionKind::Call(name, list) => {
-                ExpressionKind::Call(name.clone(), list.iter().map(|item| self.close(item, is_resource)).collect())
+            ExpressionKind::Call(name, list) => ExpressionKind::Call(
+                name.clone(),
+                list.iter().map(|item| self.close(item, is_resource)).collect(),
+            ),
+            ExpressionKind::List(list) => {
+                ExpressionKind::List(list.iter().map(|item| self.close(item, is_resource)).collect())
             }
-            ExpressionKind::List(list) => ExpressionKind::List(list.iter().map(|item| self.close(item, is_resource)).collect()),
         };
         Expression { range: expression.range.clone(), kind }
     }
@@ -162,7 +165,10 @@ mod tests {
     #[test]
     fn references_take_expressions_in_braces() {
         let scope = StaticScope::default();
-        assert_eq!(environment().interpolate("chain@down.{level - 1}", &scope).as_deref(), Ok("chain@down.1"));
+        assert_eq!(
+            environment().interpolate("chain@down.{level - 1}", &scope).as_deref(),
+            Ok("chain@down.1")
+        );
         assert_eq!(environment().interpolate("chain", &scope).as_deref(), Ok("chain"));
         assert_eq!(environment().interpolate("a{level", &scope).unwrap_err().range, 1..7);
         assert_eq!(environment().interpolate("a{levle}", &scope).unwrap_err().range, 2..7);

@@ -91,7 +91,13 @@ impl<'a, 's> Expander<'a, 's> {
         self.sections(&document.root, "", &Arc::new(Environment::default()), 0);
     }
 
-    fn sections(&mut self, owner: &'a document::Value, pointer: &str, environment: &Arc<Environment>, depth: usize) {
+    fn sections(
+        &mut self,
+        owner: &'a document::Value,
+        pointer: &str,
+        environment: &Arc<Environment>,
+        depth: usize,
+    ) {
         let entries = |name: &str| owner.get(name).and_then(document::Value::entries).unwrap_or_default();
         for entry in entries("resources") {
             if self.full || self.resources.len() >= MAXIMUM_PASSES {
@@ -102,7 +108,13 @@ impl<'a, 's> Expander<'a, 's> {
             let pointer = pointer_join(&format!("{pointer}/resources"), &entry.key);
             let is_broken = (self.is_broken)(&pointer);
             let name = environment.resource(&entry.key);
-            self.resources.push(Instance { name, entry, pointer, environment: environment.clone(), is_broken });
+            self.resources.push(Instance {
+                name,
+                entry,
+                pointer,
+                environment: environment.clone(),
+                is_broken,
+            });
         }
         for entry in entries("passes") {
             self.check_name(entry);
@@ -117,7 +129,14 @@ impl<'a, 's> Expander<'a, 's> {
         }
     }
 
-    fn looped(&mut self, entry: &'a Entry, name: String, pointer: String, environment: &Arc<Environment>, depth: usize) {
+    fn looped(
+        &mut self,
+        entry: &'a Entry,
+        name: String,
+        pointer: String,
+        environment: &Arc<Environment>,
+        depth: usize,
+    ) {
         if self.full {
             return;
         }
@@ -128,7 +147,15 @@ impl<'a, 's> Expander<'a, 's> {
         };
         let at = format!("{pointer}/for_each");
         let [variable] = rounds.entries().unwrap_or_default() else {
-            self.refuse(codes::LOOP, rounds, &at, "a loop has one variable", "write { \"level\": 4 }", entry, &name);
+            self.refuse(
+                codes::LOOP,
+                rounds,
+                &at,
+                "a loop has one variable",
+                "write { \"level\": 4 }",
+                entry,
+                &name,
+            );
             return;
         };
         let at = pointer_join(&at, &variable.key);
@@ -145,7 +172,15 @@ impl<'a, 's> Expander<'a, 's> {
             }
             Some(other) => {
                 let message = format!("a loop goes over a whole number or a list, this is {other}");
-                self.refuse(codes::LOOP, &variable.value, &at, &message, "write a count such as \"len(far)\", or a list", entry, &name);
+                self.refuse(
+                    codes::LOOP,
+                    &variable.value,
+                    &at,
+                    &message,
+                    "write a count such as \"len(far)\", or a list",
+                    entry,
+                    &name,
+                );
                 return;
             }
             None => {
@@ -155,7 +190,15 @@ impl<'a, 's> Expander<'a, 's> {
         };
         if values.len() > MAXIMUM_ROUNDS {
             let message = format!("{} rounds are too many", values.len());
-            self.refuse(codes::LOOP, &variable.value, &at, &message, &format!("a loop has at most {MAXIMUM_ROUNDS}"), entry, &name);
+            self.refuse(
+                codes::LOOP,
+                &variable.value,
+                &at,
+                &message,
+                &format!("a loop has at most {MAXIMUM_ROUNDS}"),
+                entry,
+                &name,
+            );
             return;
         }
         if values.is_empty() {
@@ -171,7 +214,14 @@ impl<'a, 's> Expander<'a, 's> {
         }
     }
 
-    fn single(&mut self, entry: &'a Entry, name: String, pointer: String, environment: &Arc<Environment>, depth: usize) {
+    fn single(
+        &mut self,
+        entry: &'a Entry,
+        name: String,
+        pointer: String,
+        environment: &Arc<Environment>,
+        depth: usize,
+    ) {
         let is_broken = (self.is_broken)(&pointer);
         if self.instances.len() >= MAXIMUM_PASSES || self.uses >= MAXIMUM_PASSES {
             self.too_many(entry, &pointer);
@@ -179,7 +229,13 @@ impl<'a, 's> Expander<'a, 's> {
         }
         match entry.value.get("use") {
             Some(used) if !is_broken => self.used(entry, used, name, &pointer, environment, depth),
-            _ => self.instances.push(Instance { name, entry, pointer, environment: environment.clone(), is_broken }),
+            _ => self.instances.push(Instance {
+                name,
+                entry,
+                pointer,
+                environment: environment.clone(),
+                is_broken,
+            }),
         }
     }
 
@@ -196,29 +252,63 @@ impl<'a, 's> Expander<'a, 's> {
         let wanted = used.text().unwrap_or_default();
         let at = format!("{pointer}/use");
         let Some(subgraph) = subgraphs.and_then(|subgraphs| subgraphs.entry(wanted)) else {
-            let known: Vec<&str> =
-                subgraphs.and_then(document::Value::entries).unwrap_or_default().iter().map(|entry| entry.key.as_str()).collect();
+            let known: Vec<&str> = subgraphs
+                .and_then(document::Value::entries)
+                .unwrap_or_default()
+                .iter()
+                .map(|entry| entry.key.as_str())
+                .collect();
             let help = match did_you_mean(wanted, known.iter().copied()) {
                 Some(meant) => format!("did you mean \"{meant}\"?"),
                 None if known.is_empty() => "declare it under \"subgraphs\", or name a file".to_owned(),
                 None => format!("the subgraphs are {}", known.join(", ")),
             };
-            self.refuse(codes::UNKNOWN_SUBGRAPH, used, &at, &format!("there is no subgraph \"{wanted}\""), &help, entry, &name);
+            self.refuse(
+                codes::UNKNOWN_SUBGRAPH,
+                used,
+                &at,
+                &format!("there is no subgraph \"{wanted}\""),
+                &help,
+                entry,
+                &name,
+            );
             return;
         };
         let inside = pointer_join("/subgraphs", wanted);
         if let Some(at) = self.open.iter().position(|open| open == wanted) {
             let way: Vec<&str> = self.open[at..].iter().map(String::as_str).chain([wanted]).collect();
             let message = format!("the subgraph \"{wanted}\" uses itself: {}", way.join(" → "));
-            self.refuse(codes::UNKNOWN_SUBGRAPH, used, &at_use(pointer), &message, "a subgraph cannot use itself", entry, &name);
+            self.refuse(
+                codes::UNKNOWN_SUBGRAPH,
+                used,
+                &at_use(pointer),
+                &message,
+                "a subgraph cannot use itself",
+                entry,
+                &name,
+            );
             return;
         }
         if depth >= MAXIMUM_DEPTH {
             let message = format!("subgraphs are used {MAXIMUM_DEPTH} levels deep");
-            self.refuse(codes::UNKNOWN_SUBGRAPH, used, &at, &message, "a subgraph cannot use itself", entry, &name);
+            self.refuse(
+                codes::UNKNOWN_SUBGRAPH,
+                used,
+                &at,
+                &message,
+                "a subgraph cannot use itself",
+                entry,
+                &name,
+            );
             return;
         }
-        if let Some(extra) = entry.value.entries().unwrap_or_default().iter().find(|member| self.registry.get(&member.key).is_some()) {
+        if let Some(extra) = entry
+            .value
+            .entries()
+            .unwrap_or_default()
+            .iter()
+            .find(|member| self.registry.get(&member.key).is_some())
+        {
             let message = format!("\"use\" and \"{}\" exclude one another", extra.key);
             self.refuse(codes::UNKNOWN_KEY, &extra.value, &at, &message, "make it two passes", entry, &name);
             return;
@@ -232,7 +322,15 @@ impl<'a, 's> Expander<'a, 's> {
                 }
                 Some(other) => {
                     let message = format!("a boolean is wanted here, this is {}", other.kind_name());
-                    self.refuse(codes::EXPRESSION_TYPE, when, &format!("{pointer}/when"), &message, "make it a comparison", entry, &name);
+                    self.refuse(
+                        codes::EXPRESSION_TYPE,
+                        when,
+                        &format!("{pointer}/when"),
+                        &message,
+                        "make it a comparison",
+                        entry,
+                        &name,
+                    );
                     return;
                 }
                 None => {
@@ -241,7 +339,9 @@ impl<'a, 's> Expander<'a, 's> {
                 }
             }
         }
-        let Some(inner) = self.environment_of(entry, &subgraph.value, &inside, wanted, &name, pointer, environment) else {
+        let Some(inner) =
+            self.environment_of(entry, &subgraph.value, &inside, wanted, &name, pointer, environment)
+        else {
             self.gaps.push((name, entry));
             return;
         };
@@ -256,7 +356,8 @@ impl<'a, 's> Expander<'a, 's> {
         if std::mem::replace(&mut self.full, true) {
             return;
         }
-        let message = format!("the pipeline has more than {MAXIMUM_PASSES} passes, resources or uses of subgraphs");
+        let message =
+            format!("the pipeline has more than {MAXIMUM_PASSES} passes, resources or uses of subgraphs");
         let finding = Diagnostic::error(codes::LOOP, entry.key_span, message).pointer(pointer);
         self.shared.diagnostics.push(finding.help("draw more in one pass, or split the pipeline"));
     }
@@ -282,8 +383,11 @@ impl<'a, 's> Expander<'a, 's> {
         let mut fine = true;
         let mut misspelt: Vec<&str> = Vec::new();
         for given in with.and_then(document::Value::entries).unwrap_or_default() {
-            let known: Vec<&str> =
-                section("inputs").iter().chain(section("parameters")).map(|entry| entry.key.as_str()).collect();
+            let known: Vec<&str> = section("inputs")
+                .iter()
+                .chain(section("parameters"))
+                .map(|entry| entry.key.as_str())
+                .collect();
             if !known.contains(&given.key.as_str()) {
                 let finding = document::schema::unknown_key(given, &known);
                 self.shared.diagnostics.push(finding.pointer(pointer_join(&at, &given.key)));
@@ -298,11 +402,18 @@ impl<'a, 's> Expander<'a, 's> {
                     Some(Ok(text)) => match Reference::parse(&text) {
                         Ok(reference) => {
                             let version = reference.version.map(|pass| outer.pass(pass));
-                            let version = version.or_else(|| outer.version(reference.resource).map(str::to_owned));
-                            inner.inputs.insert(input.key.clone(), (outer.resource(reference.resource), version));
+                            let version =
+                                version.or_else(|| outer.version(reference.resource).map(str::to_owned));
+                            inner
+                                .inputs
+                                .insert(input.key.clone(), (outer.resource(reference.resource), version));
                         }
                         Err(error) => {
-                            let finding = Diagnostic::error(codes::BAD_REFERENCE, given.span, format!("\"{text}\" is no reference"));
+                            let finding = Diagnostic::error(
+                                codes::BAD_REFERENCE,
+                                given.span,
+                                format!("\"{text}\" is no reference"),
+                            );
                             self.shared.diagnostics.push(finding.pointer(&at).help(error.to_string()));
                             fine = false;
                         }
@@ -313,7 +424,11 @@ impl<'a, 's> Expander<'a, 's> {
                         fine = false;
                     }
                     None => {
-                        let message = format!("the input \"{}\" is a resource, this is {}", input.key, given.kind_name());
+                        let message = format!(
+                            "the input \"{}\" is a resource, this is {}",
+                            input.key,
+                            given.kind_name()
+                        );
                         let finding = Diagnostic::error(codes::WRONG_TYPE, given.span, message);
                         self.shared.diagnostics.push(finding.pointer(&at).help("name a resource"));
                         fine = false;
@@ -336,11 +451,16 @@ impl<'a, 's> Expander<'a, 's> {
                 fine = false;
                 continue;
             }
-            let Ok(declaration) = serde_json::from_value::<ParameterDeclaration>(parameter.value.to_json()) else { continue };
+            let Ok(declaration) = serde_json::from_value::<ParameterDeclaration>(parameter.value.to_json())
+            else {
+                continue;
+            };
             let given = with.and_then(|with| with.get(&parameter.key));
             let value = match given {
                 None => parameter.value.get("default").cloned(),
-                Some(given) if declaration.parameter_type == crate::language::ParameterType::Enum => Some(given.clone()),
+                Some(given) if declaration.parameter_type == crate::language::ParameterType::Enum => {
+                    Some(given.clone())
+                }
                 Some(given) => self.evaluate(given, outer).map(|value| to_document(&value, given.span)),
             };
             let Some(value) = value else {
@@ -387,7 +507,9 @@ impl<'a, 's> Expander<'a, 's> {
         entry: &'a Entry,
         name: &str,
     ) {
-        self.shared.diagnostics.push(Diagnostic::error(code, value.span, message).pointer(pointer).help(help));
+        self.shared
+            .diagnostics
+            .push(Diagnostic::error(code, value.span, message).pointer(pointer).help(help));
         self.gaps.push((name.to_owned(), entry));
     }
 }

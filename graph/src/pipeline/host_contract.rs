@@ -20,17 +20,30 @@ pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Progra
         fine = false;
     };
     for variant in &program.variants {
-        for input in variant.entry_point(Stage::Vertex).map(|entry| entry.inputs.as_slice()).unwrap_or_default() {
+        for input in
+            variant.entry_point(Stage::Vertex).map(|entry| entry.inputs.as_slice()).unwrap_or_default()
+        {
             let Some(format) = contract.vertex.get(&input.name) else {
                 let help = suggestion(&input.name, contract.vertex.keys(), "vertex");
-                report(pass, format!("{template} reads the vertex input \"{}\", which \"{geometry}\" does not provide", input.name), help);
+                report(
+                    pass,
+                    format!(
+                        "{template} reads the vertex input \"{}\", which \"{geometry}\" does not provide",
+                        input.name
+                    ),
+                    help,
+                );
                 continue;
             };
             match parse_format(format) {
                 Some(format) if compatible(format, input.format) => {}
                 Some(_) => report(
                     pass,
-                    format!("{template} reads \"{}\" as {}, \"{geometry}\" provides {format}", input.name, format_name(input.format)),
+                    format!(
+                        "{template} reads \"{}\" as {}, \"{geometry}\" provides {format}",
+                        input.name,
+                        format_name(input.format)
+                    ),
                     "change the template's type, or the format that the host provides".to_owned(),
                 ),
                 None => report(
@@ -42,7 +55,8 @@ pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Progra
         }
     }
     for binding in program.bindings.iter().filter(|binding| binding.group >= 2) {
-        let (section, provided) = if binding.group == 2 { ("material", &contract.material) } else { ("object", &contract.object) };
+        let (section, provided) =
+            if binding.group == 2 { ("material", &contract.material) } else { ("object", &contract.object) };
         match (provided.get(&binding.name), &binding.block) {
             (None, _) => {
                 let help = suggestion(&binding.name, provided.keys(), section);
@@ -69,7 +83,10 @@ pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Progra
                         ),
                         None => report(
                             pass,
-                            format!("{template} reads \"{}.{}\", which \"{geometry}\" does not provide", binding.name, member.name),
+                            format!(
+                                "{template} reads \"{}.{}\", which \"{geometry}\" does not provide",
+                                binding.name, member.name
+                            ),
                             suggestion(&member.name, members.keys(), &format!("{section}.{}", binding.name)),
                         ),
                     }
@@ -77,7 +94,10 @@ pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Progra
             }
             (Some(_), _) => report(
                 pass,
-                format!("{template} declares \"{}\" as {}, \"{geometry}\" provides something else", binding.name, binding.type_name),
+                format!(
+                    "{template} declares \"{}\" as {}, \"{geometry}\" provides something else",
+                    binding.name, binding.type_name
+                ),
                 "write textures and samplers as their WGSL type, blocks as an object of members".to_owned(),
             ),
         }

@@ -9,8 +9,8 @@ use super::expand::Expander;
 use super::modules::Modules;
 use super::profiles::claimed_profiles;
 use super::{
-    Choice, Pass, Pipeline, Program, ProgramVariant, Resource, ResourceKind, StaticScope, binding, preset, schema,
-    setting,
+    Choice, Pass, Pipeline, Program, ProgramVariant, Resource, ResourceKind, StaticScope, binding, preset,
+    schema, setting,
 };
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean, list_of};
 use crate::document::{self, Document, Entry, pointer_join};
@@ -73,15 +73,20 @@ pub(super) fn load_sharing(
             diagnostics.push(bad_name(entry));
         }
     }
-    let parameters = setting::parameters(&decoded.parameters, section("parameters"), &choice.parameters, diagnostics);
+    let parameters =
+        setting::parameters(&decoded.parameters, section("parameters"), &choice.parameters, diagnostics);
     let features = setting::features(&decoded.features, section("features"), &choice.features, diagnostics);
     preset::check(section("presets"), &decoded.parameters, &decoded.features, choice, diagnostics);
     for entry in section("features") {
         if let Some(twin) = section("parameters").iter().find(|other| other.key == entry.key) {
             diagnostics.push(
-                Diagnostic::error(codes::BAD_NAME, entry.key_span, format!("\"{}\" is a feature and a parameter", entry.key))
-                    .related(twin.key_span, "the parameter")
-                    .help("give one of the two another name"),
+                Diagnostic::error(
+                    codes::BAD_NAME,
+                    entry.key_span,
+                    format!("\"{}\" is a feature and a parameter", entry.key),
+                )
+                .related(twin.key_span, "the parameter")
+                .help("give one of the two another name"),
             );
         }
     }
@@ -113,8 +118,11 @@ pub(super) fn load_sharing(
     expander.top();
     let Expander { resources, instances, mut gaps, mut unreadable, mut absent, .. } = expander;
     for instance in resources {
-        let declaration: Option<ResourceDeclaration> =
-            if instance.is_broken { None } else { serde_json::from_value(instance.entry.value.to_json()).ok() };
+        let declaration: Option<ResourceDeclaration> = if instance.is_broken {
+            None
+        } else {
+            serde_json::from_value(instance.entry.value.to_json()).ok()
+        };
         let kind = match declaration {
             Some(ResourceDeclaration::Texture(texture)) => ResourceKind::Texture(texture),
             Some(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(buffer),
@@ -315,8 +323,10 @@ impl Shared {
             if has_word(&text, word) {
                 return true;
             }
-            let quoted = |name: &str| text.contains(&format!("\"{name}\"")) || text.contains(&format!("'{name}'"));
-            let included: Vec<String> = self.templates.names().filter(|name| quoted(name)).map(str::to_owned).collect();
+            let quoted =
+                |name: &str| text.contains(&format!("\"{name}\"")) || text.contains(&format!("'{name}'"));
+            let included: Vec<String> =
+                self.templates.names().filter(|name| quoted(name)).map(str::to_owned).collect();
             reached.extend(included.into_iter().filter(|name| !reached.contains(name)).collect::<Vec<_>>());
             at += 1;
         }
@@ -341,7 +351,8 @@ impl Shared {
                         range: expression.range.clone(),
                         fault: Fault::UnknownName,
                         message: format!("there is no \"{name}\""),
-                        help: did_you_mean(name, names.iter().map(String::as_str)).map(|meant| format!("did you mean \"{meant}\"?")),
+                        help: did_you_mean(name, names.iter().map(String::as_str))
+                            .map(|meant| format!("did you mean \"{meant}\"?")),
                     }
                 })
             }
@@ -352,7 +363,9 @@ impl Shared {
             ExpressionKind::Conditional(a, b, c) => {
                 self.unknown_name(a).or_else(|| self.unknown_name(b)).or_else(|| self.unknown_name(c))
             }
-            ExpressionKind::Call(_, list) | ExpressionKind::List(list) => list.iter().find_map(|item| self.unknown_name(item)),
+            ExpressionKind::Call(_, list) | ExpressionKind::List(list) => {
+                list.iter().find_map(|item| self.unknown_name(item))
+            }
             ExpressionKind::Literal(_) => None,
         }
     }
@@ -400,12 +413,21 @@ impl Shared {
         }
         match Program::new(template.to_owned(), axes, variants, place) {
             Ok(program) if program.bindings.iter().any(|binding| self.is_beyond(binding)) => {
-                let beyond: Vec<_> = program.bindings.iter().filter(|binding| self.is_beyond(binding)).collect();
+                let beyond: Vec<_> =
+                    program.bindings.iter().filter(|binding| self.is_beyond(binding)).collect();
                 for binding in beyond {
-                    let message = format!("{template} declares \"{}\" at @group({}) @binding({})", binding.name, binding.group, binding.entry.binding);
+                    let message = format!(
+                        "{template} declares \"{}\" at @group({}) @binding({})",
+                        binding.name, binding.group, binding.entry.binding
+                    );
                     let limits = &self.profile.limits;
-                    let help = format!("groups are below {}, bindings below {}", limits.max_bind_groups, limits.max_bindings_per_bind_group);
-                    self.diagnostics.push(Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help));
+                    let help = format!(
+                        "groups are below {}, bindings below {}",
+                        limits.max_bind_groups, limits.max_bindings_per_bind_group
+                    );
+                    self.diagnostics.push(
+                        Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help),
+                    );
                 }
                 None
             }
@@ -426,7 +448,13 @@ impl Shared {
         binding.group >= limits.max_bind_groups || binding.entry.binding >= limits.max_bindings_per_bind_group
     }
 
-    fn module(&mut self, template: &str, values: AxisValues, place: Span, pointer: &str) -> Option<Arc<ShaderModule>> {
+    fn module(
+        &mut self,
+        template: &str,
+        values: AxisValues,
+        place: Span,
+        pointer: &str,
+    ) -> Option<Arc<ShaderModule>> {
         let key = (template.to_owned(), values.clone());
         match self.modules.get(&self.templates, template, values, &self.profile) {
             Ok(module) => Some(module),
@@ -441,7 +469,8 @@ impl Shared {
                     }
                     // The same fault in a second variant, or a second pass, is the same fault.
                     let known = self.diagnostics.iter().any(|known| {
-                        (known.code, &known.place, &known.message) == (finding.code, &finding.place, &finding.message)
+                        (known.code, &known.place, &known.message)
+                            == (finding.code, &finding.place, &finding.message)
                     });
                     if !known {
                         self.diagnostics.push(finding);
@@ -473,7 +502,9 @@ fn decode_sound_parts(document: &Document, is_broken: &dyn Fn(&str) -> bool) -> 
         entries
             .iter()
             .filter(|entry| !is_broken(&pointer_join(&format!("/{name}"), &entry.key)))
-            .filter_map(|entry| Some((entry.key.clone(), serde_json::from_value(entry.value.to_json()).ok()?)))
+            .filter_map(|entry| {
+                Some((entry.key.clone(), serde_json::from_value(entry.value.to_json()).ok()?))
+            })
             .collect()
     }
     Some(Decoded {
@@ -485,8 +516,9 @@ fn decode_sound_parts(document: &Document, is_broken: &dyn Fn(&str) -> bool) -> 
 
 pub(super) fn has_word(text: &str, word: &str) -> bool {
     let boundary = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || c == '_');
-    text.match_indices(word)
-        .any(|(at, _)| boundary(text[..at].chars().next_back()) && boundary(text[at + word.len()..].chars().next()))
+    text.match_indices(word).any(|(at, _)| {
+        boundary(text[..at].chars().next_back()) && boundary(text[at + word.len()..].chars().next())
+    })
 }
 
 /// A name starts with a letter and goes on with letters, digits and underscores.
@@ -525,7 +557,8 @@ fn unknown_pass(name: &str, names: &[String], place: Span) -> Diagnostic {
 /// resource is certain.
 fn uncertain(gaps: &[(String, &Entry)], unreadable: bool, shared: &Shared) -> BTreeSet<ResourceHandle> {
     let all = (0..shared.resources.len() as u32).map(ResourceHandle);
-    let broken = |handle: &ResourceHandle| matches!(shared.resources[handle.index()].kind, ResourceKind::Broken);
+    let broken =
+        |handle: &ResourceHandle| matches!(shared.resources[handle.index()].kind, ResourceKind::Broken);
     let mut found: BTreeSet<ResourceHandle> = all.filter(|handle| unreadable || broken(handle)).collect();
     for (_, gap) in gaps {
         gap.value.for_each_text(&mut |text| {
@@ -541,14 +574,18 @@ fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &m
     let mut unpublished: BTreeMap<ResourceHandle, (Span, String)> = BTreeMap::new();
     for pass in passes.iter_mut() {
         for one in &pass.uses {
-            if matches!(shared.resources[one.resource.index()].kind, ResourceKind::Data(None)) && !uncertain.contains(&one.resource) {
+            if matches!(shared.resources[one.resource.index()].kind, ResourceKind::Data(None))
+                && !uncertain.contains(&one.resource)
+            {
                 unpublished.entry(one.resource).or_insert((one.place, one.pointer.clone()));
             }
         }
         let Some((program, slots)) = slots_mut(&mut pass.work) else { continue };
         let program = &shared.programs[program.index()];
         for slot in slots {
-            let Some(block) = program.binding_at(slot.group, slot.binding).and_then(|binding| binding.block.as_ref()) else {
+            let Some(block) =
+                program.binding_at(slot.group, slot.binding).and_then(|binding| binding.block.as_ref())
+            else {
                 continue;
             };
             let (shape, data_name, target, values) = match &mut slot.source {
@@ -565,9 +602,13 @@ fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &m
                 Err(faults) => {
                     for fault in faults {
                         shared.diagnostics.push(
-                            Diagnostic::error(codes::BLOCK_MISMATCH, slot.place, format!("in \"{}\" of {}: {fault}", slot.name, program.template))
-                                .pointer(&slot.pointer)
-                                .help("members of a block take the published value of the same name and type"),
+                            Diagnostic::error(
+                                codes::BLOCK_MISMATCH,
+                                slot.place,
+                                format!("in \"{}\" of {}: {fault}", slot.name, program.template),
+                            )
+                            .pointer(&slot.pointer)
+                            .help("members of a block take the published value of the same name and type"),
                         );
                     }
                 }
@@ -587,7 +628,9 @@ fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &m
             None => "a host pass, such as a cascade fit, has to publish it".to_owned(),
         };
         shared.diagnostics.push(
-            Diagnostic::error(codes::NOT_PUBLISHED, place, format!("no pass publishes the data \"{name}\"")).help(help).pointer(pointer),
+            Diagnostic::error(codes::NOT_PUBLISHED, place, format!("no pass publishes the data \"{name}\""))
+                .help(help)
+                .pointer(pointer),
         );
     }
 }
@@ -619,11 +662,18 @@ fn is_absent(absent: &BTreeSet<String>, name: &str) -> bool {
 
 /// Whether a pass is, or comes of, one that could not be declared.
 fn is_gap(gaps: &[(String, &Entry)], name: &str) -> bool {
-    gaps.iter().any(|(gap, _)| name.strip_prefix(gap.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
+    gaps.iter().any(|(gap, _)| {
+        name.strip_prefix(gap.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    })
 }
 
 /// Finds versions that no pass writes.
-fn check_versions(passes: &[Pass], absent: &BTreeSet<String>, gaps: &[(String, &Entry)], shared: &mut Shared) {
+fn check_versions(
+    passes: &[Pass],
+    absent: &BTreeSet<String>,
+    gaps: &[(String, &Entry)],
+    shared: &mut Shared,
+) {
     let mut writers_of: HashMap<ResourceHandle, BTreeSet<&str>> = HashMap::new();
     for pass in passes {
         for one in pass.uses.iter().filter(|one| one.usage.writes()) {
@@ -646,7 +696,9 @@ fn check_versions(passes: &[Pass], absent: &BTreeSet<String>, gaps: &[(String, &
                 None if writers.is_empty() => format!("nothing writes \"{resource}\""),
                 None => format!("it is written by {}", list_of(writers.iter().copied())),
             };
-            shared.diagnostics.push(Diagnostic::error(codes::UNKNOWN_PASS, one.place, message).help(help).pointer(&one.pointer));
+            shared.diagnostics.push(
+                Diagnostic::error(codes::UNKNOWN_PASS, one.place, message).help(help).pointer(&one.pointer),
+            );
         }
     }
 }

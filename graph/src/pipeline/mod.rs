@@ -34,9 +34,9 @@ pub(crate) use binding::{element_type, member_runs};
 pub(crate) use builder::expression_finding;
 pub use builder::{PassBuilder, Produced};
 pub use environment::Environment;
+pub(crate) use load::evaluate_at;
 pub use load::load;
 pub use preset::{ParameterFile, of_preset};
-pub(crate) use load::evaluate_at;
 pub use profiles::{claimed_profiles, profile_named};
 pub use program::{Program, ProgramBinding, ProgramVariant};
 pub use reach::{AxisProduct, Configured, Reached, ReachedProgram, reach};
@@ -290,7 +290,10 @@ impl Usage {
     /// Whether contents from before are needed.
     pub fn reads(self) -> bool {
         use Usage as U;
-        !matches!(self, U::StorageWrite | U::ColorAttachment | U::DepthAttachment | U::CopyDestination | U::HostWrite)
+        !matches!(
+            self,
+            U::StorageWrite | U::ColorAttachment | U::DepthAttachment | U::CopyDestination | U::HostWrite
+        )
     }
 
     /// Whether a new version is made.
@@ -298,7 +301,12 @@ impl Usage {
         use Usage as U;
         !matches!(
             self,
-            U::Sampled | U::Uniform | U::StorageRead | U::DepthAttachmentReadOnly | U::CopySource | U::HostRead
+            U::Sampled
+                | U::Uniform
+                | U::StorageRead
+                | U::DepthAttachmentReadOnly
+                | U::CopySource
+                | U::HostRead
         )
     }
 
@@ -349,7 +357,9 @@ impl Usage {
             Usage::StorageWrite => "write-only storage",
             Usage::StorageReadWrite => "read-write storage",
             Usage::ColorAttachment | Usage::ColorAttachmentLoad => "color attachment",
-            Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly => "depth attachment",
+            Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly => {
+                "depth attachment"
+            }
             Usage::CopySource => "source of a copy",
             Usage::CopyDestination => "destination of a copy",
             Usage::HostRead => "host data",

@@ -62,7 +62,11 @@ impl Program {
         let mut union: BTreeMap<(u32, u32), (ProgramBinding, String)> = BTreeMap::new();
         let mut findings = Vec::new();
         for variant in &variants {
-            let label = if variant.properties.is_empty() { "the plain variant".to_owned() } else { variant.properties.join(" + ") };
+            let label = if variant.properties.is_empty() {
+                "the plain variant".to_owned()
+            } else {
+                variant.properties.join(" + ")
+            };
             for binding in &variant.module.reflection.bindings {
                 let new = ProgramBinding {
                     group: binding.group,
@@ -77,7 +81,9 @@ impl Program {
                     }
                     Some((known, first)) => {
                         let visibility = known.entry.visibility | new.entry.visibility;
-                        if (&known.name, known.entry.ty, &known.block) != (&new.name, new.entry.ty, &new.block) {
+                        if (&known.name, known.entry.ty, &known.block)
+                            != (&new.name, new.entry.ty, &new.block)
+                        {
                             findings.push(
                                 Diagnostic::error(
                                     codes::VARIANT_INTERFACE,
@@ -116,7 +122,9 @@ impl Program {
 
     /// The variant for a mesh: the one whose properties are those of the mesh that the program tells apart.
     pub fn variant(&self, properties: &[&str]) -> &ProgramVariant {
-        let known = |name: &str| self.variants.iter().any(|variant| variant.properties.iter().any(|known| known == name));
+        let known = |name: &str| {
+            self.variants.iter().any(|variant| variant.properties.iter().any(|known| known == name))
+        };
         let mut wanted: Vec<&str> = properties.iter().copied().filter(|name| known(name)).collect();
         wanted.sort_unstable();
         self.variants.iter().find(|variant| variant.properties == wanted).unwrap_or(&self.variants[0])

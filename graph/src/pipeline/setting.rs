@@ -103,7 +103,8 @@ pub(super) fn parameters(
             .or(chosen);
         }
         if let Some((value, place)) = chosen.or(from_default.map(|value| (value, default.span))) {
-            parameters.insert(entry.key.clone(), Parameter { declaration: declaration.clone(), value, place });
+            parameters
+                .insert(entry.key.clone(), Parameter { declaration: declaration.clone(), value, place });
         }
     }
     parameters
@@ -122,37 +123,56 @@ pub(super) fn features(
         let Some(declaration) = declarations.get(&entry.key) else { continue };
         let Some(default) = entry.value.get("default") else { continue };
         let setting = choice.iter().rev().find(|setting| setting.name == entry.key);
-        let (value, place) = setting.map_or((default, default.span), |setting| (&setting.value, setting.place));
+        let (value, place) =
+            setting.map_or((default, default.span), |setting| (&setting.value, setting.place));
         match decode_feature(&entry.key, declaration, value) {
             Ok(value) => {
-                features.insert(entry.key.clone(), Feature { declaration: declaration.clone(), value, place });
+                features
+                    .insert(entry.key.clone(), Feature { declaration: declaration.clone(), value, place });
             }
             Err(finding) => {
-                diagnostics.push(finding.related(entry.key_span, "the feature is declared here").help("features are booleans, or words of their enumeration"));
+                diagnostics.push(
+                    finding
+                        .related(entry.key_span, "the feature is declared here")
+                        .help("features are booleans, or words of their enumeration"),
+                );
                 if let Ok(value) = decode_feature(&entry.key, declaration, default) {
                     let place = default.span;
-                    features.insert(entry.key.clone(), Feature { declaration: declaration.clone(), value, place });
+                    features.insert(
+                        entry.key.clone(),
+                        Feature { declaration: declaration.clone(), value, place },
+                    );
                 }
             }
         }
     }
     for (name, feature) in features.iter().filter(|(_, feature)| feature.is_on()) {
         let is_on = |other: &String| features.get(other).map(Feature::is_on);
-        for (others, wanted, words) in
-            [(&feature.declaration.requires, true, "requires"), (&feature.declaration.excludes, false, "excludes")]
-        {
+        for (others, wanted, words) in [
+            (&feature.declaration.requires, true, "requires"),
+            (&feature.declaration.excludes, false, "excludes"),
+        ] {
             for other in others {
-                let place = entries.iter().find(|entry| entry.key == *name).map_or(feature.place, |entry| entry.key_span);
+                let place = entries
+                    .iter()
+                    .find(|entry| entry.key == *name)
+                    .map_or(feature.place, |entry| entry.key_span);
                 match is_on(other) {
                     None => diagnostics.push(not_there("feature", other, declarations.keys(), place)),
                     Some(on) if on != wanted => diagnostics.push(
                         Diagnostic::error(
                             codes::FEATURE_CONFLICT,
                             feature.place,
-                            format!("the feature \"{name}\" {words} \"{other}\", which is {}", if on { "on" } else { "off" }),
+                            format!(
+                                "the feature \"{name}\" {words} \"{other}\", which is {}",
+                                if on { "on" } else { "off" }
+                            ),
                         )
                         .related(place, "declared here")
-                        .help(format!("switch \"{other}\" {}, or \"{name}\" off", if wanted { "on" } else { "off" })),
+                        .help(format!(
+                            "switch \"{other}\" {}, or \"{name}\" off",
+                            if wanted { "on" } else { "off" }
+                        )),
                     ),
                     Some(_) => {}
                 }
@@ -175,7 +195,12 @@ fn unknown<'a>(
     }
 }
 
-pub(super) fn not_there<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a String> + Clone, place: Span) -> Diagnostic {
+pub(super) fn not_there<'a>(
+    what: &str,
+    name: &str,
+    known: impl Iterator<Item = &'a String> + Clone,
+    place: Span,
+) -> Diagnostic {
     let finding = Diagnostic::error(codes::UNKNOWN_SETTING, place, format!("there is no {what} \"{name}\""));
     let names: Vec<&str> = known.map(String::as_str).collect();
     match did_you_mean(name, names.iter().copied()) {
@@ -192,7 +217,12 @@ pub(super) fn decode_parameter(
     report: &mut dyn FnMut(Diagnostic),
 ) -> Option<Value> {
     use ParameterType as T;
-    let unit = declaration.unit.as_deref().filter(|unit| *unit != "1").map(|unit| format!(" {unit}")).unwrap_or_default();
+    let unit = declaration
+        .unit
+        .as_deref()
+        .filter(|unit| *unit != "1")
+        .map(|unit| format!(" {unit}"))
+        .unwrap_or_default();
     let wrong = |wanted: &str| {
         Diagnostic::error(
             codes::SETTING_TYPE,
@@ -215,12 +245,17 @@ pub(super) fn decode_parameter(
         let number = number.as_f64().unwrap_or(f64::MAX);
         if whole && number.fract() != 0.0 {
             report(
-                Diagnostic::error(codes::SETTING_TYPE, value.span, format!("the parameter \"{name}\" takes whole numbers, not {number}"))
-                    .help(format!("write {} or {}", number.floor(), number.ceil())),
+                Diagnostic::error(
+                    codes::SETTING_TYPE,
+                    value.span,
+                    format!("the parameter \"{name}\" takes whole numbers, not {number}"),
+                )
+                .help(format!("write {} or {}", number.floor(), number.ceil())),
             );
             return None;
         }
-        let low = declaration.min.or(matches!(declaration.parameter_type, T::U32 | T::U32List).then_some(0.0));
+        let low =
+            declaration.min.or(matches!(declaration.parameter_type, T::U32 | T::U32List).then_some(0.0));
         let high = declaration.max.unwrap_or(if whole { f64::from(u32::MAX) } else { f64::from(f32::MAX) });
         if number > high || low.is_some_and(|low| number < low) || number.abs() > f64::from(f32::MAX) {
             let range = match low {
@@ -228,8 +263,12 @@ pub(super) fn decode_parameter(
                 None => format!("up to {high}{unit}"),
             };
             report(
-                Diagnostic::error(codes::SETTING_RANGE, value.span, format!("{number} is out of the range of \"{name}\""))
-                    .help(format!("the range is {range}")),
+                Diagnostic::error(
+                    codes::SETTING_RANGE,
+                    value.span,
+                    format!("{number} is out of the range of \"{name}\""),
+                )
+                .help(format!("the range is {range}")),
             );
             return None;
         }
@@ -246,7 +285,9 @@ pub(super) fn decode_parameter(
             }
         },
         T::Enum => match value.text() {
-            Some(word) if declaration.values.iter().any(|known| known == word) => Some(Value::Text(word.to_owned())),
+            Some(word) if declaration.values.iter().any(|known| known == word) => {
+                Some(Value::Text(word.to_owned()))
+            }
             Some(_) => {
                 report(document::schema::unknown_word(value, &words(&declaration.values)));
                 None
@@ -262,7 +303,8 @@ pub(super) fn decode_parameter(
                 return None;
             };
             let whole = declaration.parameter_type == T::U32List;
-            let (least, most) = (declaration.min_length.unwrap_or(0), declaration.max_length.unwrap_or(65_536));
+            let (least, most) =
+                (declaration.min_length.unwrap_or(0), declaration.max_length.unwrap_or(65_536));
             if !(least as usize..=most as usize).contains(&elements.len()) {
                 report(
                     Diagnostic::error(
@@ -274,7 +316,8 @@ pub(super) fn decode_parameter(
                 );
                 return None;
             }
-            let numbers: Vec<Option<f64>> = elements.iter().map(|element| number(element, whole, report)).collect();
+            let numbers: Vec<Option<f64>> =
+                elements.iter().map(|element| number(element, whole, report)).collect();
             let numbers: Vec<f64> = numbers.into_iter().collect::<Option<_>>()?;
             for (at, pair) in numbers.windows(2).enumerate() {
                 let (follows, word) = match declaration.order {
@@ -287,7 +330,10 @@ pub(super) fn decode_parameter(
                         Diagnostic::error(
                             codes::SETTING_ORDER,
                             elements[at + 1].span,
-                            format!("the elements of \"{name}\" must strictly {word}, but {} follows {}", pair[1], pair[0]),
+                            format!(
+                                "the elements of \"{name}\" must strictly {word}, but {} follows {}",
+                                pair[1], pair[0]
+                            ),
                         )
                         .help("sort the list and remove what stands twice"),
                     );
@@ -303,10 +349,16 @@ fn words(values: &[String]) -> Vec<&str> {
     values.iter().map(String::as_str).collect()
 }
 
-pub(super) fn decode_feature(name: &str, declaration: &FeatureDeclaration, value: &document::Value) -> Result<Value, Box<Diagnostic>> {
+pub(super) fn decode_feature(
+    name: &str,
+    declaration: &FeatureDeclaration,
+    value: &document::Value,
+) -> Result<Value, Box<Diagnostic>> {
     match (declaration.feature_type, &value.kind) {
         (FeatureType::Bool, document::Kind::Bool(on)) => Ok(Value::Bool(*on)),
-        (FeatureType::Enum, document::Kind::Text(word)) if declaration.values.contains(word) => Ok(Value::Text(word.clone())),
+        (FeatureType::Enum, document::Kind::Text(word)) if declaration.values.contains(word) => {
+            Ok(Value::Text(word.clone()))
+        }
         (FeatureType::Enum, document::Kind::Text(_)) => {
             Err(Box::new(document::schema::unknown_word(value, &words(&declaration.values))))
         }

@@ -8,7 +8,8 @@ use super::model::{AttachmentReport, PassReport, Report, ResourceReport, bytes_i
 pub fn diff(before: &Report, after: &Report) -> Vec<String> {
     let mut lines = Vec::new();
     if before.viewport != after.viewport {
-        let [old, new] = [before, after].map(|report| format!("{}×{}", report.viewport[0], report.viewport[1]));
+        let [old, new] =
+            [before, after].map(|report| format!("{}×{}", report.viewport[0], report.viewport[1]));
         lines.push(format!("the viewport is {new}, it was {old}"));
     }
     if before.objective != after.objective {
@@ -24,7 +25,12 @@ pub fn diff(before: &Report, after: &Report) -> Vec<String> {
     ] {
         if old != new {
             let (sign, change) = if new > old { ("more", new - old) } else { ("less", old - new) };
-            lines.push(format!("{} are {what}, {} {sign} than before ({})", bytes_in_words(new), bytes_in_words(change), bytes_in_words(old)));
+            lines.push(format!(
+                "{} are {what}, {} {sign} than before ({})",
+                bytes_in_words(new),
+                bytes_in_words(change),
+                bytes_in_words(old)
+            ));
         }
     }
     lines
@@ -60,8 +66,14 @@ fn passes(before: &Report, after: &Report, lines: &mut Vec<String>) {
             attachments(name, &old.attachments, &new.attachments, lines);
             names(&format!("the pass {name} has the variant"), &old.variants, &new.variants, lines);
             if old.workgroups != new.workgroups {
-                let words = |counts: Option<[u32; 3]>| counts.map_or("none".to_owned(), |[x, y, z]| format!("{x}×{y}×{z}"));
-                lines.push(format!("the pass {name} runs {} workgroups, it was {}", words(new.workgroups), words(old.workgroups)));
+                let words = |counts: Option<[u32; 3]>| {
+                    counts.map_or("none".to_owned(), |[x, y, z]| format!("{x}×{y}×{z}"))
+                };
+                lines.push(format!(
+                    "the pass {name} runs {} workgroups, it was {}",
+                    words(new.workgroups),
+                    words(old.workgroups)
+                ));
             }
         }
     }
@@ -79,7 +91,9 @@ fn names(what: &str, old: &[String], new: &[String], lines: &mut Vec<String>) {
 
 fn attachments(pass: &str, old: &[AttachmentReport], new: &[AttachmentReport], lines: &mut Vec<String>) {
     for new in new {
-        let Some(old) = old.iter().find(|old| old.resource == new.resource && old.kind == new.kind) else { continue };
+        let Some(old) = old.iter().find(|old| old.resource == new.resource && old.kind == new.kind) else {
+            continue;
+        };
         if (old.load, old.store) != (new.load, new.store) {
             lines.push(format!(
                 "the pass {pass} does {} and {} with {}, it was {} and {}",
@@ -96,9 +110,11 @@ fn order(before: &Report, after: &Report, lines: &mut Vec<String>) {
     };
     let (old, new) = (live(before), live(after));
     let positions: BTreeMap<&String, usize> = old.iter().enumerate().map(|(at, name)| (name, at)).collect();
-    let common: Vec<(&String, usize)> = new.iter().filter_map(|name| Some((name, *positions.get(name)?))).collect();
+    let common: Vec<(&String, usize)> =
+        new.iter().filter_map(|name| Some((name, *positions.get(name)?))).collect();
     // The passes outside a longest run in the old order are those that moved.
-    let stayed: BTreeSet<usize> = longest_increasing(&common.iter().map(|(_, at)| *at).collect::<Vec<_>>()).into_iter().collect();
+    let stayed: BTreeSet<usize> =
+        longest_increasing(&common.iter().map(|(_, at)| *at).collect::<Vec<_>>()).into_iter().collect();
     for (at, (name, position)) in common.iter().enumerate() {
         if !stayed.contains(position) {
             match at.checked_sub(1).map(|before| common[before].0) {
@@ -137,7 +153,11 @@ fn resources(before: &Report, after: &Report, lines: &mut Vec<String>) {
         lines.push(format!("the resource {} is new: {}", resource.name, resource.description));
     }
     for resource in old.values().filter(|one| !new.contains_key(&one.name)) {
-        lines.push(format!("the resource {} is gone, {} with it", resource.name, bytes_in_words(resource.bytes)));
+        lines.push(format!(
+            "the resource {} is gone, {} with it",
+            resource.name,
+            bytes_in_words(resource.bytes)
+        ));
     }
     for (name, old) in &old {
         let Some(new) = new.get(name) else { continue };
@@ -145,7 +165,10 @@ fn resources(before: &Report, after: &Report, lines: &mut Vec<String>) {
             lines.push(format!("the resource {name} is {}, it was {}", new.description, old.description));
         }
         if old.lifetime != new.lifetime {
-            lines.push(format!("the resource {name} is {:?}, it was {:?}", new.lifetime, old.lifetime).to_lowercase());
+            lines.push(
+                format!("the resource {name} is {:?}, it was {:?}", new.lifetime, old.lifetime)
+                    .to_lowercase(),
+            );
         }
         names(&format!("the resource {name} shares memory with"), &old.shares_with, &new.shares_with, lines);
     }

@@ -14,7 +14,8 @@ mod text;
 
 pub use diff::diff;
 pub use model::{
-    AttachmentReport, ClassReport, EdgeKind, EdgeReport, MemoryReport, PassReport, Report, ResourceReport, bytes_in_words,
+    AttachmentReport, ClassReport, EdgeKind, EdgeReport, MemoryReport, PassReport, Report, ResourceReport,
+    bytes_in_words,
 };
 
 /// The form of a drawn graph.

@@ -221,15 +221,21 @@ fn columns(plan: &Plan, graph: &Graph) -> Vec<PassHandle> {
 }
 
 fn place_of(sources: &Sources, span: Span) -> String {
-    sources.get(span.file).map_or_else(String::new, |file| format!("{}:{}", file.name(), file.line_column(span.start).line))
+    sources
+        .get(span.file)
+        .map_or_else(String::new, |file| format!("{}:{}", file.name(), file.line_column(span.start).line))
 }
 
 fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport {
     let pass = plan.pipeline.pass(handle);
     let planned = plan.pass(handle);
     let names = |wanted: fn(crate::pipeline::Usage) -> bool| -> Vec<String> {
-        let names: BTreeSet<&String> =
-            pass.uses.iter().filter(|one| wanted(one.usage)).map(|one| &plan.pipeline.resource(one.resource).name).collect();
+        let names: BTreeSet<&String> = pass
+            .uses
+            .iter()
+            .filter(|one| wanted(one.usage))
+            .map(|one| &plan.pipeline.resource(one.resource).name)
+            .collect();
         names.into_iter().cloned().collect()
     };
     let attachments = planned.map_or_else(Vec::new, |planned| {
@@ -293,7 +299,8 @@ fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<Reso
         let (read_in, written_in) = std::mem::take(&mut used[handle.index()]);
         let planned = plan.resource(handle);
         let live = |column: &usize| planned.is_none() || plan.position(columns[*column]).is_some();
-        let all: Vec<usize> = read_in.iter().chain(&written_in).copied().filter(|column| live(column)).collect();
+        let all: Vec<usize> =
+            read_in.iter().chain(&written_in).copied().filter(|column| live(column)).collect();
         let (Some(first), Some(last)) = (all.iter().min(), all.iter().max()) else { continue };
         let place = match planned.map(|planned| planned.physical) {
             Some(Physical::Texture(index)) => format!("texture {index}"),
@@ -302,7 +309,8 @@ fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<Reso
             Some(Physical::Host) => "host".to_owned(),
             None => "nowhere".to_owned(),
         };
-        let shared = planned.filter(|planned| matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_)));
+        let shared =
+            planned.filter(|planned| matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_)));
         let others = shared.and_then(|planned| tenants.get(&planned.physical));
         list.push(ResourceReport {
             name: resource.name.clone(),
@@ -313,10 +321,16 @@ fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<Reso
             },
             lifetime: resource.lifetime(),
             live: planned.is_some(),
-            description: planned.map_or_else(String::new, |planned| describe(planned.format, planned.size, planned.bytes)),
+            description: planned
+                .map_or_else(String::new, |planned| describe(planned.format, planned.size, planned.bytes)),
             bytes: planned.map_or(0, |planned| planned.bytes),
             place,
-            shares_with: others.into_iter().flatten().filter(|name| ***name != resource.name).map(|name| (*name).clone()).collect(),
+            shares_with: others
+                .into_iter()
+                .flatten()
+                .filter(|name| ***name != resource.name)
+                .map(|name| (*name).clone())
+                .collect(),
             columns: [*first, *last],
             read_in,
             written_in,
@@ -326,7 +340,11 @@ fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<Reso
     list
 }
 
-fn describe(format: Option<wgpu_types::TextureFormat>, size: Option<crate::compiler::TextureSize>, bytes: u64) -> String {
+fn describe(
+    format: Option<wgpu_types::TextureFormat>,
+    size: Option<crate::compiler::TextureSize>,
+    bytes: u64,
+) -> String {
     let (Some(format), Some(size)) = (format, size) else {
         return if bytes > 0 { bytes_in_words(bytes) } else { String::new() };
     };
@@ -380,18 +398,17 @@ fn classes(plan: &Plan) -> Vec<ClassReport> {
             .map(|usage| usage.to_lowercase().replace('_', " "))
             .collect();
         let kept = if planned.lifetime == Lifetime::Transient { "" } else { ", kept from frame to frame" };
-        let description = format!("{} ({}{kept})", describe(planned.format, planned.size, planned.bytes), names.join(", "));
+        let description =
+            format!("{} ({}{kept})", describe(planned.format, planned.size, planned.bytes), names.join(", "));
         let class = classes.entry(description).or_default();
         class.0.insert(planned.physical);
         class.1 += 1;
         class.2 = planned.bytes;
     }
-    let report = |(description, (places, resources, bytes_each)): (String, (BTreeSet<Physical>, usize, u64))| ClassReport {
-        description,
-        resources,
-        created: places.len(),
-        bytes_each,
-    };
+    let report =
+        |(description, (places, resources, bytes_each)): (String, (BTreeSet<Physical>, usize, u64))| {
+            ClassReport { description, resources, created: places.len(), bytes_each }
+        };
     classes.into_iter().map(report).collect()
 }
 
@@ -414,7 +431,13 @@ fn edges(plan: &Plan, graph: &Graph, column_of: &[usize]) -> Vec<EdgeReport> {
                     Hazard::WriteAfterWrite(resource) => (EdgeKind::WriteAfterWrite, name(*resource)),
                     Hazard::Explicit => (EdgeKind::Explicit, None),
                 };
-                EdgeReport { from: column_of[from.index()], to: column_of[to.index()], kind, resource, version: None }
+                EdgeReport {
+                    from: column_of[from.index()],
+                    to: column_of[to.index()],
+                    kind,
+                    resource,
+                    version: None,
+                }
             }
             _ => continue,
         };

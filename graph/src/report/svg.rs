@@ -48,7 +48,8 @@ pub(super) fn picture(report: &Report) -> String {
     let arcs = arcs_height(report);
     let head = 112 + arcs;
     let lanes_top = head + BOX_HEIGHT + 34;
-    let lanes_height: usize = lanes.iter().map(|lane| if lane.first_of_section { LANE + 26 } else { LANE }).sum();
+    let lanes_height: usize =
+        lanes.iter().map(|lane| if lane.first_of_section { LANE + 26 } else { LANE }).sum();
     let chart_top = lanes_top + lanes_height + 44;
     let width = (GUTTER + report.passes.len() * COLUMN + 40).max(900);
     let height = chart_top + CHART + 40;
@@ -65,7 +66,10 @@ pub(super) fn picture(report: &Report) -> String {
         let x = GUTTER + column * COLUMN;
         if column % 2 == 0 {
             let (top, tall) = (lanes_top - 8, lanes_height + 16);
-            let _ = writeln!(out, "<rect class=\"stripe\" x=\"{x}\" y=\"{top}\" width=\"{COLUMN}\" height=\"{tall}\"/>");
+            let _ = writeln!(
+                out,
+                "<rect class=\"stripe\" x=\"{x}\" y=\"{top}\" width=\"{COLUMN}\" height=\"{tall}\"/>"
+            );
         }
     }
     hazards(&mut out, report, head);
@@ -126,7 +130,10 @@ fn shown(report: &Report) -> impl Iterator<Item = &super::EdgeReport> {
     let data = |from: usize, to: usize| {
         report.edges.iter().any(|edge| edge.kind == EdgeKind::Data && (edge.from, edge.to) == (from, to))
     };
-    report.edges.iter().filter(move |edge| edge.kind != EdgeKind::Data && edge.from < edge.to && !data(edge.from, edge.to))
+    report
+        .edges
+        .iter()
+        .filter(move |edge| edge.kind != EdgeKind::Data && edge.from < edge.to && !data(edge.from, edge.to))
 }
 
 fn arc_rise(length: usize) -> usize {
@@ -184,10 +191,16 @@ fn passes(out: &mut String, report: &Report, head: usize) {
     let mut start = 0;
     while start < report.passes.len() {
         let group = report.passes[start].group;
-        let end = (start..report.passes.len()).find(|at| group.is_none() || report.passes[*at].group != group).unwrap_or(report.passes.len());
+        let end = (start..report.passes.len())
+            .find(|at| group.is_none() || report.passes[*at].group != group)
+            .unwrap_or(report.passes.len());
         if end > start + 1 {
-            let (left, right, y) = (center(start) - BOX_WIDTH / 2, center(end - 1) + BOX_WIDTH / 2, head + BOX_HEIGHT + 5);
-            let _ = writeln!(out, "<path class=\"group\" d=\"M{left} {y}v5H{right}v-5\"><title>one render pass</title></path>");
+            let (left, right, y) =
+                (center(start) - BOX_WIDTH / 2, center(end - 1) + BOX_WIDTH / 2, head + BOX_HEIGHT + 5);
+            let _ = writeln!(
+                out,
+                "<path class=\"group\" d=\"M{left} {y}v5H{right}v-5\"><title>one render pass</title></path>"
+            );
         }
         start = end.max(start + 1);
     }
@@ -213,8 +226,12 @@ fn lanes(report: &Report) -> Vec<Lane<'_>> {
     let sections: [(&'static str, Belongs); 5] = [
         ("HOST DATA", |one| one.live && one.place == "host"),
         ("IMPORTED", |one| one.live && one.place == "imported"),
-        ("KEPT FROM FRAME TO FRAME", |one| one.live && one.place.contains(' ') && one.lifetime != crate::language::Lifetime::Transient),
-        ("TRANSIENT", |one| one.live && one.place.contains(' ') && one.lifetime == crate::language::Lifetime::Transient),
+        ("KEPT FROM FRAME TO FRAME", |one| {
+            one.live && one.place.contains(' ') && one.lifetime != crate::language::Lifetime::Transient
+        }),
+        ("TRANSIENT", |one| {
+            one.live && one.place.contains(' ') && one.lifetime == crate::language::Lifetime::Transient
+        }),
         ("ALLOCATED NOWHERE", |one| !one.live),
     ];
     let mut lanes: Vec<Lane<'_>> = Vec::new();
@@ -223,13 +240,18 @@ fn lanes(report: &Report) -> Vec<Lane<'_>> {
         let mut members: Vec<&ResourceReport> = report.resources.iter().filter(|one| belongs(one)).collect();
         members.sort_by_key(|one| (one.columns, &one.name));
         for resource in members {
-            let shared = lanes[start..].iter().position(|lane| lane.label == resource.place && section == "TRANSIENT");
+            let shared =
+                lanes[start..].iter().position(|lane| lane.label == resource.place && section == "TRANSIENT");
             match shared {
                 Some(at) => lanes[start + at].resources.push(resource),
                 None => lanes.push(Lane {
                     section,
                     first_of_section: lanes.len() == start,
-                    label: if resource.place.contains(' ') { resource.place.clone() } else { resource.name.clone() },
+                    label: if resource.place.contains(' ') {
+                        resource.place.clone()
+                    } else {
+                        resource.name.clone()
+                    },
                     detail: if resource.bytes > 0 && resource.description.contains('×') {
                         format!("{} · {}", resource.description, bytes_in_words(resource.bytes))
                     } else {
@@ -274,10 +296,17 @@ fn bar(out: &mut String, report: &Report, resource: &ResourceReport, y: usize) {
     let middle = y + LANE / 2;
     let lifetime = match resource.kind {
         "data" => "data".to_owned(),
-        _ => serde_json::to_value(resource.lifetime).ok().and_then(|word| word.as_str().map(str::to_owned)).unwrap_or_default(),
+        _ => serde_json::to_value(resource.lifetime)
+            .ok()
+            .and_then(|word| word.as_str().map(str::to_owned))
+            .unwrap_or_default(),
     };
     let culled = if resource.live { "" } else { " culled" };
-    let shared = if resource.shares_with.is_empty() { String::new() } else { format!("\nshares memory with {}", resource.shares_with.join(", ")) };
+    let shared = if resource.shares_with.is_empty() {
+        String::new()
+    } else {
+        format!("\nshares memory with {}", resource.shares_with.join(", "))
+    };
     let _ = write!(
         out,
         "<g class=\"resource {lifetime}{culled}\" data-resource=\"{}\" tabindex=\"0\"><title>{} ({}){}</title><rect class=\"bar\" x=\"{x}\" y=\"{}\" \
@@ -290,21 +319,43 @@ fn bar(out: &mut String, report: &Report, resource: &ResourceReport, y: usize) {
         LANE - 10,
     );
     // The versions: from each write to the reads of it.
-    for edge in report.edges.iter().filter(|edge| edge.kind == EdgeKind::Data && edge.resource.as_deref() == Some(&resource.name)) {
+    for edge in report
+        .edges
+        .iter()
+        .filter(|edge| edge.kind == EdgeKind::Data && edge.resource.as_deref() == Some(&resource.name))
+    {
         // A culled reader stands outside the lifetime; the bar says nothing of it.
         if edge.from < edge.to && edge.to <= last {
             let (from, to) = (center(edge.from) + 20, center(edge.to) - 4);
             let line = middle + 5;
             let dip = if edge.to - edge.from > 1 { 9 } else { 0 };
-            let _ = write!(out, "<path class=\"version\" d=\"M{from} {line}C{} {low} {} {low} {to} {line}\"/>", from + 20, to - 20, low = line + dip);
+            let _ = write!(
+                out,
+                "<path class=\"version\" d=\"M{from} {line}C{} {low} {} {low} {to} {line}\"/>",
+                from + 20,
+                to - 20,
+                low = line + dip
+            );
         }
     }
-    let _ = write!(out, "<text class=\"name\" x=\"{}\" y=\"{}\">{}</text>", x + 9, middle - 2, escape(&shorten(&resource.name, width / 8)));
+    let _ = write!(
+        out,
+        "<text class=\"name\" x=\"{}\" y=\"{}\">{}</text>",
+        x + 9,
+        middle - 2,
+        escape(&shorten(&resource.name, width / 8))
+    );
     for column in resource.read_in.iter().filter(|column| (first..=last).contains(*column)) {
-        let _ = write!(out, "<circle class=\"read\" cx=\"{}\" cy=\"{}\" r=\"4\"/>", center(*column), middle + 5);
+        let _ =
+            write!(out, "<circle class=\"read\" cx=\"{}\" cy=\"{}\" r=\"4\"/>", center(*column), middle + 5);
     }
     for column in resource.written_in.iter().filter(|column| (first..=last).contains(*column)) {
-        let _ = write!(out, "<circle class=\"write\" cx=\"{}\" cy=\"{}\" r=\"4.5\"/>", center(*column) + 14, middle + 5);
+        let _ = write!(
+            out,
+            "<circle class=\"write\" cx=\"{}\" cy=\"{}\" r=\"4.5\"/>",
+            center(*column) + 14,
+            middle + 5
+        );
     }
     out.push_str("</g>\n");
 }
@@ -339,7 +390,13 @@ fn chart(out: &mut String, report: &Report, top: usize) {
         let _ = writeln!(out, "<text class=\"small\" x=\"24\" y=\"{}\">{line}</text>", top + 26 + at * 16);
     }
     for (column, bytes) in memory.alive.iter().enumerate() {
-        let _ = writeln!(out, "<text class=\"small middle\" x=\"{}\" y=\"{}\">{}</text>", center(column), bottom + 16, bytes_in_words(*bytes));
+        let _ = writeln!(
+            out,
+            "<text class=\"small middle\" x=\"{}\" y=\"{}\">{}</text>",
+            center(column),
+            bottom + 16,
+            bytes_in_words(*bytes)
+        );
     }
 }
 

@@ -9,8 +9,12 @@ use super::model::{EdgeKind, EdgeReport, Report};
 
 /// The graph for Graphviz.
 pub(super) fn dot(report: &Report) -> String {
-    let quote = |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', " "));
-    let mut out = format!("digraph {} {{\n  rankdir=LR;\n  node [shape=box, style=rounded];\n", quote(&report.pipeline));
+    let quote =
+        |text: &str| format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"").replace('\n', " "));
+    let mut out = format!(
+        "digraph {} {{\n  rankdir=LR;\n  node [shape=box, style=rounded];\n",
+        quote(&report.pipeline)
+    );
     for (at, pass) in report.passes.iter().enumerate() {
         let label = quote(&format!("{} ({})", pass.name, pass.kind));
         let grey = if pass.live { "" } else { ", color=grey, fontcolor=grey, style=\"rounded,dashed\"" };
@@ -18,7 +22,8 @@ pub(super) fn dot(report: &Report) -> String {
     }
     for edge in &report.edges {
         let style = if edge.kind == EdgeKind::Data { "solid" } else { "dashed" };
-        let _ = writeln!(out, "  p{} -> p{} [label={}, style={style}];", edge.from, edge.to, quote(&label(edge)));
+        let _ =
+            writeln!(out, "  p{} -> p{} [label={}, style={style}];", edge.from, edge.to, quote(&label(edge)));
     }
     out.push_str("}\n");
     out
@@ -26,10 +31,22 @@ pub(super) fn dot(report: &Report) -> String {
 
 /// The graph for Mermaid.
 pub(super) fn mermaid(report: &Report) -> String {
-    let quote = |text: &str| text.replace('&', "#amp;").replace('"', "#quot;").replace('<', "#lt;").replace('>', "#gt;").replace('\n', " ");
+    let quote = |text: &str| {
+        text.replace('&', "#amp;")
+            .replace('"', "#quot;")
+            .replace('<', "#lt;")
+            .replace('>', "#gt;")
+            .replace('\n', " ")
+    };
     let mut out = String::from("flowchart LR\n");
     for (at, pass) in report.passes.iter().enumerate() {
-        let _ = writeln!(out, "  p{at}[\"{} ({})\"]{}", quote(&pass.name), quote(&pass.kind), if pass.live { "" } else { ":::culled" });
+        let _ = writeln!(
+            out,
+            "  p{at}[\"{} ({})\"]{}",
+            quote(&pass.name),
+            quote(&pass.kind),
+            if pass.live { "" } else { ":::culled" }
+        );
     }
     for edge in &report.edges {
         let arrow = if edge.kind == EdgeKind::Data { "-->" } else { "-.->" };

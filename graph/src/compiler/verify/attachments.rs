@@ -25,15 +25,25 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
         let same = attachments.len() == declared.len()
             && attachments.iter().zip(&declared).all(|(planned, (declared, _))| {
                 planned.target == *declared
-                    && plan.pipeline.resources.get(planned.target.resource.index()).is_some_and(|one| one.name == planned.resource)
+                    && plan
+                        .pipeline
+                        .resources
+                        .get(planned.target.resource.index())
+                        .is_some_and(|one| one.name == planned.resource)
             });
         if !same {
-            faults.add(FaultKind::AttachmentsDiffer, format!("the attachments of \"{}\" are not those that it declares", planned.name));
+            faults.add(
+                FaultKind::AttachmentsDiffer,
+                format!("the attachments of \"{}\" are not those that it declares", planned.name),
+            );
             continue;
         }
         for (attachment, (_, load)) in attachments.iter().zip(&declared) {
             if word(&attachment.load) != *load {
-                faults.add(FaultKind::LoadDiffers, format!("\"{}\" declares {load} for \"{}\"", planned.name, attachment.resource));
+                faults.add(
+                    FaultKind::LoadDiffers,
+                    format!("\"{}\" declares {load} for \"{}\"", planned.name, attachment.resource),
+                );
             }
             if attachment.transient_attachment && !stays(plan, planned, attachment, at, &users) {
                 faults.add(
@@ -73,7 +83,12 @@ fn stays(
         one.resource == handle
             && matches!(
                 one.usage,
-                Usage::Sampled | Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite | Usage::CopySource | Usage::CopyDestination
+                Usage::Sampled
+                    | Usage::StorageRead
+                    | Usage::StorageWrite
+                    | Usage::StorageReadWrite
+                    | Usage::CopySource
+                    | Usage::CopyDestination
             )
     });
     attachment.store == StoreOperation::Discard
@@ -88,9 +103,14 @@ fn check_groups(plan: &Plan, faults: &mut Faults) {
     let mut start = 0;
     while start < plan.passes.len() {
         let first = &plan.passes[start];
-        let end = (start..plan.passes.len()).find(|at| plan.passes[*at].group != first.group).unwrap_or(plan.passes.len());
+        let end = (start..plan.passes.len())
+            .find(|at| plan.passes[*at].group != first.group)
+            .unwrap_or(plan.passes.len());
         if start > 0 && plan.passes[start - 1].group >= first.group {
-            faults.add(FaultKind::GroupBroken, format!("the group of \"{}\" is not one run of passes", first.name));
+            faults.add(
+                FaultKind::GroupBroken,
+                format!("the group of \"{}\" is not one run of passes", first.name),
+            );
         }
         let targets = |pass: &PlannedPass| {
             let color: Vec<AttachmentTarget> = pass.color.iter().map(|one| one.target).collect();
@@ -103,7 +123,8 @@ fn check_groups(plan: &Plan, faults: &mut Faults) {
                     || (pass.color.is_empty() && pass.depth.is_none())
                     || pass.color.iter().chain(&pass.depth).any(|one| word(&one.load) != "load"));
             for one in &plan.pipeline.pass(pass.handle).uses {
-                let attached = first.color.iter().chain(&first.depth).any(|other| other.target.resource == one.resource);
+                let attached =
+                    first.color.iter().chain(&first.depth).any(|other| other.target.resource == one.resource);
                 let as_attachment = one.usage.is_attachment();
                 broken |= end - start > 1 && attached != as_attachment;
                 if !as_attachment {
@@ -113,7 +134,10 @@ fn check_groups(plan: &Plan, faults: &mut Faults) {
                 }
             }
             if broken {
-                faults.add(FaultKind::GroupBroken, format!("\"{}\" cannot join the render pass of \"{}\"", pass.name, first.name));
+                faults.add(
+                    FaultKind::GroupBroken,
+                    format!("\"{}\" cannot join the render pass of \"{}\"", pass.name, first.name),
+                );
             }
         }
         start = end;

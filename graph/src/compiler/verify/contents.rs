@@ -68,7 +68,9 @@ impl Regions {
         };
         let layers = positions(&self.layers, layer);
         let width = self.layers.len() + 1;
-        positions(&self.mips, mip).flat_map(|mip| layers.clone().map(move |layer| mip * width + layer)).collect()
+        positions(&self.mips, mip)
+            .flat_map(|mip| layers.clone().map(move |layer| mip * width + layer))
+            .collect()
     }
 }
 
@@ -115,7 +117,12 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
     let by_name: HashMap<&str, PassHandle> =
         pipeline.pass_handles().map(|pass| (pipeline.pass(pass).name.as_str(), pass)).collect();
     let mut all: Vec<Vec<(PassHandle, &Use)>> = vec![Vec::new(); pipeline.resources.len()];
-    for pass in plan.passes.iter().map(|planned| planned.handle).chain(pipeline.pass_handles().filter(|pass| schedule.of(*pass).is_none())) {
+    for pass in plan
+        .passes
+        .iter()
+        .map(|planned| planned.handle)
+        .chain(pipeline.pass_handles().filter(|pass| schedule.of(*pass).is_none()))
+    {
         for one in &pipeline.pass(pass).uses {
             all[one.resource.index()].push((pass, one));
         }
@@ -127,10 +134,21 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
             continue;
         }
         let regions = Regions::new(uses.iter().map(|(_, one)| *one));
-        let events: Vec<Event<'_>> =
-            uses.iter().map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.part.mip, one.part.layer) }).collect();
-        let mut player = Player { plan, schedule, by_name: &by_name, handle, flow: &mut flow, explained: &mut explained, faults };
-        sequences.extend(player.play(&events, regions.count()).into_iter().map(|sequence| (handle, sequence)));
+        let events: Vec<Event<'_>> = uses
+            .iter()
+            .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.part.mip, one.part.layer) })
+            .collect();
+        let mut player = Player {
+            plan,
+            schedule,
+            by_name: &by_name,
+            handle,
+            flow: &mut flow,
+            explained: &mut explained,
+            faults,
+        };
+        sequences
+            .extend(player.play(&events, regions.count()).into_iter().map(|sequence| (handle, sequence)));
     }
     explain(plan, schedule, &mut explained, sequences, faults);
     flow
@@ -209,7 +227,10 @@ impl Player<'_, '_> {
                 Content::Nothing => {}
                 Content::Dropped(by) => {
                     let (by, _) = self.names(by);
-                    wrong = Some((FaultKind::ContentsDropped, format!("\"{name}\" needs \"{resource}\", which \"{by}\" does not store")));
+                    wrong = Some((
+                        FaultKind::ContentsDropped,
+                        format!("\"{name}\" needs \"{resource}\", which \"{by}\" does not store"),
+                    ));
                 }
                 Content::Written(by) => {
                     fed = true;
@@ -224,24 +245,44 @@ impl Player<'_, '_> {
                 self.explained.add(named, event.pass);
                 // What the named pass left, or, where it wrote nothing, the last writer before it.
                 let limit = self.schedule.of(named);
-                let expected = writers[*region].iter().rev().find(|(writer, _)| limit.is_some() && self.schedule.of(*writer) <= limit);
+                let expected = writers[*region]
+                    .iter()
+                    .rev()
+                    .find(|(writer, _)| limit.is_some() && self.schedule.of(*writer) <= limit);
                 if limit.is_none() {
-                    wrong = Some((FaultKind::CulledButNeeded, format!("\"{name}\" reads \"{resource}\" of a culled pass")));
+                    wrong = Some((
+                        FaultKind::CulledButNeeded,
+                        format!("\"{name}\" reads \"{resource}\" of a culled pass"),
+                    ));
                 } else if written != expected.map(|(writer, _)| *writer) {
-                    wrong = Some((FaultKind::WrongVersion, format!("\"{name}\" reads another version of \"{resource}\" than it asks for")));
+                    wrong = Some((
+                        FaultKind::WrongVersion,
+                        format!("\"{name}\" reads another version of \"{resource}\" than it asks for"),
+                    ));
                 }
-                for (later, _) in writers[*region].iter().filter(|(writer, _)| self.schedule.of(*writer) > limit && *writer != event.pass) {
+                for (later, _) in writers[*region]
+                    .iter()
+                    .filter(|(writer, _)| self.schedule.of(*writer) > limit && *writer != event.pass)
+                {
                     self.explained.add(event.pass, *later);
                 }
             } else if !event.one.usage.writes() {
-                let late = writers[*region].iter().find(|(writer, _)| *writer != event.pass && self.schedule.of(*writer) > own);
+                let late = writers[*region]
+                    .iter()
+                    .find(|(writer, _)| *writer != event.pass && self.schedule.of(*writer) > own);
                 if let Some((late, _)) = late {
                     let (late, _) = self.names(*late);
-                    wrong = Some((FaultKind::ReadTooEarly, format!("\"{name}\" reads \"{resource}\" before \"{late}\" writes it")));
+                    wrong = Some((
+                        FaultKind::ReadTooEarly,
+                        format!("\"{name}\" reads \"{resource}\" before \"{late}\" writes it"),
+                    ));
                 }
                 if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region]) {
                     let (needed, _) = self.names(needed);
-                    wrong = Some((FaultKind::CulledButNeeded, format!("\"{name}\" reads \"{resource}\", but \"{needed}\" is culled")));
+                    wrong = Some((
+                        FaultKind::CulledButNeeded,
+                        format!("\"{name}\" reads \"{resource}\", but \"{needed}\" is culled"),
+                    ));
                 }
                 for (writer, _) in writers[*region].iter().filter(|(writer, _)| *writer != event.pass) {
                     self.explained.add(*writer, event.pass);
@@ -250,11 +291,17 @@ impl Player<'_, '_> {
                 && written.is_none()
             {
                 let (needed, _) = self.names(needed);
-                wrong = Some((FaultKind::CulledButNeeded, format!("\"{name}\" loads \"{resource}\", but \"{needed}\" is culled")));
+                wrong = Some((
+                    FaultKind::CulledButNeeded,
+                    format!("\"{name}\" loads \"{resource}\", but \"{needed}\" is culled"),
+                ));
             }
         }
         if !fed && !matches!(wrong, Some((FaultKind::ContentsDropped | FaultKind::CulledButNeeded, _))) {
-            self.faults.add(FaultKind::ReadUnfed, format!("\"{name}\" reads \"{resource}\", which nothing has written"));
+            self.faults.add(
+                FaultKind::ReadUnfed,
+                format!("\"{name}\" reads \"{resource}\", which nothing has written"),
+            );
         }
         if let Some((kind, message)) = wrong {
             self.faults.add(kind, message);
@@ -266,7 +313,9 @@ impl Player<'_, '_> {
         if !event.one.usage.is_attachment() {
             return false;
         }
-        let Some(planned) = self.schedule.of(event.pass).and_then(|at| self.plan.passes.get(at)) else { return false };
+        let Some(planned) = self.schedule.of(event.pass).and_then(|at| self.plan.passes.get(at)) else {
+            return false;
+        };
         planned.color.iter().chain(&planned.depth).any(|attachment| {
             attachment.target.resource == self.handle
                 && event.one.part.mip == Some(attachment.target.mip)
@@ -281,7 +330,8 @@ impl Player<'_, '_> {
             match content {
                 Content::Dropped(by) => {
                     let (by, resource) = self.names(*by);
-                    let message = format!("\"{resource}\" outlives the frame, but \"{by}\" does not store it");
+                    let message =
+                        format!("\"{resource}\" outlives the frame, but \"{by}\" does not store it");
                     self.faults.add(FaultKind::OutputDropped, message);
                 }
                 // Storage and copies may leave texels as they were, and so may a draw to a layer for each view.
@@ -303,7 +353,8 @@ impl Player<'_, '_> {
         let loads = writers[region].iter().any(|(writer, loads)| *writer == pass && *loads);
         let attached = self.plan.pipeline.pass(pass).uses.iter().any(|one| {
             let texture = self.plan.pipeline.resource(self.handle).texture();
-            let one_layer = one.part.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
+            let one_layer =
+                one.part.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
             one.resource == self.handle && one.usage.writes() && one.usage.is_attachment() && one_layer
         });
         !loads && attached
@@ -347,7 +398,11 @@ fn explain(
         }
     }
     loop {
-        let found: Vec<_> = open.iter().copied().filter(|(_, first, second)| explained.leads(schedule, *first, *second)).collect();
+        let found: Vec<_> = open
+            .iter()
+            .copied()
+            .filter(|(_, first, second)| explained.leads(schedule, *first, *second))
+            .collect();
         if found.is_empty() {
             break;
         }

@@ -34,7 +34,8 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
     }
     let mut tenants: BTreeMap<Physical, Vec<(usize, usize, &str)>> = BTreeMap::new();
     for (name, planned) in &plan.resources {
-        let known = plan.pipeline.resources.get(planned.handle.index()).filter(|resource| resource.name == *name);
+        let known =
+            plan.pipeline.resources.get(planned.handle.index()).filter(|resource| resource.name == *name);
         let (Some(resource), Some(used)) = (known, used.get(&planned.handle)) else {
             faults.add(FaultKind::ResourceUnused, format!("\"{name}\" is planned, but no pass uses it"));
             continue;
@@ -43,7 +44,10 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
             faults.add(FaultKind::NameWrong, format!("\"{name}\" has another lifetime than the plan says"));
         }
         if (planned.first, planned.last) != (used.first, used.last) {
-            let message = format!("\"{name}\" is used from {} to {}, not from {} to {}", used.first, used.last, planned.first, planned.last);
+            let message = format!(
+                "\"{name}\" is used from {} to {}, not from {} to {}",
+                used.first, used.last, planned.first, planned.last
+            );
             faults.add(FaultKind::SpanWrong, message);
         }
         check_place(plan, options, name, planned, used, faults);
@@ -84,7 +88,9 @@ fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
     match usage {
         Usage::Sampled => (T::TEXTURE_BINDING, B::empty()),
         Usage::Uniform => (T::empty(), B::UNIFORM),
-        Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => (T::STORAGE_BINDING, B::STORAGE),
+        Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => {
+            (T::STORAGE_BINDING, B::STORAGE)
+        }
         Usage::CopySource => (T::COPY_SRC, B::COPY_SRC),
         Usage::CopyDestination => (T::COPY_DST, B::COPY_DST),
         Usage::HostRead | Usage::HostWrite => (T::empty(), B::empty()),
@@ -93,13 +99,21 @@ fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
     }
 }
 
-fn check_place(plan: &Plan, options: &PlanOptions, name: &str, planned: &PlannedResource, used: &Used, faults: &mut Faults) {
+fn check_place(
+    plan: &Plan,
+    options: &PlanOptions,
+    name: &str,
+    planned: &PlannedResource,
+    used: &Used,
+    faults: &mut Faults,
+) {
     let kind = &plan.pipeline.resource(planned.handle).kind;
     let right = match (kind, planned.lifetime, planned.physical) {
         (ResourceKind::Data(_), _, Physical::Host) => true,
         (ResourceKind::Data(_), ..) => false,
         (_, Lifetime::Imported, physical) => physical == Physical::Imported,
-        (ResourceKind::Texture(_), _, Physical::Texture(_)) | (ResourceKind::Buffer(_), _, Physical::Buffer(_)) => true,
+        (ResourceKind::Texture(_), _, Physical::Texture(_))
+        | (ResourceKind::Buffer(_), _, Physical::Buffer(_)) => true,
         _ => false,
     };
     if !right {
@@ -114,34 +128,59 @@ fn check_place(plan: &Plan, options: &PlanOptions, name: &str, planned: &Planned
     }
     match planned.physical {
         Physical::Texture(index) => match plan.textures.get(index) {
-            None => faults.add(FaultKind::PlaceMissing, format!("\"{name}\" stands at texture {index}, which is not there")),
+            None => faults.add(
+                FaultKind::PlaceMissing,
+                format!("\"{name}\" stands at texture {index}, which is not there"),
+            ),
             Some(texture) => {
                 let volume = matches!(kind, ResourceKind::Texture(declared) if declared.view == Some(TextureShape::D3));
-                if planned.format != Some(texture.format) || planned.size != Some(texture.size) || texture.volume != volume {
-                    faults.add(FaultKind::ClassMismatch, format!("\"{name}\" is not of the class of texture {index}"));
+                if planned.format != Some(texture.format)
+                    || planned.size != Some(texture.size)
+                    || texture.volume != volume
+                {
+                    faults.add(
+                        FaultKind::ClassMismatch,
+                        format!("\"{name}\" is not of the class of texture {index}"),
+                    );
                 }
                 if !texture.usages.contains(used.textures) {
-                    faults.add(FaultKind::UsageMissing, format!("texture {index} lacks a usage that \"{name}\" needs"));
+                    faults.add(
+                        FaultKind::UsageMissing,
+                        format!("texture {index} lacks a usage that \"{name}\" needs"),
+                    );
                 }
             }
         },
         Physical::Buffer(index) => match plan.buffers.get(index) {
-            None => faults.add(FaultKind::PlaceMissing, format!("\"{name}\" stands at buffer {index}, which is not there")),
+            None => faults.add(
+                FaultKind::PlaceMissing,
+                format!("\"{name}\" stands at buffer {index}, which is not there"),
+            ),
             Some(buffer) => {
                 if buffer.bytes != planned.bytes {
-                    faults.add(FaultKind::ClassMismatch, format!("\"{name}\" is not of the class of buffer {index}"));
+                    faults.add(
+                        FaultKind::ClassMismatch,
+                        format!("\"{name}\" is not of the class of buffer {index}"),
+                    );
                 }
                 if !buffer.usages.contains(used.buffers) {
-                    faults.add(FaultKind::UsageMissing, format!("buffer {index} lacks a usage that \"{name}\" needs"));
+                    faults.add(
+                        FaultKind::UsageMissing,
+                        format!("buffer {index} lacks a usage that \"{name}\" needs"),
+                    );
                 }
             }
         },
         Physical::Imported => {
             let allowed = options.import_usages.get(name).copied().unwrap_or(TextureUsages::all());
             let told = options.imports.get(name);
-            let differs = told.is_some_and(|told| planned.format != Some(told.format) || planned.size != Some(told.size));
+            let differs = told
+                .is_some_and(|told| planned.format != Some(told.format) || planned.size != Some(told.size));
             if !allowed.contains(used.textures) || differs {
-                faults.add(FaultKind::ImportMisused, format!("\"{name}\" is used otherwise than the host's texture allows"));
+                faults.add(
+                    FaultKind::ImportMisused,
+                    format!("\"{name}\" is used otherwise than the host's texture allows"),
+                );
             }
         }
         Physical::Host => {}
@@ -159,12 +198,18 @@ fn check_sharing(
         for pair in list.windows(2) {
             let ((_, end, first), (start, _, second)) = (pair[0], pair[1]);
             if start <= end {
-                faults.add(FaultKind::Overlap, format!("\"{first}\" and \"{second}\" share memory while both are alive"));
+                faults.add(
+                    FaultKind::Overlap,
+                    format!("\"{first}\" and \"{second}\" share memory while both are alive"),
+                );
             }
         }
-        let lasting = list.iter().find(|(.., name)| plan.resources[*name].lifetime != Lifetime::Transient || !options.aliasing);
+        let lasting = list
+            .iter()
+            .find(|(.., name)| plan.resources[*name].lifetime != Lifetime::Transient || !options.aliasing);
         if let (true, Some((.., name))) = (list.len() > 1, lasting) {
-            faults.add(FaultKind::SharedThoughLasting, format!("\"{name}\" shares memory, though it may not"));
+            faults
+                .add(FaultKind::SharedThoughLasting, format!("\"{name}\" shares memory, though it may not"));
         }
     }
     let textures = (0..plan.textures.len()).map(Physical::Texture);
@@ -187,8 +232,13 @@ fn check_minimal(
     let mut classes: HashMap<String, (usize, Vec<(usize, bool)>)> = HashMap::new();
     for (place, list) in tenants {
         let class = match place {
-            Physical::Texture(index) => plan.textures.get(*index).map(|one| (format!("{:?} {:?}", one.format, one.size), one.volume, one.usages.bits())),
-            Physical::Buffer(index) => plan.buffers.get(*index).map(|one| (format!("{} bytes", one.bytes), false, one.usages.bits())),
+            Physical::Texture(index) => plan
+                .textures
+                .get(*index)
+                .map(|one| (format!("{:?} {:?}", one.format, one.size), one.volume, one.usages.bits())),
+            Physical::Buffer(index) => {
+                plan.buffers.get(*index).map(|one| (format!("{} bytes", one.bytes), false, one.usages.bits()))
+            }
             _ => None,
         };
         let transient = list.iter().all(|(.., name)| plan.resources[*name].lifetime == Lifetime::Transient);
@@ -210,16 +260,23 @@ fn check_minimal(
             peak = peak.max(alive);
         }
         if count > peak {
-            faults.add(FaultKind::NotMinimal, format!("{count} resources of the class {class} are created, {peak} are alive at once"));
+            faults.add(
+                FaultKind::NotMinimal,
+                format!("{count} resources of the class {class} are created, {peak} are alive at once"),
+            );
         }
     }
 }
 
 fn check_sums(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
-    let created: u64 = plan.textures.iter().map(|one| one.bytes).chain(plan.buffers.iter().map(|one| one.bytes)).sum();
-    let own = |planned: &&PlannedResource| matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_));
+    let created: u64 =
+        plan.textures.iter().map(|one| one.bytes).chain(plan.buffers.iter().map(|one| one.bytes)).sum();
+    let own =
+        |planned: &&PlannedResource| matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_));
     let apart: u64 = plan.resources.values().filter(own).map(|planned| planned.bytes).sum();
-    for (what, stated, right) in [("bytes", plan.bytes, created), ("bytes_without_aliasing", plan.bytes_without_aliasing, apart)] {
+    for (what, stated, right) in
+        [("bytes", plan.bytes, created), ("bytes_without_aliasing", plan.bytes_without_aliasing, apart)]
+    {
         if stated != right {
             faults.add(FaultKind::BytesWrong, format!("{what} is {stated}, but should be {right}"));
         }
@@ -228,7 +285,8 @@ fn check_sums(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
     let mut alive = vec![0i128; plan.passes.len() + 1];
     for planned in plan.resources.values().filter(own) {
         let lasts = planned.lifetime != Lifetime::Transient || !options.aliasing;
-        let (first, last) = if lasts { (0, plan.passes.len().saturating_sub(1)) } else { (planned.first, planned.last) };
+        let (first, last) =
+            if lasts { (0, plan.passes.len().saturating_sub(1)) } else { (planned.first, planned.last) };
         if let Some(begin) = alive.get_mut(first) {
             *begin += i128::from(planned.bytes);
         }
@@ -246,7 +304,10 @@ fn check_sums(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
         faults.add(FaultKind::BytesWrong, format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak));
     }
     if plan.bytes_bound != plan.bytes || i128::from(plan.bytes_bound) < peak {
-        faults.add(FaultKind::BytesWrong, format!("bytes_bound is {}, but {created} bytes are created", plan.bytes_bound));
+        faults.add(
+            FaultKind::BytesWrong,
+            format!("bytes_bound is {}, but {created} bytes are created", plan.bytes_bound),
+        );
     }
     for texture in plan.textures.iter().filter(|texture| texture.bytes == 0) {
         faults.add(FaultKind::BytesWrong, format!("the texture \"{}\" has no bytes", texture.label));

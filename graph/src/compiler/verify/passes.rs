@@ -16,21 +16,31 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) -> Option<Schedule> {
     let mut known = true;
     for (position, planned) in plan.passes.iter().enumerate() {
         let Some(pass) = passes.get(planned.handle.index()) else {
-            faults.add(FaultKind::PassUnknown, format!("the plan runs \"{}\", which the pipeline does not have", planned.name));
+            faults.add(
+                FaultKind::PassUnknown,
+                format!("the plan runs \"{}\", which the pipeline does not have", planned.name),
+            );
             known = false;
             continue;
         };
         if pass.name != planned.name || pass.kind != planned.kind {
-            faults.add(FaultKind::NameWrong, format!("the plan calls the pass \"{}\" \"{}\" ({})", pass.name, planned.name, planned.kind));
+            faults.add(
+                FaultKind::NameWrong,
+                format!("the plan calls the pass \"{}\" \"{}\" ({})", pass.name, planned.name, planned.kind),
+            );
         }
         if at[planned.handle.index()].replace(position).is_some() {
             faults.add(FaultKind::PassTwice, format!("the plan runs \"{}\" twice", pass.name));
         }
     }
-    let by_name: HashMap<&str, usize> = passes.iter().enumerate().map(|(index, pass)| (pass.name.as_str(), index)).collect();
+    let by_name: HashMap<&str, usize> =
+        passes.iter().enumerate().map(|(index, pass)| (pass.name.as_str(), index)).collect();
     for name in plan.culled.keys() {
         match by_name.get(name.as_str()) {
-            None => faults.add(FaultKind::PassUnknown, format!("the plan culls \"{name}\", which the pipeline does not have")),
+            None => faults.add(
+                FaultKind::PassUnknown,
+                format!("the plan culls \"{name}\", which the pipeline does not have"),
+            ),
             Some(index) if at[*index].is_some() => {
                 faults.add(FaultKind::PassTwice, format!("the plan both runs and culls \"{name}\""));
             }
@@ -60,7 +70,11 @@ fn check_after(plan: &Plan, schedule: &Schedule, faults: &mut Faults) {
             match schedule.of(before) {
                 Some(at) if Some(at) > schedule.of(planned.handle) => faults.add(
                     FaultKind::AfterViolated,
-                    format!("\"{}\" runs before \"{}\", which it has to follow", planned.name, plan.pipeline.pass(before).name),
+                    format!(
+                        "\"{}\" runs before \"{}\", which it has to follow",
+                        planned.name,
+                        plan.pipeline.pass(before).name
+                    ),
                 ),
                 Some(_) => {}
                 None => stack.extend(&plan.pipeline.pass(before).after),
@@ -75,7 +89,10 @@ fn check_workgroups(plan: &Plan, faults: &mut Faults) {
         let is_compute = matches!(plan.pipeline.pass(planned.handle).work, Work::Compute(_));
         let fits = planned.workgroups.is_none_or(|counts| counts.iter().all(|count| *count <= limit));
         if is_compute != planned.workgroups.is_some() || !fits {
-            faults.add(FaultKind::WorkgroupsWrong, format!("\"{}\" has the workgroups {:?}", planned.name, planned.workgroups));
+            faults.add(
+                FaultKind::WorkgroupsWrong,
+                format!("\"{}\" has the workgroups {:?}", planned.name, planned.workgroups),
+            );
         }
     }
 }
@@ -99,21 +116,35 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, fault
     }
     for planned in &plan.passes {
         if !needed.contains(&planned.handle) {
-            faults.add(FaultKind::KeptWithoutReason, format!("\"{}\" leads to no output, but is kept", planned.name));
+            faults.add(
+                FaultKind::KeptWithoutReason,
+                format!("\"{}\" leads to no output, but is kept", planned.name),
+            );
         }
-        if !reason_holds(plan, schedule, flow, planned.handle, planned.reason) || !says(plan, planned.reason, &planned.kept) {
-            faults.add(FaultKind::WrongReason, format!("the reason for keeping \"{}\" does not hold", planned.name));
+        if !reason_holds(plan, schedule, flow, planned.handle, planned.reason)
+            || !says(plan, planned.reason, &planned.kept)
+        {
+            faults.add(
+                FaultKind::WrongReason,
+                format!("the reason for keeping \"{}\" does not hold", planned.name),
+            );
         }
     }
     for pass in pipeline.pass_handles().filter(|pass| schedule.of(*pass).is_none()) {
         let declared = pipeline.pass(pass);
         if declared.side_effect {
-            faults.add(FaultKind::CulledButNeeded, format!("\"{}\" has a side effect, but is culled", declared.name));
+            faults.add(
+                FaultKind::CulledButNeeded,
+                format!("\"{}\" has a side effect, but is culled", declared.name),
+            );
         }
         if let Some(reason) = plan.culled.get(&declared.name)
             && !cull_holds(plan, pass, reason)
         {
-            faults.add(FaultKind::WrongCullReason, format!("the reason for culling \"{}\" does not hold", declared.name));
+            faults.add(
+                FaultKind::WrongCullReason,
+                format!("the reason for culling \"{}\" does not hold", declared.name),
+            );
         }
     }
 }
@@ -122,7 +153,11 @@ fn reason_holds(plan: &Plan, schedule: &Schedule, flow: &Flow, pass: PassHandle,
     match reason {
         KeepReason::SideEffect => plan.pipeline.pass(pass).side_effect,
         KeepReason::Output(resource) => {
-            let lasts = plan.pipeline.resources.get(resource.index()).is_some_and(|one| one.lifetime() != Lifetime::Transient);
+            let lasts = plan
+                .pipeline
+                .resources
+                .get(resource.index())
+                .is_some_and(|one| one.lifetime() != Lifetime::Transient);
             lasts && flow.lasting.contains(&pass)
         }
         KeepReason::ReadBy(reader, resource) => {
@@ -137,7 +172,8 @@ fn says(plan: &Plan, reason: KeepReason, words: &Kept) -> bool {
         (KeepReason::SideEffect, Kept::SideEffect) => true,
         (KeepReason::Output(handle), Kept::Output(name)) => resource(handle) == Some(name),
         (KeepReason::ReadBy(reader, handle), Kept::ReadBy { pass, resource: name }) => {
-            resource(handle) == Some(name) && plan.pipeline.passes.get(reader.index()).is_some_and(|one| one.name == *pass)
+            resource(handle) == Some(name)
+                && plan.pipeline.passes.get(reader.index()).is_some_and(|one| one.name == *pass)
         }
         _ => false,
     }
