@@ -257,7 +257,7 @@ fn a_clear_where_a_load_is_declared_is_caught() {
 #[test]
 fn an_attachment_marked_as_staying_in_its_pass_that_is_read_later_is_caught() {
     caught(FaultKind::TransientAttachmentLeaves, |plan| {
-        pass(plan, "draw2").color[0].transient_attachment = true
+        pass(plan, "draw2").color[0].transient_attachment = true;
     });
 }
 
@@ -298,21 +298,21 @@ fn a_lifetime_that_ends_too_early_is_caught() {
 #[test]
 fn a_texture_in_the_place_of_a_buffer_is_caught() {
     caught(FaultKind::PlaceWrong, |plan| {
-        plan.resources.get_mut("b").expect("planned").physical = Physical::Buffer(0)
+        plan.resources.get_mut("b").expect("planned").physical = Physical::Buffer(0);
     });
 }
 
 #[test]
 fn an_import_that_the_plan_creates_is_caught() {
     caught(FaultKind::PlaceWrong, |plan| {
-        plan.resources.get_mut("target").expect("planned").physical = Physical::Texture(0)
+        plan.resources.get_mut("target").expect("planned").physical = Physical::Texture(0);
     });
 }
 
 #[test]
 fn a_place_that_does_not_exist_is_caught() {
     caught(FaultKind::PlaceMissing, |plan| {
-        plan.resources.get_mut("b").expect("planned").physical = Physical::Texture(99)
+        plan.resources.get_mut("b").expect("planned").physical = Physical::Texture(99);
     });
 }
 
@@ -428,7 +428,7 @@ fn a_wrong_name_is_caught() {
 #[test]
 fn a_wrong_lifetime_is_caught() {
     caught(FaultKind::NameWrong, |plan| {
-        plan.resources.get_mut("b").expect("planned").lifetime = Lifetime::Persistent
+        plan.resources.get_mut("b").expect("planned").lifetime = Lifetime::Persistent;
     });
 }
 

@@ -162,7 +162,7 @@ fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[R
     match arguments.format {
         FindingsFormat::Json => println!("{:#}", axes::json(&session.templates, &names)),
         FindingsFormat::Human | FindingsFormat::Github => {
-            print!("{}", axes::human(&session.templates, &names))
+            print!("{}", axes::human(&session.templates, &names));
         }
     }
 }

@@ -172,7 +172,7 @@ fn check_program(
         let name = &binding.name;
         match (slots.iter().find(|slot| slot.name == *name).map(|slot| &slot.kind), &binding.block) {
             (None, _) => {
-                report(format!("the host has no \"{name}\" for group {} of {template}", binding.group))
+                report(format!("the host has no \"{name}\" for group {} of {template}", binding.group));
             }
             (Some(HostSlotKind::Opaque(type_name)), None) if *type_name == binding.type_name => {}
             (
@@ -209,7 +209,10 @@ fn check_program(
                 }
             }
             (Some(_), _) => {
-                report(format!("\"{name}\" of the host is not {}, which {template} wants", binding.type_name))
+                report(format!(
+                    "\"{name}\" of the host is not {}, which {template} wants",
+                    binding.type_name
+                ));
             }
         }
     }

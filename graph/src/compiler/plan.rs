@@ -377,7 +377,7 @@ impl Plan {
         while let Some(name) = next.take().filter(|_| words.len() <= self.culled.len()) {
             match self.culled.get(&name) {
                 Some(CullReason::WritesNothing) => {
-                    words.push(format!("{name} writes nothing and has no side effect"))
+                    words.push(format!("{name} writes nothing and has no side effect"));
                 }
                 Some(CullReason::NothingReads(resources)) => {
                     words.push(format!("nothing reads what {name} writes: {}", resources.join(", ")));

@@ -101,7 +101,7 @@ impl<'a> Planner<'a> {
                 self.check_attachments(handle, &planned, render, findings);
             }
             Work::Compute(compute) => {
-                planned.workgroups = dispatch::workgroups(self, compute, handle, findings)
+                planned.workgroups = dispatch::workgroups(self, compute, handle, findings);
             }
             Work::Host(_) | Work::Copy(_) => {}
         }

@@ -126,7 +126,7 @@ fn add_to_list(object: &mut Value, key: &str, names: &[(String, Span)]) {
     let Kind::Object(entries) = &mut object.kind else { return };
     match entries.iter_mut().find(|entry| entry.key == key) {
         Some(Entry { value: Value { kind: Kind::Array(list), .. }, .. }) => {
-            list.extend(names.iter().map(text))
+            list.extend(names.iter().map(text));
         }
         Some(_) => {}
         None => entries.push(Entry {

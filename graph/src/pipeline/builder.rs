@@ -649,7 +649,7 @@ impl PassBuilder<'_> {
                     None => fine = false,
                 },
                 None if unknown.iter().any(|name| did_you_mean(name, [member.name.as_str()]).is_some()) => {
-                    fine = false
+                    fine = false;
                 }
                 None if !all => {}
                 None => {

@@ -72,7 +72,7 @@ pub(super) fn enumerate(document: &Document, templates: &TemplateSet) -> Configu
         .names()
         .filter(is_named)
         .filter_map(|name| templates.axes(name))
-        .flat_map(|axes| axes.names())
+        .flat_map(crate::shader::Axes::names)
         .collect();
     let varied = varied(document, &mentions, &axes);
     let open_settings: Vec<&str> =
@@ -91,7 +91,7 @@ fn collect<'a>(value: &'a Value, axis: Option<&'a str>, deciding: bool, mentions
     match &value.kind {
         Kind::Text(text) => mentions.push(Mention { text, axis, deciding }),
         Kind::Array(elements) => {
-            elements.iter().for_each(|element| collect(element, axis, deciding, mentions))
+            elements.iter().for_each(|element| collect(element, axis, deciding, mentions));
         }
         Kind::Object(entries) => {
             for entry in entries.iter().filter(|entry| entry.key != "bind") {
