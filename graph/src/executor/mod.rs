@@ -229,6 +229,11 @@ impl Executor {
         let blocks = (size > 0).then(|| self.pool.take(&mut creation, encoder, size, self.records));
         let prepared =
             record::prepare(&mut self.realized, &mut creation, frame, blocks.as_ref(), self.records);
+        if let (Some(blocks), Ok(())) = (&blocks, &prepared) {
+            // Within the scopes of the creation, if there are any: on a device that is lost, a new buffer is none.
+            let bytes = self.realized.blocks.pack(&self.realized.plan, &self.realized.data);
+            self.queue.write_buffer(&blocks.buffer, 0, bytes);
+        }
         let mut caught = creation.finish();
         let mut findings = caught.known();
         self.late.append(caught);
@@ -237,10 +242,6 @@ impl Executor {
             record::forget(&mut self.realized);
             self.pool.forget();
             return Err(findings);
-        }
-        if let Some(blocks) = blocks {
-            let bytes = self.realized.blocks.pack(&self.realized.plan, &self.realized.data);
-            self.queue.write_buffer(&blocks.buffer, 0, bytes);
         }
         Ok(())
     }

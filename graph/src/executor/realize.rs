@@ -328,7 +328,7 @@ fn host_layout(program: &Program, layouts: &Layouts, index: u32) -> Option<HostL
 }
 
 /// The texels of one end of a copy.
-pub(super) fn copy_extent(plan: &Plan, end: &AttachmentTarget) -> Option<wgpu::Extent3d> {
+fn copy_extent(plan: &Plan, end: &AttachmentTarget) -> Option<wgpu::Extent3d> {
     let size = plan.resource(end.resource)?.size?;
     let side = |length: u32| length.checked_shr(end.mip).unwrap_or(0).max(1);
     let declared = plan.pipeline.resource(end.resource).texture();

@@ -152,32 +152,20 @@ impl Recording<'_> {
     fn layered(&mut self, encoder: &mut wgpu::CommandEncoder, at: usize, pass: &RealizedPass) {
         let imports = &self.realized.resources.imports;
         self.scratch.drawn.reset(self.attachments);
-        match &pass.work {
-            RealizedWork::Fullscreen { pipeline, .. } => {
-                for layer in (0..).take(self.attachments.layer_count()) {
-                    let drawn = &mut self.scratch.drawn;
-                    if let Some(mut render_pass) =
-                        self.attachments.begin(encoder, imports, self.label, layer, drawn)
-                    {
-                        fullscreen(pass, pipeline, &mut render_pass);
-                    }
+        if let (RealizedWork::Scene { scene, .. }, Some(planned)) =
+            (&pass.work, self.realized.plan.passes.get(at))
+        {
+            let mut first = 0;
+            for run in views_of(self.realized, scene).chunk_by(|a, b| a.layer == b.layer) {
+                let layer = run.first().map_or(0, |view| view.layer);
+                let drawn = &mut self.scratch.drawn;
+                if let Some(mut render_pass) =
+                    self.attachments.begin(encoder, imports, self.label, layer, drawn)
+                {
+                    self.draw(planned, pass, scene, (first, run), &mut render_pass);
                 }
+                first += run.len();
             }
-            RealizedWork::Scene { scene, .. } => {
-                let Some(planned) = self.realized.plan.passes.get(at) else { return };
-                let mut first = 0;
-                for run in views_of(self.realized, scene).chunk_by(|a, b| a.layer == b.layer) {
-                    let layer = run.first().map_or(0, |view| view.layer);
-                    let drawn = &mut self.scratch.drawn;
-                    if let Some(mut render_pass) =
-                        self.attachments.begin(encoder, imports, self.label, layer, drawn)
-                    {
-                        self.draw(planned, pass, scene, (first, run), &mut render_pass);
-                    }
-                    first += run.len();
-                }
-            }
-            _ => {}
         }
         self.attachments.clear_rest(encoder, imports, self.label, &self.scratch.drawn);
     }

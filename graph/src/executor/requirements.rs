@@ -4,13 +4,12 @@
 //! that a driver cannot store, memory that runs out) is caught when it is created (see [`super::creation`]).
 
 use super::attachments::MAXIMUM_COLORS;
-use super::realize::copy_extent;
 use crate::compiler::{Plan, PlannedPass};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
 use crate::draw::{DrawSource, HostInterface, HostSlotKind, check_host};
 use crate::pipeline::{Pass, Program};
 use crate::shader::Stage;
-use crate::work::{CopyWork, Draw, RenderWork, SceneDraw, SlotSource, Work};
+use crate::work::{Draw, RenderWork, SceneDraw, SlotSource, Work};
 
 /// What the device lacks for a plan.
 pub(super) fn check_device(plan: &Plan, device: &wgpu::Device) -> Diagnostics {
@@ -21,8 +20,7 @@ pub(super) fn check_device(plan: &Plan, device: &wgpu::Device) -> Diagnostics {
         let pass = plan.pipeline.pass(planned.handle);
         check.bindings(pass, &mut findings);
         match &pass.work {
-            Work::Host(_) => {}
-            Work::Copy(copy) => check.copy(pass, copy, &mut findings),
+            Work::Host(_) | Work::Copy(_) => {}
             Work::Compute(compute) => {
                 check.compute(planned, pass, plan.pipeline.program(compute.program), &mut findings);
             }
@@ -180,32 +178,6 @@ impl DeviceCheck<'_> {
                 planned.workgroups.unwrap_or_default()
             );
             findings.push(at(pass, codes::DEVICE_LIMIT, message, "make workgroups larger"));
-        }
-    }
-
-    /// The two ends of a copy have to be of one size, sample count and format, but for how colors are encoded.
-    fn copy(&self, pass: &Pass, copy: &CopyWork, findings: &mut Diagnostics) {
-        let end = |end: &crate::work::AttachmentTarget| {
-            let resource = self.plan.resource(end.resource)?;
-            let format = resource.format?.remove_srgb_suffix();
-            Some((copy_extent(self.plan, end)?, resource.size?.samples, format))
-        };
-        let (Some(source), Some(destination)) = (end(&copy.source), end(&copy.destination)) else { return };
-        if source != destination {
-            let name = |end: &crate::work::AttachmentTarget| &self.plan.pipeline.resource(end.resource).name;
-            let words = |(extent, samples, format): (wgpu::Extent3d, u32, wgpu::TextureFormat)| {
-                let wgpu::Extent3d { width, height, depth_or_array_layers: layers } = extent;
-                format!("{width} by {height} by {layers} with {samples} samples in {format:?}")
-            };
-            let message = format!(
-                "\"{}\" is {}, but \"{}\", to which \"{}\" copies it, is {}",
-                name(&copy.source),
-                words(source),
-                name(&copy.destination),
-                pass.name,
-                words(destination)
-            );
-            findings.push(at(pass, codes::DEVICE_LIMIT, message, "let both ends be of one size and format"));
         }
     }
 }

@@ -1,0 +1,138 @@
+//! Devices that cannot run a plan, and devices that are lost. None of these tests needs a driver.
+
+use std::sync::Arc;
+
+use umbragraph::compiler::Plan;
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::executor::{Executor, Frame};
+
+use crate::stage::{fill, plan, said, target};
+use crate::views::frame;
+
+/// A device on the noop backend.
+fn device(features: wgpu::Features, change: impl FnOnce(&mut wgpu::Limits)) -> (wgpu::Device, wgpu::Queue) {
+    let mut limits = wgpu::Limits::default();
+    change(&mut limits);
+    wgpu::Device::noop(&wgpu::DeviceDescriptor {
+        required_features: features,
+        required_limits: limits,
+        ..wgpu::DeviceDescriptor::default()
+    })
+}
+
+fn realize(plan: &Arc<Plan>, (device, queue): &(wgpu::Device, wgpu::Queue)) -> Result<Executor, Diagnostics> {
+    pollster::block_on(Executor::new(device, queue, plan.clone(), None))
+}
+
+#[track_caller]
+fn refused(plan: &Arc<Plan>, device: &(wgpu::Device, wgpu::Queue)) -> Vec<(&'static str, String)> {
+    said(&realize(plan, device).err().expect("a finding"))
+}
+
+/// Fills a texture of a format and size, and shows it.
+fn through(format: &str, size: &str, show: &str) -> Arc<Plan> {
+    let resources =
+        format!(r#""between": {{ "texture": {{ "format": "{format}", "size": {size} }} }}, {}"#, target(1));
+    let passes = format!(
+        r#"{}, "show": {{ "fullscreen": {{ "shader": "{show}", "bind": {{ "picture": "between" }},
+            "color": [{{ "to": "target" }}] }} }}"#,
+        fill("one", r#"{ "to": "between" }"#, "[1, 0, 0, 1]")
+    );
+    plan(&resources, &passes)
+}
+
+#[test]
+fn a_texture_that_is_too_large_is_named_with_the_limit() {
+    let plan = through("rgba8unorm", "[512, 512]", "show.wgsl.jinja");
+    let small = device(wgpu::Features::empty(), |limits| limits.max_texture_dimension_2d = 256);
+    let wanted = "\"between\" is 512 by 512 with 1 layers; the device allows 256 and 256";
+    assert_eq!(refused(&plan, &small), [("UG0804", wanted.to_owned())]);
+    assert!(realize(&plan, &device(wgpu::Features::empty(), |_| {})).is_ok());
+}
+
+#[test]
+fn a_missing_feature_is_named() {
+    let resources = format!(
+        r#""sum": {{ "texture": {{ "format": "rgba32float", "size": "viewport", "lifetime": "persistent" }} }}, {}"#,
+        target(1)
+    );
+    // Blending is not checked by the profile of this test's own plan: the plan is changed by hand.
+    let mut plan = (*plan(&resources, &fill("one", r#"{ "to": "sum" }"#, "[1, 0, 0, 1]"))).clone();
+    let mut pipeline = (*plan.pipeline).clone();
+    for pass in &mut pipeline.passes {
+        if let umbragraph::work::Work::Render(render) = &mut pass.work {
+            render.color[0].blend = Some(wgpu::BlendState::ALPHA_BLENDING);
+        }
+    }
+    plan.pipeline = Arc::new(pipeline);
+    let plan = Arc::new(plan);
+    let said = refused(&plan, &device(wgpu::Features::empty(), |_| {}));
+    assert_eq!(said.len(), 1, "{said:?}");
+    assert!(said[0].0 == "UG0804" && said[0].1.contains("FLOAT32_BLENDABLE"), "{said:?}");
+    assert!(realize(&plan, &device(wgpu::Features::FLOAT32_BLENDABLE, |_| {})).is_ok());
+}
+
+#[test]
+fn bind_groups_and_blocks_beyond_the_device_are_named() {
+    let plan = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let few = device(wgpu::Features::empty(), |limits| limits.max_bind_groups = 1);
+    let wanted = "fill.wgsl.jinja has 2 bind groups; the device allows 1";
+    assert_eq!(refused(&plan, &few), [("UG0804", wanted.to_owned())]);
+    let short = device(wgpu::Features::empty(), |limits| limits.max_uniform_buffer_binding_size = 12);
+    let wanted = "\"settings\" of fill.wgsl.jinja has 16 bytes; the device allows 12";
+    assert_eq!(refused(&plan, &short), [("UG0804", wanted.to_owned())]);
+}
+
+#[test]
+fn a_lost_device_is_no_panic() {
+    lose(&device(wgpu::Features::empty(), |_| {}), true);
+    lose(&device(wgpu::Features::empty(), |_| {}), false);
+    if let Some(gpu) = umbragraph_test_support::gpu::device() {
+        lose(&(gpu.device, gpu.queue), true);
+    }
+}
+
+/// Loses a device after a frame, whose buffers are free again or still in flight, and goes on.
+fn lose(gpu: &(wgpu::Device, wgpu::Queue), waits: bool) {
+    let made = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let Ok(mut executor) = realize(&made, gpu) else { panic!("no executor") };
+    let target = gpu.0.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 8, height: 8, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba8Unorm,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    let mut record = || {
+        let mut encoder = gpu.0.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let frame = Frame { input: &frame(&[]), draws: None, imports: &[("target", &target)] };
+        let result = executor.record(&mut encoder, &frame);
+        gpu.1.submit([encoder.finish()]);
+        result
+    };
+    record().expect("a frame");
+    if waits {
+        gpu.0.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
+    }
+    gpu.0.destroy();
+    // Whether wgpu says anything of this is its own affair; it may not panic.
+    for _ in 0..3 {
+        drop(record());
+    }
+    drop(realize(&made, gpu));
+}
+
+#[test]
+fn a_block_for_more_views_than_a_buffer_holds_is_refused_and_not_allocated() {
+    let geometry = crate::stage::draw(8, r#"{ "to": "target", "clear": [0, 0, 0, 1] }"#);
+    let plan = plan(&target(1), &geometry.replace("\"maximum\": 8", "\"maximum\": 100000"));
+    let noop = device(wgpu::Features::empty(), |limits| limits.max_buffer_size = 1 << 20);
+    let squares = crate::squares::Squares::new(&noop.0, &noop.1, &[], &[]);
+    let made = pollster::block_on(Executor::new(&noop.0, &noop.1, plan, Some(&squares)));
+    let said = said(&made.err().expect("a finding"));
+    assert_eq!(said.len(), 1);
+    assert!(said[0].0 == "UG0804" && said[0].1.contains("25600000 bytes"), "{said:?}");
+}

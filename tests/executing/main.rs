@@ -1,0 +1,20 @@
+//! What the executor makes of plans, frames and hosts of every kind.
+//!
+//! A host of squares ([`squares`]) and a node kind whose views each frame chooses ([`views`]) let a test say exactly
+//! what is drawn where.
+#![cfg(all(feature = "gpu", feature = "gltf"))]
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod devices;
+mod hosts;
+mod layers;
+mod merging;
+mod misuse;
+mod plans;
+mod squares;
+mod stage;
+mod steady;
+mod viewports;
+mod views;

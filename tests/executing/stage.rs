@@ -1,0 +1,211 @@
+//! Pipelines over squares and views, and what comes out of them.
+
+use std::sync::Arc;
+
+use umbragraph::compiler::{Plan, PlanOptions};
+use umbragraph::diagnostic::{Diagnostics, render};
+use umbragraph::draw::DrawSource;
+use umbragraph::executor::{Executor, Frame};
+use umbragraph::frame::FrameInput;
+use umbragraph::pipeline::Choice;
+use umbragraph::shader::TargetProfile;
+use umbragraph::source::Sources;
+use umbragraph_test_support::gpu::Gpu;
+
+use crate::common;
+use crate::squares::{DEPTH_TEMPLATE, GEOMETRY, Squares, TEMPLATE};
+use crate::views::Views;
+
+const FILL: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+struct Settings { color: vec4<f32> }
+@group(1) @binding(0) var<uniform> settings: Settings;
+@fragment fn fill(covered: Covered) -> @location(0) vec4<f32> { return settings.color; }
+"#;
+
+const CLOCK: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+struct Views { time: f32 }
+@group(0) @binding(0) var<uniform> views: Views;
+@fragment fn fill(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(views.time, 0.0, 0.0, 1.0); }
+"#;
+
+/// One layer of a depth array as grey.
+const SHOW_DEPTH: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+struct Settings { layer: u32 }
+@group(1) @binding(0) var<uniform> settings: Settings;
+@group(1) @binding(1) var maps: texture_depth_2d_array;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    let depth = textureLoad(maps, vec2<i32>(covered.position.xy), i32(settings.layer), 0);
+    return vec4<f32>(depth, depth, depth, 1.0);
+}
+"#;
+
+/// A texture, texel by texel.
+const SHOW: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@group(1) @binding(0) var picture: texture_2d<f32>;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    return textureLoad(picture, vec2<i32>(covered.position.xy), 0);
+}
+"#;
+
+/// The edge of the picture, in texels.
+pub(crate) const SIDE: u32 = 8;
+
+/// A plan over the resources and passes of a text.
+#[track_caller]
+pub(crate) fn plan(resources: &str, passes: &str) -> Arc<Plan> {
+    plan_of_size(resources, passes, SIDE)
+}
+
+/// A plan over the resources and passes of a text, for a picture of so many texels.
+#[track_caller]
+pub(crate) fn plan_of_size(resources: &str, passes: &str, side: u32) -> Arc<Plan> {
+    let text = format!(
+        r#"{{ "format": 1, "name": "test", {GEOMETRY}, "resources": {{ {resources} }}, "passes": {{ {passes} }} }}"#
+    );
+    let mut sources = Sources::new();
+    let mut findings = Diagnostics::new();
+    let own = [
+        ("square.wgsl.jinja", TEMPLATE),
+        ("square_depth.wgsl.jinja", DEPTH_TEMPLATE),
+        ("fill.wgsl.jinja", FILL),
+        ("clock.wgsl.jinja", CLOCK),
+        ("show_depth.wgsl.jinja", SHOW_DEPTH),
+        ("show.wgsl.jinja", SHOW),
+    ];
+    let templates = common::templates(&own, &mut sources, &mut findings);
+    let mut registry = umbragraph::registry();
+    registry.register::<Views>();
+    let file = sources.add("test.json", text);
+    let job = umbragraph::Job {
+        registry: &registry,
+        templates: &templates,
+        profile: &TargetProfile::webgpu(),
+        choice: &Choice::default(),
+        options: &PlanOptions::new(side, side),
+    };
+    let checked = umbragraph::check(file, &job, &sources, &mut findings);
+    match checked.plan {
+        Some(plan) if !findings.has_errors() => Arc::new(plan),
+        _ => panic!("{}", render::human_all(&findings, &sources)),
+    }
+}
+
+/// An imported texture that passes write.
+pub(crate) fn target(layers: u32) -> String {
+    format!(
+        r#""target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "layers": {layers}, "lifetime": "imported" }} }}"#
+    )
+}
+
+/// A pass that publishes up to so many views, and one that draws the squares in them.
+pub(crate) fn draw(maximum: u32, to: &str) -> String {
+    format!(
+        r#""views": {{ "views": {{ "to": "views", "maximum": {maximum} }} }},
+           "squares": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views", "shader": "square.wgsl.jinja",
+               "color": [{to}] }} }}"#
+    )
+}
+
+/// A pass that fills a texture with one color.
+pub(crate) fn fill(name: &str, to: &str, color: &str) -> String {
+    format!(
+        r#""{name}": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja",
+            "bind": {{ "settings": {{ "values": {{ "color": {color} }} }} }}, "color": [{to}] }} }}"#
+    )
+}
+
+/// An executor for a plan.
+#[track_caller]
+pub(crate) fn executor(gpu: &Gpu, plan: &Arc<Plan>, squares: Option<&Squares>) -> Executor {
+    let source = squares.map(|squares| squares as &dyn DrawSource);
+    let made = pollster::block_on(Executor::new(&gpu.device, &gpu.queue, plan.clone(), source));
+    made.unwrap_or_else(|findings| panic!("{findings:#?}"))
+}
+
+/// Codes and messages of findings.
+pub(crate) fn said(findings: &Diagnostics) -> Vec<(&'static str, String)> {
+    findings.iter().map(|finding| (finding.code.id, finding.message.clone())).collect()
+}
+
+/// Records a frame and submits it, holding wgpu to silence about everything that was recorded.
+#[track_caller]
+pub(crate) fn play(
+    gpu: &Gpu,
+    executor: &mut Executor,
+    squares: Option<&Squares>,
+    target: &wgpu::Texture,
+    input: &FrameInput,
+) -> Result<(), Diagnostics> {
+    let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let draws = squares.map(|squares| squares as &dyn DrawSource);
+    let result = executor.record(&mut encoder, &Frame { input, draws, imports: &[("target", target)] });
+    gpu.queue.submit([encoder.finish()]);
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
+    if let Some(error) = pollster::block_on(scope.pop()) {
+        panic!("what was recorded is not valid: {error}");
+    }
+    result
+}
+
+/// The same, for a frame that is fine.
+#[track_caller]
+pub(crate) fn show(
+    gpu: &Gpu,
+    executor: &mut Executor,
+    squares: Option<&Squares>,
+    target: &wgpu::Texture,
+    input: &FrameInput,
+) {
+    if let Err(findings) = play(gpu, executor, squares, target, input) {
+        panic!("{findings:#?}");
+    }
+}
+
+/// The texels of a layer of an rgba8 texture, row by row.
+pub(crate) fn texels(gpu: &Gpu, texture: &wgpu::Texture, layer: u32) -> Vec<[u8; 4]> {
+    let (width, height) = (texture.width(), texture.height());
+    let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read back"),
+        size: u64::from(row) * u64::from(height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    encoder.copy_texture_to_buffer(
+        wgpu::TexelCopyTextureInfo {
+            origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
+            ..texture.as_image_copy()
+        },
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row),
+                rows_per_image: Some(height),
+            },
+        },
+        wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+    );
+    gpu.queue.submit([encoder.finish()]);
+    buffer.slice(..).map_async(wgpu::MapMode::Read, |result| result.expect("a mapped buffer"));
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
+    let mapped = buffer.slice(..).get_mapped_range().expect("a mapped buffer");
+    let bytes: &[u8] = &mapped;
+    let lines = bytes.chunks_exact(row as usize);
+    lines.flat_map(|line| line[..width as usize * 4].as_chunks::<4>().0.to_vec()).collect()
+}
+
+/// The color of a layer that has only one.
+#[track_caller]
+pub(crate) fn color(gpu: &Gpu, texture: &wgpu::Texture, layer: u32) -> [u8; 4] {
+    let texels = texels(gpu, texture, layer);
+    assert!(texels.iter().all(|texel| *texel == texels[0]), "{texels:?}");
+    texels[0]
+}
+
+/// The color at a texel of layer 0.
+pub(crate) fn at(gpu: &Gpu, texture: &wgpu::Texture, x: u32, y: u32) -> [u8; 4] {
+    texels(gpu, texture, 0)[(y * texture.width() + x) as usize]
+}

@@ -1,0 +1,131 @@
+//! What is created when, and what is measured.
+
+use umbragraph::executor::{Executor, Frame};
+use umbragraph_test_support::gpu;
+
+use crate::common::gpu::import;
+use crate::squares::{RED, Squares, square};
+use crate::stage::{draw, executor, fill, plan, play, said, show, target};
+use crate::views::frame;
+
+#[test]
+fn views_come_and_go_without_anything_being_created() {
+    let Some(gpu) = gpu::device() else { return };
+    let plan = plan(&target(4), &draw(4, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
+    let mut executor = executor(&gpu, &plan, Some(&squares));
+    let target = import(&gpu, &plan, "target");
+    show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
+    let before = executor.statistics();
+    for views in [&["0", "1", "2", "3"][..], &["3 1 1 2 2", "3"], &[]] {
+        show(&gpu, &mut executor, Some(&squares), &target, &frame(views));
+    }
+    assert_eq!(executor.statistics(), before);
+}
+
+#[test]
+fn textures_of_the_host_that_take_turns_are_seen_once_each() {
+    let Some(gpu) = gpu::device() else { return };
+    let resources = format!(
+        r#"{}, "source": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}"#,
+        target(1)
+    );
+    let show = r#""show": { "fullscreen": { "shader": "show.wgsl.jinja", "bind": { "picture": "source" },
+        "color": [{ "to": "target" }] } }"#;
+    let plan = plan(&resources, show);
+    let mut executor = executor(&gpu, &plan, None);
+    let targets = [(); 3].map(|()| import(&gpu, &plan, "target"));
+    let sources = [(); 2].map(|()| import(&gpu, &plan, "source"));
+    let mut turn = |at: usize| {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let imports = [("target", &targets[at % 3]), ("source", &sources[at % 2])];
+        executor
+            .record(&mut encoder, &Frame { input: &frame(&[]), draws: None, imports: &imports })
+            .expect("a record");
+        gpu.queue.submit([encoder.finish()]);
+        executor.statistics()
+    };
+    let first = (0..6).map(&mut turn).last().expect("a turn");
+    assert_eq!((first.import_views, first.bind_groups), (5, 2));
+    assert_eq!((6..24).map(turn).last(), Some(first));
+}
+
+#[test]
+fn records_in_flight_have_a_buffer_each_and_use_them_again() {
+    let Some(gpu) = gpu::device() else { return };
+    let plan = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let mut executor = executor(&gpu, &plan, None);
+    let target = import(&gpu, &plan, "target");
+    for _ in 0..3 {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        for _ in 0..5 {
+            let frame = Frame { input: &frame(&[]), draws: None, imports: &[("target", &target)] };
+            executor.record(&mut encoder, &frame).expect("a record");
+        }
+        gpu.queue.submit([encoder.finish()]);
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
+        let statistics = executor.statistics();
+        assert_eq!((statistics.buffers, statistics.bind_groups), (5, 5));
+    }
+}
+
+#[test]
+fn times_are_told_for_each_pass_if_asked_for() {
+    let Some(gpu) = gpu::device() else { return };
+    let plan = plan(&target(1), &draw(8, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
+    let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]).drawing(|_, _| {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    });
+    let mut executor = executor(&gpu, &plan, Some(&squares));
+    let target = import(&gpu, &plan, "target");
+    show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
+    assert_eq!(executor.times().count(), 0);
+    executor.measure_times(true);
+    show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
+    let times: Vec<_> = executor.times().map(|(name, time)| (name.to_owned(), time)).collect();
+    assert_eq!(times.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["views", "squares"]);
+    assert!(times[1].1 >= std::time::Duration::from_millis(5), "{times:?}");
+    executor.measure_times(false);
+    assert_eq!(executor.times().count(), 0);
+}
+
+#[test]
+fn a_host_pass_that_publishes_what_it_did_not_declare_is_found_out() {
+    let Some(gpu) = gpu::device() else { return };
+    let passes = r#""views": { "views": { "to": "views", "maximum": 1, "lies": true } },
+        "show": { "fullscreen": { "shader": "clock.wgsl.jinja", "bind": { "views": "views" }, "color": [{ "to": "target" }] } }"#;
+    let plan = plan(&target(1), passes);
+    let mut executor = executor(&gpu, &plan, None);
+    let target = import(&gpu, &plan, "target");
+    let findings = play(&gpu, &mut executor, None, &target, &frame(&[])).expect_err("a finding");
+    let wanted = "\"views\" publishes the value \"undeclared\", which was not declared";
+    assert_eq!(said(&findings), [("UG0807", wanted.to_owned())]);
+    let findings = play(&gpu, &mut executor, None, &target, &frame(&["0", "0"])).expect_err("a finding");
+    assert_eq!(said(&findings)[0].0, "UG0807");
+}
+
+#[test]
+fn a_camera_that_cannot_be_used_is_a_warning() {
+    let Some(gpu) = gpu::device() else { return };
+    let plan = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let mut executor = executor(&gpu, &plan, None);
+    let target = import(&gpu, &plan, "target");
+    let mut input = frame(&[]);
+    show(&gpu, &mut executor, None, &target, &input);
+    assert!(executor.warnings().is_empty());
+    input.camera.position.x = f64::NAN;
+    show(&gpu, &mut executor, None, &target, &input);
+    assert_eq!(said(executor.warnings())[0].0, "UG0806");
+}
+
+/// Executors and what makes them can be moved to another thread.
+#[test]
+fn executors_move_between_threads() {
+    fn moves<T: Send>(_: &T) {}
+    let Some(gpu) = gpu::device() else { return };
+    let plan = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
+    let future = Executor::new(&gpu.device, &gpu.queue, plan, None);
+    moves(&future);
+    let Ok(executor) = pollster::block_on(future) else { panic!("no executor") };
+    moves(&executor);
+}

@@ -1,0 +1,89 @@
+//! A node kind whose views each frame chooses, through the names of its lights: `LAYER`, `LAYER X Y WIDTH HEIGHT`, or
+//! the same with how far the view moves everything to the right.
+
+use std::sync::Arc;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph::data::{DataShape, HostData, ValueType, View};
+use umbragraph::frame::{FrameInput, Light, LightKind};
+use umbragraph::node::Node;
+use umbragraph::pipeline::{PassBuilder, Produced};
+use umbragraph::work::{HostContext, HostNode, HostWork, Work};
+
+use crate::common::gpu::empty_frame;
+
+/// Publishes views, and the frame's time.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Views {
+    /// The host data to publish.
+    to: String,
+    /// The most views.
+    maximum: u32,
+    /// Whether to publish what was not declared.
+    #[serde(default)]
+    lies: bool,
+}
+
+impl Node for Views {
+    const NAME: &'static str = "views";
+    const SUMMARY: &'static str = "Publishes the views that a frame chooses.";
+
+    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        let shape = DataShape::new().value("time", ValueType::F32).views(self.maximum);
+        let output = pass.publish(&self.to, "/to", shape)?;
+        let node = Arc::new(Run { lies: self.lies });
+        Some(pass.produce(Work::Host(HostWork { node, output, inputs: Vec::new() })))
+    }
+}
+
+#[derive(Debug)]
+struct Run {
+    lies: bool,
+}
+
+impl HostNode for Run {
+    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
+        data.set_f32("time", context.frame.time as f32);
+        if self.lies {
+            data.set_f32("undeclared", 1.0);
+        }
+        for light in &context.frame.lights {
+            let numbers: Vec<u32> = light.name.split(' ').filter_map(|word| word.parse().ok()).collect();
+            let (layer, viewport, shift) = match numbers[..] {
+                [layer] => (layer, None, 0),
+                [layer, x, y, width, height] => (layer, Some([x, y, width, height]), 0),
+                [layer, x, y, width, height, shift] => (layer, Some([x, y, width, height]), shift),
+                _ => panic!("{} is no view", light.name),
+            };
+            data.push_view(View {
+                clip_from_world: glam::DMat4::from_translation(glam::DVec3::X * f64::from(shift)),
+                view_from_world: glam::DMat4::IDENTITY,
+                position: glam::DVec3::ZERO,
+                forward: glam::DVec3::NEG_Z,
+                reverse: false,
+                layer,
+                viewport,
+            });
+        }
+    }
+}
+
+/// A frame with these views.
+pub(crate) fn frame(views: &[&str]) -> FrameInput {
+    let light = |name: &&str| Light {
+        name: (*name).to_owned(),
+        kind: LightKind::Directional,
+        position: glam::DVec3::ZERO,
+        direction: glam::DVec3::NEG_Y,
+        color: glam::Vec3::ONE,
+        intensity: 1.0,
+        range: f32::INFINITY,
+        cast_shadow: true,
+        angular_diameter_deg: 0.0,
+        radius: 0.0,
+        priority: 1.0,
+    };
+    FrameInput { lights: views.iter().map(light).collect(), ..empty_frame() }
+}
