@@ -5,10 +5,18 @@
 //! matched *by its name* with a published value, its type is compared when the pipeline is checked, and the offsets
 //! come from the shader's own reflection. So there is no struct that has to be kept alike on two sides.
 //!
+//! A node can also publish *sizes*: numbers such as the side of an atlas, which the sizes of resources can name
+//! (`"size": ["placement.side", "placement.side"]`). A plan is made for one value of each, at first the initial one. A
+//! node that wants another says so ([`HostData::want_size`]); the executor tells the host, which plans anew when it
+//! likes ([`crate::compiler::PlanOptions::data_sizes`]). Until then the node has to do with what was planned
+//! ([`HostData::planned_size`]).
+//!
 //! Values are kept as 32-bit words without padding, columns of matrices one after the other; the padding of a block
 //! is applied when it is packed.
 
 use glam::{DMat4, Mat4, Vec3, Vec4};
+
+use crate::diagnostic::Diagnostics;
 
 /// The component type of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
@@ -103,6 +111,8 @@ pub struct DataShape {
     pub values: Vec<(String, ValueType)>,
     /// The most views that a frame can have.
     pub maximum_views: u32,
+    /// The published sizes, each with the value that the first plan is made for.
+    pub sizes: Vec<(String, u32)>,
 }
 
 impl DataShape {
@@ -122,6 +132,13 @@ impl DataShape {
     #[must_use]
     pub fn views(mut self, maximum: u32) -> Self {
         self.maximum_views = maximum;
+        self
+    }
+
+    /// Adds a size, with the value that the first plan is made for.
+    #[must_use]
+    pub fn size(mut self, name: &str, initial: u32) -> Self {
+        self.sizes.push((name.to_owned(), initial));
         self
     }
 
@@ -176,7 +193,10 @@ pub struct HostData {
     offsets: Vec<usize>,
     words: Vec<u32>,
     views: Vec<View>,
+    /// For each size what was planned, and what is wanted.
+    sizes: Vec<(u32, u32)>,
     refused: Option<String>,
+    notices: Diagnostics,
 }
 
 impl HostData {
@@ -189,7 +209,16 @@ impl HostData {
             length += value_type.words();
         }
         let views = Vec::with_capacity(shape.maximum_views as usize);
-        Self { shape, offsets, words: vec![0; length], views, refused: None }
+        let sizes = shape.sizes.iter().map(|(_, initial)| (*initial, *initial)).collect();
+        Self {
+            shape,
+            offsets,
+            words: vec![0; length],
+            views,
+            sizes,
+            refused: None,
+            notices: Diagnostics::new(),
+        }
     }
 
     /// What the data consists of.
@@ -221,6 +250,47 @@ impl HostData {
     /// Why something that was set did not fit what was declared: a name, a type or a count.
     pub fn refused(&self) -> Option<&str> {
         self.refused.as_deref()
+    }
+
+    /// The size that the plan was made for; 0 if there is none of that name.
+    pub fn planned_size(&self, name: &str) -> u32 {
+        self.size_at(name).map_or(0, |at| self.sizes[at].0)
+    }
+
+    /// Says which size a plan should be made for.
+    pub fn want_size(&mut self, name: &str, size: u32) {
+        match self.size_at(name) {
+            Some(at) => self.sizes[at].1 = size,
+            None => self.refused = Some(format!("the size \"{name}\", which was not declared")),
+        }
+    }
+
+    /// The sizes by name: what the plan was made for, and what is wanted.
+    pub fn sizes(&self) -> impl Iterator<Item = (&str, u32, u32)> {
+        let names = self.shape.sizes.iter().map(|(name, _)| name.as_str());
+        names.zip(&self.sizes).map(|(name, (planned, wanted))| (name, *planned, *wanted))
+    }
+
+    /// Says which sizes a plan was made for, from name and initial value; the executor does it for its plan.
+    pub fn plan_sizes(&mut self, planned: impl Fn(&str, u32) -> u32) {
+        for ((name, initial), size) in self.shape.sizes.iter().zip(&mut self.sizes) {
+            let value = planned(name, *initial);
+            *size = (value, value);
+        }
+    }
+
+    fn size_at(&self, name: &str) -> Option<usize> {
+        self.shape.sizes.iter().position(|(known, _)| known == name)
+    }
+
+    /// What the node that publishes the data has to say: limits that were reached, what was left out and why.
+    pub fn notices(&self) -> &Diagnostics {
+        &self.notices
+    }
+
+    /// Replaces what the node has to say. It stays from frame to frame, so a node says it once, when it changes.
+    pub fn set_notices(&mut self, notices: Diagnostics) {
+        self.notices = notices;
     }
 
     /// The words of a value, or `None` if there is none of that name.

@@ -71,7 +71,7 @@ impl<'a> Facts<'a> {
     /// Finds out about the resources that the live passes use.
     pub(super) fn new(
         pipeline: &'a Pipeline,
-        options: &PlanOptions,
+        options: &'a PlanOptions,
         sources: &'a Sources,
         live: &[PassHandle],
         findings: &mut Vec<Diagnostic>,
@@ -85,7 +85,7 @@ impl<'a> Facts<'a> {
             .collect();
         let mut facts = Self {
             pipeline,
-            sizes: Sizes::new(pipeline, sources, options.viewport, imported),
+            sizes: Sizes::new(pipeline, sources, options.viewport, imported, &options.data_sizes),
             list: vec![None; pipeline.resources.len()],
             classes: 0,
         };

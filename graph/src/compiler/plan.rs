@@ -40,6 +40,8 @@ pub struct PlanOptions {
     /// The usages that the host's own textures were created with, by the name of the resource. One that is not told is
     /// taken to allow everything.
     pub import_usages: BTreeMap<String, TextureUsages>,
+    /// The sizes that host data publishes, as `DATA.SIZE`, where they are other than their initial values.
+    pub data_sizes: BTreeMap<String, u32>,
     /// Whether transient resources may share memory.
     pub aliasing: bool,
     /// What the order of the passes is chosen for.
@@ -53,6 +55,7 @@ impl PlanOptions {
             viewport: [width, height],
             imports: BTreeMap::new(),
             import_usages: BTreeMap::new(),
+            data_sizes: BTreeMap::new(),
             aliasing: true,
             objective: Objective::Declaration,
         }
@@ -95,6 +98,9 @@ pub struct Plan {
     /// The most bytes that are alive at once over all classes together. No program of wgpu reaches it, since memory
     /// never changes its class.
     pub bytes_peak: u64,
+    /// The sizes that host data publishes, as `DATA.SIZE`, where they are other than their initial values.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub data_sizes: BTreeMap<String, u32>,
     /// How the order was chosen.
     pub order: OrderReport,
     /// The pipeline.
@@ -298,6 +304,7 @@ pub fn plan(
         bytes: 0,
         bytes_bound: 0,
         bytes_peak: 0,
+        data_sizes: options.data_sizes.clone(),
         order: report,
         pipeline: pipeline.clone(),
         positions: vec![None; pipeline.passes.len()],

@@ -8,7 +8,7 @@
 //! evaluated once. Sizes that lead through more than [`MAXIMUM_STEPS`] other resources are refused.
 
 use std::cell::{Cell, OnceCell, RefCell};
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::expression::{Scope, Value};
@@ -61,6 +61,8 @@ pub(super) struct Sizes<'a> {
     findings: RefCell<Diagnostics>,
     /// Sizes of imported textures that the host has told.
     imported: Vec<Option<TextureSize>>,
+    /// Sizes that host data publishes, where they are other than their initial values.
+    data_sizes: &'a BTreeMap<String, u32>,
     /// The values of the texts so far.
     values: RefCell<HashMap<&'a str, Value>>,
     names: OnceCell<HashMap<&'a str, ResourceHandle>>,
@@ -73,8 +75,10 @@ impl<'a> Sizes<'a> {
         sources: &'a Sources,
         viewport: [u32; 2],
         imported: Vec<Option<TextureSize>>,
+        data_sizes: &'a BTreeMap<String, u32>,
     ) -> Self {
         Self {
+            data_sizes,
             pipeline,
             sources,
             viewport,
@@ -378,6 +382,12 @@ impl Scope for Sizes<'_> {
             (None, Some((head, tail))) => (self.named(head)?, Some(tail)),
             (None, None) => return None,
         };
+        if let (ResourceKind::Data(Some(shape)), Some(property)) =
+            (&self.pipeline.resource(handle).kind, property)
+        {
+            let (_, initial) = shape.sizes.iter().find(|(known, _)| known == property)?;
+            return Some(number(self.data_sizes.get(name).copied().unwrap_or(*initial)));
+        }
         match (self.of(handle)?, property) {
             (Size::Texture(size), None) => Some(pair(size.width, size.height)),
             (Size::Texture(size), Some("width")) => Some(number(size.width)),

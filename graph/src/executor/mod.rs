@@ -41,6 +41,7 @@ mod statistics;
 mod textures;
 mod times;
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -48,7 +49,7 @@ pub use statistics::Statistics;
 
 use crate::compiler::{Physical, Plan};
 use crate::data::HostData;
-use crate::diagnostic::Diagnostics;
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::draw::{DrawSource, HostInterface};
 use crate::frame::FrameInput;
 
@@ -157,6 +158,26 @@ impl Executor {
     /// What was worth knowing about the last frame that was recorded: a camera or light that cannot be used.
     pub fn warnings(&self) -> &Diagnostics {
         &self.warnings
+    }
+
+    /// What host passes had to say of the last record: limits that were reached, what was left out and why.
+    pub fn notices(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.realized.data.iter().flatten().flat_map(|data| data.notices().iter())
+    }
+
+    /// The sizes that host passes want other than the plan has them, for [`crate::compiler::PlanOptions::data_sizes`];
+    /// `None` if they are content. A frame is right without them too, only not as good.
+    pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
+        let wants = |data: &HostData| data.sizes().any(|(_, planned, wanted)| planned != wanted);
+        if !self.realized.data.iter().flatten().any(wants) {
+            return None;
+        }
+        let mut all = BTreeMap::new();
+        for (resource, data) in self.realized.plan.pipeline.resources.iter().zip(&self.realized.data) {
+            let sizes = data.iter().flat_map(HostData::sizes);
+            all.extend(sizes.map(|(name, _, wanted)| (format!("{}.{name}", resource.name), wanted)));
+        }
+        Some(all)
     }
 
     /// The data that a host pass published in the last record, by the name of its resource.

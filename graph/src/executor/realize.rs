@@ -112,7 +112,11 @@ impl Realized {
                 let kept = before
                     .and_then(|before| before.data(&resource.name))
                     .filter(|data| data.shape() == shape);
-                Some(kept.cloned().unwrap_or_else(|| HostData::new(shape.clone())))
+                let mut data = kept.cloned().unwrap_or_else(|| HostData::new(shape.clone()));
+                data.plan_sizes(|name, initial| {
+                    plan.data_sizes.get(&format!("{}.{name}", resource.name)).copied().unwrap_or(initial)
+                });
+                Some(data)
             }
             _ => None,
         });
