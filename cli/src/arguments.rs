@@ -68,7 +68,8 @@ impl Settings {
 pub(crate) struct Choices {
     #[command(flatten)]
     pub(crate) settings: Settings,
-    /// The target profile; without it the first that the pipeline claims, or webgpu.
+    /// The target profile; without it `check` holds the pipeline to each that it claims, and what shows one plan or one
+    /// shader takes the first. A pipeline that claims none is held to webgpu.
     #[arg(long, value_name = "NAME")]
     pub(crate) profile: Option<String>,
     /// A folder with templates that replace or join those that come with the command.

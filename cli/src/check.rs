@@ -2,6 +2,7 @@
 
 use crate::arguments::CheckArguments;
 use crate::session::Session;
+use crate::streams::print;
 
 /// Checks pipelines; whether there were no errors.
 pub(crate) fn run(arguments: &CheckArguments) -> bool {
@@ -13,14 +14,14 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
             && let Some(plan) = &checked.plan
         {
             let variants: usize = plan.pipeline.programs.iter().map(|program| program.variants.len()).sum();
-            println!(
-                "{}: {} passes ({} culled), {} resources, {variants} shader variants, valid for {}",
+            print(&format!(
+                "{}: {} passes ({} culled), {} resources, {variants} shader variants, valid for {}\n",
                 path.display(),
                 plan.passes.len() + plan.culled.len(),
                 plan.culled.len(),
                 plan.resources.len(),
                 profiles.join(", ")
-            );
+            ));
         }
     }
     session.report()

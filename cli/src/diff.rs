@@ -3,8 +3,9 @@
 use umbragraph::report::diff;
 
 use crate::arguments::DiffArguments;
-use crate::graph::{print, report};
+use crate::graph::report;
 use crate::session::Session;
+use crate::streams::print;
 
 /// Says what differs between two plans; whether there were no errors.
 pub(crate) fn run(arguments: &DiffArguments) -> bool {

@@ -3,25 +3,25 @@
 use umbragraph::diagnostic::did_you_mean;
 
 use crate::arguments::ExplainArguments;
+use crate::streams::{complain, print};
 
 /// Prints the page of a code, or the list of all; whether there is such a code.
 pub(crate) fn run(arguments: &ExplainArguments) -> bool {
     let codes = umbragraph::codes();
     let Some(wanted) = &arguments.code else {
-        for code in codes {
-            println!("{}  {}", code.id, code.title);
-        }
+        let list: String = codes.iter().map(|code| format!("{}  {}\n", code.id, code.title)).collect();
+        print(&list);
         return true;
     };
     match codes.iter().find(|code| code.id.eq_ignore_ascii_case(wanted)) {
         Some(code) => {
-            println!("{}: {}\n\n{}", code.id, code.title, code.page);
+            print(&format!("{}: {}\n\n{}\n", code.id, code.title, code.page));
             true
         }
         None => {
             let meant = did_you_mean(wanted, codes.iter().map(|code| code.id));
             let help = meant.map_or_else(String::new, |meant| format!(" (did you mean {meant}?)"));
-            eprintln!("there is no code {wanted}{help}; `umbragraph explain` lists them all");
+            complain(&format!("there is no code {wanted}{help}; `umbragraph explain` lists them all\n"));
             false
         }
     }

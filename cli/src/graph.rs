@@ -1,6 +1,5 @@
 //! `umbragraph graph`
 
-use std::io::Write as _;
 use std::path::Path;
 
 use umbragraph::diagnostic::{Diagnostic, codes};
@@ -8,6 +7,7 @@ use umbragraph::report::{GraphFormat, Report, diff, draw};
 
 use crate::arguments::{Choices, GraphArguments};
 use crate::session::Session;
+use crate::streams::{complain, print};
 
 /// Draws a graph; whether there were no errors.
 pub(crate) fn run(arguments: &GraphArguments) -> bool {
@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
                     .findings
                     .push(Diagnostic::in_file(codes::FILE_UNWRITABLE, &name, "", message).help(help));
             } else if arguments.format == GraphFormat::Html {
-                eprintln!("open {} in a browser; it needs no network", path.display());
+                complain(&format!("open {} in a browser; it needs no network\n", path.display()));
             }
             session.report()
         }
@@ -46,10 +46,4 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
 pub(crate) fn report(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report> {
     let checked = session.check(path, choices);
     Some(Report::new(&checked.plan?, &checked.graph?, &session.sources))
-}
-
-/// Prints a text. A reader that has seen enough and closes the pipe is no error.
-pub(crate) fn print(text: &str) {
-    let mut output = std::io::stdout().lock();
-    let _ = output.write_all(text.as_bytes()).and_then(|()| output.flush());
 }

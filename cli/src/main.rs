@@ -1,6 +1,8 @@
 //! The `umbragraph` command.
 //!
-//! Exit status: 0 if all is well, 1 if there are findings, 2 if the command line cannot be understood.
+//! Exit status: 0 if all is well, 1 if there are errors among the findings, 2 if the command line cannot be understood.
+
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod arguments;
 mod axes;
@@ -20,6 +22,7 @@ mod progress;
 mod render;
 mod schema;
 mod session;
+mod streams;
 mod variants;
 mod wgsl;
 

@@ -2,7 +2,7 @@
 //!
 //! Three modes: what the configurations of the given pipelines reach; one configuration of them; everything that the
 //! templates can express. Each pipeline's configurations are loaded in full besides, so its bindings, and what scenes
-//! upload, are compared with every variant.
+//! upload for a geometry named `scene`, are compared with every variant.
 
 use std::collections::BTreeSet;
 use std::io::IsTerminal as _;
@@ -11,7 +11,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use umbragraph::Job;
 use umbragraph::compiler::PlanOptions;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place};
+use umbragraph::diagnostic::{Diagnostics, Place};
 use umbragraph::pipeline::{self, Choice, Configured};
 use umbragraph::shader::TargetProfile;
 use umbragraph::shader::permutations::{self, ExternalValidator, Options, Request};
@@ -19,7 +19,8 @@ use umbragraph::source::Span;
 
 use crate::arguments::{FindingsFormat, PermutationsArguments};
 use crate::axes;
-use crate::session::{Session, compare_with_scenes, profiles};
+use crate::session::{Session, profiles};
+use crate::streams::print;
 use crate::variants::{Outcome, ReachedConfigurations, write};
 
 /// Proves variants; whether there were no errors.
@@ -34,11 +35,7 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         }
         let external = validators(arguments, &mut session);
         outcome.permutations = prove(arguments, &session, &requests, &external);
-        // What a load has found already, with the passes that it concerns, is not said again.
-        let key = |finding: &Diagnostic| (finding.code, finding.place.clone(), finding.message.clone());
-        let known: BTreeSet<_> = session.findings.iter().map(key).collect();
-        let found = std::mem::take(&mut outcome.permutations.findings);
-        session.findings.extend(found.into_iter().filter(|finding| !known.contains(&key(finding))));
+        session.findings.extend(std::mem::take(&mut outcome.permutations.findings));
         if let Some(folder) = &arguments.write
             && let Err(finding) = write(folder, &outcome.permutations.templates)
         {
@@ -46,17 +43,18 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         }
     }
     session.findings.sort();
+    session.findings.merge();
     match arguments.format {
         FindingsFormat::Human => {
-            print!("{}", outcome.human());
+            print(&outcome.human());
             session.report()
         }
         FindingsFormat::Json => {
-            println!("{}", outcome.json(&session.findings, &session.sources));
+            print(&(outcome.json(&session.findings, &session.sources) + "\n"));
             !session.findings.has_errors()
         }
         FindingsFormat::Github => {
-            print!("{}{}", outcome.annotations(&session.findings, &session.sources), outcome.human());
+            print(&(outcome.annotations(&session.findings, &session.sources) + &outcome.human()));
             !session.findings.has_errors()
         }
     }
@@ -81,21 +79,14 @@ fn requests(
         claimed.extend(profiles.iter().cloned());
         let Some(first) = profiles.first() else { continue };
         let job = Job {
-            registry: &umbragraph::registry(),
+            registry: &session.registry,
             templates: &session.templates,
             profile: first,
             choice: &Choice::default(),
             options: &PlanOptions::new(1280, 720),
         };
         let mut findings = Diagnostics::new();
-        let reached = pipeline::reach(
-            &document,
-            &job,
-            configured,
-            &session.sources,
-            &mut compare_with_scenes,
-            &mut findings,
-        );
+        let reached = pipeline::reach(&document, &job, configured, &session.sources, &mut findings);
         session.findings.extend(findings);
         counts.push(ReachedConfigurations {
             pipeline: path.display().to_string(),
@@ -160,9 +151,9 @@ fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[R
     let names: BTreeSet<&String> = requests.iter().map(|request| &request.template).collect();
     let names: Vec<String> = names.into_iter().cloned().collect();
     match arguments.format {
-        FindingsFormat::Json => println!("{:#}", axes::json(&session.templates, &names)),
+        FindingsFormat::Json => print(&format!("{:#}\n", axes::json(&session.templates, &names))),
         FindingsFormat::Human | FindingsFormat::Github => {
-            print!("{}", axes::human(&session.templates, &names));
+            print(&axes::human(&session.templates, &names));
         }
     }
 }

@@ -3,8 +3,8 @@
 use umbragraph::compiler::verify;
 
 use crate::arguments::PlanArguments;
-use crate::graph::print;
 use crate::session::Session;
+use crate::streams::{complain, print};
 
 /// Prints a plan; whether there were no errors, and no faults where they are looked for.
 pub(crate) fn run(arguments: &PlanArguments) -> bool {
@@ -15,13 +15,14 @@ pub(crate) fn run(arguments: &PlanArguments) -> bool {
     if arguments.verify {
         let faults = verify(&plan, &Session::options(&arguments.choices));
         for fault in &faults {
-            eprintln!("fault: {fault}");
+            complain(&format!("fault: {fault}\n"));
         }
         if !faults.is_empty() {
-            eprintln!("the plan is wrong: this is a defect of the compiler");
+            complain("the plan is wrong: this is a defect of the compiler\n");
             return false;
         }
-        eprintln!("verified: {} passes, {} resources, no faults", plan.passes.len(), plan.resources.len());
+        let (passes, resources) = (plan.passes.len(), plan.resources.len());
+        complain(&format!("verified: {passes} passes, {resources} resources, no faults\n"));
     }
     match serde_json::to_string_pretty(&plan) {
         Ok(text) => {

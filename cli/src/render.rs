@@ -15,6 +15,7 @@ use crate::device::{self, Graphics};
 use crate::output;
 use crate::progress::Progress;
 use crate::session::Session;
+use crate::streams::print;
 
 /// Renders one picture; whether there were no errors.
 pub(crate) fn run(arguments: &RenderArguments) -> bool {
@@ -32,8 +33,8 @@ pub(crate) fn run(arguments: &RenderArguments) -> bool {
     let fine = session.report();
     if let Some(name) = name.filter(|_| fine) {
         let [width, height] = arguments.choices.size;
-        println!("{}: {width} by {height} on {name}", arguments.out.display());
-        println!("{}", progress.summary());
+        let (out, times) = (arguments.out.display(), progress.summary());
+        print(&format!("{out}: {width} by {height} on {name}\n{times}\n"));
         return true;
     }
     false

@@ -6,20 +6,24 @@ use std::sync::Arc;
 use umbragraph::compiler::PlanOptions;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, Document, Value};
+use umbragraph::node::Registry;
 use umbragraph::pipeline::{self, Choice, ParameterFile, Pipeline, Setting};
 use umbragraph::scene::interface;
 use umbragraph::shader::permutations::{self, Request};
 use umbragraph::shader::{TargetProfile, TemplateSet};
 use umbragraph::source::{Sources, Span};
-use umbragraph::{Checked, Job, compose, draw, read_source};
+use umbragraph::{Checked, Job, compose, read_source};
 
 use crate::arguments::{Choices, Settings};
+use crate::streams::complain;
 
 /// Sources, findings and templates of one run of the command.
 pub(crate) struct Session {
     pub(crate) sources: Sources,
     pub(crate) findings: Diagnostics,
     pub(crate) templates: Arc<TemplateSet>,
+    /// The built-in node kinds, and glTF scenes as the host of the geometry that is theirs.
+    pub(crate) registry: Registry,
 }
 
 impl Session {
@@ -37,7 +41,9 @@ impl Session {
                 umbragraph::templates_with(&files, &mut sources, &mut findings)
             }
         };
-        Self { sources, findings, templates }
+        let mut registry = umbragraph::registry();
+        registry.host(interface::GEOMETRY, interface::any_scene());
+        Self { sources, findings, templates, registry }
     }
 
     /// The document of a pipeline, composed of its files.
@@ -64,7 +70,6 @@ impl Session {
     pub(crate) fn check_all(&mut self, path: &Path, choices: &Choices) -> (Checked, Vec<String>) {
         let (checked, profiles) = self.check_for(path, choices, usize::MAX);
         if let Some(pipeline) = &checked.pipeline {
-            compare_with_scenes(pipeline, &mut self.findings);
             self.prove_for(pipeline, &profiles);
         }
         (checked, profiles.into_iter().map(|profile| profile.name).collect())
@@ -79,7 +84,7 @@ impl Session {
         let mut first = None;
         for profile in profiles.iter().take(most) {
             let job = Job {
-                registry: &umbragraph::registry(),
+                registry: &self.registry,
                 templates: &self.templates,
                 profile,
                 choice: &choice,
@@ -127,7 +132,8 @@ impl Session {
     /// Prints the findings to standard error; whether there was no error among them.
     pub(crate) fn report(&mut self) -> bool {
         self.findings.sort();
-        eprint!("{}", render::human_all(&self.findings, &self.sources));
+        self.findings.merge();
+        complain(&render::human_all(&self.findings, &self.sources));
         !self.findings.has_errors()
     }
 
@@ -210,13 +216,6 @@ impl Session {
 /// The profiles asked for, or else those that a document claims; unknown claims are findings of its load.
 pub(crate) fn profiles(document: &Document, asked: Vec<TargetProfile>) -> Vec<TargetProfile> {
     if asked.is_empty() { pipeline::claimed_profiles(document, &mut Diagnostics::new()) } else { asked }
-}
-
-/// Compares what scenes upload with every shader that draws them.
-pub(crate) fn compare_with_scenes(pipeline: &Pipeline, findings: &mut Diagnostics) {
-    if pipeline.geometry.contains_key(interface::GEOMETRY) {
-        findings.extend(draw::check_host(pipeline, interface::GEOMETRY, &interface::any_scene()));
-    }
 }
 
 /// The same value, standing at a place of another text.

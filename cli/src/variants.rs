@@ -21,7 +21,7 @@ pub(crate) struct Outcome {
 pub(crate) struct ReachedConfigurations {
     pub(crate) pipeline: String,
     pub(crate) number: usize,
-    /// Further ones whose values do not go together.
+    /// Further ones in which values of parameters do not go together.
     pub(crate) refused: usize,
     pub(crate) exact: bool,
 }
@@ -56,8 +56,12 @@ impl Outcome {
         // Writing to a string cannot fail.
         for reached in &self.reached {
             let bound = if reached.exact { "" } else { "at least " };
-            let _ =
-                writeln!(text, "{}: {bound}{}", reached.pipeline, counted(reached.number, "configuration"));
+            let number = counted(reached.number, "configuration");
+            let refused = match reached.refused {
+                0 => String::new(),
+                number => format!(", {number} further ones with values that do not go together"),
+            };
+            let _ = writeln!(text, "{}: {bound}{number}{refused}", reached.pipeline);
         }
         let mut passes: Vec<(&str, Summary<'_>)> = Vec::new();
         for report in &self.permutations.templates {

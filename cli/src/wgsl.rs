@@ -1,7 +1,5 @@
 //! `umbragraph wgsl`
 
-use std::io::Write as _;
-
 use umbragraph::diagnostic::{Diagnostic, codes, did_you_mean};
 use umbragraph::pipeline::{Pipeline, ProgramVariant};
 use umbragraph::shader::{self, Emitted, ShaderModule, TargetLanguage};
@@ -10,6 +8,7 @@ use umbragraph::work::{Draw, ProgramHandle, Work};
 
 use crate::arguments::WgslArguments;
 use crate::session::Session;
+use crate::streams::print_bytes;
 
 /// Prints the shaders of a pipeline, or of one of its passes; whether there were no errors.
 pub(crate) fn run(arguments: &WgslArguments) -> bool {
@@ -59,8 +58,7 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
             }
         }
     }
-    // A reader that closes early, such as a pager, has seen what it wanted.
-    let _ = std::io::stdout().write_all(&output);
+    print_bytes(&output);
     session.report()
 }
 

@@ -189,8 +189,60 @@ fn constraints_that_clash_are_named() {
         r#"} }, "constraints": [{ "one_of": ["warm"] }, { "when": "warm", "excludes": ["warm"] }] }"#,
     );
     let project = Project::new("permutations-clash", PIPELINE, &axes, TEMPLATE);
-    project.refused(&["--all"], &["UG0516", "fill.axes.json:3:"]);
-    project.refused(&[], &["UG0516", "fill.axes.json:3:", "used by this pass"]);
+    for further in [&["--all"][..], &[]] {
+        let errors = project
+            .refused(further, &["UG0516", "fill.axes.json:3:", "used by this pass", "warm excludes warm"]);
+        assert_eq!(errors.matches("UG0516").count(), 1, "a clash is said once: {errors}");
+    }
+}
+
+/// A pipeline of the tree in which a setting decides how many cascades a node kind is asked for; four are too many.
+fn cascades_by(section: &str) -> Output {
+    let folder = ScratchFolder::new(&format!("permutations-refused-{section}"));
+    let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../pipelines").canonicalize().unwrap();
+    for name in ["mantis.json", "base/forward.json"] {
+        let path = folder.join(name);
+        std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+        std::fs::copy(root.join(name), path).unwrap();
+    }
+    let pipeline = folder.join("wide.json");
+    let text = format!(
+        r#"{{ "format": 1, "name": "wide", "extends": "mantis.json",
+  "{section}": {{ "wide": {{ "type": "bool", "default": false }} }},
+  "parameters": {{ "cascades": {{ "max": 3 }} }},
+  "passes": {{ "fit": {{ "cascades": {{ "splits": {{ "count": "wide ? 4 : cascades" }} }} }} }} }}"#
+    );
+    let text = if section == "parameters" {
+        text.replace(
+            r#"} },
+  "parameters": {"#,
+            r#"},"#,
+        )
+    } else {
+        text
+    };
+    std::fs::write(&pipeline, text).unwrap();
+    umbragraph(&["permutations", pipeline.to_str().unwrap()])
+}
+
+#[test]
+fn features_that_a_node_kind_refuses_are_errors_and_parameters_that_it_refuses_are_notes() {
+    let output = cascades_by("features");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("error[UG0611]: 4 cascades are wanted") && said.contains("with wide=true"),
+        "{said}"
+    );
+    let output = cascades_by("parameters");
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(
+        said.contains("note[UG0611]: 4 cascades are wanted") && said.contains("with wide=true"),
+        "{said}"
+    );
+    let counted = text(&output.stdout);
+    assert!(counted.contains("further ones with values that do not go together"), "{counted}");
 }
 
 #[test]

@@ -54,6 +54,7 @@ use std::sync::Arc;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 
+use crate::draw::HostInterface;
 use crate::pipeline::{PassBuilder, Produced};
 
 /// A node kind, as its settings.
@@ -105,10 +106,11 @@ impl<N: Node> NodeKind for Typed<N> {
     }
 }
 
-/// The node kinds that pipelines can name.
+/// The node kinds that pipelines can name, and the hosts whose meshes they can draw.
 #[derive(Clone, Default)]
 pub struct Registry {
     kinds: BTreeMap<&'static str, Arc<dyn NodeKind>>,
+    hosts: BTreeMap<String, HostInterface>,
 }
 
 impl Registry {
@@ -126,6 +128,19 @@ impl Registry {
     /// The kind of a name.
     pub fn get(&self, name: &str) -> Option<&Arc<dyn NodeKind>> {
         self.kinds.get(name)
+    }
+
+    /// States how the host stores what pipelines draw under a geometry contract of this name: what it uploads is then
+    /// compared with every shader that reads it whenever a pipeline is loaded, without a device. A pipeline whose
+    /// geometry has another name is none of this host's.
+    pub fn host(&mut self, geometry: impl Into<String>, interface: HostInterface) -> &mut Self {
+        self.hosts.insert(geometry.into(), interface);
+        self
+    }
+
+    /// The hosts that were stated, by the geometry contract that each fulfils.
+    pub fn hosts(&self) -> impl Iterator<Item = (&str, &HostInterface)> {
+        self.hosts.iter().map(|(geometry, interface)| (geometry.as_str(), interface))
     }
 
     /// All kinds by name.

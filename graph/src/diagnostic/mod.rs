@@ -11,7 +11,7 @@ pub mod render;
 
 pub use code::Code;
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::hash::{Hash as _, Hasher as _};
 
 use crate::source::Span;
@@ -201,6 +201,30 @@ impl Diagnostics {
     /// The findings in the order in which they were made.
     pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
         self.list.iter()
+    }
+
+    /// Makes findings with the same code, place and message one, with everything that is related to any of them.
+    pub fn merge(&mut self) {
+        let mut merged: Vec<Diagnostic> = Vec::new();
+        let mut known: HashMap<(Code, Place, String), usize> = HashMap::new();
+        for mut diagnostic in std::mem::take(&mut self.list) {
+            let key = (diagnostic.code, diagnostic.place.clone(), diagnostic.message.clone());
+            match known.get(&key).and_then(|at| merged.get_mut(*at)) {
+                Some(first) => {
+                    diagnostic.related.retain(|related| !first.related.contains(related));
+                    first.related.append(&mut diagnostic.related);
+                    first.severity = first.severity.min(diagnostic.severity);
+                    first.help = first.help.take().or(diagnostic.help);
+                    first.fix = first.fix.take().or(diagnostic.fix);
+                }
+                None => {
+                    known.insert(key, merged.len());
+                    merged.push(diagnostic);
+                }
+            }
+        }
+        *self = Self::new();
+        self.extend(merged);
     }
 
     /// Sorts by place (file, offset), then severity, code and message, so that output does not depend on the order

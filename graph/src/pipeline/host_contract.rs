@@ -1,8 +1,9 @@
 //! The contract between a shader and the host's draws, checked without the host.
 //!
 //! Groups 2 (material) and 3 (object) of a program that draws the host's meshes, and its vertex inputs, must be among
-//! what the pipeline's `geometry` says the host provides. The host's own buffers are compared with the same shaders
-//! when an executor is made.
+//! what the pipeline's `geometry` says the host provides. How a host lays out what it uploads is compared with the same
+//! shaders by [`crate::draw::check_host`]: of hosts that the registry states, with each load; of any other, when an
+//! executor is made.
 
 use super::{PassBuilder, Program};
 use crate::diagnostic::{codes, did_you_mean};

@@ -14,6 +14,7 @@ use super::{
 };
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean, list_of};
 use crate::document::{self, Document, Entry, pointer_join};
+use crate::draw::check_host;
 use crate::expression::{Expression, ExpressionError, ExpressionKind, Fault, Scope as _, Value};
 use crate::language::{GeometryDeclaration, PassCommon, PipelineDeclaration, ResourceDeclaration};
 use crate::node::Registry;
@@ -229,7 +230,7 @@ pub(super) fn load_sharing(
     check_versions(&passes, &absent, &gaps, &mut shared);
     diagnostics.extend(shared.diagnostics);
     *modules = shared.modules;
-    Some(Pipeline {
+    let pipeline = Pipeline {
         name: document.root.get("name").and_then(document::Value::text).unwrap_or_default().to_owned(),
         profile: profile.clone(),
         parameters,
@@ -239,7 +240,11 @@ pub(super) fn load_sharing(
         passes,
         programs: shared.programs,
         uncertain,
-    })
+    };
+    for (geometry, interface) in registry.hosts() {
+        diagnostics.extend(check_host(&pipeline, geometry, interface));
+    }
+    Some(pipeline)
 }
 
 /// What all passes of one pipeline share while they are declared.

@@ -6,10 +6,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::Choice;
 use super::configurations::{self, Configurations};
 use super::load::load_sharing;
 use super::modules::Modules;
-use super::{Choice, Pipeline};
 use crate::check::Job;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use crate::document::Document;
@@ -26,7 +26,7 @@ pub struct Reached {
     pub programs: Vec<ReachedProgram>,
     /// The number of configurations that were loaded.
     pub configurations: usize,
-    /// The number of further ones that do not work whatever the shaders: a node kind refuses their values.
+    /// The number of further ones in which values of parameters do not go together, so that nobody can use them.
     pub refused: usize,
     /// Whether there are no others.
     pub exact: bool,
@@ -56,15 +56,18 @@ pub enum Configured<'a> {
 
 /// Loads the configurations of a document one after the other.
 ///
-/// `visit` sees each pipeline, to compare it with a host. Findings of shaders themselves are left to the proof of all
-/// variants ([`crate::shader::permutations`]); each other finding is reported once, with the settings that show it.
-/// Configurations other than the first whose values do not go together are left out, and counted.
+/// Findings of shaders themselves are left to the proof of all variants ([`crate::shader::permutations`]); each other
+/// finding is reported once, with the settings that show it.
+///
+/// A node kind or an expression can refuse values that are each within their range: four cascades with three distances.
+/// Where only features are switched that is an error, since features can say what they require and exclude. Where a
+/// parameter is involved it is a note: whoever chooses such values is told so then, and no shader is reached; these
+/// configurations are counted apart.
 pub fn reach(
     document: &Document,
     job: &Job<'_>,
     configured: Configured<'_>,
     sources: &Sources,
-    visit: &mut dyn FnMut(&Pipeline, &mut Diagnostics),
     diagnostics: &mut Diagnostics,
 ) -> Reached {
     let Configurations { choices, exact, sampled, open_axes } = match configured {
@@ -75,26 +78,31 @@ pub fn reach(
     };
     let mut modules = Modules::proven_elsewhere();
     let mut known = BTreeSet::new();
-    let mut refused = 0;
+    let mut refused = Refused::default();
     for (at, choice) in choices.iter().enumerate() {
         let wanted = modules.wanted.len();
         let mut own = Diagnostics::new();
         let Job { registry, templates, profile, .. } = job;
-        match load_sharing(document, registry, templates, profile, choice, sources, &mut own, &mut modules) {
-            Some(pipeline) => visit(&pipeline, &mut own),
-            None => {
-                diagnostics.extend(own);
-                return Reached::default();
-            }
+        let loaded =
+            load_sharing(document, registry, templates, profile, choice, sources, &mut own, &mut modules);
+        if loaded.is_none() {
+            diagnostics.extend(own);
+            return Reached::default();
+        }
+        let key = |finding: &Diagnostic| (finding.code, finding.place.clone(), finding.message.clone());
+        // What is known already is no matter of these values.
+        let new: Vec<Diagnostic> = own.into_iter().filter(|finding| !known.contains(&key(finding))).collect();
+        let do_not_fit = new.iter().any(is_about_values);
+        if do_not_fit {
+            modules.wanted.truncate(wanted);
         }
         // The first is the default, or what the caller asked for: that has to work.
-        if at > 0 && own.iter().any(is_about_values) {
-            modules.wanted.truncate(wanted);
-            refused += 1;
+        if do_not_fit && at > 0 && !choice.parameters.is_empty() {
+            refused.add(new, choice);
             continue;
         }
-        for mut finding in own {
-            if known.insert((finding.code, finding.place.clone(), finding.message.clone())) {
+        for mut finding in new {
+            if known.insert(key(&finding)) {
                 if let (Configured::All, Some(settings)) = (configured, describe(choice)) {
                     finding = finding.related(Place::Nowhere, format!("with {settings}"));
                 }
@@ -103,7 +111,43 @@ pub fn reach(
         }
     }
     let programs = programs(job, &modules, &open_axes, sampled);
-    Reached { programs, configurations: choices.len() - refused, refused, exact }
+    let number = refused.configurations;
+    diagnostics.extend(refused.notes());
+    Reached { programs, configurations: choices.len() - number, refused: number, exact }
+}
+
+/// Configurations whose values do not go together: what is said of each place, and how often.
+#[derive(Default)]
+struct Refused {
+    configurations: usize,
+    found: BTreeMap<(&'static str, Place), (Diagnostic, usize)>,
+}
+
+impl Refused {
+    fn add(&mut self, findings: Vec<Diagnostic>, choice: &Choice) {
+        self.configurations += 1;
+        for finding in findings.into_iter().filter(is_about_values) {
+            let key = (finding.code.id, finding.place.clone());
+            let with = || match describe(choice) {
+                Some(settings) => finding.related(Place::Nowhere, format!("with {settings}")),
+                None => finding,
+            };
+            self.found.entry(key).or_insert_with(|| (with(), 0)).1 += 1;
+        }
+    }
+
+    fn notes(self) -> impl Iterator<Item = Diagnostic> {
+        self.found.into_values().map(|(finding, number)| {
+            let note = Diagnostic { severity: Severity::Note, ..finding };
+            match number {
+                0 | 1 => note,
+                2 => note.related(Place::Nowhere, "the same in one further configuration"),
+                _ => {
+                    note.related(Place::Nowhere, format!("the same in {} further configurations", number - 1))
+                }
+            }
+        })
+    }
 }
 
 /// Whether a finding says that values do not go together: one of a node kind, or of an expression over them. A user who

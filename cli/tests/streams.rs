@@ -1,0 +1,114 @@
+//! Standard output and standard error: readers that close early, terminals, and the exit status.
+
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+
+use umbragraph_test_support::scratch::ScratchFolder;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
+    command.args(arguments).current_dir(root());
+    command
+}
+
+/// Every command that prints, with the exit status that it has whoever reads.
+const PRINTING: &[(&[&str], i32)] = &[
+    (&["check", "pipelines/nebula.json"], 0),
+    (&["permutations", "pipelines/learn/10-features.json"], 0),
+    (&["permutations", "pipelines/learn/10-features.json", "--format", "json"], 0),
+    (&["permutations", "pipelines/learn/10-features.json", "--format", "github"], 0),
+    (&["permutations", "--axes"], 0),
+    (&["permutations", "--axes", "--format", "json"], 0),
+    (&["permutations", "nowhere.json"], 1),
+    (&["permutations", "nowhere.json", "--format", "github"], 1),
+    (&["plan", "pipelines/nebula.json", "--verify"], 0),
+    (&["graph", "pipelines/nebula.json"], 0),
+    (&["diff", "pipelines/nebula.json", "pipelines/caracal.json"], 0),
+    (&["wgsl", "pipelines/nebula.json"], 0),
+    (&["wgsl", "pipelines/nebula.json", "--pass", "casters", "--target", "spirv"], 0),
+    (&["explain"], 0),
+    (&["explain", "UG0502"], 0),
+    (&["explain", "UG9999"], 1),
+    (&["schema"], 0),
+    (&["check", "nowhere.json"], 1),
+    (&["check", "pipelines/nebula.json", "--no-such-option"], 2),
+];
+
+#[test]
+fn a_reader_that_closes_early_is_no_error() {
+    for (arguments, status) in PRINTING {
+        let mut child = command(arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stdout.take());
+        let output = child.wait_with_output().unwrap();
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(*status), "{arguments:?}: {errors}");
+        assert!(!errors.contains("panicked"), "{arguments:?}: {errors}");
+
+        let mut child = command(arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
+        drop(child.stderr.take());
+        assert_eq!(child.wait().unwrap().code(), Some(*status), "{arguments:?} without standard error");
+    }
+}
+
+/// Runs the command with standard error on a terminal; what arrived there, or `None` where no terminal can be had.
+#[cfg(target_os = "linux")]
+fn on_a_terminal(arguments: &str) -> Option<String> {
+    let folder = ScratchFolder::new("streams-terminal");
+    let log = folder.join("log");
+    let line = format!("'{}' {arguments} > /dev/null", env!("CARGO_BIN_EXE_umbragraph"));
+    let status = Command::new("script")
+        .args(["--quiet", "--return", "--command", &line])
+        .arg(&log)
+        .current_dir(root())
+        .env("TERM", "xterm")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .status()
+        .ok()?;
+    assert!(status.success(), "{status}");
+    Some(String::from_utf8_lossy(&std::fs::read(&log).ok()?).into_owned())
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn progress_is_shown_on_terminals_only() {
+    let arguments = ["permutations", "pipelines/mantis.json"];
+    let output = command(&arguments).output().unwrap();
+    let piped = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!piped.contains("texts") && !piped.contains('\u{1b}') && !piped.contains('\r'), "{piped}");
+    let Some(seen) = on_a_terminal(&arguments.join(" ")) else {
+        eprintln!("`script` is not installed: the terminal's half of this test is left out");
+        return;
+    };
+    assert!(seen.contains(" of 294 texts"), "{seen:?}");
+    let after = seen.rfind(" of 294 texts").map(|at| &seen[at..]).unwrap_or_default();
+    assert!(after.contains("\u{1b}[2K") || after.contains("\u{1b}[K"), "the bar is removed: {after:?}");
+}
+
+#[test]
+fn the_exit_status_says_how_it_went() {
+    let folder = ScratchFolder::new("streams-status");
+    let status = |template: &str, further: &[&str]| {
+        std::fs::write(folder.join("gradient.wgsl.jinja"), template).unwrap();
+        let pipeline = "pipelines/learn/01-smallest.json";
+        let templates = folder.to_str().unwrap();
+        let arguments = [&["permutations", pipeline, "--templates", templates], further].concat();
+        command(&arguments).output().unwrap().status.code()
+    };
+    let sound = std::fs::read_to_string(root().join("shaders-templates/gradient.wgsl.jinja")).unwrap();
+    let broken = sound.replace("@fragment", "@fragmnt");
+    assert_ne!(sound, broken);
+    for format in ["human", "json", "github"] {
+        assert_eq!(status(&sound, &["--format", format]), Some(0), "all is well");
+        assert_eq!(status(&broken, &["--format", format]), Some(1), "an error");
+        // Text that no variant contains is a warning: a finding, but no error.
+        let unused = format!("{sound}{{% if false %}}\n// never\n{{% endif %}}\n");
+        assert_eq!(status(&unused, &["--format", format, "--all"]), Some(0), "a warning");
+    }
+    assert_eq!(status(&sound, &["--threads", "none"]), Some(2), "a command line that cannot be understood");
+    assert_eq!(status(&sound, &["--profile", "nowhere"]), Some(1), "a profile that does not exist");
+}
