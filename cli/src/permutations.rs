@@ -90,9 +90,9 @@ fn requests(
         session.findings.extend(findings);
         counts.push(ReachedConfigurations {
             pipeline: path.display().to_string(),
-            number: reached.configurations,
+            configurations: reached.configurations,
+            loaded: reached.loaded,
             refused: reached.refused,
-            exact: reached.exact,
         });
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         for program in reached.programs {

@@ -20,10 +20,11 @@ pub(crate) struct Outcome {
 #[derive(Serialize)]
 pub(crate) struct ReachedConfigurations {
     pub(crate) pipeline: String,
-    pub(crate) number: usize,
-    /// Further ones in which values of parameters do not go together.
+    pub(crate) configurations: Count,
+    /// How many of them were loaded, which show every pass in all its states.
+    pub(crate) loaded: usize,
+    /// Loaded ones in which values of parameters do not go together.
     pub(crate) refused: usize,
-    pub(crate) exact: bool,
 }
 
 /// What stands under `templates` is one entry for each pass and product of axis values.
@@ -55,13 +56,18 @@ impl Outcome {
         let mut text = String::new();
         // Writing to a string cannot fail.
         for reached in &self.reached {
-            let bound = if reached.exact { "" } else { "at least " };
-            let number = counted(reached.number, "configuration");
-            let refused = match reached.refused {
-                0 => String::new(),
-                number => format!(", {number} further ones with values that do not go together"),
-            };
-            let _ = writeln!(text, "{}: {bound}{number}{refused}", reached.pipeline);
+            let ReachedConfigurations { pipeline, configurations, loaded, refused } = reached;
+            let plural = if configurations.number == 1 { "" } else { "s" };
+            let _ = write!(text, "{pipeline}: {configurations} configuration{plural}");
+            if configurations.number != *loaded as u128 {
+                let states = if configurations.exact { "every pass in all its states in " } else { "" };
+                let verb = if configurations.exact { "" } else { " loaded" };
+                let _ = write!(text, ", {states}{loaded} of them{verb}");
+            }
+            if *refused > 0 {
+                let _ = write!(text, ", {refused} with values that do not go together");
+            }
+            text.push('\n');
         }
         let mut passes: Vec<(&str, Summary<'_>)> = Vec::new();
         for report in &self.permutations.templates {

@@ -6,19 +6,29 @@
 //! default and the greatest value; then the axes that depend on them count as open, with all of their own values.
 //! Configurations that the features' `requires` and `excludes` forbid are left out.
 //!
-//! Up to 4,096 configurations are enumerated. Beyond, the default, every single change and every pair of changes
-//! are, as far as they fit, and the number is a lower bound.
+//! Up to 4,096 configurations are enumerated in full. Of more, those settings that no pass depends on together factor
+//! out: for each pass, every combination of the settings on which it depends ([`dependence`](super::dependence)), the
+//! others at their defaults, and every single change and pair of changes besides. So each pass is seen in all its states,
+//! and the number of configurations is counted exactly without going through them. A pass with over 4,096 states, or
+//! over 16,384 for all passes together, is the limit: then it is single changes and pairs alone, as far as they fit, and
+//! the number is a lower bound.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 
+use super::dependence;
 use super::load::has_word;
 use super::setting::{Choice, Setting};
 use crate::document::{Document, Kind, Value};
 use crate::language::{FeatureDeclaration, Order, ParameterDeclaration, ParameterType};
-use crate::shader::TemplateSet;
+use crate::shader::axes::{Condition, Constraint, Rule};
+use crate::shader::permutations::{Count, Space};
+use crate::shader::{AxisValue, AxisValues, TemplateSet};
 
-/// The most configurations that are enumerated.
-const MAXIMUM: usize = 4096;
+/// The most configurations that are enumerated in full: of a pipeline, or of the settings of one of its passes.
+const MAXIMUM: usize = 1 << 12;
+
+/// The most configurations that are enumerated for all passes together.
+const MAXIMUM_TOGETHER: usize = 1 << 14;
 
 /// The most values of a number, or lengths of a list, that are tried one by one.
 const MAXIMUM_VALUES: usize = 16;
@@ -30,9 +40,9 @@ const DECIDING: &[&str] = &["when", "for_each", "axes", "with", "use", "shader"]
 #[derive(Debug, Default)]
 pub(super) struct Configurations {
     pub(super) choices: Vec<Choice>,
-    /// Whether these are all.
-    pub(super) exact: bool,
-    /// Whether there were too many to enumerate.
+    /// How many there are.
+    pub(super) number: Count,
+    /// Whether passes have states that none of these shows.
     pub(super) sampled: bool,
     /// Axes that can have values which no configuration here gives them.
     pub(super) open_axes: BTreeSet<String>,
@@ -82,9 +92,40 @@ pub(super) fn enumerate(document: &Document, templates: &TemplateSet) -> Configu
         .filter(|mention| open_settings.iter().any(|name| has_word(mention.text, name)))
         .filter_map(|mention| mention.axis);
     let open_axes = by_expression.chain(open_settings.iter().copied()).map(str::to_owned).collect();
-    let (choices, sampled) = choose(&varied);
+    let groups = || dependence::groups(document, varied.iter().map(|each| each.name.as_str()), templates);
+    let (picks, sampled) = choose(&varied, groups);
+    let choices: Vec<Choice> = picks.iter().map(|pick| choice(&varied, pick)).collect();
     let exact = !sampled && varied.iter().all(|each| each.exhaustive);
-    Configurations { choices, exact, sampled, open_axes }
+    let number = count(&varied);
+    Configurations { choices, number: Count { exact: exact && number.exact, ..number }, sampled, open_axes }
+}
+
+/// The number of all combinations of values that the features allow.
+fn count(varied: &[Varied]) -> Count {
+    let name_of = |at: usize| AxisValue::Integer(at as i64);
+    let values = varied
+        .iter()
+        .map(|each| (each.name.clone(), (0..each.values.len().max(1)).map(name_of).collect::<Vec<_>>()));
+    let mut constraints = Vec::new();
+    for (each, declaration) in varied.iter().filter_map(|each| Some((each, each.feature.as_ref()?))) {
+        let is_on = |name: &str, equal: bool| {
+            let other = varied.iter().find(|other| other.feature.is_some() && other.name == name)?;
+            let off = other.values.iter().position(|value| !other.is_on(value))?;
+            Some(Condition { axis: name.to_owned(), value: name_of(off), equal: !equal })
+        };
+        let Some(span) = each.values.first().map(|value| value.span) else { continue };
+        let when = is_on(&each.name, true);
+        let never = is_on(&each.name, false);
+        // What is not declared is never on.
+        let all = declaration.requires.iter().map(|other| is_on(other, true).or_else(|| never.clone()));
+        let none = declaration.excludes.iter().filter_map(|other| is_on(other, true)).collect();
+        constraints.push(Constraint {
+            rule: Rule::Requires { when: when.clone(), all: all.flatten().collect() },
+            span,
+        });
+        constraints.push(Constraint { rule: Rule::Excludes { when, none }, span });
+    }
+    Space::of(values.collect(), constraints).count(&AxisValues::new())
 }
 
 fn collect<'a>(value: &'a Value, axis: Option<&'a str>, deciding: bool, mentions: &mut Vec<Mention<'a>>) {
@@ -250,70 +291,122 @@ fn number_kind(number: f64) -> Kind {
     whole.or_else(|| serde_json::Number::from_f64(number)).map_or(Kind::Null, Kind::Number)
 }
 
-/// The choices, and whether they are a part only.
-fn choose(varied: &[Varied]) -> (Vec<Choice>, bool) {
-    let total = varied.iter().try_fold(1_usize, |total, each| total.checked_mul(each.values.len().max(1)));
-    let all = total.filter(|total| *total <= MAXIMUM);
-    let mut picks: Vec<Vec<usize>> = Vec::new();
-    match all {
-        Some(total) => {
-            for number in 0..total {
-                let mut rest = number;
-                picks.push(
-                    varied
-                        .iter()
-                        .map(|each| {
-                            let count = each.values.len().max(1);
-                            let pick = rest % count;
-                            rest /= count;
-                            pick
-                        })
-                        .collect(),
-                );
-            }
+/// The configurations as the index of each setting's value, and whether they leave out states of passes.
+fn choose(varied: &[Varied], groups: impl Fn() -> Vec<BTreeSet<usize>>) -> (Vec<Vec<usize>>, bool) {
+    let plain = vec![0; varied.len()];
+    let everything: BTreeSet<usize> = (0..varied.len()).collect();
+    let product = |group: &BTreeSet<usize>| {
+        let size = |total: usize, at: &usize| total.checked_mul(varied[*at].values.len().max(1));
+        group.iter().try_fold(1_usize, size).filter(|total| *total <= MAXIMUM)
+    };
+    let mut picks = Picks { varied, seen: HashSet::new(), list: Vec::new() };
+    if let Some(total) = product(&everything) {
+        picks.add_product(&plain, &everything, total);
+        return (picks.list, false);
+    }
+    let changes: Vec<(usize, usize)> = varied
+        .iter()
+        .enumerate()
+        .flat_map(|(at, each)| (1..each.values.len()).map(move |pick| (at, pick)))
+        .collect();
+    picks.add(plain.clone());
+    let pairs =
+        changes.iter().enumerate().flat_map(|(at, one)| changes[at + 1..].iter().map(move |two| (one, two)));
+    for (one, two) in changes.iter().map(|one| (one, one)).chain(pairs) {
+        if picks.list.len() >= MAXIMUM {
+            break;
         }
-        None => {
-            let plain = vec![0; varied.len()];
-            let changes: Vec<(usize, usize)> = varied
-                .iter()
-                .enumerate()
-                .flat_map(|(at, each)| (1..each.values.len()).map(move |pick| (at, pick)))
-                .collect();
-            picks.push(plain.clone());
-            let pairs = changes
-                .iter()
-                .enumerate()
-                .flat_map(|(at, one)| changes[at + 1..].iter().map(move |two| (one, two)));
-            for (one, two) in changes.iter().map(|one| (one, one)).chain(pairs) {
-                // Two values of one setting are no pair of changes.
-                if picks.len() >= MAXIMUM || (one.0 == two.0 && one.1 != two.1) {
-                    continue;
-                }
-                let mut pick = plain.clone();
-                pick[one.0] = one.1;
-                pick[two.0] = two.1;
-                picks.push(pick);
-            }
+        // Two values of one setting are no pair of changes.
+        if one.0 != two.0 || one.1 == two.1 {
+            let mut pick = plain.clone();
+            pick[one.0] = one.1;
+            pick[two.0] = two.1;
+            picks.add(pick);
         }
     }
-    let choices =
-        picks.iter().filter(|pick| is_allowed(varied, pick)).map(|pick| choice(varied, pick)).collect();
-    (choices, all.is_none())
+    let mut groups: Vec<BTreeSet<usize>> =
+        groups().into_iter().map(|group| with_constraints(varied, group)).collect();
+    groups.sort();
+    groups.dedup();
+    let mut sampled = false;
+    for group in &groups {
+        match product(group).filter(|total| picks.list.len() + total <= MAXIMUM_TOGETHER) {
+            Some(total) => picks.add_product(&plain, group, total),
+            None => sampled = true,
+        }
+    }
+    (picks.list, sampled)
+}
+
+/// Distinct configurations that the features allow.
+struct Picks<'v> {
+    varied: &'v [Varied],
+    seen: HashSet<Vec<usize>>,
+    list: Vec<Vec<usize>>,
+}
+
+impl Picks<'_> {
+    fn add(&mut self, pick: Vec<usize>) {
+        if is_allowed(self.varied, &pick) && self.seen.insert(pick.clone()) {
+            self.list.push(pick);
+        }
+    }
+
+    /// Every combination of the values of a group, which are `total`; the other settings as in `plain`.
+    fn add_product(&mut self, plain: &[usize], group: &BTreeSet<usize>, total: usize) {
+        for number in 0..total {
+            let mut pick = plain.to_vec();
+            let mut rest = number;
+            for at in group {
+                let count = self.varied[*at].values.len().max(1);
+                pick[*at] = rest % count;
+                rest /= count;
+            }
+            self.add(pick);
+        }
+    }
+}
+
+/// A group of settings with every feature that its features require or exclude, and so on.
+fn with_constraints(varied: &[Varied], mut group: BTreeSet<usize>) -> BTreeSet<usize> {
+    let others = |at: usize| {
+        let declaration = varied[at].feature.as_ref();
+        declaration.into_iter().flat_map(|each| each.requires.iter().chain(&each.excludes))
+    };
+    let tied = |one: usize, two: usize| others(one).any(|name| *name == varied[two].name);
+    loop {
+        let more: Vec<usize> = (0..varied.len())
+            .filter(|at| {
+                !group.contains(at) && group.iter().any(|member| tied(*member, *at) || tied(*at, *member))
+            })
+            .collect();
+        if more.is_empty() {
+            return group;
+        }
+        group.extend(more);
+    }
+}
+
+impl Varied {
+    /// Whether a feature is on with this value; an enumeration is off with its first word.
+    fn is_on(&self, value: &Value) -> bool {
+        let first = self.feature.as_ref().and_then(|declaration| declaration.values.first());
+        match &value.kind {
+            Kind::Bool(on) => *on,
+            Kind::Text(word) => first != Some(word),
+            _ => false,
+        }
+    }
 }
 
 /// Whether the features agree with what they require and exclude of one another.
 fn is_allowed(varied: &[Varied], pick: &[usize]) -> bool {
     let is_on = |name: &str| {
-        varied.iter().zip(pick).find(|(each, _)| each.feature.is_some() && each.name == name).is_some_and(
-            |(each, at)| {
-                let first = each.feature.as_ref().and_then(|declaration| declaration.values.first());
-                match each.values.get(*at).map(|value| &value.kind) {
-                    Some(Kind::Bool(on)) => *on,
-                    Some(Kind::Text(word)) => first != Some(word),
-                    _ => false,
-                }
-            },
-        )
+        varied
+            .iter()
+            .zip(pick)
+            .find(|(each, _)| each.feature.is_some() && each.name == name)
+            .is_some_and(|(each, at)| each.values.get(*at).is_some_and(|value| each.is_on(value)))
     };
     varied.iter().filter_map(|each| Some((&each.name, each.feature.as_ref()?))).all(|(name, declaration)| {
         !is_on(name)

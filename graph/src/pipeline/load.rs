@@ -54,9 +54,12 @@ pub(super) fn load_sharing(
     diagnostics: &mut Diagnostics,
     modules: &mut Modules,
 ) -> Option<Pipeline> {
-    let schema = schema(registry);
-    let mut schema_findings = Diagnostics::new();
-    document::schema::check(&document.root, &schema, &schema, "", &mut schema_findings);
+    let schema_findings = modules.of_schema(|| {
+        let schema = schema(registry);
+        let mut findings = Diagnostics::new();
+        document::schema::check(&document.root, &schema, &schema, "", &mut findings);
+        findings
+    });
     let broken: BTreeSet<String> = schema_findings.iter().map(|finding| finding.pointer.clone()).collect();
     diagnostics.extend(schema_findings);
     let is_broken = |pointer: &str| {

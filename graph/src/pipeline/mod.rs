@@ -16,6 +16,7 @@
 mod binding;
 mod builder;
 mod configurations;
+mod dependence;
 mod environment;
 mod expand;
 mod host_contract;

@@ -1,4 +1,4 @@
-//! Shader modules that several loads of one document share, and what those loads ask for.
+//! What several loads of one document share: shader modules, and what those loads ask for.
 //!
 //! Configurations of one pipeline mostly want the same shaders. [`Modules`] keeps each that was made, or refused, and
 //! writes down which pass wanted which program, so that all of them can be proven together.
@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::shader::{self, AxisValues, ShaderModule, TargetProfile, TemplateSet};
 use crate::source::Span;
 
@@ -27,12 +27,19 @@ pub(super) struct Modules {
     known: BTreeMap<(String, AxisValues), Result<Arc<ShaderModule>, Vec<Diagnostic>>>,
     pub(super) wanted: Vec<Wanted>,
     proven_elsewhere: bool,
+    /// What the schema says of the document, which is the same for every configuration.
+    of_schema: Option<Diagnostics>,
 }
 
 impl Modules {
     /// Modules of which a proof of all variants will say what is wrong with the shaders themselves.
     pub(super) fn proven_elsewhere() -> Self {
         Self { proven_elsewhere: true, ..Self::default() }
+    }
+
+    /// What the schema says of the document, as the first load has found.
+    pub(super) fn of_schema(&mut self, check: impl FnOnce() -> Diagnostics) -> Diagnostics {
+        self.of_schema.get_or_insert_with(check).clone()
     }
 
     /// The module, or what is wrong with it; nothing is said of what the proof of all variants will say.

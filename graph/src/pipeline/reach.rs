@@ -13,6 +13,7 @@ use super::modules::Modules;
 use crate::check::Job;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use crate::document::Document;
+use crate::shader::permutations::Count;
 use crate::shader::{self, AxisValue, AxisValues};
 use crate::source::{Sources, Span};
 
@@ -24,12 +25,13 @@ pub type AxisProduct = BTreeMap<String, Vec<AxisValue>>;
 pub struct Reached {
     /// The programs, in the order of the first pass that wants each.
     pub programs: Vec<ReachedProgram>,
-    /// The number of configurations that were loaded.
-    pub configurations: usize,
-    /// The number of further ones in which values of parameters do not go together, so that nobody can use them.
+    /// The number of configurations for which the programs stand. It is a lower bound where numbers and lists were tried
+    /// with some of their values, or passes have too many states.
+    pub configurations: Count,
+    /// How many of them were loaded: all, or as many as show every pass in all its states.
+    pub loaded: usize,
+    /// The number of loaded ones in which values of parameters do not go together, so that nobody can use them.
     pub refused: usize,
-    /// Whether there are no others.
-    pub exact: bool,
 }
 
 /// A program with the variants that configurations reach.
@@ -70,10 +72,11 @@ pub fn reach(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Reached {
-    let Configurations { choices, exact, sampled, open_axes } = match configured {
+    let Configurations { choices, number, sampled, open_axes } = match configured {
         Configured::All => configurations::enumerate(document, job.templates),
         Configured::One(choice) => {
-            Configurations { choices: vec![choice.clone()], exact: true, ..Configurations::default() }
+            let number = Count { number: 1, exact: true };
+            Configurations { choices: vec![choice.clone()], number, ..Configurations::default() }
         }
     };
     let mut modules = Modules::proven_elsewhere();
@@ -111,9 +114,9 @@ pub fn reach(
         }
     }
     let programs = programs(job, &modules, &open_axes, sampled);
-    let number = refused.configurations;
+    let (loaded, number_refused) = (choices.len(), refused.configurations);
     diagnostics.extend(refused.notes());
-    Reached { programs, configurations: choices.len() - number, refused: number, exact }
+    Reached { programs, configurations: number, loaded, refused: number_refused }
 }
 
 /// Configurations whose values do not go together: what is said of each place, and how often.

@@ -1,10 +1,14 @@
 //! Constraints as the layers of a decision diagram.
 //!
-//! Each constraint becomes clauses, disjunctions of conditions on single axes. The axes that clauses name are the layers,
-//! in the order of their names; a node of a layer is the set of clauses already satisfied among those that are still
-//! open. A clause whose last axis is passed is either satisfied, and forgotten, or ends the path.
+//! Each constraint becomes clauses, disjunctions of conditions on single axes. The axes that clauses name are the layers;
+//! a node of a layer is the set of clauses already satisfied among those that are still open. A clause whose last axis is
+//! passed is either satisfied, and forgotten, or ends the path.
+//!
+//! Axes that clauses tie to one another, directly or through others, stand together, so that nothing is open where one
+//! such group ends: groups multiply, and the diagram is as wide as its widest group, however many there are. Within a
+//! group the order is that of the names.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::space::Domain;
 use crate::shader::axes::{Condition, Constraint, Rule};
@@ -15,6 +19,7 @@ use crate::shader::value::AxisValue;
 pub(super) struct Diagram {
     pub(super) layers: Vec<Layer>,
     pub(super) clauses: usize,
+    axes: BTreeSet<String>,
 }
 
 #[derive(Clone, Debug)]
@@ -29,25 +34,44 @@ pub(super) struct Layer {
 impl Diagram {
     pub(super) fn new(constraints: &[Constraint]) -> Self {
         let clauses = clauses(constraints);
-        let axes: BTreeSet<&str> =
-            clauses.iter().flat_map(|clause| &clause.0).map(|condition| condition.axis.as_str()).collect();
-        let layers = axes.iter().map(|axis| {
+        let order = order(&clauses);
+        let layers = order.iter().enumerate().map(|(position, axis)| {
             let of_clause = |(at, clause): (usize, &Clause)| {
                 let here: Vec<Condition> =
                     clause.0.iter().filter(|each| each.axis == *axis).cloned().collect();
-                let last = clause.0.iter().all(|each| each.axis.as_str() <= *axis);
+                let last = clause.0.iter().all(|each| !order[position + 1..].contains(&each.axis.as_str()));
                 (!here.is_empty()).then_some((at, here, last))
             };
             let clauses: Vec<_> = clauses.iter().enumerate().filter_map(of_clause).collect();
             let named = clauses.iter().flat_map(|(_, here, _)| here).map(|each| each.value.clone()).collect();
             Layer { axis: (*axis).to_owned(), named, clauses }
         });
-        Self { layers: layers.collect(), clauses: clauses.len() }
+        Self {
+            layers: layers.collect(),
+            clauses: clauses.len(),
+            axes: order.iter().map(|axis| (*axis).to_owned()).collect(),
+        }
     }
 
     pub(super) fn names(&self, axis: &str) -> bool {
-        self.layers.binary_search_by(|layer| layer.axis.as_str().cmp(axis)).is_ok()
+        self.axes.contains(axis)
     }
+}
+
+/// The axes that clauses name, those that are tied to one another side by side.
+fn order(clauses: &[Clause]) -> Vec<&str> {
+    // The first axis of the group that each axis is known to be in.
+    let mut groups: BTreeMap<&str, &str> = BTreeMap::new();
+    for clause in clauses {
+        let axes: BTreeSet<&str> = clause.0.iter().map(|condition| condition.axis.as_str()).collect();
+        let joined: BTreeSet<&str> = axes.iter().map(|axis| *groups.get(axis).unwrap_or(axis)).collect();
+        let Some(first) = joined.first().copied() else { continue };
+        groups.values_mut().filter(|group| joined.contains(*group)).for_each(|group| *group = first);
+        groups.extend(axes.into_iter().map(|axis| (axis, first)));
+    }
+    let mut order: Vec<(&str, &str)> = groups.into_iter().map(|(axis, group)| (group, axis)).collect();
+    order.sort_unstable();
+    order.into_iter().map(|(_, axis)| axis).collect()
 }
 
 /// A disjunction of conditions.
