@@ -1,0 +1,73 @@
+//! The members of a uniform block, each with the expression of its value.
+
+use std::collections::BTreeMap;
+
+use super::PassBuilder;
+use crate::diagnostic::{codes, did_you_mean};
+use crate::document;
+use crate::language::Expr;
+use crate::shader::TypeLayout;
+use crate::work::BlockValues;
+
+impl PassBuilder<'_> {
+    /// Expressions for the members of a block: for all of them, or for those that other values leave.
+    pub(super) fn block_values(
+        &mut self,
+        layout: &TypeLayout,
+        values: &BTreeMap<String, Expr>,
+        at: &str,
+        template: &str,
+        all: bool,
+    ) -> Option<BlockValues> {
+        let TypeLayout::Struct { members, .. } = layout else {
+            self.report(
+                codes::WRONG_RESOURCE,
+                at,
+                "values are bound to a struct",
+                "declare the uniform as a struct in the template",
+            );
+            return None;
+        };
+        let mut fine = true;
+        let mut unknown: Vec<&str> = Vec::new();
+        for name in values.keys().filter(|name| !members.iter().any(|member| member.name == **name)) {
+            let names: Vec<&str> = members.iter().map(|member| member.name.as_str()).collect();
+            // A member of another variant's block stands in the template; here it is merely not needed.
+            if self.shared.is_mentioned(template, name) {
+                continue;
+            }
+            let help = match did_you_mean(name, names.iter().copied()) {
+                Some(meant) => format!("did you mean \"{meant}\"?"),
+                None => format!("its members are {}", names.join(", ")),
+            };
+            self.report(
+                codes::UNKNOWN_BINDING,
+                &document::pointer_join(at, name),
+                format!("the block has no member \"{name}\""),
+                help,
+            );
+            unknown.push(name);
+            fine = false;
+        }
+        let mut deferred = Vec::new();
+        for member in members {
+            let here = document::pointer_join(at, &member.name);
+            match values.get(&member.name) {
+                Some(expr) => match self.deferred(expr, &here) {
+                    Some(expression) => deferred.push((member.name.clone(), expression)),
+                    None => fine = false,
+                },
+                None if unknown.iter().any(|name| did_you_mean(name, [member.name.as_str()]).is_some()) => {
+                    fine = false;
+                }
+                None if !all => {}
+                None => {
+                    let message = format!("the member \"{}\" of the block has no value", member.name);
+                    self.report(codes::UNBOUND, at, message, format!("add \"{}\" here", member.name));
+                    fine = false;
+                }
+            }
+        }
+        fine.then_some(BlockValues { layout: layout.clone(), expressions: deferred })
+    }
+}

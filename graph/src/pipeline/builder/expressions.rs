@@ -1,0 +1,157 @@
+//! Expressions in settings: evaluated over parameters and features, or kept until sizes are known.
+
+use super::PassBuilder;
+use crate::diagnostic::{Diagnostic, codes};
+use crate::document;
+use crate::expression::{self, Expression, ExpressionError, Fault, Value};
+use crate::language::{Expr, Word};
+use crate::work::Deferred;
+
+impl PassBuilder<'_> {
+    /// Evaluates an expression over parameters and features.
+    pub fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value> {
+        let result = self.evaluate(expr);
+        result.map_err(|error| self.expression_error(&error, pointer)).ok()
+    }
+
+    /// Evaluates an expression that yields a number.
+    pub fn number(&mut self, expr: &Expr, pointer: &str) -> Option<f64> {
+        match self.value(expr, pointer)? {
+            Value::Number(number) => Some(number),
+            other => self.wrong_type(pointer, "a number", other.kind_name()),
+        }
+    }
+
+    /// Evaluates an expression that yields a whole number from 0.
+    pub fn count(&mut self, expr: &Expr, pointer: &str) -> Option<u32> {
+        let number = self.number(expr, pointer)?;
+        if number.fract() != 0.0 || !(0.0..=f64::from(u32::MAX)).contains(&number) {
+            return self.wrong_type(pointer, "a whole number from 0", &number.to_string());
+        }
+        Some(number as u32)
+    }
+
+    /// Evaluates an expression that yields a list of numbers (one number is a list of one).
+    pub fn numbers(&mut self, expr: &Expr, pointer: &str) -> Option<Vec<f64>> {
+        let value = self.value(expr, pointer)?;
+        match value.numbers() {
+            Some(numbers) => Some(numbers),
+            None => self.wrong_type(pointer, "a list of numbers", value.kind_name()),
+        }
+    }
+
+    /// Evaluates an expression that yields a boolean.
+    pub fn boolean(&mut self, expr: &Expr, pointer: &str) -> Option<bool> {
+        match self.value(expr, pointer)? {
+            Value::Bool(value) => Some(value),
+            other => self.wrong_type(pointer, "a boolean", other.kind_name()),
+        }
+    }
+
+    /// A word, or the one that its expression yields.
+    pub fn word<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
+        &mut self,
+        word: &Word<T>,
+        pointer: &str,
+    ) -> Option<T> {
+        let expr = match word {
+            Word::Is(word) => return Some(word.clone()),
+            Word::Computed(expr) => expr,
+        };
+        match self.evaluate(expr) {
+            Ok(Value::Text(text)) => match serde_json::from_value(text.as_str().into()) {
+                Ok(word) => Some(word),
+                Err(_) => {
+                    let message = format!("the expression yields \"{text}\", which is not known here");
+                    self.report(
+                        codes::UNKNOWN_WORD,
+                        pointer,
+                        message,
+                        "the schema lists the words known here",
+                    );
+                    None
+                }
+            },
+            Ok(other) => self.wrong_type(pointer, "a word", other.kind_name()),
+            Err(error) => {
+                // The equals sign in front is not part of the expression.
+                let error = ExpressionError { range: error.range.start + 1..error.range.end + 1, ..error };
+                self.expression_error(&error, pointer);
+                None
+            }
+        }
+    }
+
+    /// An expression that may name sizes too; it is evaluated when they are known.
+    pub fn deferred(&mut self, expr: &Expr, pointer: &str) -> Option<Deferred> {
+        match expr.parse() {
+            Ok(expression) => {
+                let expression =
+                    self.environment.close(&expression, &|name| self.shared.find(name).is_some());
+                self.check_names(&expression, pointer)?;
+                Some(Deferred { expression, place: self.place(pointer), pointer: self.absolute(pointer) })
+            }
+            Err(error) => {
+                self.expression_error(&error, pointer);
+                None
+            }
+        }
+    }
+
+    pub(super) fn evaluate(&self, expr: &Expr) -> Result<Value, ExpressionError> {
+        let expression = self.environment.close(&expr.parse()?, &|name| self.shared.find(name).is_some());
+        expression::evaluate(&expression, &self.shared.scope)
+    }
+
+    pub(super) fn wrong_type<T>(&mut self, pointer: &str, wanted: &str, found: &str) -> Option<T> {
+        self.report(
+            codes::EXPRESSION_TYPE,
+            pointer,
+            format!("{wanted} is wanted here, this is {found}"),
+            format!("make the expression yield {wanted}"),
+        );
+        None
+    }
+
+    /// Finds names in a deferred expression that exist nowhere; their values come later.
+    pub(super) fn check_names(&mut self, expression: &Expression, pointer: &str) -> Option<()> {
+        match self.shared.unknown_name(expression) {
+            None => Some(()),
+            Some(error) => {
+                self.expression_error(&error, pointer);
+                None
+            }
+        }
+    }
+
+    pub(super) fn expression_error(&mut self, error: &ExpressionError, pointer: &str) {
+        let value = self.settings.nearest(pointer);
+        let raw = self.shared.sources_text(value.span);
+        let finding = expression_finding(error, value, &raw).pointer(self.absolute(pointer));
+        self.shared.diagnostics.push(finding);
+    }
+}
+
+/// The finding of an error in an expression; the place is inside the string where it is written without escapes.
+pub(crate) fn expression_finding(error: &ExpressionError, value: &document::Value, raw: &str) -> Diagnostic {
+    let verbatim = value.text().is_some_and(|text| raw.len() == text.len() + 2);
+    let place = if verbatim && error.range != (0..0) {
+        let end = error.range.end.max(error.range.start + 1);
+        value.span.inside(error.range.start + 1..end + 1)
+    } else {
+        value.span
+    };
+    let code = match error.fault {
+        Fault::Syntax => codes::EXPRESSION_SYNTAX,
+        Fault::UnknownName => codes::EXPRESSION_NAME,
+        Fault::Type => codes::EXPRESSION_TYPE,
+        Fault::Arithmetic => codes::EXPRESSION_ARITHMETIC,
+    };
+    let finding = Diagnostic::error(code, place, error.message.clone());
+    finding.help(error.help.clone().unwrap_or_else(|| match error.fault {
+        Fault::Syntax => "expressions look like \"ceil(viewport.width / 16)\"".to_owned(),
+        Fault::UnknownName => "expressions know parameters, features, resources and viewport".to_owned(),
+        Fault::Type => "see `umbragraph explain UG0312` for the types of expressions".to_owned(),
+        Fault::Arithmetic => "guard the operation, with max(…, 1) for one".to_owned(),
+    }))
+}

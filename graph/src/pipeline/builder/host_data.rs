@@ -1,0 +1,85 @@
+//! Host data: published by one pass under a name, read by others.
+
+use super::PassBuilder;
+use crate::data::DataShape;
+use crate::diagnostic::{Diagnostic, codes};
+use crate::pipeline::{Part, ResourceKind, Usage, Version};
+use crate::work::ResourceHandle;
+
+impl PassBuilder<'_> {
+    /// Names the data that this pass publishes.
+    pub fn publish(&mut self, name: &str, pointer: &str, shape: DataShape) -> Option<ResourceHandle> {
+        let place = self.place(pointer);
+        let at = self.absolute(pointer);
+        let name = &self.outside(name, pointer)?;
+        let handle = self.shared.intern_data(name, place, &at);
+        let resource = &mut self.shared.resources[handle.index()];
+        match &mut resource.kind {
+            ResourceKind::Data(published @ None) => {
+                *published = Some(shape);
+                resource.place = place;
+                resource.pointer = at;
+                self.add_use(handle, Part::WHOLE, Usage::HostWrite, Version::Newest, pointer);
+                Some(handle)
+            }
+            ResourceKind::Data(Some(_)) => {
+                let finding = Diagnostic::error(
+                    codes::PUBLISHED_TWICE,
+                    place,
+                    format!("the data \"{name}\" is published by two passes"),
+                )
+                .related(resource.place, "it is published here too")
+                .help("give one of the two another name")
+                .pointer(at);
+                self.shared.diagnostics.push(finding);
+                None
+            }
+            _ => {
+                let message = format!("\"{name}\" is {}, not host data", resource.kind_name());
+                let finding = Diagnostic::error(codes::WRONG_RESOURCE, place, message)
+                    .related(resource.place, "it is declared here")
+                    .help("publish under a name that no texture or buffer has")
+                    .pointer(at);
+                self.shared.diagnostics.push(finding);
+                None
+            }
+        }
+    }
+
+    /// Reads host data that another pass publishes.
+    pub fn data(&mut self, name: &str, pointer: &str) -> Option<ResourceHandle> {
+        let place = self.place(pointer);
+        let at = self.absolute(pointer);
+        let name = &self.outside(name, pointer)?;
+        let handle = self.shared.intern_data(name, place, &at);
+        let resource = &self.shared.resources[handle.index()];
+        if matches!(resource.kind, ResourceKind::Broken) {
+            return None;
+        }
+        if !matches!(resource.kind, ResourceKind::Data(_)) {
+            let message = format!("\"{name}\" is {}, but host data is wanted here", resource.kind_name());
+            self.report(
+                codes::WRONG_RESOURCE,
+                pointer,
+                message,
+                "name what a host pass publishes, such as a cascade fit",
+            );
+            return None;
+        }
+        if !self.uses.iter().any(|known| known.resource == handle) {
+            self.add_use(handle, Part::WHOLE, Usage::HostRead, Version::Newest, pointer);
+        }
+        Some(handle)
+    }
+
+    /// The name outside of what is named here, with expressions in braces replaced.
+    pub(super) fn outside(&mut self, name: &str, pointer: &str) -> Option<String> {
+        match self.environment.interpolate(name, &self.shared.scope) {
+            Ok(name) => Some(self.environment.resource(&name)),
+            Err(error) => {
+                self.expression_error(&error, pointer);
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! [`PassBuilder`]: what a node kind sees while a pass is declared.
+//!
+//! Everything that a node kind says goes through here: expressions are evaluated, references looked up, shaders
+//! compiled and their bindings matched by name. Each method takes the JSON pointer of the setting (relative to the
+//! node kind's settings), so that a finding stands at its place; it reports the finding itself and returns `None`.
+
+mod blocks;
+mod expressions;
+mod host_data;
+mod programs;
+mod references;
+mod slots;
+
+pub(crate) use expressions::expression_finding;
+
+use super::environment::Environment;
+use super::load::Shared;
+use super::{Use, host_contract};
+use crate::diagnostic::{Code, Diagnostic, codes, did_you_mean};
+use crate::document;
+use crate::source::Span;
+use crate::work::Work;
+
+/// Declares one pass.
+pub struct PassBuilder<'a> {
+    pub(in crate::pipeline) shared: &'a mut Shared,
+    pub(in crate::pipeline) name: &'a str,
+    pub(in crate::pipeline) settings: &'a document::Value,
+    /// The pointer of the settings in the document.
+    pub(in crate::pipeline) pointer: String,
+    pub(in crate::pipeline) uses: Vec<Use>,
+    pub(in crate::pipeline) environment: &'a Environment,
+}
+
+/// The proof that a pass said what it does; made by [`PassBuilder::produce`].
+#[derive(Debug)]
+pub struct Produced(pub(in crate::pipeline) Work);
+
+impl PassBuilder<'_> {
+    /// The pass's name.
+    pub fn name(&self) -> &str {
+        self.name
+    }
+
+    /// Where a setting stands; for one that is not written, the object that lacks it.
+    pub fn place(&self, pointer: &str) -> Span {
+        self.settings.nearest(pointer).span
+    }
+
+    /// Reports a finding at a setting.
+    pub fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
+        let finding =
+            Diagnostic::error(code, self.place(pointer), message).help(help).pointer(self.absolute(pointer));
+        self.shared.diagnostics.push(finding);
+    }
+
+    /// Finishes the pass.
+    pub fn produce(&self, work: Work) -> Produced {
+        Produced(work)
+    }
+
+    /// The geometry contract of a name.
+    pub fn geometry(&mut self, name: &str, pointer: &str) -> Option<()> {
+        if self.shared.geometry.contains_key(name) {
+            return Some(());
+        }
+        let names: Vec<String> = self.shared.geometry.keys().cloned().collect();
+        let help = match did_you_mean(name, names.iter().map(String::as_str)) {
+            Some(meant) => format!("did you mean \"{meant}\"?"),
+            None => format!(
+                "\"geometry\" declares {}",
+                if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+            ),
+        };
+        self.report(codes::UNKNOWN_GEOMETRY, pointer, format!("there is no geometry \"{name}\""), help);
+        None
+    }
+
+    pub(crate) fn settings_do_not_decode(&mut self, error: &serde_json::Error) {
+        self.report(
+            codes::WRONG_TYPE,
+            "",
+            format!("the settings do not decode: {error}"),
+            "compare them with the schema",
+        );
+    }
+
+    pub(in crate::pipeline) fn absolute(&self, pointer: &str) -> String {
+        format!("{}{pointer}", self.pointer)
+    }
+}

@@ -1,0 +1,103 @@
+//! The program of a template: its axes get values, its variants are rendered and reflected.
+
+use std::collections::BTreeMap;
+
+use super::PassBuilder;
+use crate::diagnostic::{codes, did_you_mean};
+use crate::document;
+use crate::expression::{Scope as _, Value};
+use crate::language::Expr;
+use crate::pipeline::modules::Wanted;
+use crate::shader::{AxisValue, AxisValues};
+use crate::work::ProgramHandle;
+
+impl PassBuilder<'_> {
+    /// The program of a template. Its axes are what `axes` says, else the feature or parameter of the same name, else
+    /// their defaults; `geometry` names the contract whose mesh properties are axes too.
+    pub fn program(
+        &mut self,
+        template: &str,
+        axes: &BTreeMap<String, Expr>,
+        geometry: Option<&str>,
+        pointer: &str,
+    ) -> Option<ProgramHandle> {
+        let shader_at = format!("{pointer}/shader");
+        let Some(known) = self.shared.templates.axes(template).cloned() else {
+            let finding = self
+                .shared
+                .templates
+                .unknown(template, self.place(&shader_at))
+                .pointer(self.absolute(&shader_at));
+            self.shared.diagnostics.push(finding);
+            return None;
+        };
+        let mut values = AxisValues::new();
+        let mut fine = true;
+        for (name, expr) in axes {
+            let at = document::pointer_join(&format!("{pointer}/axes"), name);
+            if known.get(name).is_none() {
+                let names: Vec<&str> = known.iter().map(|axis| axis.name.as_str()).collect();
+                let help = match did_you_mean(name, names.iter().copied()) {
+                    Some(meant) => format!("did you mean \"{meant}\"?"),
+                    None => format!("the axes of {template} are {}", names.join(", ")),
+                };
+                self.report(codes::UNKNOWN_AXIS, &at, format!("{template} has no axis \"{name}\""), help);
+                fine = false;
+                continue;
+            }
+            match self.value(expr, &at) {
+                Some(value) => match axis_value(&value) {
+                    Some(value) => {
+                        values.insert(name.clone(), value);
+                    }
+                    None => {
+                        self.wrong_type::<()>(&at, "a boolean, a whole number or a word", value.kind_name());
+                        fine = false;
+                    }
+                },
+                None => fine = false,
+            }
+        }
+        for axis in known.iter() {
+            if !values.contains_key(&axis.name)
+                && let Some(value) = self.shared.scope.lookup(&axis.name).as_ref().and_then(axis_value)
+            {
+                values.insert(axis.name.clone(), value);
+            }
+        }
+        let properties: Vec<String> = match geometry {
+            None => Vec::new(),
+            Some(geometry) => self
+                .shared
+                .geometry
+                .get(geometry)
+                .map(|contract| {
+                    contract.variants.iter().filter(|name| known.get(name).is_some()).cloned().collect()
+                })
+                .unwrap_or_default(),
+        };
+        if !fine {
+            return None;
+        }
+        let place = self.place(&shader_at);
+        self.shared.modules.wanted.push(Wanted {
+            pass: self.name.to_owned(),
+            template: template.to_owned(),
+            axes: values.clone(),
+            properties: properties.clone(),
+            place,
+        });
+        self.shared.program(template, values, properties, place, &self.absolute(&shader_at))
+    }
+}
+
+fn axis_value(value: &Value) -> Option<AxisValue> {
+    match value {
+        Value::Bool(value) => Some(AxisValue::Bool(*value)),
+        Value::Number(number) if number.fract() == 0.0 && number.abs() < 9.0e15 => {
+            Some(AxisValue::Integer(*number as i64))
+        }
+        Value::Text(text) => Some(AxisValue::Name(text.clone())),
+        _ => None,
+    }
+}

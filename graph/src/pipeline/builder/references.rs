@@ -1,0 +1,120 @@
+//! Textures and buffers that a pass names, and the uses that are recorded of them.
+
+use super::PassBuilder;
+use crate::diagnostic::{codes, did_you_mean};
+use crate::language::Reference;
+use crate::pipeline::{Part, ResourceKind, Usage, Use, Version};
+use crate::work::ResourceHandle;
+
+impl PassBuilder<'_> {
+    /// Uses a texture that a reference names.
+    pub fn texture(
+        &mut self,
+        reference: &str,
+        part: Part,
+        usage: Usage,
+        pointer: &str,
+    ) -> Option<ResourceHandle> {
+        let (handle, version) = self.reference(reference, pointer)?;
+        let resource = &self.shared.resources[handle.index()];
+        if resource.texture().is_none() {
+            let message =
+                format!("\"{}\" is {}, but a texture is wanted here", resource.name, resource.kind_name());
+            self.report(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
+            return None;
+        }
+        self.add_use(handle, part, usage, version, pointer);
+        Some(handle)
+    }
+
+    /// A declared texture of which only the size is wanted: no use is recorded.
+    pub fn declared_texture(&mut self, name: &str, pointer: &str) -> Option<ResourceHandle> {
+        let (handle, _) = self.reference(name, pointer)?;
+        let resource = &self.shared.resources[handle.index()];
+        if resource.texture().is_none() {
+            let message = format!("\"{name}\" is {}, but a texture is wanted here", resource.kind_name());
+            self.report(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
+            return None;
+        }
+        Some(handle)
+    }
+
+    /// Uses a buffer that a reference names.
+    pub fn buffer(&mut self, reference: &str, usage: Usage, pointer: &str) -> Option<ResourceHandle> {
+        let (handle, version) = self.reference(reference, pointer)?;
+        let resource = &self.shared.resources[handle.index()];
+        if !matches!(resource.kind, ResourceKind::Buffer(_)) {
+            let message =
+                format!("\"{}\" is {}, but a buffer is wanted here", resource.name, resource.kind_name());
+            self.report(codes::WRONG_RESOURCE, pointer, message, "name a buffer of \"resources\"");
+            return None;
+        }
+        self.add_use(handle, Part::WHOLE, usage, version, pointer);
+        Some(handle)
+    }
+
+    pub(super) fn reference(&mut self, text: &str, pointer: &str) -> Option<(ResourceHandle, Version)> {
+        let text = match self.environment.interpolate(text, &self.shared.scope) {
+            Ok(text) => text,
+            Err(error) => {
+                self.expression_error(&error, pointer);
+                return None;
+            }
+        };
+        let reference = match Reference::parse(&text) {
+            Ok(reference) => reference,
+            Err(error) => {
+                self.report(
+                    codes::BAD_REFERENCE,
+                    pointer,
+                    format!("\"{text}\" is no reference"),
+                    error.to_string(),
+                );
+                return None;
+            }
+        };
+        let outside = self.environment.resource(reference.resource);
+        let found = self.shared.find(&outside);
+        if found
+            .is_some_and(|handle| matches!(self.shared.resources[handle.index()].kind, ResourceKind::Broken))
+        {
+            return None;
+        }
+        let Some(handle) = found else {
+            let names: Vec<String> =
+                self.shared.resources.iter().map(|resource| resource.name.clone()).collect();
+            let help = match did_you_mean(reference.resource, names.iter().map(String::as_str)) {
+                Some(meant) => format!("did you mean \"{meant}\"?"),
+                None => "declare it under \"resources\"".to_owned(),
+            };
+            self.report(
+                codes::UNKNOWN_RESOURCE,
+                pointer,
+                format!("there is no resource \"{}\"", reference.resource),
+                help,
+            );
+            return None;
+        };
+        let version = match (reference.version, self.environment.version(reference.resource)) {
+            (Some(pass), _) => Version::WrittenBy(self.environment.pass(pass)),
+            (None, Some(pass)) => Version::WrittenBy(pass.to_owned()),
+            (None, None) => Version::Newest,
+        };
+        Some((handle, version))
+    }
+
+    pub(super) fn add_use(
+        &mut self,
+        resource: ResourceHandle,
+        part: Part,
+        usage: Usage,
+        version: Version,
+        pointer: &str,
+    ) {
+        let place = self.place(pointer);
+        let new = Use { resource, part, usage, version, place, pointer: self.absolute(pointer) };
+        if !self.uses.contains(&new) {
+            self.uses.push(new);
+        }
+    }
+}

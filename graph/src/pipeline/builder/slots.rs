@@ -1,0 +1,272 @@
+//! The bindings of a program, matched by name with what a pass binds.
+
+use std::collections::BTreeMap;
+
+use super::{PassBuilder, host_contract};
+use crate::diagnostic::{codes, did_you_mean};
+use crate::document;
+use crate::language::{Reference, TextureShape};
+use crate::pipeline::{Bind, BindObject, Part, Program, ProgramBinding, ResourceKind, Usage};
+use crate::work::{BlockLayout, BoundSlot, ProgramHandle, Sampler, SlotSource, TextureView};
+
+impl PassBuilder<'_> {
+    /// Matches the bindings of a program with what a pass binds, by name. Where `geometry` is given, groups 2 and 3
+    /// are the host's and are checked against that contract, and a uniform block `view` is the view being drawn.
+    pub fn bind(
+        &mut self,
+        program: ProgramHandle,
+        bind: &BTreeMap<String, Bind>,
+        geometry: Option<&str>,
+        pointer: &str,
+    ) -> Option<Vec<BoundSlot>> {
+        let at = format!("{pointer}/bind");
+        let program: Program = self.shared.programs[program.index()].clone();
+        let mut fine = true;
+        let mut unknown: Vec<&str> = Vec::new();
+        for name in bind.keys() {
+            if program.binding(name).is_none() && !self.shared.is_mentioned(&program.template, name) {
+                let names: Vec<&str> = program.bindings.iter().map(|binding| binding.name.as_str()).collect();
+                let help = match did_you_mean(name, names.iter().copied()) {
+                    Some(meant) => format!("did you mean \"{meant}\"?"),
+                    None => format!("its bindings are {}", names.join(", ")),
+                };
+                let message = format!("{} has no binding \"{name}\"", program.template);
+                self.report(codes::UNKNOWN_BINDING, &document::pointer_join(&at, name), message, help);
+                unknown.push(name);
+                fine = false;
+            }
+        }
+        let mut slots = Vec::new();
+        for binding in &program.bindings {
+            if geometry.is_some() && binding.group >= 2 {
+                continue;
+            }
+            let here = document::pointer_join(&at, &binding.name);
+            let misspelt =
+                || unknown.iter().any(|name| did_you_mean(name, [binding.name.as_str()]).is_some());
+            let source = match bind.get(&binding.name) {
+                Some(bind) => self.slot(&program, binding, bind, &here),
+                None if misspelt() => None,
+                None => self.default_slot(binding, geometry, &program.template, &here),
+            };
+            match source {
+                Some(source) => slots.push(BoundSlot {
+                    group: binding.group,
+                    binding: binding.entry.binding,
+                    name: binding.name.clone(),
+                    source,
+                    place: self.place(&here),
+                    pointer: self.absolute(&here),
+                }),
+                None => fine = false,
+            }
+        }
+        if let Some(geometry) = geometry {
+            fine &= host_contract::check(self, geometry, &program, pointer);
+        }
+        fine.then_some(slots)
+    }
+
+    pub(super) fn default_slot(
+        &mut self,
+        binding: &ProgramBinding,
+        geometry: Option<&str>,
+        template: &str,
+        here: &str,
+    ) -> Option<SlotSource> {
+        use wgpu_types::{BindingType, SamplerBindingType};
+        match binding.entry.ty {
+            BindingType::Buffer { .. } if geometry.is_some() && binding.name == "view" => {
+                Some(SlotSource::View(BlockLayout::default()))
+            }
+            BindingType::Sampler(SamplerBindingType::Filtering) => {
+                Some(SlotSource::Sampler(Sampler::default()))
+            }
+            BindingType::Sampler(SamplerBindingType::NonFiltering) => Some(SlotSource::Sampler(Sampler {
+                filter: crate::work::Filter::Nearest,
+                ..Sampler::default()
+            })),
+            BindingType::Sampler(SamplerBindingType::Comparison) => {
+                let message =
+                    format!("the comparison sampler \"{}\" of {template} is not bound", binding.name);
+                self.report(
+                    codes::UNBOUND,
+                    here,
+                    message,
+                    "bind it: { \"sampler\": { \"compare\": \"less-equal\" } }",
+                );
+                None
+            }
+            _ => {
+                let message =
+                    format!("\"{}: {}\" of {template} is not bound", binding.name, binding.type_name);
+                self.report(codes::UNBOUND, here, message, format!("add \"{}\" to \"bind\"", binding.name));
+                None
+            }
+        }
+    }
+
+    pub(super) fn slot(
+        &mut self,
+        program: &Program,
+        binding: &ProgramBinding,
+        bind: &Bind,
+        here: &str,
+    ) -> Option<SlotSource> {
+        use wgpu_types::{BindingType, BufferBindingType, StorageTextureAccess};
+        let wanted = |what: &str| format!("\"{}\" of {} is {what}", binding.name, program.template);
+        match binding.entry.ty {
+            BindingType::Texture { view_dimension, .. } => {
+                self.texture_slot(bind, Usage::Sampled, view_dimension, here, &wanted("a texture"))
+            }
+            BindingType::StorageTexture { access, view_dimension, .. } => {
+                let usage = match access {
+                    StorageTextureAccess::WriteOnly => Usage::StorageWrite,
+                    StorageTextureAccess::ReadOnly => Usage::StorageRead,
+                    _ => Usage::StorageReadWrite,
+                };
+                self.texture_slot(bind, usage, view_dimension, here, &wanted("a storage texture"))
+            }
+            BindingType::Sampler(kind) => {
+                let Bind::Object(BindObject::Sampler(sampler)) = bind else {
+                    self.report(
+                        codes::WRONG_RESOURCE,
+                        here,
+                        wanted("a sampler"),
+                        "bind { \"sampler\": { } } with its settings",
+                    );
+                    return None;
+                };
+                let at = format!("{here}/sampler");
+                let filter = match &sampler.filter {
+                    Some(word) => self.word(word, &format!("{at}/filter"))?,
+                    None if kind == wgpu_types::SamplerBindingType::NonFiltering => {
+                        crate::work::Filter::Nearest
+                    }
+                    None => crate::work::Filter::Linear,
+                };
+                let address = match &sampler.address {
+                    Some(word) => self.word(word, &format!("{at}/address"))?,
+                    None => crate::work::Address::default(),
+                };
+                let compare = match &sampler.compare {
+                    Some(word) => Some(self.word(word, &format!("{at}/compare"))?),
+                    None => None,
+                };
+                let is_comparison = kind == wgpu_types::SamplerBindingType::Comparison;
+                if compare.is_some() != is_comparison {
+                    let (message, help) = if is_comparison {
+                        (wanted("a comparison sampler"), "add \"compare\", such as \"less-equal\"")
+                    } else {
+                        (wanted("not a comparison sampler"), "remove \"compare\"")
+                    };
+                    self.report(codes::WRONG_RESOURCE, &at, message, help);
+                    return None;
+                }
+                Some(SlotSource::Sampler(Sampler { filter, address, compare }))
+            }
+            BindingType::Buffer { ty, .. } => match bind {
+                Bind::Object(BindObject::Values(values)) => {
+                    let layout = binding.block.clone()?;
+                    let at = format!("{here}/values");
+                    self.block_values(&layout, values, &at, &program.template, true).map(SlotSource::Values)
+                }
+                Bind::Object(BindObject::Data(data)) => {
+                    let layout = binding.block.clone()?;
+                    let at = format!("{here}/data");
+                    let values_at = format!("{at}/values");
+                    let values =
+                        self.block_values(&layout, &data.values, &values_at, &program.template, false);
+                    let resource = self.data(&data.name, &format!("{at}/name"))?;
+                    Some(SlotSource::Data { resource, layout: BlockLayout::default(), values: Some(values?) })
+                }
+                Bind::Name(name) => {
+                    let written = self.environment.interpolate(name, &self.shared.scope).unwrap_or_default();
+                    let resource = Reference::parse(&written).ok().and_then(|reference| {
+                        self.shared.find(&self.environment.resource(reference.resource))
+                    });
+                    let is_buffer = resource.is_some_and(|handle| {
+                        matches!(self.shared.resources[handle.index()].kind, ResourceKind::Buffer(_))
+                    });
+                    if is_buffer {
+                        let usage = match ty {
+                            BufferBindingType::Uniform => Usage::Uniform,
+                            BufferBindingType::Storage { read_only: true } => Usage::StorageRead,
+                            BufferBindingType::Storage { read_only: false } => Usage::StorageReadWrite,
+                        };
+                        return self.buffer(name, usage, here).map(SlotSource::Buffer);
+                    }
+                    let resource = self.data(name, here)?;
+                    Some(SlotSource::Data { resource, layout: BlockLayout::default(), values: None })
+                }
+                Bind::Object(_) => {
+                    let help = "bind the name of a buffer or of host data, or { \"values\": { } }";
+                    self.report(codes::WRONG_RESOURCE, here, wanted("a buffer"), help);
+                    None
+                }
+            },
+            _ => {
+                self.report(
+                    codes::WRONG_RESOURCE,
+                    here,
+                    wanted("of a type that passes cannot bind"),
+                    "use a texture, a buffer or a sampler",
+                );
+                None
+            }
+        }
+    }
+
+    pub(super) fn texture_slot(
+        &mut self,
+        bind: &Bind,
+        usage: Usage,
+        dimension: wgpu_types::TextureViewDimension,
+        here: &str,
+        wanted: &str,
+    ) -> Option<SlotSource> {
+        let declared = match dimension {
+            wgpu_types::TextureViewDimension::D2 => TextureShape::D2,
+            wgpu_types::TextureViewDimension::D2Array => TextureShape::D2Array,
+            wgpu_types::TextureViewDimension::Cube => TextureShape::Cube,
+            wgpu_types::TextureViewDimension::CubeArray => TextureShape::CubeArray,
+            wgpu_types::TextureViewDimension::D3 => TextureShape::D3,
+            wgpu_types::TextureViewDimension::D1 => {
+                self.report(
+                    codes::WRONG_RESOURCE,
+                    here,
+                    "one-dimensional textures cannot be declared",
+                    "use a two-dimensional one",
+                );
+                return None;
+            }
+        };
+        let (name, part, shape, at) = match bind {
+            Bind::Name(name) => (name, Part::WHOLE, None, here.to_owned()),
+            Bind::Object(BindObject::Texture(texture)) => {
+                let at = format!("{here}/texture");
+                let mip = match &texture.mip {
+                    Some(expr) => Some(self.count(expr, &format!("{at}/mip"))?),
+                    None => None,
+                };
+                let layer = match &texture.layer {
+                    Some(expr) => Some(self.count(expr, &format!("{at}/layer"))?),
+                    None => None,
+                };
+                (&texture.name, Part { mip, layer }, texture.view, format!("{at}/name"))
+            }
+            Bind::Object(_) => {
+                self.report(codes::WRONG_RESOURCE, here, wanted, "bind the name of a texture");
+                return None;
+            }
+        };
+        let resource = self.texture(name, part, usage, &at)?;
+        Some(SlotSource::Texture(TextureView {
+            resource,
+            shape: shape.unwrap_or(declared),
+            mip: part.mip.or((usage != Usage::Sampled).then_some(0)),
+            layer: part.layer,
+            depth_only: true,
+        }))
+    }
+}

@@ -1,0 +1,86 @@
+//! What passes say of one another once all are declared: host data is laid out in the blocks that it is bound to.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::Shared;
+use crate::diagnostic::{Diagnostic, codes, did_you_mean};
+use crate::pipeline::{Pass, ResourceKind, binding};
+use crate::source::Span;
+use crate::work::{BoundSlot, Draw, ProgramHandle, ResourceHandle, SlotSource, Work};
+
+/// Lays host data out in the blocks that it is bound to, now that all of it is published.
+pub(super) fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &mut Shared) {
+    let mut unpublished: BTreeMap<ResourceHandle, (Span, String)> = BTreeMap::new();
+    for pass in passes.iter_mut() {
+        for one in &pass.uses {
+            if matches!(shared.resources[one.resource.index()].kind, ResourceKind::Data(None))
+                && !uncertain.contains(&one.resource)
+            {
+                unpublished.entry(one.resource).or_insert((one.place, one.pointer.clone()));
+            }
+        }
+        let Some((program, slots)) = slots_mut(&mut pass.work) else { continue };
+        let program = &shared.programs[program.index()];
+        for slot in slots {
+            let Some(block) =
+                program.binding_at(slot.group, slot.binding).and_then(|binding| binding.block.as_ref())
+            else {
+                continue;
+            };
+            let (shape, data_name, target, values) = match &mut slot.source {
+                SlotSource::View(layout) => (crate::data::View::shape(), "view".to_owned(), layout, None),
+                SlotSource::Data { resource, layout, values } => {
+                    let known = &shared.resources[resource.index()];
+                    let ResourceKind::Data(Some(shape)) = &known.kind else { continue };
+                    (shape.clone(), known.name.clone(), layout, values.as_ref())
+                }
+                _ => continue,
+            };
+            match binding::match_block(block, &shape, &data_name, values) {
+                Ok(layout) => *target = layout,
+                Err(faults) => {
+                    for fault in faults {
+                        shared.diagnostics.push(
+                            Diagnostic::error(
+                                codes::BLOCK_MISMATCH,
+                                slot.place,
+                                format!("in \"{}\" of {}: {fault}", slot.name, program.template),
+                            )
+                            .pointer(&slot.pointer)
+                            .help("members of a block take the published value of the same name and type"),
+                        );
+                    }
+                }
+            }
+        }
+    }
+    for (resource, (place, pointer)) in unpublished {
+        let name = shared.resources[resource.index()].name.clone();
+        let published: Vec<&str> = shared
+            .resources
+            .iter()
+            .filter(|resource| !matches!(resource.kind, ResourceKind::Data(None)))
+            .map(|resource| resource.name.as_str())
+            .collect();
+        let help = match did_you_mean(&name, published.iter().copied()) {
+            Some(meant) => format!("did you mean \"{meant}\"?"),
+            None => "a host pass, such as a cascade fit, has to publish it".to_owned(),
+        };
+        shared.diagnostics.push(
+            Diagnostic::error(codes::NOT_PUBLISHED, place, format!("no pass publishes the data \"{name}\""))
+                .help(help)
+                .pointer(pointer),
+        );
+    }
+}
+
+pub(super) fn slots_mut(work: &mut Work) -> Option<(ProgramHandle, &mut Vec<BoundSlot>)> {
+    match work {
+        Work::Render(render) => match &mut render.draw {
+            Draw::Fullscreen { program, bindings } => Some((*program, bindings)),
+            Draw::Scene(scene) => Some((scene.program, &mut scene.bindings)),
+        },
+        Work::Compute(compute) => Some((compute.program, &mut compute.bindings)),
+        Work::Host(_) | Work::Copy(_) => None,
+    }
+}

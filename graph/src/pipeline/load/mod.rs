@@ -1,0 +1,320 @@
+//! Document to pipeline.
+
+mod connect;
+mod names;
+mod shared;
+mod versions;
+
+pub(super) use names::{RESERVED, bad_name, has_word, is_name};
+pub(super) use shared::Shared;
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
+
+use super::builder::{PassBuilder, expression_finding};
+use super::expand::Expander;
+use super::modules::Modules;
+use super::profiles::claimed_profiles;
+use super::{Choice, Pass, Pipeline, Resource, ResourceKind, StaticScope, preset, schema, setting};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::document::{self, Document, Entry, pointer_join};
+use crate::draw::check_host;
+use crate::expression::{Expression, Value};
+use crate::language::{GeometryDeclaration, PassCommon, PipelineDeclaration, ResourceDeclaration};
+use crate::node::Registry;
+use crate::shader::{TargetProfile, TemplateSet};
+use crate::source::{Sources, Span};
+use crate::work::PassHandle;
+use connect::connect;
+use names::unknown_pass;
+use versions::{check_versions, is_absent, is_gap, uncertain};
+
+/// Makes the pipeline that a document describes, in the configuration that `choice` names.
+///
+/// Findings go to `diagnostics`; the result is `None` only where the document is too broken to have passes at all. A
+/// pipeline with errors is good for further checks, not for use.
+pub fn load(
+    document: &Document,
+    registry: &Registry,
+    templates: &Arc<TemplateSet>,
+    profile: &TargetProfile,
+    choice: &Choice,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Option<Pipeline> {
+    let mut modules = Modules::default();
+    load_sharing(document, registry, templates, profile, choice, sources, diagnostics, &mut modules)
+}
+
+/// The same, with shader modules that earlier loads have made.
+#[allow(clippy::too_many_arguments)]
+pub(super) fn load_sharing(
+    document: &Document,
+    registry: &Registry,
+    templates: &Arc<TemplateSet>,
+    profile: &TargetProfile,
+    choice: &Choice,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+    modules: &mut Modules,
+) -> Option<Pipeline> {
+    let schema_findings = modules.of_schema(|| {
+        let schema = schema(registry);
+        let mut findings = Diagnostics::new();
+        document::schema::check(&document.root, &schema, &schema, "", &mut findings);
+        findings
+    });
+    let broken: BTreeSet<String> = schema_findings.iter().map(|finding| finding.pointer.clone()).collect();
+    diagnostics.extend(schema_findings);
+    let is_broken = |pointer: &str| {
+        let below = format!("{pointer}/");
+        broken.contains(pointer)
+            || broken.range(below.clone()..).next().is_some_and(|known| known.starts_with(&below))
+    };
+
+    let section = |name: &str| document.root.get(name).and_then(document::Value::entries).unwrap_or_default();
+    let decoded = decode_sound_parts(document, &is_broken)?;
+    claimed_profiles(document, diagnostics);
+
+    for entry in section("parameters").iter().chain(section("features")) {
+        if RESERVED.contains(&entry.key.as_str()) || !is_name(&entry.key) {
+            diagnostics.push(bad_name(entry));
+        }
+    }
+    let parameters =
+        setting::parameters(&decoded.parameters, section("parameters"), &choice.parameters, diagnostics);
+    let features = setting::features(&decoded.features, section("features"), &choice.features, diagnostics);
+    preset::check(section("presets"), &decoded.parameters, &decoded.features, choice, diagnostics);
+    for entry in section("features") {
+        if let Some(twin) = section("parameters").iter().find(|other| other.key == entry.key) {
+            diagnostics.push(
+                Diagnostic::error(
+                    codes::BAD_NAME,
+                    entry.key_span,
+                    format!("\"{}\" is a feature and a parameter", entry.key),
+                )
+                .related(twin.key_span, "the parameter")
+                .help("give one of the two another name"),
+            );
+        }
+    }
+
+    let mut shared = Shared {
+        scope: StaticScope::new(&parameters, &features),
+        resources: Vec::new(),
+        resource_index: HashMap::new(),
+        geometry: decoded.geometry,
+        programs: Vec::new(),
+        program_keys: BTreeMap::new(),
+        modules: std::mem::take(modules),
+        refused: BTreeSet::new(),
+        templates: templates.clone(),
+        profile: profile.clone(),
+        diagnostics: Diagnostics::new(),
+        sources: sources.clone(),
+        broken_settings: decoded
+            .parameters
+            .keys()
+            .filter(|name| !parameters.contains_key(*name))
+            .chain(decoded.features.keys().filter(|name| !features.contains_key(*name)))
+            .cloned()
+            .chain(section("parameters").iter().chain(section("features")).map(|entry| entry.key.clone()))
+            .filter(|name| !parameters.contains_key(name) && !features.contains_key(name))
+            .collect(),
+    };
+    let mut expander = Expander::new(document, registry, &is_broken, &mut shared);
+    expander.top();
+    let Expander { resources, instances, mut gaps, mut unreadable, mut absent, .. } = expander;
+    for instance in resources {
+        let declaration: Option<ResourceDeclaration> = if instance.is_broken {
+            None
+        } else {
+            serde_json::from_value(instance.entry.value.to_json()).ok()
+        };
+        let kind = match declaration {
+            Some(ResourceDeclaration::Texture(texture)) => ResourceKind::Texture(texture),
+            Some(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(buffer),
+            None => ResourceKind::Broken,
+        };
+        shared.add_resource(Resource {
+            name: instance.name,
+            place: instance.entry.key_span,
+            pointer: instance.pointer,
+            value: instance.entry.value.clone(),
+            environment: instance.environment,
+            kind,
+        });
+    }
+    let mut passes: Vec<Pass> = Vec::new();
+    let mut after: Vec<(usize, Vec<String>, &Entry)> = Vec::new();
+    for instance in &instances {
+        let (entry, pointer, environment) = (instance.entry, &instance.pointer, &instance.environment);
+        if instance.is_broken {
+            unreadable = true;
+            gaps.push((instance.name.clone(), entry));
+            continue;
+        }
+        let Some((kind, common)) = take_apart(entry, registry) else {
+            gaps.push((instance.name.clone(), entry));
+            continue;
+        };
+        let Some(node) = registry.get(&kind.key) else { continue };
+        // Findings of an instance carry the places where it is used; those of its pass alone are collected first.
+        let outer = std::mem::take(&mut shared.diagnostics);
+        let mut builder = PassBuilder {
+            name: &instance.name,
+            settings: &entry.value,
+            pointer: pointer.clone(),
+            uses: Vec::new(),
+            environment,
+            shared: &mut shared,
+        };
+        let present = common.when.as_ref().map_or(Some(true), |when| builder.boolean(when, "/when"));
+        builder.settings = &kind.value;
+        builder.pointer = pointer_join(pointer, &kind.key);
+        let produced = match present {
+            Some(true) => node.declare(kind.value.to_json(), &mut builder),
+            _ => None,
+        };
+        let uses = std::mem::take(&mut builder.uses);
+        let own = std::mem::replace(&mut shared.diagnostics, outer);
+        let sound = !own.has_errors();
+        shared.report_from(own, environment);
+        match (present, produced) {
+            (Some(false), _) => {
+                absent.insert(instance.name.clone());
+            }
+            (_, Some(produced)) if sound => {
+                after.push((passes.len(), common.after, entry));
+                passes.push(Pass {
+                    name: instance.name.clone(),
+                    kind: kind.key.clone(),
+                    place: entry.key_span,
+                    pointer: pointer.clone(),
+                    environment: environment.clone(),
+                    uses,
+                    after: Vec::new(),
+                    side_effect: common.side_effect,
+                    work: produced.0,
+                });
+            }
+            _ => gaps.push((instance.name.clone(), entry)),
+        }
+    }
+    let positions: BTreeMap<String, usize> =
+        passes.iter().enumerate().map(|(at, pass)| (pass.name.clone(), at)).collect();
+    for (at, wanted, entry) in after {
+        for (position, written) in wanted.iter().enumerate() {
+            let environment = passes[at].environment.clone();
+            let pointer = format!("{}/after/{position}", passes[at].pointer);
+            let value = entry.value.nearest(&format!("/after/{position}"));
+            let name = match environment.interpolate(written, &shared.scope) {
+                Ok(name) => environment.pass(&name),
+                Err(error) => {
+                    let raw = shared.sources_text(value.span);
+                    shared.diagnostics.push(expression_finding(&error, value, &raw).pointer(pointer));
+                    continue;
+                }
+            };
+            let members: Vec<usize> = match positions.get(&name) {
+                Some(index) => vec![*index],
+                // The name of a loop or subgraph means all of its passes.
+                None => positions
+                    .range(format!("{name}.")..)
+                    .take_while(|(other, _)| other.starts_with(&format!("{name}.")))
+                    .map(|(_, index)| *index)
+                    .collect(),
+            };
+            if members.is_empty() && !is_absent(&absent, &name) && !is_gap(&gaps, &name) {
+                let all: Vec<String> = instances.iter().map(|instance| instance.name.clone()).collect();
+                shared.diagnostics.push(unknown_pass(&name, &all, value.span).pointer(pointer));
+            }
+            passes[at].after.extend(members.into_iter().map(|index| PassHandle(index as u32)));
+        }
+    }
+    let uncertain = uncertain(&gaps, unreadable, &shared);
+    connect(&mut passes, &uncertain, &mut shared);
+    check_versions(&passes, &absent, &gaps, &mut shared);
+    diagnostics.extend(shared.diagnostics);
+    *modules = shared.modules;
+    let pipeline = Pipeline {
+        name: document.root.get("name").and_then(document::Value::text).unwrap_or_default().to_owned(),
+        profile: profile.clone(),
+        parameters,
+        features,
+        geometry: shared.geometry,
+        resources: shared.resources,
+        passes,
+        programs: shared.programs,
+        uncertain,
+    };
+    for (geometry, interface) in registry.hosts() {
+        diagnostics.extend(check_host(&pipeline, geometry, interface));
+    }
+    Some(pipeline)
+}
+
+/// The parts of a document that fit the schema, decoded; what does not fit has its findings already.
+struct Decoded {
+    parameters: BTreeMap<String, crate::language::ParameterDeclaration>,
+    features: BTreeMap<String, crate::language::FeatureDeclaration>,
+    geometry: BTreeMap<String, GeometryDeclaration>,
+}
+
+fn decode_sound_parts(document: &Document, is_broken: &dyn Fn(&str) -> bool) -> Option<Decoded> {
+    // Assures that the sections decoded one by one below are those of the declared type.
+    let _: fn(&PipelineDeclaration) -> &BTreeMap<String, serde_json::Value> = |pipeline| &pipeline.passes;
+    document.root.entries()?;
+    fn section<T: serde::de::DeserializeOwned>(
+        document: &Document,
+        name: &str,
+        is_broken: &dyn Fn(&str) -> bool,
+    ) -> BTreeMap<String, T> {
+        let entries = document.root.get(name).and_then(document::Value::entries).unwrap_or_default();
+        entries
+            .iter()
+            .filter(|entry| !is_broken(&pointer_join(&format!("/{name}"), &entry.key)))
+            .filter_map(|entry| {
+                Some((entry.key.clone(), serde_json::from_value(entry.value.to_json()).ok()?))
+            })
+            .collect()
+    }
+    Some(Decoded {
+        parameters: section(document, "parameters", is_broken),
+        features: section(document, "features", is_broken),
+        geometry: section(document, "geometry", is_broken),
+    })
+}
+
+/// The node kind's entry of a pass, and what the pass says beside it.
+fn take_apart<'a>(entry: &'a Entry, registry: &Registry) -> Option<(&'a Entry, PassCommon)> {
+    let entries = entry.value.entries()?;
+    let kind = entries.iter().find(|member| registry.get(&member.key).is_some())?;
+    let common: serde_json::Map<String, serde_json::Value> = entries
+        .iter()
+        .filter(|member| registry.get(&member.key).is_none())
+        .map(|member| (member.key.clone(), member.value.to_json()))
+        .collect();
+    Some((kind, serde_json::from_value(common.into()).ok()?))
+}
+
+/// Evaluates an expression in any scope and reports what is wrong with it.
+pub(crate) fn evaluate_at(
+    expression: &Expression,
+    scope: &dyn crate::expression::Scope,
+    place: Span,
+    pointer: &str,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Option<Value> {
+    match crate::expression::evaluate(expression, scope) {
+        Ok(value) => Some(value),
+        Err(error) => {
+            let raw = sources.text(place);
+            let text = raw.trim_matches('"').to_owned();
+            let value = document::Value { span: place, kind: document::Kind::Text(text) };
+            diagnostics.push(expression_finding(&error, &value, raw).pointer(pointer));
+            None
+        }
+    }
+}

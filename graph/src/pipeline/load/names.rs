@@ -1,0 +1,34 @@
+//! Names: what can be one, and what to say of one that is not known.
+
+use crate::diagnostic::{Diagnostic, codes, did_you_mean, list_of};
+use crate::document::Entry;
+use crate::source::Span;
+
+/// Names that are no parameters or features, because expressions know them already.
+pub(in crate::pipeline) const RESERVED: &[&str] = &["viewport", "true", "false"];
+
+pub(in crate::pipeline) fn has_word(text: &str, word: &str) -> bool {
+    let boundary = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    text.match_indices(word).any(|(at, _)| {
+        boundary(text[..at].chars().next_back()) && boundary(text[at + word.len()..].chars().next())
+    })
+}
+
+/// A name starts with a letter and goes on with letters, digits and underscores.
+pub(in crate::pipeline) fn is_name(name: &str) -> bool {
+    name.chars().next().is_some_and(|first| first.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+pub(in crate::pipeline) fn bad_name(entry: &Entry) -> Diagnostic {
+    Diagnostic::error(codes::BAD_NAME, entry.key_span, format!("\"{}\" cannot be a name here", entry.key))
+        .help("a name starts with a letter, goes on with letters, digits and underscores, and is no word of the expression language")
+}
+
+pub(super) fn unknown_pass(name: &str, names: &[String], place: Span) -> Diagnostic {
+    let finding = Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no pass \"{name}\""));
+    match did_you_mean(name, names.iter().map(String::as_str)) {
+        Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
+        None => finding.help(format!("the passes are {}", list_of(names.iter().map(String::as_str)))),
+    }
+}

@@ -1,0 +1,87 @@
+//! Versions that passes name, against the passes that write.
+
+use std::collections::{BTreeSet, HashMap};
+
+use super::Shared;
+use crate::diagnostic::{Diagnostic, codes, did_you_mean, list_of};
+use crate::document::Entry;
+use crate::pipeline::{Pass, ResourceKind, Version};
+use crate::work::ResourceHandle;
+
+/// Finds versions that no pass writes.
+pub(super) fn check_versions(
+    passes: &[Pass],
+    absent: &BTreeSet<String>,
+    gaps: &[(String, &Entry)],
+    shared: &mut Shared,
+) {
+    let mut writers_of: HashMap<ResourceHandle, BTreeSet<&str>> = HashMap::new();
+    for pass in passes {
+        for one in pass.uses.iter().filter(|one| one.usage.writes()) {
+            writers_of.entry(one.resource).or_default().insert(&pass.name);
+        }
+    }
+    let nobody = BTreeSet::new();
+    for pass in passes {
+        for one in &pass.uses {
+            let Version::WrittenBy(writer) = &one.version else { continue };
+            let resource = &shared.resources[one.resource.index()].name;
+            let writers = writers_of.get(&one.resource).unwrap_or(&nobody);
+            if writers.contains(writer.as_str()) || is_gap(gaps, writer) {
+                continue;
+            }
+            let why = if is_absent(absent, writer) { ", which is switched off here" } else { "" };
+            let message = format!("no pass \"{writer}\" writes \"{resource}\"{why}");
+            let help = match did_you_mean(writer, writers.iter().copied()) {
+                Some(meant) => format!("did you mean \"{resource}@{meant}\"?"),
+                None if writers.is_empty() => format!("nothing writes \"{resource}\""),
+                None => format!("it is written by {}", list_of(writers.iter().copied())),
+            };
+            shared.diagnostics.push(
+                Diagnostic::error(codes::UNKNOWN_PASS, one.place, message).help(help).pointer(&one.pointer),
+            );
+        }
+    }
+}
+
+/// Whether a pass is, or comes of, one that is switched off.
+pub(super) fn is_absent(absent: &BTreeSet<String>, name: &str) -> bool {
+    let mut name = name;
+    loop {
+        if absent.contains(name) {
+            return true;
+        }
+        match name.rsplit_once('.') {
+            Some((head, _)) => name = head,
+            None => return false,
+        }
+    }
+}
+
+/// Whether a pass is, or comes of, one that could not be declared.
+pub(super) fn is_gap(gaps: &[(String, &Entry)], name: &str) -> bool {
+    gaps.iter().any(|(gap, _)| {
+        name.strip_prefix(gap.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+    })
+}
+
+/// The resources of which nothing is known: broken ones, and those that passes with findings mention (any string that
+/// is a reference to one). A pass that does not fit the schema may lack the very key that names a resource; then no
+/// resource is certain.
+pub(super) fn uncertain(
+    gaps: &[(String, &Entry)],
+    unreadable: bool,
+    shared: &Shared,
+) -> BTreeSet<ResourceHandle> {
+    let all = (0..shared.resources.len() as u32).map(ResourceHandle);
+    let broken =
+        |handle: &ResourceHandle| matches!(shared.resources[handle.index()].kind, ResourceKind::Broken);
+    let mut found: BTreeSet<ResourceHandle> = all.filter(|handle| unreadable || broken(handle)).collect();
+    for (_, gap) in gaps {
+        gap.value.for_each_text(&mut |text| {
+            let name = text.split('@').next().unwrap_or(text);
+            found.extend(shared.find(name));
+        });
+    }
+    found
+}
