@@ -125,7 +125,10 @@ fn records_of_one_submission_do_not_disturb_one_another() {
         let mut input = empty_frame();
         input.time = time;
         executor
-            .record(&mut encoder, &Frame { input: &input, draws: None, imports: &[("target", target)] })
+            .record(
+                &mut encoder,
+                &Frame { input: &input, draws: None, imports: &[("target", target)], toggles: &[] },
+            )
             .unwrap();
     }
     gpu.queue.submit([encoder.finish()]);
@@ -159,7 +162,10 @@ fn an_array_without_a_count_is_as_long_as_what_is_published() {
     let mut executor = executor(&gpu, outcome.plan(), None);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     executor
-        .record(&mut encoder, &Frame { input: &input, draws: None, imports: &[("target", &target)] })
+        .record(
+            &mut encoder,
+            &Frame { input: &input, draws: None, imports: &[("target", &target)], toggles: &[] },
+        )
         .unwrap();
     gpu.queue.submit([encoder.finish()]);
     assert_eq!(read(&gpu, &target).rgba_pixels().next(), Some([102, 0, 0, 255]));
@@ -180,7 +186,12 @@ fn a_steady_frame_creates_nothing() {
         executor
             .record(
                 &mut encoder,
-                &Frame { input: &input, draws: Some(&resources), imports: &[("target", &target)] },
+                &Frame {
+                    input: &input,
+                    draws: Some(&resources),
+                    imports: &[("target", &target)],
+                    toggles: &[],
+                },
             )
             .unwrap();
         gpu.queue.submit([encoder.finish()]);
@@ -213,7 +224,10 @@ fn a_pass_samples_the_texture_that_the_host_brings_in_this_frame() {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let imports = [("target", &target), ("given", &given[at])];
         executor
-            .record(&mut encoder, &Frame { input: &empty_frame(), draws: None, imports: &imports })
+            .record(
+                &mut encoder,
+                &Frame { input: &empty_frame(), draws: None, imports: &imports, toggles: &[] },
+            )
             .unwrap();
         gpu.queue.submit([encoder.finish()]);
         seen.push(read(&gpu, &target).rgba_pixels().next().unwrap()[0]);
@@ -257,7 +271,8 @@ fn an_encoder_that_is_dropped_gives_its_buffers_back() {
     let mut executor = executor(&gpu, outcome.plan(), None);
     for _ in 0..8 {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame = Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)] };
+        let frame =
+            Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)], toggles: &[] };
         executor.record(&mut encoder, &frame).unwrap();
     }
     assert_eq!(executor.statistics().buffers, 1);
@@ -294,7 +309,8 @@ fn imports_that_are_missing_or_not_as_planned_are_refused_and_the_next_frame_is_
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let input = empty_frame();
     let mut record = |imports: &[(&str, &wgpu::Texture)]| {
-        let result = executor.record(&mut encoder, &Frame { input: &input, draws: None, imports });
+        let result =
+            executor.record(&mut encoder, &Frame { input: &input, draws: None, imports, toggles: &[] });
         result.err().map(|findings| {
             findings.iter().map(|finding| (finding.code.id, finding.message.clone())).collect::<Vec<_>>()
         })

@@ -166,7 +166,8 @@ mod pictures {
         let mut reds = Vec::new();
         for _ in 0..2 {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            let frame = Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)] };
+            let frame =
+                Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)], toggles: &[] };
             executor.record(&mut encoder, &frame).expect("a record");
             gpu.queue.submit([encoder.finish()]);
             let pixels: Vec<_> = read(&gpu, &target).rgba_pixels().collect();

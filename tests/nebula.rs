@@ -207,7 +207,8 @@ fn a_frame_without_a_light_is_lit_also_between_frames_with_one() {
     let mut executor = executor(&gpu, outcome.plan(), Some(&resources));
     let mut record = |frame: &FrameInput| {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame = Frame { input: frame, draws: Some(&resources), imports: &[("target", &target)] };
+        let frame =
+            Frame { input: frame, draws: Some(&resources), imports: &[("target", &target)], toggles: &[] };
         executor.record(&mut encoder, &frame).unwrap();
         gpu.queue.submit([encoder.finish()]);
         shadowed(&read(&gpu, &target))

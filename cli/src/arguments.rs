@@ -235,8 +235,20 @@ pub(crate) struct RenderArguments {
     /// Seconds since the start of the scene's animations.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
     pub(crate) time: f64,
+    /// Throws a toggle; without a value it is switched on. Toggles change nothing about the plan.
+    #[arg(long = "toggle", value_name = "NAME[=on|off]", value_parser = parse_toggle)]
+    pub(crate) toggles: Vec<(String, bool)>,
     #[command(flatten)]
     pub(crate) choices: Choices,
+}
+
+fn parse_toggle(text: &str) -> Result<(String, bool), String> {
+    let (name, state) = text.split_once('=').unwrap_or((text, "on"));
+    match state {
+        "on" | "true" => Ok((name.to_owned(), true)),
+        "off" | "false" => Ok((name.to_owned(), false)),
+        _ => Err(format!("a toggle is on or off, not \"{state}\"")),
+    }
 }
 
 fn parse_objective(text: &str) -> Result<Objective, String> {

@@ -62,7 +62,7 @@ fn render(
     let graphics = progress.stage("open device", device::open)?;
     let [width, height] = arguments.choices.size;
     let input = scene.frame_input(f64::from(width) / f64::from(height), arguments.time);
-    let pixels = progress.stage("draw", || draw(&graphics, plan, &scene, &input, arguments.time))?;
+    let pixels = progress.stage("draw", || draw(&graphics, plan, &scene, &input, arguments))?;
     progress.stage("write", || output::write_png(&arguments.out, width, height, &pixels))?;
     Ok(Some(graphics.name))
 }
@@ -72,9 +72,10 @@ fn draw(
     plan: umbragraph::compiler::Plan,
     scene: &Scene,
     input: &FrameInput,
-    time: f64,
+    arguments: &RenderArguments,
 ) -> Result<Vec<u8>, Diagnostics> {
-    let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &scene.pose(time))?;
+    let pose = scene.pose(arguments.time);
+    let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &pose)?;
     let picture = picture_of(&plan)?;
     let targets = imports(graphics, &plan, &picture);
     let scope = graphics.device.push_error_scope(wgpu::ErrorFilter::Validation);
@@ -84,7 +85,10 @@ fn draw(
     let mut encoder = graphics.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let imports: Vec<(&str, &wgpu::Texture)> =
         targets.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
-    executor.record(&mut encoder, &Frame { input, draws: Some(&draws), imports: &imports })?;
+    let toggles: Vec<(&str, bool)> =
+        arguments.toggles.iter().map(|(name, on)| (name.as_str(), *on)).collect();
+    executor
+        .record(&mut encoder, &Frame { input, draws: Some(&draws), imports: &imports, toggles: &toggles })?;
     graphics.queue.submit([encoder.finish()]);
     for scope in [memory, scope] {
         if let Some(error) = pollster::block_on(scope.pop()) {

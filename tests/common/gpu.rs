@@ -67,7 +67,7 @@ pub fn picture(gpu: &Gpu, outcome: &Outcome) -> Picture {
     let target = import(gpu, plan, "target");
     let mut executor = executor(gpu, plan, None);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let frame = Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)] };
+    let frame = Frame { input: &empty_frame(), draws: None, imports: &[("target", &target)], toggles: &[] };
     executor.record(&mut encoder, &frame).expect("a record");
     gpu.queue.submit([encoder.finish()]);
     read(gpu, &target)
@@ -99,7 +99,7 @@ pub fn render_frame(gpu: &Gpu, plan: &Plan, scene: &Scene, input: &FrameInput) -
     let target = import(gpu, plan, "target");
     let mut executor = executor(gpu, plan, Some(&resources));
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let frame = Frame { input, draws: Some(&resources), imports: &[("target", &target)] };
+    let frame = Frame { input, draws: Some(&resources), imports: &[("target", &target)], toggles: &[] };
     if let Err(findings) = executor.record(&mut encoder, &frame) {
         panic!("{findings:?}");
     }

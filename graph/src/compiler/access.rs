@@ -37,6 +37,7 @@ pub(super) fn accesses<'a>(pipeline: &'a Pipeline, diagnostics: &mut Diagnostics
                 }
                 known |= other.part == one.part
                     && other.version == &one.version
+                    && other.one.when == one.when
                     && !other.writes
                     && !one.usage.writes();
             }

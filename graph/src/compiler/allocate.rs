@@ -15,8 +15,15 @@ use crate::work::ResourceHandle;
 /// The most bytes that a label grows to before the rest of its names is left out.
 const LABEL_BYTES: usize = 120;
 
-/// Fills the resources of a plan. `spans` has the first and last use of each resource.
-pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>, spans: &[Option<(usize, usize)>], aliasing: bool) {
+/// Fills the resources of a plan. `spans` has the first and last use of each resource, `conditional` says of each whether
+/// its first write can be off.
+pub(super) fn allocate(
+    plan: &mut Plan,
+    facts: &Facts<'_>,
+    spans: &[Option<(usize, usize)>],
+    conditional: &[bool],
+    aliasing: bool,
+) {
     let pipeline = plan.pipeline.clone();
     let (mut textures, mut buffers) = (Kind::default(), Kind::default());
     let mut peak = Peak::new(facts.classes, plan.passes.len());
@@ -85,6 +92,7 @@ pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>, spans: &[Option<(usiz
             size: texture.map(|texture| texture.size),
             usages: texture.map(|texture| texture.usages),
             bytes: fact.bytes,
+            conditional: conditional[handle.index()],
             handle,
         };
         Some((resource.name.clone(), planned))

@@ -9,7 +9,9 @@ use std::sync::Arc;
 use crate::data::HostData;
 use crate::document::{Kind, Value};
 use crate::language::{BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration};
-use crate::pipeline::{Part, Pass, Pipeline, Program, Resource, ResourceKind, Usage, Use, Version};
+use crate::pipeline::{
+    Bypass, Condition, Part, Pass, Pipeline, Program, Resource, ResourceKind, Toggle, Usage, Use, Version,
+};
 use crate::shader::TargetProfile;
 use crate::source::{Sources, Span};
 use crate::work::{
@@ -57,6 +59,8 @@ impl Assembly {
             profile: TargetProfile::webgpu(),
             parameters: Default::default(),
             features: Default::default(),
+            toggles: Vec::new(),
+            bypasses: Default::default(),
             geometry: Default::default(),
             resources: Vec::new(),
             passes: Vec::new(),
@@ -107,6 +111,27 @@ impl Assembly {
         self.resource(name, ResourceKind::Buffer(BufferDeclaration { size, lifetime, description: None }))
     }
 
+    /// A toggle, which is on where nobody says anything. Their names have to ascend.
+    pub fn toggle(&mut self, name: &str) -> usize {
+        let (place, pointer) = (self.place, format!("/toggles/{name}"));
+        let (name, description) = (name.to_owned(), None);
+        self.pipeline.toggles.push(Toggle { name, default: true, description, place, pointer });
+        self.pipeline.toggles.len() - 1
+    }
+
+    /// Lets readers see another resource while the toggle of the passes that write one is thrown the other way.
+    pub fn bypass(
+        &mut self,
+        resource: ResourceHandle,
+        stand_in: ResourceHandle,
+        version: Version,
+        condition: Condition,
+    ) {
+        let (place, pointer) = (self.place, String::new());
+        let bypass = Bypass { condition, stand_in, version, place, pointer };
+        self.pipeline.bypasses.insert(resource, bypass);
+    }
+
     fn resource(&mut self, name: &str, kind: ResourceKind) -> ResourceHandle {
         let value = Value { span: self.place, kind: Kind::Null };
         let pointer = format!("/resources/{name}");
@@ -135,13 +160,18 @@ impl Assembly {
             uses: Vec::new(),
             after: Vec::new(),
             side_effect: false,
+            condition: None,
             work: Work::Host(work),
         });
         AssemblyPass { assembly: self, handle, color: Vec::new(), depth: None }
     }
 
     /// The pipeline, and the sources that its places belong to.
-    pub fn finish(self) -> (Arc<Pipeline>, Sources) {
+    pub fn finish(mut self) -> (Arc<Pipeline>, Sources) {
+        for pass in &mut self.pipeline.passes {
+            // Attachments that are bypassed have a finding when they are read from a text; here nobody makes them.
+            let _ = crate::pipeline::add_stand_ins(pass, &self.pipeline.bypasses);
+        }
         (Arc::new(self.pipeline), self.sources)
     }
 }
@@ -190,7 +220,8 @@ impl AssemblyPass<'_> {
     /// Any use.
     pub fn uses(mut self, resource: ResourceHandle, part: Part, usage: Usage, version: Version) -> Self {
         let place = self.assembly.place;
-        self.declared().uses.push(Use { resource, part, usage, version, place, pointer: String::new() });
+        let (when, pointer) = (Vec::new(), String::new());
+        self.declared().uses.push(Use { resource, part, usage, version, when, place, pointer });
         self
     }
 
@@ -221,6 +252,12 @@ impl AssemblyPass<'_> {
     /// Runs after another pass.
     pub fn after(mut self, pass: PassHandle) -> Self {
         self.declared().after.push(pass);
+        self
+    }
+
+    /// Runs while a toggle is on, or off.
+    pub fn toggle(mut self, toggle: usize, on: bool) -> Self {
+        self.declared().condition = Some(Condition { toggle, on });
         self
     }
 

@@ -2,7 +2,8 @@
 //!
 //! Load comes from the pass. Store is per use: an attachment is stored if a later live pass reads a part of it before
 //! another clears all of that part, or if it outlives the frame. Only an attachment that clears or discards, of one
-//! fixed layer, counts as clearing: what draws a layer for each view may have fewer views than layers this frame.
+//! fixed layer, counts as clearing: what draws a layer for each view may have fewer views than layers this frame. Nor
+//! does a pass count that can be off in a frame in which the attachment is drawn.
 //!
 //! Cost: for each attachment the uses of its resource up to the one that decides.
 
@@ -31,14 +32,16 @@ impl Planner<'_> {
         let transient = resource.lifetime() == Lifetime::Transient;
         let mut store = if transient { StoreOperation::Discard } else { StoreOperation::Store };
         let start = users.partition_point(|(position, _)| *position <= at);
-        for (_, later) in users[start..].iter().filter(|(_, later)| later.part.overlaps(part)) {
+        for (position, later) in users[start..].iter().filter(|(_, later)| later.part.overlaps(part)) {
             if later.usage.reads() {
                 store = StoreOperation::Store;
                 break;
             }
             let clears = matches!(later.usage, Usage::ColorAttachment | Usage::DepthAttachment);
             let fixed = later.part.layer.is_some() || single_layer(self.pipeline, target.resource);
-            if clears && fixed && later.part.contains(part) {
+            let when = self.conditions[*position];
+            let follows = when.is_none() || when == self.conditions[at];
+            if clears && fixed && follows && later.part.contains(part) {
                 store = StoreOperation::Discard;
                 break;
             }

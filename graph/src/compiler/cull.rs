@@ -84,7 +84,9 @@ fn surviving_writers(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandl
                 && one.part == part
                 && matches!(one.usage, Usage::ColorAttachment | Usage::DepthAttachment)
         });
-        if clears && (part.layer.is_some() || single_layer(pipeline, resource)) {
+        // What can be off leaves what is below it.
+        let always = pipeline.pass(writer).condition.is_none();
+        if clears && always && (part.layer.is_some() || single_layer(pipeline, resource)) {
             covered.insert(part);
         }
     }

@@ -2,7 +2,8 @@
 //!
 //! Two resources of one class can stand for one another on a device: the same format, size, layers, mips, samples,
 //! dimension and usages, or, for buffers, the same bytes and usages. (Buffers of different sizes are kept apart since
-//! a shader can ask for the length of what is bound.) What outlives the frame is a class of its own.
+//! a shader can ask for the length of what is bound.) What outlives the frame is a class of its own, and so is what a
+//! toggle can leave without its first write.
 //!
 //! Findings: parts that a texture does not have, formats that do not support their uses, imports used beyond the usage
 //! that the host created them with.
@@ -74,6 +75,7 @@ impl<'a> Facts<'a> {
         options: &'a PlanOptions,
         sources: &'a Sources,
         live: &[PassHandle],
+        conditional: &[bool],
         findings: &mut Vec<Diagnostic>,
     ) -> Self {
         let told =
@@ -127,7 +129,8 @@ impl<'a> Facts<'a> {
                 _ => None,
             };
             let created = descriptor.filter(|_| lifetime != Lifetime::Imported);
-            let alone = (lifetime != Lifetime::Transient || !options.aliasing).then_some(handle);
+            let shares = lifetime == Lifetime::Transient && options.aliasing && !conditional[handle.index()];
+            let alone = (!shares).then_some(handle);
             let class = created.map(|descriptor| {
                 let next = classes.len();
                 *classes.entry((descriptor, alone)).or_insert(next)

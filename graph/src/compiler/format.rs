@@ -72,7 +72,9 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Wa
                 if let SlotSource::Texture(view) = &slot.source
                     && let Some(binding) = program.binding_at(slot.group, slot.binding)
                 {
-                    wants[view.resource.index()].bindings.push((*pass, binding.entry.ty));
+                    for resource in pipeline.stand_ins(view.resource) {
+                        wants[resource.index()].bindings.push((*pass, binding.entry.ty));
+                    }
                 }
             }
         }

@@ -2,18 +2,20 @@
 //!
 //! Draws fit into one render pass if they have the same attachments (texture, mip, layer), all but the first load all
 //! of them, and nothing else connects them: no other resource that one of them writes is used by another, and what is
-//! attached is used in no second way. Draws whose layer depends on the view stay apart.
+//! attached is used in no second way. Draws whose layer depends on the view stay apart, and so do those with different
+//! toggles: a render pass is recorded whole or not at all.
 //!
 //! Cost: linear in the uses of the passes.
 
 use std::collections::HashSet;
 
 use super::facts::Facts;
-use crate::pipeline::{Pipeline, Use};
+use crate::pipeline::{Condition, Pipeline, Use};
 use crate::work::{AttachmentTarget, LoadOperation, PassHandle, RenderWork, ResourceHandle, Work};
 
 /// What has to be equal: the color attachments and the depth attachment, each as texture, mip and layer.
-pub(super) type Key = (Vec<Target>, Option<Target>);
+/// Beside it the toggle.
+pub(super) type Key = (Vec<Target>, Option<Target>, Option<Condition>);
 type Target = (ResourceHandle, u32, Option<u32>);
 
 /// The attachments of a pass; `None` for one that shares no render pass with others.
@@ -28,7 +30,7 @@ pub(super) fn key(pipeline: &Pipeline, facts: &Facts<'_>, pass: PassHandle) -> O
     let mut targets = color.iter().chain(&depth);
     let once = others(pipeline, pass)
         .all(|one| color.iter().chain(&depth).all(|(resource, ..)| *resource != one.resource));
-    (once && targets.all(fixed)).then_some((color, depth))
+    (once && targets.all(fixed)).then_some((color, depth, pipeline.pass(pass).condition))
 }
 
 /// Whether nothing of the attachments is cleared or discarded at the start.

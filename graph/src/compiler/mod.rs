@@ -29,6 +29,7 @@ mod planner;
 mod property_tests;
 mod sharing;
 mod size;
+mod toggles;
 mod values;
 mod verify;
 mod writers;

@@ -22,6 +22,7 @@ use super::merge::Merger;
 use super::order::{self, Objective, OrderReport};
 use super::planner::Planner;
 use super::size::TextureSize;
+use super::toggles;
 use super::values::PackedBlock;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
@@ -101,6 +102,9 @@ pub struct Plan {
     /// The sizes that host data publishes, as `DATA.SIZE`, where they are other than their initial values.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub data_sizes: BTreeMap<String, u32>,
+    /// The toggles with their states where the host says nothing.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub toggles: BTreeMap<String, bool>,
     /// How the order was chosen.
     pub order: OrderReport,
     /// The pipeline.
@@ -118,6 +122,12 @@ pub struct PlannedPass {
     pub name: String,
     /// Its node kind.
     pub kind: String,
+    /// The toggle with which it runs, or with "!" in front the one without which it runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub toggle: Option<String>,
+    /// What readers see in a frame without it, in place of what only passes with its toggle write.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub bypass: BTreeMap<String, String>,
     /// Why it is kept: the first step of the way to an output. [`Plan::why_kept`] gives the whole way.
     pub kept: Kept,
     /// The color attachments.
@@ -204,6 +214,9 @@ pub struct PlannedResource {
     pub usages: Option<TextureUsages>,
     /// Its bytes; 0 for host data.
     pub bytes: u64,
+    /// Whether a toggle can switch off what writes it first, so that it has memory of its own.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub conditional: bool,
     /// The handle.
     #[serde(skip)]
     pub handle: ResourceHandle,
@@ -271,7 +284,10 @@ pub fn plan(
         diagnostics.push(no_output(pipeline));
     }
     let mut findings = Vec::new();
-    let facts = Facts::new(pipeline, options, sources, &live, &mut findings);
+    let conditional = toggles::conditional(pipeline, graph, &live);
+    let facts = Facts::new(pipeline, options, sources, &live, &conditional, &mut findings);
+    toggles::check_bypasses(pipeline, &facts, &live, &mut findings);
+    toggles::check_outputs(pipeline, graph, &live, &mut findings);
     let report = order::choose(pipeline, graph, &facts, options.objective, &mut live);
     let planner = Planner::new(pipeline, &facts, &live);
     let mut passes: Vec<PlannedPass> = Vec::with_capacity(live.len());
@@ -305,6 +321,7 @@ pub fn plan(
         bytes_bound: 0,
         bytes_peak: 0,
         data_sizes: options.data_sizes.clone(),
+        toggles: pipeline.toggles.iter().map(|one| (one.name.clone(), one.default)).collect(),
         order: report,
         pipeline: pipeline.clone(),
         positions: vec![None; pipeline.passes.len()],
@@ -313,7 +330,7 @@ pub fn plan(
     for (at, pass) in plan.passes.iter().enumerate() {
         plan.positions[pass.handle.index()] = Some(at);
     }
-    allocate::allocate(&mut plan, &facts, &spans, options.aliasing);
+    allocate::allocate(&mut plan, &facts, &spans, &conditional, options.aliasing);
     let broken = device_rules::check(&plan);
     let fine = broken.is_empty();
     diagnostics.extend(broken);

@@ -8,7 +8,7 @@ use super::format;
 use super::plan::{Kept, PlannedPass};
 use super::values::{self, PackedBlock};
 use crate::diagnostic::Diagnostic;
-use crate::pipeline::{Pipeline, Use};
+use crate::pipeline::{Condition, Pipeline, Use};
 use crate::work::{PassHandle, Work};
 
 /// Plans the live passes of one order.
@@ -17,6 +17,8 @@ pub(super) struct Planner<'a> {
     pub(super) facts: &'a Facts<'a>,
     /// For each resource its live uses with their position in the order, ascending.
     pub(super) users: Vec<Vec<(usize, &'a Use)>>,
+    /// In which frames the pass at each position runs.
+    pub(super) conditions: Vec<Option<Condition>>,
 }
 
 impl<'a> Planner<'a> {
@@ -28,7 +30,8 @@ impl<'a> Planner<'a> {
                 users[one.resource.index()].push((at, one));
             }
         }
-        Self { pipeline, facts, users }
+        let conditions = order.iter().map(|pass| pipeline.pass(*pass).condition).collect();
+        Self { pipeline, facts, users, conditions }
     }
 
     /// For each resource the positions of its first and its last use.
@@ -49,6 +52,8 @@ impl<'a> Planner<'a> {
         let mut planned = PlannedPass {
             name: pass.name.clone(),
             kind: pass.kind.clone(),
+            toggle: pass.condition.map(|condition| self.pipeline.condition_name(condition)),
+            bypass: super::toggles::bypass_names(self.pipeline, pass),
             kept: match reason {
                 KeepReason::SideEffect => Kept::SideEffect,
                 KeepReason::Output(resource) => Kept::Output(resource_name(resource)),

@@ -22,6 +22,9 @@ pub fn why_apart(plan: &Plan, first: &str, second: &str) -> Vec<String> {
         match (one.physical, one.lifetime) {
             (Physical::Imported, _) => reasons.push(format!("{name} is the host's own")),
             (Physical::Host, _) => reasons.push(format!("{name} is data on the CPU")),
+            (_, Lifetime::Transient) if one.conditional => reasons.push(format!(
+                "a toggle can switch off what writes {name} first, so it has memory of its own"
+            )),
             (_, Lifetime::Transient) => {}
             _ => reasons.push(format!("{name} outlives the frame")),
         }

@@ -2,13 +2,17 @@
 //!
 //! **Order of writers.** The writers of one part of a resource have to be ordered by something that the document says:
 //! data that flows from one to the other, `after`, or a version (`color@opaque`). One rule is added: a single writer
-//! that does not load runs before those that do. What is left unordered is an error that names both, because any
+//! that does not load runs before those that do, and so do two with opposite toggles. What is left unordered is an error that names both, because any
 //! choice would be a guess. Since an order found for one resource can order the writers of another, resources are
 //! tried until nothing changes.
 //!
 //! **Versions read.** A plain reference reads the newest version; a pass that loads what it writes reads the one
 //! before its own. Two uses overlap if their mip and their layer can be the same; a part without a mip (layer) means
 //! all of them.
+//!
+//! **Toggles.** A pass that can be off never covers what is below it for a reader that can run without it: such a
+//! reader is connected to the writers below too, until each part has one that runs whenever the reader does, or two
+//! with opposite toggles. Writers with opposite toggles never run in one frame and need no order. What is left without one is an error, unless the contents of the frame before are there.
 //!
 //! Cost: each writer and reader looks back only to the first write that covers its part. Whether a way leads from one
 //! writer to the next is searched only between their positions, and mostly found at the first step.
@@ -21,9 +25,10 @@ use petgraph::graph::{DiGraph, NodeIndex};
 use super::access::{Access, Writers, in_conflict};
 use super::cycle;
 use super::graph::{Edge, Graph, GraphNode, Hazard};
+use super::toggles::{self, Runs};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{Part, Pipeline, ResourceKind, Version};
+use crate::pipeline::{Condition, Part, Pipeline, ResourceKind, Version};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// The most members of a cycle that a finding names.
@@ -165,9 +170,17 @@ impl<'a> Builder<'a> {
     ) -> Result<Vec<usize>, (usize, usize)> {
         let list = &self.accesses[resource.index()];
         let mut order: Vec<usize> = (0..list.len()).filter(|at| list[*at].writes).collect();
-        let mut fresh = order.iter().copied().filter(|at| !list[*at].reads);
-        let single_fresh = fresh.next().filter(|_| fresh.next().is_none());
-        order.sort_by_key(|at| (Some(*at) != single_fresh, position[list[*at].pass.index()]));
+        let condition = |access: &Access<'_>| self.pipeline.pass(access.pass).condition;
+        let mut fresh: Vec<usize> = order.iter().copied().filter(|at| !list[*at].reads).take(3).collect();
+        let single = match fresh[..] {
+            [_] => true,
+            [a, b] => never_together(condition(&list[a]), condition(&list[b])),
+            _ => false,
+        };
+        if !single {
+            fresh.clear();
+        }
+        order.sort_by_key(|at| (!fresh.contains(at), position[list[*at].pass.index()]));
         let writers = Writers::new(list, order);
         for (rank, at) in writers.list.iter().enumerate() {
             let later = &list[*at];
@@ -177,10 +190,14 @@ impl<'a> Builder<'a> {
                 if !earlier.part.overlaps(later.part) {
                     continue;
                 }
-                if Some(earlier_at) != single_fresh && !self.reaches(earlier.pass, later.pass, position) {
+                let (before, after) = (condition(earlier), condition(later));
+                if never_together(before, after) {
+                    continue;
+                }
+                if !fresh.contains(&earlier_at) && !self.reaches(earlier.pass, later.pass, position) {
                     return Err((earlier_at, *at));
                 }
-                if earlier.part.contains(later.part) {
+                if earlier.part.contains(later.part) && (before.is_none() || before == after) {
                     break;
                 }
             }
@@ -216,9 +233,11 @@ impl<'a> Builder<'a> {
             let current = list[*at];
             for earlier in writers.before(rank, current.part) {
                 let earlier = list[writers.list[earlier]];
-                if earlier.part.overlaps(current.part) {
+                let condition = |access: &Access<'_>| self.pipeline.pass(access.pass).condition;
+                let (before, after) = (condition(&earlier), condition(&current));
+                if earlier.part.overlaps(current.part) && !never_together(before, after) {
                     self.add(earlier.pass, current.pass, Via::Order(Hazard::WriteAfterWrite(resource)));
-                    if earlier.part.contains(current.part) {
+                    if earlier.part.contains(current.part) && (before.is_none() || before == after) {
                         break;
                     }
                 }
@@ -257,32 +276,66 @@ impl<'a> Builder<'a> {
     ) {
         let pipeline = self.pipeline;
         let list = &self.accesses[resource.index()];
+        let Some(known) = toggles::known(pipeline.pass(reader.pass), reader.one) else {
+            // It never happens: the pass runs only in frames in which something else stands in.
+            return;
+        };
         let mut fed = false;
         // What was written since: an older write of such a part is not there any more.
         let mut newer: HashSet<Part> = HashSet::new();
+        // Newer writes that may not happen, and have nothing below them so far.
+        let mut open: Vec<(usize, Condition)> = Vec::new();
         for rank in writers.before(limit, reader.part) {
             let writer = &list[writers.list[rank]];
             if writer.pass == reader.pass || !writer.part.overlaps(reader.part) || within(&newer, writer.part)
             {
                 continue;
             }
-            fed = true;
-            newer.insert(writer.part);
+            let runs = toggles::runs(pipeline.pass(writer.pass), &known);
+            if runs == Runs::Never {
+                continue;
+            }
             self.add(writer.pass, reader.pass, Via::Data(resource));
             self.reads[reader.pass.index()].push((resource, rank));
+            fed = true;
+            let part_of = |rank: usize| list[writers.list[rank]].part;
+            let below = |open: usize| {
+                let above = part_of(open);
+                writer.part.contains(above) || writer.part.contains(reader.part)
+            };
+            if let Runs::Sometimes(condition) = runs {
+                let alternative = open.iter().find(|(open, other)| {
+                    *other == condition.opposite() && below(*open) && part_of(*open).contains(writer.part)
+                });
+                let whole = alternative.map(|(rank, _)| *rank);
+                open.retain(|(open, other)| *other != condition.opposite() || !below(*open));
+                if whole.is_none() {
+                    open.push((rank, condition));
+                    continue;
+                }
+            } else {
+                open.retain(|(open, _)| !below(*open));
+            }
+            newer.insert(writer.part);
             if writer.part.contains(reader.part) {
                 break;
             }
         }
         let own_memory = pipeline.resource(resource).lifetime() == Lifetime::Transient;
-        if !fed && own_memory && !pipeline.uncertain.contains(&resource) {
-            diagnostics.push(never_written(pipeline, resource, reader, list));
+        if own_memory && !pipeline.uncertain.contains(&resource) {
+            if !fed {
+                diagnostics.push(never_written(pipeline, resource, reader, list));
+            } else if let Some((rank, condition)) = open.first() {
+                let writer = &list[writers.list[*rank]];
+                diagnostics.push(toggles::taken_away(pipeline, reader, writer, *condition));
+            }
         }
         for rank in writers.after(limit, reader.part) {
             let writer = &list[writers.list[rank]];
-            if writer.pass != reader.pass && writer.part.overlaps(reader.part) {
+            let runs = toggles::runs(pipeline.pass(writer.pass), &known);
+            if writer.pass != reader.pass && writer.part.overlaps(reader.part) && runs != Runs::Never {
                 self.add(reader.pass, writer.pass, Via::Order(Hazard::WriteAfterRead(resource)));
-                if writer.part.contains(reader.part) {
+                if writer.part.contains(reader.part) && runs == Runs::Always {
                     break;
                 }
             }
@@ -375,6 +428,11 @@ impl<'a> Builder<'a> {
         }
         Graph { graph, order, nodes, versions, successors }
     }
+}
+
+/// Whether two passes never run in one frame, so that no order between them matters.
+fn never_together(a: Option<Condition>, b: Option<Condition>) -> bool {
+    a.zip(b).is_some_and(|(a, b)| a == b.opposite())
 }
 
 /// Whether one of the parts has everything of another.

@@ -13,6 +13,7 @@ const SECTIONS: &[&str] = &[
     "geometry",
     "resources",
     "passes",
+    "toggles",
     "presets",
     "extension_points",
     "subgraphs",

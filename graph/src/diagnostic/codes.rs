@@ -89,6 +89,15 @@ crate::codes! {
         "`use` names a subgraph that `subgraphs` does not declare, or a subgraph uses itself.";
     /// A preset that is not there.
     UNKNOWN_PRESET = "UG0213", "unknown preset", "A preset that the pipeline does not declare is asked for.";
+    /// A toggle that is not there.
+    UNKNOWN_TOGGLE = "UG0214", "unknown toggle",
+        "A pass, a frame or the command line names a toggle that the pipeline does not declare under `toggles`. A pass has one toggle at most; `!name` means that it runs while the toggle is off.";
+    /// A toggle that switches nothing.
+    UNUSED_TOGGLE = "UG0215", "toggle without a pass",
+        "A toggle is declared, but no pass has it: throwing it changes nothing.";
+    /// A bypass that cannot stand in.
+    BYPASS = "UG0216", "impossible bypass",
+        "`bypass` says what readers see instead of a resource in a frame without the passes that write it. That works for a resource that only passes of one and the same toggle write, and for one that is bound or copied from (not attached). What stands in has to be of the same kind: the same dimension, layers and samples, a format that the readers can use, buffers no smaller, host data of the same shape.\n\nA pass that loads what a toggled pass makes fresh, and adds to it, cannot be served by another resource: give it the same toggle, or let the toggled pass load what an earlier pass made, so that without it the earlier contents stay.";
     /// A resource that is not there.
     UNKNOWN_RESOURCE = "UG0301", "unknown resource",
         "A reference names a resource that \"resources\" does not declare.";
@@ -169,6 +178,9 @@ crate::codes! {
     /// A combination that no device allows.
     DEVICE_RULE = "UG0409", "no device allows this",
         "A view, a copy, an attachment or a block breaks a rule of WebGPU: cubes have six square layers, multisampled bindings see multisampled textures, a copy joins parts of one format and size, a full-screen pass into an array says which layer it writes, blocks of the host are read-only and within the profile's binding sizes, bind groups are numbered 0 to 3.";
+    /// Contents that a toggle takes away.
+    TOGGLED_AWAY = "UG0411", "nothing left without the toggle",
+        "A pass reads, or the picture shows, what only a pass with a toggle writes; in a frame in which the toggle is thrown the other way nothing would be there.\n\nFour ways out: give the reader the same toggle, so that it vanishes too; say under `bypass` of the writer what the reader sees instead; let an earlier pass write the resource and the toggled one load it; or write it by a second pass with the opposite toggle (`!name`).";
     /// A host that stores things otherwise than a shader reads them.
     HOST_INTERFACE = "UG0608", "host interface",
         "The host's vertex attributes or blocks (names, types, offsets) do not fit a shader that draws its meshes.";

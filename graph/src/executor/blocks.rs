@@ -10,6 +10,7 @@
 //!
 //! Limits: the blocks of a plan together have less than 4 GiB, since dynamic offsets are 32 bits wide.
 
+use super::switches::Switches;
 use crate::compiler::{Plan, PlannedPass};
 use crate::data::{HostData, View};
 use crate::diagnostic::{Diagnostic, Place as FindingPlace, codes};
@@ -93,9 +94,12 @@ impl Blocks {
     }
 
     /// Packs the blocks of one record. `data` is host data by resource.
-    pub(super) fn pack(&mut self, plan: &Plan, data: &[Option<HostData>]) -> &[u8] {
-        let of = |handle: ResourceHandle| data.get(handle.index()).and_then(Option::as_ref);
+    pub(super) fn pack(&mut self, plan: &Plan, data: &[Option<HostData>], switches: &Switches) -> &[u8] {
+        let of = |handle: ResourceHandle| data.get(switches.seen(handle).index()).and_then(Option::as_ref);
         for (planned, places) in plan.passes.iter().zip(&self.places) {
+            if !switches.runs(plan, planned.handle) {
+                continue;
+            }
             let work = &plan.pipeline.pass(planned.handle).work;
             for (slot, place) in slots(work).iter().zip(places) {
                 let Some(place) = place else { continue };

@@ -1,7 +1,7 @@
 //! Bind groups of what the module itself binds.
 //!
-//! What a group binds is settled when the plan is realized, but for two things: the buffer of blocks, which is another
-//! one for each record in flight, and views of the host's own textures. A group is made when a combination of these
+//! What a group binds is settled when the plan is realized, but for three things: the buffer of blocks, which is another
+//! one for each record in flight, views of the host's own textures, and what toggles let stand in. A group is made when a combination of these
 //! comes up for the first time, and kept for as long as the combination keeps coming.
 
 use super::blocks::Place;
@@ -9,6 +9,8 @@ use super::creation::Creation;
 use super::imports::{ImportedView, Imports};
 use super::pool::Taken;
 use super::resources::Viewed;
+use super::switches::Switches;
+use crate::work::ResourceHandle;
 
 /// For how many records a bind group is kept that none of them uses.
 const KEPT_RECORDS: u64 = 256;
@@ -20,6 +22,8 @@ pub(super) struct Group {
     entries: Vec<(u32, Bound)>,
     has_blocks: bool,
     imports: Vec<ImportedView>,
+    /// For each binding that toggles switch the resource that is bound in the record that is under way.
+    chosen: Vec<ResourceHandle>,
     /// The block `view`, which a dynamic offset moves.
     view: Option<Place>,
     made: Vec<Made>,
@@ -35,18 +39,45 @@ pub(super) enum Bound {
     Block(Place),
     /// A block `view`: one for each view.
     ViewBlock(Place),
+    /// One of several, by what readers see of the first resource.
+    Switched(Vec<(ResourceHandle, Bound)>),
+}
+
+impl Bound {
+    /// What is bound while readers see this or that.
+    fn choose(&self, switches: &Switches) -> Option<&(ResourceHandle, Bound)> {
+        let Bound::Switched(all) = self else { return None };
+        let seen = switches.seen(all.first()?.0);
+        all.iter().find(|(resource, _)| *resource == seen)
+    }
+
+    fn imports(&self, all: &mut Vec<ImportedView>) {
+        match self {
+            Bound::View(Viewed::Imported(view)) => all.push(*view),
+            Bound::Switched(list) => list.iter().for_each(|(_, bound)| bound.imports(all)),
+            _ => {}
+        }
+    }
 }
 
 struct Made {
     blocks: Option<u64>,
+    chosen: Vec<ResourceHandle>,
     imports: Vec<wgpu::TextureView>,
     group: wgpu::BindGroup,
     used: u64,
 }
 
 impl Made {
-    fn fits(&self, blocks: Option<u64>, wanted: &[ImportedView], imports: &Imports) -> bool {
+    fn fits(
+        &self,
+        blocks: Option<u64>,
+        chosen: &[ResourceHandle],
+        wanted: &[ImportedView],
+        imports: &Imports,
+    ) -> bool {
         self.blocks == blocks
+            && self.chosen == chosen
             && self.imports.iter().zip(wanted).all(|(made, wanted)| imports.view(*wanted) == Some(made))
     }
 }
@@ -55,16 +86,14 @@ impl Group {
     pub(super) fn new(index: u32, layout: wgpu::BindGroupLayout, entries: Vec<(u32, Bound)>) -> Self {
         let has_blocks =
             entries.iter().any(|(_, bound)| matches!(bound, Bound::Block(_) | Bound::ViewBlock(_)));
-        let imports = entries.iter().filter_map(|(_, bound)| match bound {
-            Bound::View(Viewed::Imported(view)) => Some(*view),
-            _ => None,
-        });
+        let mut imports = Vec::new();
+        entries.iter().for_each(|(_, bound)| bound.imports(&mut imports));
         let view = entries.iter().find_map(|(_, bound)| match bound {
             Bound::ViewBlock(place) => Some(*place),
             _ => None,
         });
-        let imports = imports.collect();
-        Self { index, layout, entries, has_blocks, imports, view, made: Vec::new(), current: 0 }
+        let (chosen, made) = (Vec::new(), Vec::new());
+        Self { index, layout, entries, has_blocks, imports, chosen, view, made, current: 0 }
     }
 
     /// Makes the bind group for a record, unless it is there.
@@ -74,14 +103,18 @@ impl Group {
         label: &str,
         blocks: Option<&Taken>,
         imports: &Imports,
+        switches: &Switches,
         record: u64,
     ) {
+        self.chosen.clear();
+        let chosen = self.entries.iter().filter_map(|(_, bound)| bound.choose(switches));
+        self.chosen.extend(chosen.map(|(resource, _)| *resource));
         let blocks = blocks.filter(|_| self.has_blocks);
         let id = blocks.map(|blocks| blocks.id);
-        let found = self.made.iter().position(|made| made.fits(id, &self.imports, imports));
+        let found = self.made.iter().position(|made| made.fits(id, &self.chosen, &self.imports, imports));
         self.current = found.unwrap_or_else(|| {
             self.made.retain(|made| made.used + KEPT_RECORDS >= record);
-            let made = self.make(creation, label, blocks, imports, record);
+            let made = self.make(creation, label, blocks, (imports, switches), record);
             self.made.push(made);
             self.made.len() - 1
         });
@@ -93,7 +126,7 @@ impl Group {
         creation: &mut Creation<'_>,
         label: &str,
         blocks: Option<&Taken>,
-        imports: &Imports,
+        (imports, switches): (&Imports, &Switches),
         record: u64,
     ) -> Made {
         let block = |place: &Place| {
@@ -104,7 +137,9 @@ impl Group {
             }))
         };
         let entries = self.entries.iter().filter_map(|(binding, bound)| {
+            let bound = bound.choose(switches).map_or(bound, |(_, chosen)| chosen);
             let resource = match bound {
+                Bound::Switched(_) => return None,
                 Bound::View(view) => wgpu::BindingResource::TextureView(view.get(imports)?),
                 Bound::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
                 Bound::Buffer(buffer) => buffer.as_entire_binding(),
@@ -119,7 +154,13 @@ impl Group {
             entries: &entries,
         });
         let imports = self.imports.iter().filter_map(|view| imports.view(*view).cloned());
-        Made { blocks: blocks.map(|blocks| blocks.id), imports: imports.collect(), group, used: record }
+        Made {
+            blocks: blocks.map(|blocks| blocks.id),
+            chosen: self.chosen.clone(),
+            imports: imports.collect(),
+            group,
+            used: record,
+        }
     }
 
     /// Forgets what was made, since some of it may have been refused.

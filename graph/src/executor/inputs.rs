@@ -11,7 +11,7 @@ use crate::compiler::{Physical, PlannedResource};
 use crate::data::{DataShape, HostData, View};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use crate::pipeline::Pass;
-use crate::work::{HostContext, Work};
+use crate::work::{HostContext, ResourceHandle, Work};
 
 /// How many inputs of a host pass are given without allocating.
 const FEW_INPUTS: usize = 8;
@@ -113,10 +113,15 @@ pub(super) fn run_host_passes(
         let Some(mut data) = realized.data.get_mut(output).and_then(Option::take) else { continue };
         let start = times.now();
         data.clear();
+        if !realized.switches.runs(&plan, planned.handle) {
+            realized.data[output] = Some(data);
+            continue;
+        }
         let filler = HostData::new(DataShape::new());
         let mut few = [&filler; FEW_INPUTS];
         let many: Vec<&HostData>;
-        let given = host.inputs.iter().filter_map(|input| realized.data.get(input.index())?.as_ref());
+        let seen = |input: &ResourceHandle| realized.switches.seen(*input).index();
+        let given = host.inputs.iter().filter_map(|input| realized.data.get(seen(input))?.as_ref());
         let inputs = if host.inputs.len() <= FEW_INPUTS {
             let mut count = 0;
             for (slot, input) in few.iter_mut().zip(given) {
@@ -148,7 +153,11 @@ pub(super) fn run_host_passes(
 fn check_views(realized: &Realized, findings: &mut Diagnostics) {
     for (planned, pass) in realized.plan.passes.iter().zip(&realized.passes) {
         let RealizedWork::Scene { scene, attachments } = &pass.work else { continue };
-        let data = realized.data.get(scene.views.index()).and_then(Option::as_ref);
+        if !realized.switches.runs(&realized.plan, planned.handle) {
+            continue;
+        }
+        let views = realized.switches.seen(scene.views);
+        let data = realized.data.get(views.index()).and_then(Option::as_ref);
         for (at, view) in data.map(HostData::views).unwrap_or_default().iter().enumerate() {
             if let Some(fault) = view_fault(view, attachments) {
                 let pass = realized.plan.pipeline.pass(planned.handle);

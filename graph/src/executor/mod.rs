@@ -11,6 +11,7 @@
 //! - `objects`, `pipelines`: shader modules, layouts and pipelines;
 //! - `blocks`, `pool`: where the blocks of one record lie, and buffers that records in flight do not share;
 //! - `groups`, `host_groups`: bind groups of what the module binds, and of the host's materials and objects;
+//! - `switches`: the toggles of a frame, which passes they leave out, and what stands in for what those write;
 //! - `inputs`: what a frame brings, checked, and the host passes;
 //! - `record`, `attachments`, `scene`: render passes, and the host's draws in them;
 //! - `times`: how long the processor works on each pass.
@@ -38,6 +39,7 @@ mod resources;
 mod reuse;
 mod scene;
 mod statistics;
+mod switches;
 mod textures;
 mod times;
 
@@ -47,7 +49,7 @@ use std::time::Duration;
 
 pub use statistics::Statistics;
 
-use crate::compiler::{Physical, Plan};
+use crate::compiler::{Physical, Plan, PlannedPass};
 use crate::data::HostData;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::draw::{DrawSource, HostInterface};
@@ -58,6 +60,7 @@ use objects::Objects;
 use pool::Pool;
 use realize::Realized;
 use record::Scratch;
+use switches::Switches;
 use times::Times;
 
 /// What a frame consists of.
@@ -69,6 +72,9 @@ pub struct Frame<'a> {
     pub draws: Option<&'a dyn DrawSource>,
     /// The host's textures by the names of the resources that stand for them.
     pub imports: &'a [(&'a str, &'a wgpu::Texture)],
+    /// The toggles that are thrown otherwise than the pipeline says, by their names; the later of two counts. Nothing is
+    /// planned or compiled for it; bind groups of a state are made when it comes up for the first time.
+    pub toggles: &'a [(&'a str, bool)],
 }
 
 /// A plan, realized on a device.
@@ -207,10 +213,17 @@ impl Executor {
     }
 
     /// The processor's time for each pass of the last record, in the plan's order; nothing if measuring is off. Passes
-    /// that are recorded as one render pass count with the first of them.
+    /// that are recorded as one render pass count with the first of them; those that are left out count nothing.
     pub fn times(&self) -> impl Iterator<Item = (&str, Duration)> {
         let names = self.realized.plan.passes.iter().map(|pass| pass.name.as_str());
         names.zip(self.times.passes().iter().copied())
+    }
+
+    /// The passes that the last record left out, since their toggles are thrown that way; in the plan's order.
+    pub fn skipped(&self) -> impl Iterator<Item = &str> {
+        let realized = &self.realized;
+        let skipped = |pass: &&PlannedPass| !realized.switches.runs(&realized.plan, pass.handle);
+        realized.plan.passes.iter().filter(skipped).map(|pass| pass.name.as_str())
     }
 
     /// The processor's time for preparing bind groups and uploading blocks in the last record.
@@ -221,7 +234,7 @@ impl Executor {
     /// Records a frame into an encoder. Several records in one submission do not disturb one another.
     ///
     /// # Errors
-    /// Imports that are missing or not as planned; a draw source that is missing, does not know a filter, or stores
+    /// Imports that are missing or not as planned; toggles that the pipeline does not have; a draw source that is missing, does not know a filter, or stores
     /// meshes otherwise than the one that the plan was realized for; host data that a host pass did not declare; errors
     /// of the device. Nothing is recorded then, and the next frame is possible.
     pub fn record(
@@ -230,7 +243,11 @@ impl Executor {
         frame: &Frame<'_>,
     ) -> Result<(), Diagnostics> {
         refuse(self.late.known())?;
-        refuse(inputs::check(&self.realized, &self.device, frame))?;
+        let mut findings = inputs::check(&self.realized, &self.device, frame);
+        findings.extend(Switches::check(&self.realized.plan, frame.toggles));
+        refuse(findings)?;
+        let plan = self.realized.plan.clone();
+        self.realized.switches.set(&plan, frame.toggles);
         self.warnings = Diagnostics::new();
         inputs::warnings(frame, &mut self.warnings);
         self.times.reset(self.realized.plan.passes.len());
@@ -252,7 +269,8 @@ impl Executor {
             record::prepare(&mut self.realized, &mut creation, frame, blocks.as_ref(), self.records);
         if let (Some(blocks), Ok(())) = (&blocks, &prepared) {
             // Within the scopes of the creation, if there are any: on a device that is lost, a new buffer is none.
-            let bytes = self.realized.blocks.pack(&self.realized.plan, &self.realized.data);
+            let Realized { plan, data, switches, blocks: packed, .. } = &mut self.realized;
+            let bytes = packed.pack(plan, data, switches);
             self.queue.write_buffer(&blocks.buffer, 0, bytes);
         }
         let mut caught = creation.finish();

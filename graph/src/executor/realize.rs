@@ -14,6 +14,7 @@ use super::imports::Imports;
 use super::objects::Objects;
 use super::pipelines::{Layouts, MATERIAL, OBJECT, Pipelines};
 use super::resources::{Resources, Texture};
+use super::switches::Switches;
 use super::textures::Textures;
 use crate::compiler::{Plan, PlannedPass};
 use crate::data::HostData;
@@ -21,7 +22,7 @@ use crate::diagnostic::Diagnostic;
 use crate::draw::{HostInterface, PropertySet};
 use crate::language::TextureShape;
 use crate::pipeline::{Pass, Program, ResourceKind};
-use crate::work::{AttachmentTarget, CopyWork, Draw, ResourceHandle, SlotSource, Work};
+use crate::work::{AttachmentTarget, CopyWork, Draw, ResourceHandle, SlotSource, TextureView, Work};
 
 /// A plan with everything that it needs on the device.
 pub(super) struct Realized {
@@ -35,6 +36,8 @@ pub(super) struct Realized {
     pub(super) interfaces: Vec<(String, HostInterface)>,
     /// The data of host passes by resource, kept from frame to frame.
     pub(super) data: Vec<Option<HostData>>,
+    /// How the toggles of the frame are thrown.
+    pub(super) switches: Switches,
 }
 
 /// A pass with everything that it needs on the device.
@@ -79,7 +82,8 @@ pub(super) struct RealizedScene {
 
 /// A copy between textures.
 pub(super) struct RealizedCopy {
-    pub(super) source: CopyEnd,
+    /// The source, and what may stand in for it.
+    pub(super) sources: Vec<(ResourceHandle, CopyEnd)>,
     pub(super) destination: CopyEnd,
     pub(super) extent: wgpu::Extent3d,
 }
@@ -129,6 +133,7 @@ impl Realized {
             objects: Vec::new(),
             interfaces,
             data,
+            switches: Switches::new(&plan),
             plan: plan.clone(),
         };
         for (at, planned) in plan.passes.iter().enumerate() {
@@ -240,12 +245,22 @@ impl Realized {
                 }
                 let place = self.blocks.places(at).get(position).copied().flatten();
                 let bound = match &slot.source {
-                    SlotSource::Texture(view) => self.resources.view(creation, &plan, *view).map(Bound::View),
+                    SlotSource::Texture(view) => {
+                        let bound = |resource| {
+                            let view = TextureView { resource, ..*view };
+                            Some((resource, Bound::View(self.resources.view(creation, &plan, view)?)))
+                        };
+                        switched(plan.pipeline.stand_ins(view.resource).filter_map(bound).collect())
+                    }
                     SlotSource::Sampler(sampler) => {
                         Some(Bound::Sampler(objects.sampler(creation, &slot.name, *sampler)))
                     }
                     SlotSource::Buffer(resource) => {
-                        self.resources.buffer(&plan, *resource).cloned().map(Bound::Buffer)
+                        let bound = |resource| {
+                            let buffer = self.resources.buffer(&plan, resource).cloned()?;
+                            Some((resource, Bound::Buffer(buffer)))
+                        };
+                        switched(plan.pipeline.stand_ins(*resource).filter_map(bound).collect())
                     }
                     SlotSource::View(_) => place.map(Bound::ViewBlock),
                     SlotSource::Data { .. } | SlotSource::Values(_) => place.map(Bound::Block),
@@ -264,9 +279,11 @@ impl Realized {
             Some(CopyEnd { texture, mip: target.mip, origin })
         };
         let extent = copy_extent(&self.plan, &copy.source);
-        match (end(&copy.source), end(&copy.destination), extent) {
-            (Some(source), Some(destination), Some(extent)) => {
-                RealizedWork::Copy(RealizedCopy { source, destination, extent })
+        let source = |resource| Some((resource, end(&AttachmentTarget { resource, ..copy.source })?));
+        let sources: Vec<_> = self.plan.pipeline.stand_ins(copy.source.resource).filter_map(source).collect();
+        match (end(&copy.destination), extent) {
+            (Some(destination), Some(extent)) => {
+                RealizedWork::Copy(RealizedCopy { sources, destination, extent })
             }
             _ => RealizedWork::Nothing,
         }
@@ -314,6 +331,14 @@ fn join(leader: &mut RealizedPass, followers: &mut [RealizedPass]) {
         leader.label.push_str(&follower.label);
     }
     leader.merged = 1 + followers.len();
+}
+
+/// What is bound of a resource and of what may stand in for it; nothing is switched where there is only one.
+fn switched(mut all: Vec<(ResourceHandle, Bound)>) -> Option<Bound> {
+    if all.len() > 1 {
+        return Some(Bound::Switched(all));
+    }
+    all.pop().map(|(_, bound)| bound)
 }
 
 /// The position of what is alike, added if there is none.

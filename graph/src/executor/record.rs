@@ -14,6 +14,7 @@ use super::imports::Imports;
 use super::pool::Taken;
 use super::realize::{Realized, RealizedCopy, RealizedPass, RealizedScene, RealizedWork};
 use super::scene::Scene;
+use super::switches::Switches;
 use super::times::Times;
 use crate::compiler::PlannedPass;
 use crate::data::{HostData, View};
@@ -42,8 +43,11 @@ pub(super) fn prepare(
     realized.resources.imports.set(creation, frame.imports, record);
     let imports = &realized.resources.imports;
     for (planned, pass) in realized.plan.passes.iter().zip(&mut realized.passes) {
+        if !realized.switches.runs(&realized.plan, planned.handle) {
+            continue;
+        }
         for group in &mut pass.groups {
-            group.prepare(creation, &planned.name, blocks, imports, record);
+            group.prepare(creation, &planned.name, blocks, imports, &realized.switches, record);
         }
     }
     if let Some(source) = frame.draws {
@@ -78,11 +82,15 @@ pub(super) fn record(
     times: &mut Times,
 ) {
     let imports = &realized.resources.imports;
-    for (at, pass) in realized.passes.iter().enumerate() {
+    for (at, (planned, pass)) in realized.plan.passes.iter().zip(&realized.passes).enumerate() {
+        // Passes of one render pass have the same toggle.
+        if !realized.switches.runs(&realized.plan, planned.handle) {
+            continue;
+        }
         let start = times.now();
         match &pass.work {
             RealizedWork::Host | RealizedWork::Nothing => continue,
-            RealizedWork::Copy(copy) => record_copy(encoder, imports, copy),
+            RealizedWork::Copy(copy) => record_copy(encoder, imports, &realized.switches, copy),
             RealizedWork::Compute { pipeline, workgroups: [x, y, z] } => {
                 let descriptor =
                     wgpu::ComputePassDescriptor { label: Some(&pass.label), timestamp_writes: None };
@@ -199,7 +207,8 @@ impl Recording<'_> {
 }
 
 fn views_of<'a>(realized: &'a Realized, scene: &RealizedScene) -> &'a [View] {
-    let data = realized.data.get(scene.views.index()).and_then(Option::as_ref);
+    let views = realized.switches.seen(scene.views);
+    let data = realized.data.get(views.index()).and_then(Option::as_ref);
     data.map(HostData::views).unwrap_or_default()
 }
 
@@ -213,9 +222,16 @@ fn fullscreen(
     render_pass.draw(0..3, 0..1);
 }
 
-fn record_copy(encoder: &mut wgpu::CommandEncoder, imports: &Imports, copy: &RealizedCopy) {
+fn record_copy(
+    encoder: &mut wgpu::CommandEncoder,
+    imports: &Imports,
+    switches: &Switches,
+    copy: &RealizedCopy,
+) {
+    let seen = copy.sources.first().map(|(resource, _)| switches.seen(*resource));
+    let Some((_, from)) = copy.sources.iter().find(|(resource, _)| Some(*resource) == seen) else { return };
     let (Some(source), Some(destination)) =
-        (copy.source.texture.get(imports), copy.destination.texture.get(imports))
+        (from.texture.get(imports), copy.destination.texture.get(imports))
     else {
         return;
     };
@@ -225,9 +241,5 @@ fn record_copy(encoder: &mut wgpu::CommandEncoder, imports: &Imports, copy: &Rea
         origin: end.origin,
         aspect: wgpu::TextureAspect::All,
     };
-    encoder.copy_texture_to_texture(
-        end(source, &copy.source),
-        end(destination, &copy.destination),
-        copy.extent,
-    );
+    encoder.copy_texture_to_texture(end(source, from), end(destination, &copy.destination), copy.extent);
 }

@@ -37,6 +37,9 @@ pub struct PipelineDeclaration {
     /// Named switches that choose shader variants and passes.
     #[serde(default)]
     pub features: BTreeMap<String, FeatureDeclaration>,
+    /// Named switches that the host throws from frame to frame, without another plan.
+    #[serde(default)]
+    pub toggles: BTreeMap<String, ToggleDeclaration>,
     /// What the host's draws provide.
     #[serde(default)]
     pub geometry: BTreeMap<String, GeometryDeclaration>,
@@ -229,6 +232,18 @@ pub enum FeatureType {
     Enum,
 }
 
+/// A named switch that the host throws from frame to frame. Unlike a feature it changes no shader and no size, so that
+/// expressions cannot see it.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ToggleDeclaration {
+    /// Whether it is on where the host says nothing.
+    pub default: bool,
+    /// What it does, for people.
+    #[serde(default)]
+    pub description: Option<String>,
+}
+
 /// What the host's draws provide: the contract between pipeline and application. Shaders see these names only.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -284,4 +299,10 @@ pub struct PassCommon {
     /// Whether the pass is kept even if nothing reads what it writes.
     #[serde(default)]
     pub side_effect: bool,
+    /// The toggle with which the pass runs in a frame, or with "!" in front the one without which it runs.
+    #[serde(default)]
+    pub toggle: Option<String>,
+    /// For resources that only passes with this toggle write: what readers see instead in a frame without them.
+    #[serde(default)]
+    pub bypass: BTreeMap<String, String>,
 }

@@ -14,7 +14,7 @@ mod word;
 pub use declaration::{
     ExtensionPointDeclaration, FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Order,
     ParameterDeclaration, ParameterType, PassCommon, Paths, PipelineDeclaration, PresetDeclaration,
-    SubgraphDeclaration, VertexFormatName,
+    SubgraphDeclaration, ToggleDeclaration, VertexFormatName,
 };
 pub use expression::Expr;
 pub use reference::{Reference, ReferenceError};

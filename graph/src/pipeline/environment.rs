@@ -24,6 +24,8 @@ pub struct Environment {
     pub(super) inputs: BTreeMap<String, (String, Option<String>)>,
     /// Where the subgraphs are used, the innermost first.
     pub(super) used_at: Vec<Span>,
+    /// The toggles that uses of subgraphs around it have, as they are written.
+    pub(super) toggles: Vec<String>,
 }
 
 impl Environment {
@@ -128,6 +130,7 @@ mod tests {
             prefix: "blur.".to_owned(),
             locals: BTreeMap::from([("level".to_owned(), Value::Number(2.0))]),
             inputs: BTreeMap::from([("image".to_owned(), ("moments".to_owned(), Some("warp".to_owned())))]),
+            toggles: Vec::new(),
             used_at: Vec::new(),
         }
     }

@@ -50,6 +50,8 @@ pub(super) struct Expander<'a, 's> {
     shared: &'s mut Shared,
     pub(super) resources: Vec<Instance<'a>>,
     pub(super) instances: Vec<Instance<'a>>,
+    /// Uses of subgraphs with a bypass: the name, the entry, its pointer, what names mean there.
+    pub(super) bypasses: Vec<(String, &'a Entry, String, Arc<Environment>)>,
     /// Passes that could not be expanded.
     pub(super) gaps: Vec<(String, &'a Entry)>,
     pub(super) unreadable: bool,
@@ -76,6 +78,7 @@ impl<'a, 's> Expander<'a, 's> {
             shared,
             resources: Vec::new(),
             instances: Vec::new(),
+            bypasses: Vec::new(),
             gaps: Vec::new(),
             unreadable: false,
             full: false,
@@ -339,12 +342,17 @@ impl<'a, 's> Expander<'a, 's> {
                 }
             }
         }
-        let Some(inner) =
+        let Some(mut inner) =
             self.environment_of(entry, &subgraph.value, &inside, wanted, &name, pointer, environment)
         else {
             self.gaps.push((name, entry));
             return;
         };
+        inner.toggles.clone_from(&environment.toggles);
+        inner.toggles.extend(entry.value.get("toggle").and_then(document::Value::text).map(str::to_owned));
+        if entry.value.get("bypass").is_some() {
+            self.bypasses.push((name.clone(), entry, pointer.to_owned(), environment.clone()));
+        }
         self.uses += 1;
         self.open.push(wanted.to_owned());
         self.sections(&subgraph.value, &inside, &Arc::new(inner), depth + 1);

@@ -29,6 +29,7 @@ mod reach;
 mod schema;
 mod scope;
 mod setting;
+mod toggle;
 
 pub use binding::{Bind, BindObject, ValuesBind};
 pub(crate) use binding::{element_type, member_runs};
@@ -44,6 +45,8 @@ pub use reach::{AxisProduct, Configured, Reached, ReachedProgram, reach};
 pub use schema::schema;
 pub use scope::StaticScope;
 pub use setting::{Choice, Feature, Parameter, Setting};
+pub(crate) use toggle::add_stand_ins;
+pub use toggle::{Bypass, Condition, Toggle};
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -65,6 +68,10 @@ pub struct Pipeline {
     pub parameters: BTreeMap<String, Parameter>,
     /// The features with their values, by name.
     pub features: BTreeMap<String, Feature>,
+    /// The toggles in the order of their names; a [`Condition`] names a position here.
+    pub toggles: Vec<Toggle>,
+    /// What stands in for resources that only passes with a toggle write, in frames without them.
+    pub bypasses: BTreeMap<ResourceHandle, Bypass>,
     /// The contracts with the host's draws, by name.
     pub geometry: BTreeMap<String, GeometryDeclaration>,
     /// The resources; a [`ResourceHandle`] is a position here.
@@ -197,6 +204,8 @@ pub struct Pass {
     pub after: Vec<PassHandle>,
     /// Whether it is kept even if nothing reads what it writes.
     pub side_effect: bool,
+    /// In which frames it runs, if not in all.
+    pub condition: Option<Condition>,
     /// What it does.
     pub work: Work,
 }
@@ -212,6 +221,9 @@ pub struct Use {
     pub usage: Usage,
     /// The version that is read.
     pub version: Version,
+    /// In which of the frames in which the pass runs it happens: all have to hold. Empty but for what can be bypassed,
+    /// and for what stands in for it.
+    pub when: Vec<Condition>,
     /// Where it is said.
     pub place: Span,
     /// Its JSON pointer.

@@ -98,7 +98,7 @@ fn stays(
         && users.get(&handle).is_none_or(|list| list.iter().all(|user| *user == at))
 }
 
-/// Passes of one group follow one another, attach the same, load it, and share nothing else that one of them writes.
+/// Passes of one group follow one another, have the same toggle, attach the same, load it, and share nothing else that one of them writes.
 fn check_groups(plan: &Plan, faults: &mut Faults) {
     let mut start = 0;
     while start < plan.passes.len() {
@@ -118,8 +118,10 @@ fn check_groups(plan: &Plan, faults: &mut Faults) {
         };
         let mut others: HashMap<ResourceHandle, (bool, usize)> = HashMap::new();
         for (offset, pass) in plan.passes[start..end].iter().enumerate() {
+            let condition = |pass: &PlannedPass| plan.pipeline.pass(pass.handle).condition;
             let mut broken = offset > 0
                 && (targets(pass) != targets(first)
+                    || condition(pass) != condition(first)
                     || (pass.color.is_empty() && pass.depth.is_none())
                     || pass.color.iter().chain(&pass.depth).any(|one| word(&one.load) != "load"));
             for one in &plan.pipeline.pass(pass.handle).uses {

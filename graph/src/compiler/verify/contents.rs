@@ -10,6 +10,9 @@
 //! - at the end nothing of what outlives the frame may be dropped;
 //! - two writers of a region have to be ordered by data, by `after` or by a named version, unless the first of them is
 //!   the only one that does not load. An order found for one resource may explain that of another.
+//!
+//! Where passes that use a resource have toggles, its frame is played through in every state of those toggles (with
+//! more than [`MAXIMUM_TOGGLES`] of them: all on, all off, and each alone), with the passes and uses of that state only.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -18,6 +21,9 @@ use crate::compiler::plan::{Plan, StoreOperation};
 use crate::language::Lifetime;
 use crate::pipeline::{Use, Version};
 use crate::work::{PassHandle, ResourceHandle};
+
+/// The most toggles of which every combination is tried for one resource.
+const MAXIMUM_TOGGLES: usize = 6;
 
 /// Who feeds whom.
 pub(super) struct Flow {
@@ -138,20 +144,70 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
             .iter()
             .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.part.mip, one.part.layer) })
             .collect();
-        let mut player = Player {
-            plan,
-            schedule,
-            by_name: &by_name,
-            handle,
-            flow: &mut flow,
-            explained: &mut explained,
-            faults,
-        };
-        sequences
-            .extend(player.play(&events, regions.count()).into_iter().map(|sequence| (handle, sequence)));
+        let mut known: HashSet<(FaultKind, String)> = HashSet::new();
+        for state in states(plan, uses) {
+            let happens = |event: &&Event<'_>| {
+                let pass = plan.pipeline.pass(event.pass);
+                pass.condition.iter().chain(&event.one.when).all(|condition| {
+                    state.iter().all(|(toggle, on)| *toggle != condition.toggle || *on == condition.on)
+                })
+            };
+            let events: Vec<&Event<'_>> = events.iter().filter(happens).collect();
+            let mut found = Faults(Vec::new());
+            let mut player = Player {
+                plan,
+                schedule,
+                by_name: &by_name,
+                handle,
+                flow: &mut flow,
+                explained: &mut explained,
+                faults: &mut found,
+            };
+            let played = player.play(&events, regions.count());
+            sequences.extend(played.into_iter().map(|sequence| (handle, sequence)));
+            for fault in found.0 {
+                if known.insert((fault.kind, fault.message.clone())) {
+                    faults.add(fault.kind, format!("{}{}", fault.message, in_words(plan, &state)));
+                }
+            }
+        }
     }
+    sequences.sort();
+    sequences.dedup();
     explain(plan, schedule, &mut explained, sequences, faults);
     flow
+}
+
+/// The states of the toggles on which the uses of a resource depend: one without toggles if there are none.
+fn states(plan: &Plan, uses: &[(PassHandle, &Use)]) -> Vec<Vec<(usize, bool)>> {
+    let toggles: BTreeSet<usize> = uses
+        .iter()
+        .flat_map(|(pass, one)| plan.pipeline.pass(*pass).condition.iter().chain(&one.when))
+        .map(|condition| condition.toggle)
+        .collect();
+    let toggles: Vec<usize> = toggles.into_iter().collect();
+    let state = |is_on: &dyn Fn(usize) -> bool| -> Vec<(usize, bool)> {
+        toggles.iter().enumerate().map(|(bit, toggle)| (*toggle, is_on(bit))).collect()
+    };
+    if toggles.len() <= MAXIMUM_TOGGLES {
+        return (0..1usize << toggles.len()).map(|off| state(&|bit| off & (1 << bit) == 0)).collect();
+    }
+    let mut states = vec![state(&|_| true), state(&|_| false)];
+    for alone in 0..toggles.len() {
+        states.extend([state(&|bit| bit == alone), state(&|bit| bit != alone)]);
+    }
+    states
+}
+
+fn in_words(plan: &Plan, state: &[(usize, bool)]) -> String {
+    if state.is_empty() {
+        return String::new();
+    }
+    let one = |(toggle, on): &(usize, bool)| {
+        let name = plan.pipeline.toggles.get(*toggle).map_or("", |toggle| toggle.name.as_str());
+        format!("\"{name}\" {}", if *on { "on" } else { "off" })
+    };
+    format!(", with {}", state.iter().map(one).collect::<Vec<_>>().join(", "))
 }
 
 struct Player<'a, 'b> {
@@ -166,7 +222,7 @@ struct Player<'a, 'b> {
 
 impl Player<'_, '_> {
     /// Plays one resource through; for each region its writers in order, each with whether it loads.
-    fn play(&mut self, events: &[Event<'_>], regions: usize) -> Vec<Vec<(PassHandle, bool)>> {
+    fn play(&mut self, events: &[&Event<'_>], regions: usize) -> Vec<Vec<(PassHandle, bool)>> {
         let lasting = self.plan.pipeline.resource(self.handle).lifetime() != Lifetime::Transient;
         let mut writers: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
         let mut culled: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
@@ -185,7 +241,7 @@ impl Player<'_, '_> {
             for event in events[at..end].iter().filter(|event| event.one.usage.reads()) {
                 self.read(event, &content, &writers, &culled, lasting);
             }
-            for event in &events[at..end] {
+            for event in events[at..end].iter().copied() {
                 let dropped = self.drops(event);
                 for region in &event.regions {
                     if dropped {

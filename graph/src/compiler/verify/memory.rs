@@ -1,14 +1,14 @@
 //! Whether the places of resources are right: enough of them, not more than needed, fitting, and never shared by two
 //! resources that are alive together.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use wgpu_types::{BufferUsages, TextureUsages};
 
 use super::{FaultKind, Faults};
 use crate::compiler::plan::{Physical, Plan, PlanOptions, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{ResourceKind, Usage};
+use crate::pipeline::{Part, ResourceKind, Usage};
 use crate::work::ResourceHandle;
 
 /// Where a resource is really used, and how.
@@ -55,7 +55,14 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
             tenants.entry(planned.physical).or_default().push((used.first, used.last, name));
         }
     }
-    check_sharing(plan, options, &mut tenants, faults);
+    let conditional = conditional(plan);
+    for (name, planned) in &plan.resources {
+        if planned.conditional != conditional.contains(&planned.handle) {
+            let message = format!("the plan is wrong about whether a toggle leaves \"{name}\" unwritten");
+            faults.add(FaultKind::ToggleWrong, message);
+        }
+    }
+    check_sharing(plan, options, &conditional, &mut tenants, faults);
     check_sums(plan, options, faults);
 }
 
@@ -187,9 +194,35 @@ fn check_place(
     }
 }
 
+/// The transient resources of which some part is first written by a pass that can be off.
+fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
+    let mut always: HashMap<ResourceHandle, Vec<Part>> = HashMap::new();
+    let mut conditional = HashSet::new();
+    for planned in &plan.passes {
+        let pass = plan.pipeline.pass(planned.handle);
+        for one in pass.uses.iter().filter(|one| one.usage.writes()) {
+            let written = always.entry(one.resource).or_default();
+            let covers = |below: &Part| {
+                (below.mip.is_none() || below.mip == one.part.mip)
+                    && (below.layer.is_none() || below.layer == one.part.layer)
+            };
+            if plan.pipeline.resource(one.resource).lifetime() != Lifetime::Transient {
+                continue;
+            }
+            if pass.condition.is_none() {
+                written.push(one.part);
+            } else if !written.iter().any(covers) {
+                conditional.insert(one.resource);
+            }
+        }
+    }
+    conditional
+}
+
 fn check_sharing(
     plan: &Plan,
     options: &PlanOptions,
+    conditional: &HashSet<ResourceHandle>,
     tenants: &mut BTreeMap<Physical, Vec<(usize, usize, &str)>>,
     faults: &mut Faults,
 ) {
@@ -212,19 +245,29 @@ fn check_sharing(
                 .add(FaultKind::SharedThoughLasting, format!("\"{name}\" shares memory, though it may not"));
         }
     }
+    for list in tenants.values().filter(|list| list.len() > 1) {
+        let first = list.iter().find(|(.., name)| conditional.contains(&plan.resources[*name].handle));
+        if let Some((.., name)) = first {
+            faults.add(
+                FaultKind::SharedThoughConditional,
+                format!("\"{name}\" shares memory, though a toggle can leave it unwritten"),
+            );
+        }
+    }
     let textures = (0..plan.textures.len()).map(Physical::Texture);
     for place in textures.chain((0..plan.buffers.len()).map(Physical::Buffer)) {
         if !tenants.contains_key(&place) {
             faults.add(FaultKind::PhysicalUnused, format!("{place:?} stands for nothing"));
         }
     }
-    check_minimal(plan, options, tenants, faults);
+    check_minimal(plan, options, conditional, tenants, faults);
 }
 
 /// In each class as many physical resources as are alive at once.
 fn check_minimal(
     plan: &Plan,
     options: &PlanOptions,
+    conditional: &HashSet<ResourceHandle>,
     tenants: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
     faults: &mut Faults,
 ) {
@@ -241,7 +284,10 @@ fn check_minimal(
             }
             _ => None,
         };
-        let transient = list.iter().all(|(.., name)| plan.resources[*name].lifetime == Lifetime::Transient);
+        let transient = list.iter().all(|(.., name)| {
+            let planned = &plan.resources[*name];
+            planned.lifetime == Lifetime::Transient && !conditional.contains(&planned.handle)
+        });
         let Some(class) = class.filter(|_| transient && options.aliasing) else { continue };
         let (count, events) = classes.entry(format!("{class:?}")).or_default();
         *count += 1;

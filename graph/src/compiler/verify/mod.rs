@@ -8,6 +8,7 @@
 //!   nothing needs;
 //! - `contents`: the frame is played through, texel region by texel region: every read finds what it has to find, and
 //!   nothing is dropped that something later needs;
+//! - `toggles`: stand-ins are used where they have to be, and fit; toggles and bypasses are stated right;
 //! - `attachments`: load and store operations, marks and render pass groups say what the passes declare;
 //! - `memory`: resources that share memory are never alive together, fit what stands for them, and are as few as
 //!   possible; imports stay within what the host allows; the sums of bytes are right.
@@ -21,6 +22,7 @@ mod attachments;
 mod contents;
 mod memory;
 mod passes;
+mod toggles;
 
 use serde::Serialize;
 
@@ -99,6 +101,14 @@ pub enum FaultKind {
     WorkgroupsWrong,
     /// The name, kind or lifetime in the plan is not the pipeline's.
     NameWrong,
+    /// The toggle or the bypass of a pass in the plan is not what the pipeline says.
+    ToggleWrong,
+    /// A reader of what can be bypassed does not use what stands in for it, or not in those frames.
+    BypassMissing,
+    /// What stands in differs from what it stands for in dimension, layers or samples, or is too small a buffer.
+    BypassMisfit,
+    /// A resource shares memory though a toggle can switch off what writes it first.
+    SharedThoughConditional,
 }
 
 /// One thing that is wrong with a plan.
@@ -125,6 +135,7 @@ pub fn verify(plan: &Plan, options: &PlanOptions) -> Vec<Fault> {
     passes::check_reasons(plan, &schedule, &flow, &mut faults);
     attachments::check(plan, &mut faults);
     memory::check(plan, options, &mut faults);
+    toggles::check(plan, &mut faults);
     faults.0
 }
 

@@ -127,7 +127,11 @@ impl PassBuilder<'_> {
     pub(super) fn expression_error(&mut self, error: &ExpressionError, pointer: &str) {
         let value = self.settings.nearest(pointer);
         let raw = self.shared.sources_text(value.span);
-        let finding = expression_finding(error, value, &raw).pointer(self.absolute(pointer));
+        let mut finding = expression_finding(error, value, &raw).pointer(self.absolute(pointer));
+        let names_toggle = |name: &String| error.message.contains(&format!("\"{name}\""));
+        if error.fault == Fault::UnknownName && self.shared.toggles.iter().any(names_toggle) {
+            finding = finding.help("expressions cannot see toggles, which change from frame to frame: give the pass \"toggle\", or make it a feature");
+        }
         self.shared.diagnostics.push(finding);
     }
 }

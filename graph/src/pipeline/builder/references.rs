@@ -112,7 +112,8 @@ impl PassBuilder<'_> {
         pointer: &str,
     ) {
         let place = self.place(pointer);
-        let new = Use { resource, part, usage, version, place, pointer: self.absolute(pointer) };
+        let when = Vec::new();
+        let new = Use { resource, part, usage, version, when, place, pointer: self.absolute(pointer) };
         if !self.uses.contains(&new) {
             self.uses.push(new);
         }

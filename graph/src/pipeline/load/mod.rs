@@ -15,7 +15,7 @@ use super::builder::{PassBuilder, expression_finding};
 use super::expand::Expander;
 use super::modules::Modules;
 use super::profiles::claimed_profiles;
-use super::{Choice, Pass, Pipeline, Resource, ResourceKind, StaticScope, preset, schema, setting};
+use super::{Choice, Pass, Pipeline, Resource, ResourceKind, StaticScope, preset, schema, setting, toggle};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::draw::check_host;
@@ -99,7 +99,9 @@ pub(super) fn load_sharing(
         }
     }
 
+    let toggles = toggle::toggles(document, &decoded.toggles, diagnostics);
     let mut shared = Shared {
+        toggles: toggles.iter().map(|toggle| toggle.name.clone()).collect(),
         scope: StaticScope::new(&parameters, &features),
         resources: Vec::new(),
         resource_index: HashMap::new(),
@@ -124,7 +126,11 @@ pub(super) fn load_sharing(
     };
     let mut expander = Expander::new(document, registry, &is_broken, &mut shared);
     expander.top();
-    let Expander { resources, instances, mut gaps, mut unreadable, mut absent, .. } = expander;
+    let Expander { resources, instances, bypasses, mut gaps, mut unreadable, mut absent, .. } = expander;
+    let mut said: Vec<toggle::Said<'_>> = bypasses
+        .into_iter()
+        .map(|(name, entry, pointer, environment)| toggle::Said { name, entry, pointer, environment })
+        .collect();
     for instance in resources {
         let declaration: Option<ResourceDeclaration> = if instance.is_broken {
             None
@@ -186,6 +192,17 @@ pub(super) fn load_sharing(
             }
             (_, Some(produced)) if sound => {
                 after.push((passes.len(), common.after, entry));
+                let mut findings = Diagnostics::new();
+                let condition = toggle::condition(entry, pointer, environment, &toggles, &mut findings);
+                shared.report_from(findings, environment);
+                if !common.bypass.is_empty() {
+                    said.push(toggle::Said {
+                        name: instance.name.clone(),
+                        entry,
+                        pointer: pointer.clone(),
+                        environment: environment.clone(),
+                    });
+                }
                 passes.push(Pass {
                     name: instance.name.clone(),
                     kind: kind.key.clone(),
@@ -195,6 +212,7 @@ pub(super) fn load_sharing(
                     uses,
                     after: Vec::new(),
                     side_effect: common.side_effect,
+                    condition,
                     work: produced.0,
                 });
             }
@@ -234,6 +252,7 @@ pub(super) fn load_sharing(
     }
     let uncertain = uncertain(&gaps, unreadable, &shared);
     connect(&mut passes, &uncertain, &mut shared);
+    let bypasses = toggle::connect(&said, &mut passes, &toggles, &uncertain, &mut shared);
     check_versions(&passes, &absent, &gaps, &mut shared);
     diagnostics.extend(shared.diagnostics);
     *modules = shared.modules;
@@ -242,6 +261,8 @@ pub(super) fn load_sharing(
         profile: profile.clone(),
         parameters,
         features,
+        toggles,
+        bypasses,
         geometry: shared.geometry,
         resources: shared.resources,
         passes,
@@ -258,6 +279,7 @@ pub(super) fn load_sharing(
 struct Decoded {
     parameters: BTreeMap<String, crate::language::ParameterDeclaration>,
     features: BTreeMap<String, crate::language::FeatureDeclaration>,
+    toggles: BTreeMap<String, crate::language::ToggleDeclaration>,
     geometry: BTreeMap<String, GeometryDeclaration>,
 }
 
@@ -282,6 +304,7 @@ fn decode_sound_parts(document: &Document, is_broken: &dyn Fn(&str) -> bool) -> 
     Some(Decoded {
         parameters: section(document, "parameters", is_broken),
         features: section(document, "features", is_broken),
+        toggles: section(document, "toggles", is_broken),
         geometry: section(document, "geometry", is_broken),
     })
 }

@@ -18,6 +18,8 @@ use crate::work::{ProgramHandle, ResourceHandle};
 /// What all passes of one pipeline share while they are declared.
 pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) scope: StaticScope,
+    /// The names of the toggles, which expressions cannot see.
+    pub(in crate::pipeline) toggles: Vec<String>,
     pub(in crate::pipeline) resources: Vec<Resource>,
     pub(super) resource_index: HashMap<String, ResourceHandle>,
     pub(in crate::pipeline) geometry: BTreeMap<String, GeometryDeclaration>,

@@ -1,0 +1,243 @@
+//! What toggles mean for a plan, which is one for all of their states.
+//!
+//! A pass that can be off, and a use that happens only without or only with a bypass, have [`Condition`]s. Seen from a
+//! reader in a frame in which it runs, another pass runs always, never, or [sometimes](Runs). Resources whose first
+//! write can be off get memory of their own, so that what another resource left is never taken for contents.
+//!
+//! Findings: reads, and outputs, for which nothing is left in some state; stand-ins that do not fit.
+
+use std::collections::BTreeMap;
+
+use super::access::Access;
+use super::cull::single_layer;
+use super::facts::{Descriptor, Facts};
+use super::graph::Graph;
+use crate::diagnostic::{Diagnostic, codes};
+use crate::language::{Lifetime, TextureShape};
+use crate::pipeline::{Bypass, Condition, Part, Pass, Pipeline, Usage, Use};
+use crate::work::{PassHandle, ResourceHandle};
+
+/// Whether a pass runs in the frames in which something else happens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Runs {
+    Always,
+    Never,
+    Sometimes(Condition),
+}
+
+/// What is known of the toggles in a frame in which a use happens; `None` if it never does.
+pub(super) fn known(pass: &Pass, one: &Use) -> Option<Vec<Condition>> {
+    let mut known: Vec<Condition> = pass.condition.iter().chain(&one.when).copied().collect();
+    known.sort_unstable();
+    known.dedup();
+    let possible = known.windows(2).all(|pair| pair[0].toggle != pair[1].toggle);
+    possible.then_some(known)
+}
+
+/// Whether a pass runs where something is known of the toggles.
+pub(super) fn runs(pass: &Pass, known: &[Condition]) -> Runs {
+    match pass.condition {
+        None => Runs::Always,
+        Some(condition) if known.contains(&condition) => Runs::Always,
+        Some(condition) if known.contains(&condition.opposite()) => Runs::Never,
+        Some(condition) => Runs::Sometimes(condition),
+    }
+}
+
+/// The finding of a read for which nothing is left where a condition does not hold.
+pub(super) fn taken_away(
+    pipeline: &Pipeline,
+    reader: &Access<'_>,
+    writer: &Access<'_>,
+    condition: Condition,
+) -> Diagnostic {
+    let resource = &pipeline.resource(reader.one.resource).name;
+    let (reads, writes) = (pipeline.pass(reader.pass), pipeline.pass(writer.pass));
+    let toggle = &pipeline.toggles[condition.toggle];
+    let verb = if reader.writes { "loads" } else { "reads" };
+    let message = format!(
+        "\"{}\" {verb} \"{resource}\", which nothing writes while \"{}\" is {}",
+        reads.name,
+        toggle.name,
+        if condition.on { "off" } else { "on" }
+    );
+    let written = pipeline.condition_name(condition);
+    let help = if reader.writes {
+        format!(
+            "let a pass without a toggle write \"{resource}\" before, or give \"{}\" \"toggle\": \"{written}\" too",
+            reads.name
+        )
+    } else {
+        format!(
+            "give \"{}\" \"bypass\": {{ \"{resource}\": … }}, or \"{}\" \"toggle\": \"{written}\" too",
+            writes.name, reads.name
+        )
+    };
+    Diagnostic::error(codes::TOGGLED_AWAY, reader.one.place, message)
+        .pointer(&reader.one.pointer)
+        .related(
+            writer.one.place,
+            format!("\"{}\" writes it here, with the toggle \"{written}\"", writes.name),
+        )
+        .help(help)
+}
+
+/// The bypasses of what a pass writes, by names; a version as it is written in a reference.
+pub(super) fn bypass_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<String, String> {
+    let name = |handle: ResourceHandle| pipeline.resource(handle).name.clone();
+    let written = pass.uses.iter().filter(|one| one.usage.writes());
+    let bypasses = written.filter_map(|one| Some((one.resource, pipeline.bypasses.get(&one.resource)?)));
+    bypasses
+        .map(|(resource, bypass)| {
+            let version = match &bypass.version {
+                crate::pipeline::Version::WrittenBy(pass) => format!("@{pass}"),
+                _ => String::new(),
+            };
+            (name(resource), format!("{}{version}", name(bypass.stand_in)))
+        })
+        .collect()
+}
+
+/// For each resource whether some part of it is first written by a pass that can be off.
+pub(super) fn conditional(pipeline: &Pipeline, graph: &Graph, live: &[PassHandle]) -> Vec<bool> {
+    let mut conditional = vec![false; pipeline.resources.len()];
+    if pipeline.toggles.is_empty() {
+        return conditional;
+    }
+    let mut is_live = vec![false; pipeline.passes.len()];
+    for pass in live {
+        is_live[pass.index()] = true;
+    }
+    for resource in pipeline.resource_handles() {
+        if pipeline.resource(resource).lifetime() == Lifetime::Transient {
+            conditional[resource.index()] = uncovered(pipeline, graph, resource, &is_live).next().is_some();
+        }
+    }
+    conditional
+}
+
+/// The live writes of a resource by passes that can be off, with nothing below that always is there.
+fn uncovered<'a>(
+    pipeline: &'a Pipeline,
+    graph: &'a Graph,
+    resource: ResourceHandle,
+    is_live: &'a [bool],
+) -> impl Iterator<Item = (Part, PassHandle)> + 'a {
+    let mut always: Vec<Part> = Vec::new();
+    let live = graph.versions_of(resource).filter(|(_, writer)| is_live[writer.index()]);
+    live.filter(move |(part, writer)| {
+        if pipeline.pass(*writer).condition.is_some() {
+            return !always.iter().any(|below| below.contains(*part));
+        }
+        if !always.contains(part) {
+            always.push(*part);
+        }
+        false
+    })
+}
+
+/// Finds pictures of the host's that a toggle leaves without anything: written afresh, and only by passes that can be
+/// off. What loads shows what the host had there; two passes with opposite toggles are never off together.
+pub(super) fn check_outputs(
+    pipeline: &Pipeline,
+    graph: &Graph,
+    live: &[PassHandle],
+    findings: &mut Vec<Diagnostic>,
+) {
+    if pipeline.toggles.is_empty() {
+        return;
+    }
+    let mut is_live = vec![false; pipeline.passes.len()];
+    for pass in live {
+        is_live[pass.index()] = true;
+    }
+    for resource in pipeline.resource_handles() {
+        let known = pipeline.resource(resource);
+        if known.lifetime() != Lifetime::Imported || pipeline.uncertain.contains(&resource) {
+            continue;
+        }
+        let list: Vec<_> = uncovered(pipeline, graph, resource, &is_live).collect();
+        let condition = |pass: PassHandle| pipeline.pass(pass).condition;
+        for (part, writer) in &list {
+            let Some(own) = condition(*writer) else { continue };
+            let fresh = pipeline.pass(*writer).uses.iter().find(|one| {
+                one.resource == resource && one.part == *part && one.usage.writes() && !one.usage.reads()
+            });
+            let instead = graph.versions_of(resource).any(|(other, pass)| {
+                let runs = condition(pass).is_none() || condition(pass) == Some(own.opposite());
+                is_live[pass.index()]
+                    && runs
+                    && (other.contains(*part) || single_layer(pipeline, resource) && other.mip == part.mip)
+            });
+            if let Some(one) = fresh.filter(|_| !instead) {
+                let toggle = &pipeline.toggles[own.toggle];
+                let state = if own.on { "off" } else { "on" };
+                let message =
+                    format!("nothing writes \"{}\" while \"{}\" is {state}", known.name, toggle.name);
+                let finding = Diagnostic::error(codes::TOGGLED_AWAY, one.place, message)
+                    .pointer(&one.pointer)
+                    .related(known.place, "declared here")
+                    .help("let a pass without a toggle write it too, or one with the opposite toggle (\"!name\")");
+                findings.push(finding);
+                break;
+            }
+        }
+    }
+}
+
+/// Finds stand-ins that do not fit what the readers do with them. Formats and parts are checked as those of any use.
+pub(super) fn check_bypasses(
+    pipeline: &Pipeline,
+    facts: &Facts<'_>,
+    live: &[PassHandle],
+    findings: &mut Vec<Diagnostic>,
+) {
+    if pipeline.bypasses.is_empty() {
+        return;
+    }
+    let mut copied = vec![false; pipeline.resources.len()];
+    for one in live.iter().flat_map(|pass| &pipeline.pass(*pass).uses) {
+        copied[one.resource.index()] |= one.usage == Usage::CopySource;
+    }
+    for (resource, bypass) in &pipeline.bypasses {
+        let descriptor = |handle| facts.get(handle).and_then(|fact| fact.descriptor);
+        let (Some(own), Some(other)) = (descriptor(*resource), descriptor(bypass.stand_in)) else { continue };
+        let fault = match (own, other) {
+            (Descriptor::Texture(a), Descriptor::Texture(b)) => {
+                let shape = |handle| pipeline.resource(handle).texture().and_then(|texture| texture.view);
+                let (own_shape, other_shape) = (shape(*resource), shape(bypass.stand_in));
+                let shape = own_shape.unwrap_or(TextureShape::D2) != other_shape.unwrap_or(TextureShape::D2);
+                let extent = |size: super::TextureSize| [size.width, size.height, size.layers, size.mips];
+                if a.size.samples != b.size.samples {
+                    Some(format!("have {} and {} samples", a.size.samples, b.size.samples))
+                } else if shape {
+                    Some("are seen in different dimensions".to_owned())
+                } else if a.size.layers != b.size.layers {
+                    Some(format!("have {} and {} layers", a.size.layers, b.size.layers))
+                } else if copied[resource.index()] && (a.format, extent(a.size)) != (b.format, extent(b.size))
+                {
+                    Some("differ in format or size, and are copied".to_owned())
+                } else {
+                    None
+                }
+            }
+            (Descriptor::Buffer { bytes: a, .. }, Descriptor::Buffer { bytes: b, .. }) => {
+                (b < a).then(|| format!("have {a} and {b} bytes"))
+            }
+            _ => None,
+        };
+        if let Some(fault) = fault {
+            findings.push(misfit(pipeline, *resource, bypass, &fault));
+        }
+    }
+}
+
+fn misfit(pipeline: &Pipeline, resource: ResourceHandle, bypass: &Bypass, fault: &str) -> Diagnostic {
+    let (own, other) = (pipeline.resource(resource), pipeline.resource(bypass.stand_in));
+    let message = format!("\"{}\" and \"{}\" {fault}", own.name, other.name);
+    Diagnostic::error(codes::BYPASS, bypass.place, message)
+        .pointer(&bypass.pointer)
+        .related(own.place, "what is bypassed")
+        .related(other.place, "what stands in")
+        .help("what stands in has the dimension, layers and samples of what it stands for, and is no smaller a buffer")
+}

@@ -1,0 +1,80 @@
+//! The toggles of a frame: which passes are recorded, and which resources stand in for which.
+//!
+//! A frame names the toggles that it wants otherwise than the pipeline's defaults. What stands in for a resource depends
+//! on nothing else, so one table serves all passes: a reader that has the toggle of the writers runs only where the
+//! resource stands for itself. In a frame without findings nothing is allocated.
+
+use crate::compiler::Plan;
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, did_you_mean, list_of};
+use crate::work::{PassHandle, ResourceHandle};
+
+/// How the toggles are thrown, and what follows.
+pub(super) struct Switches {
+    states: Vec<bool>,
+    /// For each resource what readers see.
+    seen: Vec<ResourceHandle>,
+}
+
+impl Switches {
+    /// Everything as the pipeline says.
+    pub(super) fn new(plan: &Plan) -> Self {
+        let pipeline = &plan.pipeline;
+        let seen = pipeline.resource_handles().collect();
+        let mut switches = Self { states: pipeline.default_states(), seen };
+        switches.look(plan);
+        switches
+    }
+
+    /// What is wrong with the toggles that a frame names.
+    pub(super) fn check(plan: &Plan, given: &[(&str, bool)]) -> Diagnostics {
+        let mut findings = Diagnostics::new();
+        let toggles = &plan.pipeline.toggles;
+        for (name, _) in given.iter().filter(|(name, _)| plan.pipeline.find_toggle(name).is_none()) {
+            let names = || toggles.iter().map(|toggle| toggle.name.as_str());
+            let help = match did_you_mean(name, names()) {
+                Some(meant) => format!("did you mean \"{meant}\"?"),
+                None if toggles.is_empty() => "the pipeline has no toggles".to_owned(),
+                None => format!("the toggles are {}", list_of(names())),
+            };
+            let message = format!("the pipeline \"{}\" has no toggle \"{name}\"", plan.name);
+            findings.push(Diagnostic::error(codes::UNKNOWN_TOGGLE, Place::Nowhere, message).help(help));
+        }
+        findings
+    }
+
+    /// Throws the toggles of a frame; those that it does not name are as the pipeline says.
+    pub(super) fn set(&mut self, plan: &Plan, given: &[(&str, bool)]) {
+        if self.states.is_empty() {
+            return;
+        }
+        for (state, toggle) in self.states.iter_mut().zip(&plan.pipeline.toggles) {
+            let told = given.iter().rev().find(|(name, _)| *name == toggle.name);
+            *state = told.map_or(toggle.default, |(_, on)| *on);
+        }
+        self.look(plan);
+    }
+
+    /// Finds what readers see of each resource.
+    fn look(&mut self, plan: &Plan) {
+        for resource in plan.pipeline.bypasses.keys() {
+            let is_there = |handle: &ResourceHandle| {
+                let bypass = plan.pipeline.bypasses.get(handle);
+                bypass.is_none_or(|bypass| bypass.condition.holds(&self.states))
+            };
+            let seen = plan.pipeline.stand_ins(*resource).find(is_there);
+            if let (Some(seen), Some(slot)) = (seen, self.seen.get_mut(resource.index())) {
+                *slot = seen;
+            }
+        }
+    }
+
+    /// Whether a pass is recorded.
+    pub(super) fn runs(&self, plan: &Plan, pass: PassHandle) -> bool {
+        plan.pipeline.pass(pass).condition.is_none_or(|condition| condition.holds(&self.states))
+    }
+
+    /// What readers see of a resource.
+    pub(super) fn seen(&self, resource: ResourceHandle) -> ResourceHandle {
+        self.seen.get(resource.index()).copied().unwrap_or(resource)
+    }
+}

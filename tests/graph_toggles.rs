@@ -1,0 +1,274 @@
+//! What toggles mean for graphs and plans: what stays alive, what is stored, what shares memory, what is refused.
+
+use umbragraph::compiler::{
+    Assembly, FaultKind, KeepReason, Plan, PlanOptions, StoreOperation, build, plan, verify,
+};
+use umbragraph::diagnostic::{Diagnostics, codes};
+use umbragraph::pipeline::{Condition, Part, Usage, Version};
+use umbragraph::work::{LoadOperation, ResourceHandle};
+
+const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
+
+fn planned(assembly: Assembly) -> Result<Plan, Diagnostics> {
+    let (pipeline, sources) = assembly.finish();
+    let mut findings = Diagnostics::new();
+    let options = PlanOptions::new(64, 64);
+    let plan = build(&pipeline, &mut findings)
+        .and_then(|graph| plan(&pipeline, &graph, &options, &sources, &mut findings));
+    match plan {
+        Some(plan) if !findings.has_errors() => {
+            assert_eq!(verify(&plan, &options), Vec::new(), "{:#?}", plan.passes);
+            Ok(plan)
+        }
+        _ => Err(findings),
+    }
+}
+
+#[track_caller]
+fn right(assembly: Assembly) -> Plan {
+    planned(assembly).unwrap_or_else(|findings| panic!("{findings:#?}"))
+}
+
+#[track_caller]
+fn refused(assembly: Assembly) -> (&'static str, String) {
+    let findings = planned(assembly).expect_err("findings");
+    let finding = findings.iter().next().expect("a finding");
+    (finding.code.id, finding.message.clone())
+}
+
+fn names(plan: &Plan) -> Vec<&str> {
+    plan.passes.iter().map(|pass| pass.name.as_str()).collect()
+}
+
+fn pass<'a>(plan: &'a Plan, name: &str) -> &'a umbragraph::compiler::PlannedPass {
+    plan.passes.iter().find(|pass| pass.name == name).unwrap_or_else(|| panic!("no {name}"))
+}
+
+fn on(toggle: usize) -> Condition {
+    Condition { toggle, on: true }
+}
+
+fn start() -> (Assembly, [ResourceHandle; 3], ResourceHandle) {
+    let mut assembly = Assembly::new("toggles");
+    let resources = ["a", "b", "c"].map(|name| assembly.texture(name));
+    let target = assembly.imported("target");
+    (assembly, resources, target)
+}
+
+#[test]
+fn what_a_toggled_pass_draws_over_stays_alive_and_is_stored() {
+    let (mut assembly, [a, ..], target) = start();
+    let toggle = assembly.toggle("fog");
+    let base = assembly.pass("base").color(a, CLEAR).handle();
+    let _ = assembly.pass("fog").color(a, CLEAR).after(base).toggle(toggle, true);
+    let _ = assembly.pass("show").reads(a).color(target, CLEAR);
+    let plan = right(assembly);
+    assert_eq!(names(&plan), ["base", "fog", "show"]);
+    assert_eq!(pass(&plan, "base").color[0].store, StoreOperation::Store);
+    assert!(matches!(pass(&plan, "base").reason, KeepReason::ReadBy(..)));
+    assert_eq!(pass(&plan, "fog").toggle.as_deref(), Some("fog"));
+}
+
+#[test]
+fn without_a_toggle_the_same_overwrite_culls_what_it_covers() {
+    let (mut assembly, [a, ..], target) = start();
+    let base = assembly.pass("base").color(a, CLEAR).handle();
+    let _ = assembly.pass("fog").color(a, CLEAR).after(base);
+    let _ = assembly.pass("show").reads(a).color(target, CLEAR);
+    assert_eq!(names(&right(assembly)), ["fog", "show"]);
+}
+
+#[test]
+fn a_toggled_clear_of_a_picture_keeps_what_is_below_it() {
+    let (mut assembly, _, target) = start();
+    let toggle = assembly.toggle("cover");
+    let base = assembly.pass("base").color(target, CLEAR).handle();
+    let _ = assembly.pass("cover").color(target, CLEAR).after(base).toggle(toggle, true);
+    assert_eq!(names(&right(assembly)), ["base", "cover"]);
+}
+
+#[test]
+fn a_reader_that_stays_without_its_writer_is_refused() {
+    let (mut assembly, [a, ..], target) = start();
+    let toggle = assembly.toggle("glow");
+    let _ = assembly.pass("glow").writes(a).toggle(toggle, true);
+    let _ = assembly.pass("show").reads(a).color(target, CLEAR);
+    let (code, message) = refused(assembly);
+    assert_eq!(code, codes::TOGGLED_AWAY.id);
+    assert_eq!(message, "\"show\" reads \"a\", which nothing writes while \"glow\" is off");
+}
+
+#[test]
+fn a_reader_of_a_part_that_a_toggle_takes_away_is_refused() {
+    let (mut assembly, [a, ..], target) = start();
+    let toggle = assembly.toggle("mip");
+    let part = |mip| Part { mip: Some(mip), ..Part::WHOLE };
+    let _ = assembly.pass("first").writes_part(a, part(0));
+    let _ = assembly.pass("second").writes_part(a, part(1)).toggle(toggle, true);
+    let _ = assembly.pass("show").reads(a).color(target, CLEAR);
+    assert_eq!(refused(assembly).0, codes::TOGGLED_AWAY.id);
+}
+
+#[test]
+fn readers_with_the_same_toggle_vanish_with_the_writer() {
+    let (mut assembly, [a, b, _], target) = start();
+    let toggle = assembly.toggle("glow");
+    let _ = assembly.pass("base").writes(b);
+    let _ = assembly.pass("glow").writes(a).toggle(toggle, true);
+    let _ = assembly.pass("add").reads(a).updates(b).toggle(toggle, true);
+    let _ = assembly.pass("show").reads(b).color(target, CLEAR);
+    assert_eq!(names(&right(assembly)), ["base", "glow", "add", "show"]);
+}
+
+#[test]
+fn a_reader_with_the_opposite_toggle_never_sees_the_write() {
+    let (mut assembly, [a, ..], target) = start();
+    let toggle = assembly.toggle("glow");
+    let _ = assembly.pass("glow").writes(a).toggle(toggle, true);
+    let _ = assembly.pass("show").reads(a).color(target, CLEAR).toggle(toggle, false);
+    let (code, message) = refused(assembly);
+    assert_eq!((code, message.as_str()), ("UG0401", "\"show\" reads \"a\", which nothing writes before"));
+}
+
+#[test]
+fn two_writers_with_opposite_toggles_need_neither_an_order_nor_a_bypass() {
+    let (mut assembly, [a, ..], target) = start();
+    let toggle = assembly.toggle("fine");
+    let _ = assembly.pass("fine").writes(a).toggle(toggle, true);
+    let _ = assembly.pass("rough").writes(a).toggle(toggle, false);
+    let _ = assembly.pass("add").updates(a);
+    let _ = assembly.pass("show").reads(a).color(target, CLEAR);
+    let plan = right(assembly);
+    assert_eq!(names(&plan), ["fine", "rough", "add", "show"]);
+    assert!(pass(&plan, "rough").toggle.as_deref() == Some("!fine"));
+}
+
+#[test]
+fn a_bypass_feeds_the_reader_and_keeps_what_stands_in_alive_until_then() {
+    let (mut assembly, [a, b, c], target) = start();
+    let toggle = assembly.toggle("blur");
+    let _ = assembly.pass("draw").writes(a);
+    let _ = assembly.pass("blur").reads(a).writes(b).toggle(toggle, true);
+    assembly.bypass(b, a, Version::Newest, on(toggle));
+    let _ = assembly.pass("other").writes(c).side_effect();
+    let _ = assembly.pass("show").reads(b).color(target, CLEAR);
+    let plan = right(assembly);
+    assert_eq!(names(&plan), ["draw", "blur", "other", "show"]);
+    assert_eq!(plan.resources["a"].last, 3);
+    assert_eq!(pass(&plan, "blur").bypass["b"], "a");
+}
+
+#[test]
+fn a_later_write_of_what_stands_in_waits_for_the_readers_that_may_see_it() {
+    let (mut assembly, [a, b, c], target) = start();
+    let toggle = assembly.toggle("blur");
+    // "later" updates what "show" sees without the blur; it is declared first, but must not run first.
+    let _ = assembly.pass("later").updates(a).side_effect();
+    let _ = assembly.pass("draw").writes(a);
+    let _ = assembly
+        .pass("blur")
+        .uses(a, Part::WHOLE, Usage::Sampled, Version::WrittenBy("draw".into()))
+        .writes(b)
+        .toggle(toggle, true);
+    let _ = assembly.pass("show").reads(b).writes(c);
+    let _ = assembly.pass("out").reads(c).color(target, CLEAR);
+    assembly.bypass(b, a, Version::WrittenBy("draw".into()), on(toggle));
+    let plan = right(assembly);
+    let at = |name: &str| names(&plan).iter().position(|one| *one == name);
+    assert!(at("show") < at("later"), "{:?}", names(&plan));
+}
+
+#[test]
+fn bypasses_of_a_chain_of_effects_lead_back_to_what_is_there() {
+    let (mut assembly, [a, b, c], target) = start();
+    let bloom = assembly.toggle("bloom");
+    let dof = assembly.toggle("dof");
+    let _ = assembly.pass("draw").writes(a);
+    let _ = assembly.pass("bloom").reads(a).writes(b).toggle(bloom, true);
+    let _ = assembly.pass("dof").reads(b).writes(c).toggle(dof, true);
+    let _ = assembly.pass("show").reads(c).color(target, CLEAR);
+    assembly.bypass(b, a, Version::Newest, on(bloom));
+    assembly.bypass(c, b, Version::Newest, on(dof));
+    let plan = right(assembly);
+    assert_eq!(plan.resources["a"].last, 3);
+    assert_eq!(plan.resources["b"].last, 3);
+}
+
+#[test]
+fn a_conditional_writer_never_aliases() {
+    let build = |toggled: bool| {
+        let (mut assembly, [a, b, c], target) = start();
+        let toggle = assembly.toggle("extra");
+        let _ = assembly.pass("p1").writes(a);
+        let _ = assembly.pass("p2").reads(a).writes(b);
+        let pass = assembly.pass("p3").reads(b).writes(c);
+        let _ = if toggled { pass.toggle(toggle, true) } else { pass };
+        let _ = assembly.pass("p4").reads(c).color(target, CLEAR);
+        assembly.bypass(c, b, Version::Newest, on(toggle));
+        right(assembly)
+    };
+    assert_eq!(build(false).textures.len(), 2);
+    let plan = build(true);
+    assert_eq!(plan.textures.len(), 3);
+    assert!(plan.resources["c"].conditional && !plan.resources["a"].conditional);
+    let why = umbragraph::compiler::why_apart(&plan, "a", "c");
+    assert!(why.iter().any(|reason| reason.contains("toggle")), "{why:?}");
+}
+
+#[test]
+fn draws_join_a_render_pass_only_with_the_same_toggle() {
+    let groups = |second: Option<bool>, third: Option<bool>| {
+        let (mut assembly, [a, ..], target) = start();
+        let toggle = assembly.toggle("extra");
+        let first = assembly.pass("p1").color(a, CLEAR).handle();
+        let pass = assembly.pass("p2").color(a, LoadOperation::Load).after(first);
+        let second = match second {
+            Some(on) => pass.toggle(toggle, on).handle(),
+            None => pass.handle(),
+        };
+        let pass = assembly.pass("p3").color(a, LoadOperation::Load).after(second);
+        let _ = match third {
+            Some(on) => pass.toggle(toggle, on),
+            None => pass,
+        };
+        let _ = assembly.pass("show").reads(a).color(target, CLEAR);
+        let plan = right(assembly);
+        plan.passes.iter().map(|pass| pass.group).collect::<Vec<_>>()
+    };
+    assert_eq!(groups(None, None), [0, 0, 0, 1]);
+    assert_eq!(groups(Some(true), Some(true)), [0, 1, 1, 2]);
+    assert_eq!(groups(Some(true), Some(false)), [0, 1, 2, 3]);
+    assert_eq!(groups(None, Some(true)), [0, 0, 1, 2]);
+}
+
+#[test]
+fn a_picture_that_a_toggle_leaves_unwritten_is_refused() {
+    let (mut assembly, _, target) = start();
+    let toggle = assembly.toggle("all");
+    let _ = assembly.pass("draw").color(target, CLEAR).toggle(toggle, true);
+    let (code, message) = refused(assembly);
+    assert_eq!(code, codes::TOGGLED_AWAY.id);
+    assert_eq!(message, "nothing writes \"target\" while \"all\" is off");
+}
+
+#[test]
+fn a_toggled_draw_over_the_hosts_own_picture_is_fine() {
+    let (mut assembly, _, target) = start();
+    let toggle = assembly.toggle("overlay");
+    let _ = assembly.pass("draw").color(target, LoadOperation::Load).toggle(toggle, true);
+    assert_eq!(names(&right(assembly)), ["draw"]);
+}
+
+#[test]
+fn a_store_that_only_one_state_needs_is_not_dropped() {
+    let (mut assembly, [a, ..], target) = start();
+    let toggle = assembly.toggle("fog");
+    let base = assembly.pass("base").color(a, CLEAR).handle();
+    let _ = assembly.pass("fog").color(a, CLEAR).after(base).toggle(toggle, true);
+    let _ = assembly.pass("show").reads(a).color(target, CLEAR);
+    let mut plan = right(assembly);
+    plan.passes[0].color[0].store = StoreOperation::Discard;
+    let faults = verify(&plan, &PlanOptions::new(64, 64));
+    assert_eq!(faults[0].kind, FaultKind::ContentsDropped);
+    assert_eq!(faults[0].message, "\"show\" needs \"a\", which \"base\" does not store, with \"fog\" off");
+}
