@@ -292,7 +292,10 @@ impl<'a> Builder<'a> {
                 continue;
             }
             let runs = toggles::runs(pipeline.pass(writer.pass), &known);
-            if runs == Runs::Never {
+            let covered = |(above, condition): &(usize, Condition)| {
+                runs == Runs::Sometimes(*condition) && list[writers.list[*above]].part.contains(writer.part)
+            };
+            if runs == Runs::Never || open.iter().any(covered) {
                 continue;
             }
             self.add(writer.pass, reader.pass, Via::Data(resource));
