@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         outcome.permutations = prove(arguments, &session, &requests, &external);
         session.findings.extend(std::mem::take(&mut outcome.permutations.findings));
         if let Some(folder) = &arguments.write
-            && let Err(finding) = write(folder, &outcome.permutations.templates)
+            && let Err(finding) = write(folder, &session.templates, &outcome.permutations.templates)
         {
             session.findings.push(finding);
         }

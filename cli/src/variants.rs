@@ -6,6 +6,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
+use umbragraph::shader::TemplateSet;
 use umbragraph::shader::permutations::{Count, Permutations, TemplateReport};
 use umbragraph::source::Sources;
 
@@ -139,7 +140,11 @@ fn counted(number: usize, noun: &str) -> String {
 }
 
 /// Writes every distinct text to a folder, each under another name first, so that no half file is ever left.
-pub(crate) fn write(folder: &Path, reports: &[TemplateReport]) -> Result<(), Diagnostic> {
+pub(crate) fn write(
+    folder: &Path,
+    templates: &TemplateSet,
+    reports: &[TemplateReport],
+) -> Result<(), Diagnostic> {
     let unwritable = |path: &Path, error: &std::io::Error| {
         let name = path.display().to_string();
         Diagnostic::in_file(
@@ -151,19 +156,21 @@ pub(crate) fn write(folder: &Path, reports: &[TemplateReport]) -> Result<(), Dia
         .help("check that the folder exists and may be written to")
     };
     std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
-    let mut files: BTreeMap<String, &str> = BTreeMap::new();
+    let mut written = BTreeSet::new();
     for report in reports {
         for variant in &report.variants {
-            files.entry(variant.file_name(&report.name)).or_insert(&variant.wgsl);
-        }
-    }
-    for (name, text) in files {
-        let path = folder.join(&name);
-        let temporary = folder.join(format!(".{}.{}.part", std::process::id(), name.len()));
-        let result = std::fs::write(&temporary, text).and_then(|()| std::fs::rename(&temporary, &path));
-        if let Err(error) = result {
-            let _ = std::fs::remove_file(&temporary);
-            return Err(unwritable(&path, &error));
+            let name = variant.file_name(&report.name);
+            if !written.insert(name.clone()) {
+                continue;
+            }
+            let Some(text) = report.text(templates, variant) else { continue };
+            let path = folder.join(&name);
+            let temporary = folder.join(format!(".{}.part", std::process::id()));
+            let result = std::fs::write(&temporary, text).and_then(|()| std::fs::rename(&temporary, &path));
+            if let Err(error) = result {
+                let _ = std::fs::remove_file(&temporary);
+                return Err(unwritable(&path, &error));
+            }
         }
     }
     Ok(())

@@ -141,7 +141,7 @@ fn provocation(ground: &Ground<'_>, failing: &BTreeSet<usize>) -> AxisValues {
     else {
         return AxisValues::new();
     };
-    let mut values = plainest.decided.clone();
+    let mut values = plainest.decided.as_ref().clone();
     let mut order: Vec<String> = values.keys().cloned().collect();
     order.sort_by_key(|name| !is_default(name, &plainest.decided));
     for name in order {
@@ -164,7 +164,7 @@ fn meet(ground: &Ground<'_>, leaf: &Leaf, values: &AxisValues) -> bool {
     if values.iter().any(|(name, value)| leaf.decided.get(name).is_some_and(|other| other != value)) {
         return false;
     }
-    let mut both = leaf.decided.clone();
+    let mut both = leaf.decided.as_ref().clone();
     both.extend(values.clone());
     ground.space.possible(&both)
 }

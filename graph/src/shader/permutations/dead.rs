@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use super::explore::Exploration;
 use crate::shader::TemplateSet;
 use crate::shader::markers::MarkedTemplates;
+use crate::shader::render::Placement;
 use crate::shader::scan::TagKind;
 use crate::shader::text_map::Origin;
 use crate::source::{FileId, Span};
@@ -53,6 +54,7 @@ impl Coverage {
         set: &TemplateSet,
         template: &str,
         exploration: &Exploration,
+        placement: &Placement<'_>,
         marked: &mut Marked<'_>,
     ) {
         self.written.extend(&exploration.literals);
@@ -60,7 +62,8 @@ impl Coverage {
             return;
         }
         for leaf in exploration.leaves.iter().take(MAXIMUM_MARKED) {
-            let Some(text) = leaf.text.and_then(|at| exploration.texts.get(at)) else { continue };
+            let text = leaf.text.and_then(|at| exploration.source(set, placement, template, at));
+            let Some(text) = text else { continue };
             let Some(found) = marked.get(set).map(template, &leaf.decided, &text.wgsl) else { continue };
             let before = self.written.len();
             for segment in &found.map.segments {

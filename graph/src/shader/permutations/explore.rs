@@ -6,12 +6,13 @@
 //! that decided it; all configurations that agree on these axes take the same path, so their number is known without
 //! going through them. A template with 30 axes that no path reads costs no more than one without them.
 //!
-//! A read without effect makes paths with the same text; these are told by the hash of the text and proven once.
+//! A read without effect makes paths with the same text; these are told by the hash of the text and proven once. Texts are
+//! handed on as they are found and not kept: any of them comes back by rendering its path again.
 //!
-//! Limits: 65,536 paths, 8,192 distinct texts, 64 MiB of text; of an axis with over 1,024 values that the text reads, only its least,
+//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; of an axis with over 1,024 values that the text reads, only its least,
 //! its default and its largest value are taken. Each is a finding, and the exploration says that it is incomplete.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use minijinja::value::{Object, Value};
@@ -19,7 +20,7 @@ use minijinja::value::{Object, Value};
 use super::space::{Domain, Space};
 use crate::diagnostic::Diagnostic;
 use crate::shader::render::{self, Placement, to_template_value};
-use crate::shader::text_map::{Origin, TextMap};
+use crate::shader::text_map::{Origin, Segment, TextMap};
 use crate::shader::value::AxisValues;
 use crate::shader::{TemplateSet, codes};
 use crate::source::FileId;
@@ -27,9 +28,9 @@ use crate::source::FileId;
 /// The most paths through one template.
 const MAXIMUM_PATHS: usize = 1 << 16;
 /// The most distinct texts of one template.
-const MAXIMUM_TEXTS: usize = 1 << 13;
+const MAXIMUM_TEXTS: usize = 1 << 15;
 /// The most bytes of all distinct texts of one template.
-const MAXIMUM_BYTES: usize = 64 << 20;
+const MAXIMUM_BYTES: usize = 512 << 20;
 /// The most values of an axis that are all taken.
 const MAXIMUM_VALUES: u64 = 1 << 10;
 
@@ -37,17 +38,23 @@ const MAXIMUM_VALUES: u64 = 1 << 10;
 #[derive(Clone, Debug)]
 pub(crate) struct Leaf {
     /// The axes that were read, with the values that led here.
-    pub(crate) decided: AxisValues,
+    pub(crate) decided: Arc<AxisValues>,
     /// The text, by index, or none where the template could not be rendered.
     pub(crate) text: Option<usize>,
+}
+
+/// A generated text with its map.
+#[derive(Clone, Debug)]
+pub(crate) struct Source {
+    pub(crate) wgsl: String,
+    pub(crate) map: TextMap,
 }
 
 /// A distinct text.
 #[derive(Clone, Debug)]
 pub(crate) struct Text {
-    pub(crate) wgsl: Arc<str>,
     pub(crate) hash: [u8; 32],
-    pub(crate) map: Arc<TextMap>,
+    pub(crate) bytes: usize,
     /// The first path that leads to it.
     pub(crate) leaf: usize,
     /// All paths that lead to it.
@@ -75,8 +82,22 @@ pub(crate) struct Exploration {
 
 impl Exploration {
     /// The paths that lead to a text.
-    pub(crate) fn leaves_of(&self, text: usize) -> BTreeSet<usize> {
-        self.texts.get(text).map(|text| text.leaves.iter().copied().collect()).unwrap_or_default()
+    pub(crate) fn leaves_of(&self, text: usize) -> &[usize] {
+        self.texts.get(text).map(|text| text.leaves.as_slice()).unwrap_or_default()
+    }
+
+    /// A text once more.
+    pub(crate) fn source(
+        &self,
+        set: &TemplateSet,
+        placement: &Placement<'_>,
+        template: &str,
+        text: usize,
+    ) -> Option<Source> {
+        let leaf = self.leaves.get(self.texts.get(text)?.leaf)?;
+        let context = render::fixed_context(&leaf.decided);
+        let (wgsl, map) = render::render_with(set, placement, template, context).ok()?;
+        Some(Source { wgsl, map })
     }
 
     fn is_full(&self) -> bool {
@@ -91,51 +112,86 @@ struct Pending {
     next: u64,
 }
 
-/// Takes every path through a template; where `track` is set, with a note of the literal text that each writes.
-pub(crate) fn explore(
-    set: &TemplateSet,
-    placement: &Placement<'_>,
-    template: &str,
-    space: &Arc<Space>,
+/// An exploration on its way.
+pub(crate) struct Explorer<'a> {
+    set: &'a TemplateSet,
+    placement: &'a Placement<'a>,
+    template: &'a str,
+    space: Arc<Space>,
+    /// Whether a note is taken of the literal text that paths write.
     track: bool,
-) -> Exploration {
-    let mut exploration = Exploration { complete: true, ..Exploration::default() };
-    let mut unknown = BTreeSet::new();
-    let mut by_hash: BTreeMap<[u8; 32], usize> = BTreeMap::new();
-    let mut pending: Vec<Pending> = Vec::new();
-    let mut next = Some(AxisValues::new());
-    while let Some(start) = next {
-        if exploration.is_full() {
-            exploration.complete = false;
-            break;
+    unknown: BTreeSet<String>,
+    by_hash: HashMap<[u8; 32], usize>,
+    pending: Vec<Pending>,
+    next: Option<AxisValues>,
+    pub(crate) exploration: Exploration,
+}
+
+impl<'a> Explorer<'a> {
+    pub(crate) fn new(
+        set: &'a TemplateSet,
+        placement: &'a Placement<'a>,
+        template: &'a str,
+        space: &Arc<Space>,
+        track: bool,
+    ) -> Self {
+        Self {
+            set,
+            placement,
+            template,
+            space: space.clone(),
+            track,
+            unknown: BTreeSet::new(),
+            by_hash: HashMap::new(),
+            pending: Vec::new(),
+            next: Some(AxisValues::new()),
+            exploration: Exploration { complete: true, ..Exploration::default() },
         }
+    }
+
+    /// Goes on to the next distinct text, which is the last of `exploration.texts` then; `None` after the last path.
+    pub(crate) fn next_text(&mut self) -> Option<Source> {
+        while let Some(start) = self.next.take() {
+            if self.exploration.is_full() {
+                self.exploration.complete = false;
+                return None;
+            }
+            let found = self.take_path(start);
+            self.next = take_pending(&self.space, &mut self.pending);
+            if found.is_some() {
+                return found;
+            }
+        }
+        None
+    }
+
+    /// Renders the path that begins with these values; the text, if it is a new one.
+    fn take_path(&mut self, start: AxisValues) -> Option<Source> {
         let before = start.clone();
-        let fork = Arc::new(Fork { space: space.clone(), state: Mutex::new(State::starting_with(start)) });
-        let result = render::render_with(set, placement, template, Value::from_dyn_object(fork.clone()));
+        let fork =
+            Arc::new(Fork { space: self.space.clone(), state: Mutex::new(State::starting_with(start)) });
+        let context = Value::from_dyn_object(fork.clone());
+        let result = render::render_with(self.set, self.placement, self.template, context);
         let state = std::mem::take(&mut *fork.state.lock().unwrap_or_else(PoisonError::into_inner));
-        unknown.extend(state.unknown);
+        self.unknown.extend(state.unknown);
+        let exploration = &mut self.exploration;
         let leaf = exploration.leaves.len();
+        let mut new = None;
         let text = match result {
             Ok((wgsl, map)) => {
-                if track {
-                    exploration.literals.extend(map.segments.iter().filter_map(
-                        |segment| match segment.origin {
-                            Some(Origin::Literal(file, offset)) => Some((file, offset)),
-                            _ => None,
-                        },
-                    ));
+                if self.track {
+                    let literal = |segment: &Segment| match segment.origin {
+                        Some(Origin::Literal(file, offset)) => Some((file, offset)),
+                        _ => None,
+                    };
+                    exploration.literals.extend(map.segments.iter().filter_map(literal));
                 }
                 let hash = *blake3::hash(wgsl.as_bytes()).as_bytes();
-                let known = *by_hash.entry(hash).or_insert(exploration.texts.len());
+                let known = *self.by_hash.entry(hash).or_insert(exploration.texts.len());
                 if known == exploration.texts.len() {
                     exploration.bytes += wgsl.len();
-                    exploration.texts.push(Text {
-                        wgsl: wgsl.into(),
-                        hash,
-                        map: Arc::new(map),
-                        leaf,
-                        leaves: Vec::new(),
-                    });
+                    exploration.texts.push(Text { hash, bytes: wgsl.len(), leaf, leaves: Vec::new() });
+                    new = Some(Source { wgsl, map });
                 }
                 if let Some(text) = exploration.texts.get_mut(known) {
                     text.leaves.push(leaf);
@@ -150,16 +206,22 @@ pub(crate) fn explore(
         let mut decided = before;
         for (axis, taken) in state.forks {
             let value = state.decided.get(&axis).cloned();
-            pending.push(Pending { decided: decided.clone(), axis: axis.clone(), next: taken + 1 });
+            self.pending.push(Pending { decided: decided.clone(), axis: axis.clone(), next: taken + 1 });
+            if !exploration.read.contains(&axis) {
+                exploration.read.insert(axis.clone());
+            }
             if let Some(value) = value {
                 decided.insert(axis, value);
             }
         }
-        exploration.read.extend(decided.keys().cloned());
-        exploration.leaves.push(Leaf { decided, text });
-        next = take_pending(space, &mut pending);
+        exploration.leaves.push(Leaf { decided: Arc::new(decided), text });
+        new
     }
-    finish(set, template, space, exploration, &unknown)
+
+    /// What came of it.
+    pub(crate) fn finish(self) -> Exploration {
+        finish(self.set, self.template, &self.space, self.exploration, &self.unknown)
+    }
 }
 
 fn take_pending(space: &Space, pending: &mut Vec<Pending>) -> Option<AxisValues> {

@@ -8,28 +8,26 @@ use std::collections::BTreeSet;
 
 use super::cause::Failure;
 use super::dead::Marked;
+use super::explore::Source;
 use super::external::{ExternalValidator, Opinion};
-use super::prove::{self, Proof, Task};
-use super::{Explored, Options};
+use super::prove::{Proof, Task};
+use super::{Explored, Proven};
 use crate::diagnostic::{Diagnostic, Place};
 use crate::shader::wgsl_error::{Refusal, Stage};
 use crate::shader::{TemplateSet, codes, markers};
 
-/// What each external validator says of each text that naga accepts.
-pub(super) fn judge(tasks: &[Task<'_>], proofs: &[Proof], options: &Options<'_>) -> Vec<Vec<Opinion>> {
-    if options.external.is_empty() {
-        return Vec::new();
-    }
-    prove::in_parallel(tasks.len(), options.threads, &|_| {}, &|at| {
-        let accepted = proofs.get(at).is_some_and(|proof| proof.refusals.is_empty());
-        let validators = options.external.iter();
-        validators.map(|each| if accepted { each.judge(&tasks[at].wgsl) } else { Opinion::Accepts }).collect()
-    })
+/// What each external validator says of a text, if naga accepts it.
+pub(super) fn judge(task: &Task<'_>, proof: &Proof, validators: &[ExternalValidator]) -> Vec<Opinion> {
+    let accepted = proof.refusals.is_empty();
+    let judge = |each: &ExternalValidator| {
+        if accepted { each.judge(&task.source.wgsl) } else { Opinion::Accepts }
+    };
+    validators.iter().map(judge).collect()
 }
 
-pub(super) fn unavailable(opinions: &[Vec<Opinion>], validators: &[ExternalValidator]) -> Vec<Diagnostic> {
+pub(super) fn unavailable(proven: &[Proven], validators: &[ExternalValidator]) -> Vec<Diagnostic> {
     let found = validators.iter().enumerate().filter_map(|(at, validator)| {
-        opinions.iter().find_map(|each| match each.get(at) {
+        proven.iter().find_map(|each| match each.opinions.get(at) {
             Some(Opinion::Unavailable(message)) => Some((validator.place.clone(), message)),
             _ => None,
         })
@@ -43,16 +41,17 @@ pub(super) fn unavailable(opinions: &[Vec<Opinion>], validators: &[ExternalValid
 pub(super) fn refusals(
     templates: &TemplateSet,
     each: &Explored<'_>,
-    proofs: &[Proof],
+    proven: &[Proven],
     marked: &mut Marked<'_>,
 ) -> Vec<Failure> {
     let mut failures = Vec::new();
     for (text, task) in each.tasks.iter().enumerate() {
-        for (refusal, profiles) in proofs.get(*task).into_iter().flat_map(|proof| &proof.refusals) {
+        let Some(Proven { proof, source: Some(source), .. }) = proven.get(*task) else { continue };
+        for (refusal, profiles) in &proof.refusals {
             let names = profiles.iter().filter_map(|at| each.request.profiles.get(*at));
             failures.push(Failure {
-                finding: place_refusal(templates, each, text, refusal, marked),
-                leaves: each.exploration.leaves_of(text),
+                finding: place_refusal(templates, each, text, source, refusal, marked),
+                leaves: each.exploration.leaves_of(text).iter().copied().collect(),
                 profiles: names.map(|profile| profile.name.clone()).collect(),
             });
         }
@@ -64,20 +63,21 @@ pub(super) fn refusals(
 pub(super) fn disagreements(
     templates: &TemplateSet,
     each: &Explored<'_>,
-    opinions: &[Vec<Opinion>],
+    proven: &[Proven],
     validators: &[ExternalValidator],
     marked: &mut Marked<'_>,
 ) -> Vec<Failure> {
     let mut failures = Vec::new();
     for (text, task) in each.tasks.iter().enumerate() {
-        let Some(wgsl) = each.exploration.texts.get(text).map(|text| &text.wgsl) else { continue };
-        for (opinion, validator) in opinions.get(*task).into_iter().flatten().zip(validators) {
+        let Some(Proven { opinions, source: Some(source), .. }) = proven.get(*task) else { continue };
+        for (opinion, validator) in opinions.iter().zip(validators) {
             let refusal = match opinion {
                 Opinion::Accepts | Opinion::Unavailable(_) => continue,
                 Opinion::Refuses { message, place } => {
                     let message = format!("{} refuses this: {message}", validator.name());
-                    let range =
-                        place.map(|(line, column)| offset_of(wgsl, line, column)).map(|at| at..at + 1);
+                    let range = place
+                        .map(|(line, column)| offset_of(&source.wgsl, line, column))
+                        .map(|at| at..at + 1);
                     Refusal { range, ..Refusal::new(Stage::External, message, naga::Span::UNDEFINED) }
                 }
                 Opinion::TimedOut => Refusal::new(
@@ -87,8 +87,8 @@ pub(super) fn disagreements(
                 ),
             };
             failures.push(Failure {
-                finding: place_refusal(templates, each, text, &refusal, marked),
-                leaves: each.exploration.leaves_of(text),
+                finding: place_refusal(templates, each, text, source, &refusal, marked),
+                leaves: each.exploration.leaves_of(text).iter().copied().collect(),
                 profiles: BTreeSet::new(),
             });
         }
@@ -106,6 +106,7 @@ fn place_refusal(
     templates: &TemplateSet,
     each: &Explored<'_>,
     text: usize,
+    source: &Source,
     refusal: &Refusal,
     marked: &mut Marked<'_>,
 ) -> Diagnostic {
@@ -115,8 +116,8 @@ fn place_refusal(
     };
     let file = templates.templates.get(template).map(|template| template.file);
     let Some(file) = file else { return templates.unknown(template, Place::Nowhere) };
-    markers::place(refusal, &found.wgsl, &found.map, file, || {
+    markers::place(refusal, &source.wgsl, &source.map, file, || {
         let leaf = each.exploration.leaves.get(found.leaf)?;
-        marked.get(templates).map(template, &leaf.decided, &found.wgsl)
+        marked.get(templates).map(template, &leaf.decided, &source.wgsl)
     })
 }

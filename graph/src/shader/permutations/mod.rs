@@ -26,20 +26,21 @@ pub use count::Count;
 pub use external::{CommandError, ExternalValidator};
 pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
 use cause::{Causes, Failure, Ground};
 use dead::Marked;
-use explore::Exploration;
-use prove::Task;
+use explore::{Exploration, Explorer, Source};
+use external::Opinion;
+use prove::{Proof, Task};
 pub(crate) use space::Space;
 
 use super::compile::unknown_axis;
 use super::profile::TargetProfile;
 use super::render::Placement;
 use super::value::{AxisValue, AxisValues, describe};
-use super::{TemplateSet, codes};
+use super::{Reflection, TemplateSet, codes};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 
 /// A template that is to be proven.
@@ -104,7 +105,7 @@ pub struct Options<'a> {
     /// Whether axes without effect and text in no variant are findings. They are wherever the requests are all that there
     /// is; what one pipeline does not reach, another may.
     pub report_dead: bool,
-    /// Called with the texts done and all texts, from any thread.
+    /// Called with the texts done and all texts that are known by then, from any thread.
     pub progress: &'a (dyn Fn(usize, usize) + Sync),
 }
 
@@ -124,26 +125,109 @@ struct Explored<'a> {
     tasks: Vec<usize>,
 }
 
+/// What became of a distinct text.
+struct Proven {
+    proof: Proof,
+    opinions: Vec<Opinion>,
+    /// The text, where somebody refuses it.
+    source: Option<Source>,
+}
+
+/// Texts on their way to a proof: once there are some, all that wait are proven on all threads and then forgotten, so
+/// that memory holds a batch of them, however many there are.
+struct Proving<'a> {
+    options: &'a Options<'a>,
+    /// The distinct texts, by template, hash and profiles.
+    known: HashMap<(&'a str, [u8; 32], Vec<&'a str>), usize>,
+    waiting: Vec<Task<'a>>,
+    waiting_bytes: usize,
+    proven: Vec<Proven>,
+    /// Texts have few distinct reflections.
+    reflections: HashSet<Arc<Reflection>>,
+}
+
+/// The bytes of text that are proven at once.
+const BATCH_BYTES: usize = 8 << 20;
+
+impl<'a> Proving<'a> {
+    fn new(options: &'a Options<'a>) -> Self {
+        Self {
+            options,
+            known: HashMap::new(),
+            waiting: Vec::new(),
+            waiting_bytes: 0,
+            proven: Vec::new(),
+            reflections: HashSet::new(),
+        }
+    }
+
+    /// Adds a text; its index among all distinct ones.
+    fn add(&mut self, request: &'a Request, axes: &'a super::Axes, hash: [u8; 32], source: Source) -> usize {
+        let profiles = request.profiles.iter().map(|profile| profile.name.as_str()).collect();
+        let next = self.proven.len() + self.waiting.len();
+        let at = *self.known.entry((&request.template, hash, profiles)).or_insert(next);
+        if at == next {
+            self.waiting_bytes += source.wgsl.len();
+            self.waiting.push(Task { source, axes, profiles: &request.profiles });
+            if self.waiting_bytes >= BATCH_BYTES {
+                self.prove();
+            }
+        }
+        at
+    }
+
+    /// Proves what waits.
+    fn prove(&mut self) {
+        let tasks = std::mem::take(&mut self.waiting);
+        self.waiting_bytes = 0;
+        let (before, all) = (self.proven.len(), self.proven.len() + tasks.len());
+        let Options { threads, external, progress, .. } = *self.options;
+        let progress = |done| progress(before + done, all);
+        let outcomes = prove::in_parallel(tasks.len(), threads, &progress, &|at| {
+            let proof = prove::prove(&tasks[at]);
+            let opinions = failure::judge(&tasks[at], &proof, external);
+            (proof, opinions)
+        });
+        for (task, (mut proof, opinions)) in tasks.into_iter().zip(outcomes) {
+            if let Some(reflection) = &mut proof.reflection {
+                match self.reflections.get(reflection) {
+                    Some(known) => *reflection = known.clone(),
+                    None => drop(self.reflections.insert(reflection.clone())),
+                }
+            }
+            let accepted = proof.refusals.is_empty() && opinions.iter().all(|each| *each == Opinion::Accepts);
+            self.proven.push(Proven { proof, opinions, source: (!accepted).then_some(task.source) });
+        }
+    }
+}
+
 /// Proves every variant of the requests.
 pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_>) -> Permutations {
     let mut findings = Diagnostics::new();
     let placement = Placement::new(templates);
     let mut explored = Vec::new();
+    let mut proving = Proving::new(options);
     for request in requests {
-        match space_of(templates, request) {
-            Ok(space) => {
-                let space = Arc::new(space);
-                let exploration =
-                    explore::explore(templates, &placement, &request.template, &space, options.report_dead);
-                explored.push(Explored { request, space, exploration, tasks: Vec::new() });
+        let space = match space_of(templates, request) {
+            Ok(space) => Arc::new(space),
+            Err(found) => {
+                findings.extend(found);
+                continue;
             }
-            Err(found) => findings.extend(found),
+        };
+        let Some(axes) = templates.axes(&request.template) else { continue };
+        let mut explorer =
+            Explorer::new(templates, &placement, &request.template, &space, options.report_dead);
+        let mut tasks = Vec::new();
+        while let Some(source) = explorer.next_text() {
+            if let Some(text) = explorer.exploration.texts.last() {
+                tasks.push(proving.add(request, axes, text.hash, source));
+            }
         }
+        explored.push(Explored { request, space, exploration: explorer.finish(), tasks });
     }
-    let tasks = collect_tasks(templates, &mut explored);
-    let progress = |done| (options.progress)(done, tasks.len());
-    let proofs = prove::in_parallel(tasks.len(), options.threads, &progress, &|at| prove::prove(&tasks[at]));
-    let opinions = failure::judge(&tasks, &proofs, options);
+    proving.prove();
+    let proven = proving.proven;
 
     let mut marked = None;
     let mut causes = Causes::default();
@@ -172,26 +256,26 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
                 profiles: BTreeSet::new(),
             })
             .collect();
-        failures.extend(failure::refusals(templates, each, &proofs, &mut Marked(&mut marked)));
+        failures.extend(failure::refusals(templates, each, &proven, &mut Marked(&mut marked)));
         failures.extend(failure::disagreements(
             templates,
             each,
-            &opinions,
+            &proven,
             options.external,
             &mut Marked(&mut marked),
         ));
         causes.add(&ground, failures);
-        let (report, conflicts) = summary::report_on(templates, &placement, each, &proofs);
+        let (report, conflicts) = summary::report_on(templates, &placement, each, &proven);
         findings.extend(conflicts);
         reports.push(report);
     }
-    findings.extend(failure::unavailable(&opinions, options.external));
+    findings.extend(failure::unavailable(&proven, options.external));
     findings.extend(causes.findings());
     if options.report_dead {
-        summary::dead_findings(templates, &explored, &reports, &mut marked, &mut findings);
+        summary::dead_findings(templates, &placement, &explored, &reports, &mut marked, &mut findings);
     }
     findings.sort();
-    Permutations { findings, templates: reports, proven: tasks.len() }
+    Permutations { findings, templates: reports, proven: proven.len() }
 }
 
 fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Diagnostic>> {
@@ -250,24 +334,4 @@ fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Dia
         finding = finding.related(constraint.span, constraint.to_string());
     }
     Err(vec![finding.help("without any one of these constraints there would be a configuration")])
-}
-
-/// One task per distinct text of a template and profiles, over all requests.
-fn collect_tasks<'a>(templates: &'a TemplateSet, explored: &mut [Explored<'a>]) -> Vec<Task<'a>> {
-    let mut known: BTreeMap<(&str, [u8; 32], Vec<&str>), usize> = BTreeMap::new();
-    let mut tasks: Vec<Task<'a>> = Vec::new();
-    for each in explored {
-        let request = each.request;
-        let Some(axes) = templates.axes(&request.template) else { continue };
-        let profiles: Vec<&str> = request.profiles.iter().map(|profile| profile.name.as_str()).collect();
-        for text in &each.exploration.texts {
-            let next = tasks.len();
-            let at = *known.entry((&request.template, text.hash, profiles.clone())).or_insert(next);
-            if at == next {
-                tasks.push(Task { wgsl: text.wgsl.clone(), axes, profiles: &request.profiles });
-            }
-            each.tasks.push(at);
-        }
-    }
-    tasks
 }

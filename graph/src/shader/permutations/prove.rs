@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex};
 use naga::back::PipelineConstants;
 use naga::back::pipeline_constants::process_overrides;
 
+use super::explore::Source;
 use crate::shader::axes::{Axes, AxisKind, AxisMode};
 use crate::shader::compile;
 use crate::shader::profile::{TargetLanguage, TargetProfile};
@@ -20,7 +21,7 @@ use crate::shader::{backend, limits, wgsl};
 
 /// A text to be proven.
 pub(crate) struct Task<'a> {
-    pub(crate) wgsl: Arc<str>,
+    pub(crate) source: Source,
     pub(crate) axes: &'a Axes,
     pub(crate) profiles: &'a [TargetProfile],
 }
@@ -90,7 +91,7 @@ pub(crate) fn in_parallel<T: Send>(
 pub(crate) fn prove(task: &Task<'_>) -> Proof {
     let mut proof = Proof::default();
     let all = 0..task.profiles.len();
-    let module = match wgsl::parse(&task.wgsl) {
+    let module = match wgsl::parse(&task.source.wgsl) {
         Ok(module) => module,
         Err(refusal) => {
             proof.refuse(refusal, all);
@@ -109,12 +110,16 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
         }
     };
     let mut by_capabilities: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+    // What passes with what all profiles have in common passes with what each of them has.
+    let common = task.profiles.iter().map(|profile| profile.capabilities).reduce(|a, b| a & b);
+    let mut known = common.and_then(|common| wgsl::validate(&module, common).ok());
     for (at, profile) in task.profiles.iter().enumerate() {
-        by_capabilities.entry(profile.capabilities.bits()).or_default().push(at);
+        let group = if known.is_some() { 0 } else { profile.capabilities.bits() };
+        by_capabilities.entry(group).or_default().push(at);
     }
     for profiles in by_capabilities.values() {
         let Some(capabilities) = profiles.first().map(|at| task.profiles[*at].capabilities) else { continue };
-        let info = match wgsl::validate(&module, capabilities) {
+        let info = match known.take().map_or_else(|| wgsl::validate(&module, capabilities), Ok) {
             Ok(info) => info,
             Err(refusal) => {
                 proof.refuse(refusal, profiles.iter().copied());
@@ -139,7 +144,8 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
         for sizes in &sizes {
             let reflection = reflection::reflect(&module, &info, sizes);
             for at in profiles {
-                for refusal in limits::exceeded(&task.wgsl, &module, &reflection, &task.profiles[*at]) {
+                for refusal in limits::exceeded(&task.source.wgsl, &module, &reflection, &task.profiles[*at])
+                {
                     proof.refuse(refusal, [*at]);
                 }
             }

@@ -4,8 +4,9 @@ use std::sync::Arc;
 
 use super::count::Count;
 use crate::diagnostic::Diagnostics;
+use crate::shader::TemplateSet;
 use crate::shader::reflection::{Binding, Reflection};
-use crate::shader::text_map::TextMap;
+use crate::shader::render::{self, Placement};
 use crate::shader::value::{AxisValue, AxisValues};
 
 /// The outcome of a check.
@@ -49,7 +50,8 @@ pub struct TemplateReport {
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct VariantReport {
     /// The values that lead to it, on the first of its paths.
-    pub axes: AxisValues,
+    #[serde(serialize_with = "shared")]
+    pub axes: Arc<AxisValues>,
     /// The number of paths that lead to it.
     pub paths: usize,
     /// The number of configurations that have this text.
@@ -60,12 +62,6 @@ pub struct VariantReport {
     pub hash: String,
     /// Whether every profile accepts it.
     pub valid: bool,
-    /// The text.
-    #[serde(skip)]
-    pub wgsl: Arc<str>,
-    /// From the text back to the templates.
-    #[serde(skip)]
-    pub map: Arc<TextMap>,
     /// What the module says of itself; `None` for a text that no profile accepts.
     #[serde(skip)]
     pub reflection: Option<Arc<Reflection>>,
@@ -82,6 +78,10 @@ pub struct ValueBytes {
     pub bytes: i64,
 }
 
+fn shared<S: serde::Serializer>(values: &Arc<AxisValues>, serializer: S) -> Result<S::Ok, S::Error> {
+    serde::Serialize::serialize(values.as_ref(), serializer)
+}
+
 impl VariantReport {
     /// A file name that says which variant of which pass it is: `forward.sscs=true.taps=16.1f2e3d4c.wgsl`. Long lists of
     /// values are cut; the first digits of the hash keep names apart.
@@ -91,7 +91,7 @@ impl VariantReport {
             text.chars().map(|each| if keep(each) { each } else { '_' }).collect()
         };
         let mut file = clean(name).trim_start_matches('.').chars().take(80).collect::<String>();
-        for (axis, value) in &self.axes {
+        for (axis, value) in self.axes.iter() {
             let part = clean(&format!(".{axis}={value}"));
             if file.len() + part.len() > 160 {
                 file.push_str(".etc");
@@ -104,6 +104,14 @@ impl VariantReport {
 }
 
 impl TemplateReport {
+    /// The text of one of the variants, rendered again: reports of thousands of them do not keep their texts.
+    pub fn text(&self, templates: &TemplateSet, variant: &VariantReport) -> Option<String> {
+        let context = render::fixed_context(&variant.axes);
+        render::render_with(templates, &Placement::new(templates), &self.template, context)
+            .ok()
+            .map(|(text, _)| text)
+    }
+
     /// The bytes of all distinct texts together.
     pub fn total_bytes(&self) -> usize {
         self.variants.iter().map(|variant| variant.bytes).sum()

@@ -1,12 +1,12 @@
 //! From texts and proofs to a report: variants, coverage, the interface of all variants together, sizes, what is dead.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::sync::Arc;
 
 use super::count::Count;
 use super::dead::{self, Coverage, Marked};
-use super::prove::Proof;
 use super::report::{TemplateReport, ValueBytes, VariantReport};
-use super::{Explored, Request};
+use super::{Explored, Proven};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
 use crate::shader::compile::template_values;
 use crate::shader::markers::MarkedTemplates;
@@ -20,7 +20,7 @@ pub(super) fn report_on(
     templates: &TemplateSet,
     placement: &Placement<'_>,
     each: &Explored<'_>,
-    proofs: &[Proof],
+    proven: &[Proven],
 ) -> (TemplateReport, Vec<Diagnostic>) {
     let Explored { request, space, exploration, tasks } = each;
     let mut variants = Vec::new();
@@ -28,24 +28,22 @@ pub(super) fn report_on(
     for (at, text) in exploration.texts.iter().enumerate() {
         let leaves = exploration.leaves_of(at);
         let mut configurations = Count::ZERO;
-        for leaf in leaves.iter().filter_map(|leaf| exploration.leaves.get(*leaf)) {
+        for leaf in leaves.iter().filter_map(|at| exploration.leaves.get(*at)) {
             configurations = configurations.plus(space.count(&leaf.decided));
         }
         covered = covered.plus(configurations);
-        let proof = tasks.get(at).and_then(|task| proofs.get(*task));
+        let proof = tasks.get(at).and_then(|task| proven.get(*task)).map(|proven| &proven.proof);
         variants.push(VariantReport {
             axes: exploration.leaves.get(text.leaf).map(|leaf| leaf.decided.clone()).unwrap_or_default(),
             paths: leaves.len(),
             configurations,
-            bytes: text.wgsl.len(),
+            bytes: text.bytes,
             hash: blake3::Hash::from_bytes(text.hash).to_string(),
             valid: proof.is_some_and(|proof| proof.refusals.is_empty()),
-            wgsl: text.wgsl.clone(),
-            map: text.map.clone(),
             reflection: proof.and_then(|proof| proof.reflection.clone()),
         });
     }
-    let (interface, conflicts) = unite(templates, request, &variants);
+    let (interface, conflicts) = unite(templates, placement, each, &variants);
     let report = TemplateReport {
         name: request.name.clone(),
         template: request.template.clone(),
@@ -63,21 +61,31 @@ pub(super) fn report_on(
 
 fn unite(
     templates: &TemplateSet,
-    request: &Request,
+    placement: &Placement<'_>,
+    each: &Explored<'_>,
     variants: &[VariantReport],
 ) -> (Vec<Binding>, Vec<Diagnostic>) {
-    let reflected: Vec<&VariantReport> =
-        variants.iter().filter(|variant| variant.reflection.is_some()).collect();
+    let request = each.request;
+    // Equal reflections are one; the first variant stands for all of them.
+    let mut seen = HashSet::new();
+    let reflected: Vec<(usize, &VariantReport)> = variants
+        .iter()
+        .enumerate()
+        .filter(|(_, variant)| variant.reflection.as_ref().is_some_and(|each| seen.insert(Arc::as_ptr(each))))
+        .collect();
     let (bindings, conflicts) =
-        interface::unite(reflected.iter().filter_map(|variant| variant.reflection.as_deref()));
-    let place = |variant: &VariantReport, name: &str| {
-        let at = declaration_of(&variant.wgsl, name).and_then(|range| variant.map.span(range));
+        interface::unite(reflected.iter().filter_map(|(_, variant)| variant.reflection.as_deref()));
+    let place = |text: usize, name: &str| {
+        let source = each.exploration.source(templates, placement, &request.template, text);
+        let at = source
+            .and_then(|source| declaration_of(&source.wgsl, name).and_then(|range| source.map.span(range)));
         at.or_else(|| templates.file(&request.template).map(|file| Span::new(file, 0..0)))
             .map_or(Place::Nowhere, Place::Span)
     };
     let mut findings: Vec<Diagnostic> = Vec::new();
     for conflict in conflicts.into_iter().filter(|_| request.one_interface) {
-        let (Some(first), Some(second)) = (reflected.get(conflict.first), reflected.get(conflict.second))
+        let (Some((first, one)), Some((second, other))) =
+            (reflected.get(conflict.first), reflected.get(conflict.second))
         else {
             continue;
         };
@@ -85,10 +93,11 @@ fn unite(
         if findings.iter().any(|known| known.message == message) {
             continue;
         }
+        let (here, there) = (place(*second, &conflict.name), place(*first, &conflict.name));
         findings.push(
-            Diagnostic::error(codes::INTERFACE_CONFLICT, place(second, &conflict.name), message)
-                .related(place(first, &conflict.name), format!("the one is {}", describe(&first.axes)))
-                .related(place(second, &conflict.name), format!("the other is {}", describe(&second.axes))),
+            Diagnostic::error(codes::INTERFACE_CONFLICT, here.clone(), message)
+                .related(there, format!("the one is {}", describe(&one.axes)))
+                .related(here, format!("the other is {}", describe(&other.axes))),
         );
     }
     (bindings, findings)
@@ -159,6 +168,7 @@ fn bytes_of_values(
 /// The findings about axes without effect and text in no variant.
 pub(super) fn dead_findings(
     templates: &TemplateSet,
+    placement: &Placement<'_>,
     explored: &[Explored<'_>],
     reports: &[TemplateReport],
     marked: &mut Option<MarkedTemplates>,
@@ -181,7 +191,7 @@ pub(super) fn dead_findings(
     }
     let mut coverage = Coverage::default();
     for each in explored {
-        coverage.add(templates, &each.request.template, &each.exploration, &mut Marked(marked));
+        coverage.add(templates, &each.request.template, &each.exploration, placement, &mut Marked(marked));
     }
     if explored.iter().all(sound) {
         findings.extend(coverage.dead(templates).into_iter().map(|span| {

@@ -41,7 +41,7 @@ impl Stage {
 }
 
 /// An attribute that the vertex stage reads.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize)]
 pub struct VertexInput {
     /// The name of the argument, or of the member of the structure that is one.
     pub name: String,
@@ -57,7 +57,7 @@ pub struct VertexInput {
 }
 
 /// A colour that the fragment stage writes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, serde::Serialize)]
 pub struct FragmentOutput {
     /// Its `@location`, the index of the colour attachment.
     pub location: u32,
@@ -68,7 +68,7 @@ pub struct FragmentOutput {
 }
 
 /// An entry point.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize)]
 pub struct EntryPoint {
     /// Its name.
     pub name: String,

@@ -18,7 +18,7 @@ use naga::proc::Layouter;
 use naga::valid::ModuleInfo;
 
 /// What a module says of itself.
-#[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, serde::Serialize)]
 pub struct Reflection {
     /// The bindings that an entry point uses, by group and binding.
     pub bindings: Vec<Binding>,

@@ -106,11 +106,11 @@ fn markers_leave_the_text_as_it_is() {
     let outcome = check(&fixture.set, &[Request::all("main.wgsl.jinja", &[])], &Options::default());
     assert!(outcome.templates[0].variants.len() > 8);
     for variant in &outcome.templates[0].variants {
-        let exact = marked
-            .map("main.wgsl.jinja", &variant.axes, &variant.wgsl)
-            .expect("the stripped text is the plain one");
+        let wgsl = outcome.templates[0].text(&fixture.set, variant).unwrap();
+        let exact =
+            marked.map("main.wgsl.jinja", &variant.axes, &wgsl).expect("the stripped text is the plain one");
         for (needle, place) in [("in a macro", "main.wgsl.jinja:2:"), ("set ", "main.wgsl.jinja:10:")] {
-            if let Some(at) = variant.wgsl.find(needle) {
+            if let Some(at) = wgsl.find(needle) {
                 let span = exact.map.place(at).unwrap();
                 assert!(fixture.place(&span.into()).starts_with(place), "{needle}");
                 assert!(exact.trail(at).next().is_some(), "{needle} was captured");

@@ -76,8 +76,11 @@ fn compare_with_exhaustive_rendering(fixture: &Fixture, template: &str) {
         let text = render::render(&fixture.set, template, &values).unwrap().text;
         *expected.entry(text).or_default() += 1;
     }
-    let found: BTreeMap<String, u128> =
-        report.variants.iter().map(|each| (each.wgsl.to_string(), each.configurations.number)).collect();
+    let found: BTreeMap<String, u128> = report
+        .variants
+        .iter()
+        .map(|each| (report.text(&fixture.set, each).unwrap(), each.configurations.number))
+        .collect();
     assert_eq!(found, expected, "{template}");
     assert_eq!(report.configurations, Count { number: all.len() as u128, exact: true });
     assert_eq!(report.covered, report.configurations);
