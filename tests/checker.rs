@@ -389,7 +389,7 @@ fn an_import_used_beyond_its_usage_is_caught() {
 fn a_mip_that_the_texture_does_not_have_is_caught() {
     caught(FaultKind::PartMissing, |plan| {
         let blur = plan.pipeline.find_pass("blur1").expect("a pass").index();
-        pipeline(plan).passes[blur].uses[1].part = Part { mip: Some(3), layer: None };
+        pipeline(plan).passes[blur].uses[1].part = Part::of(Some(3), None);
     });
 }
 

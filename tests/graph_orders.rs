@@ -217,7 +217,7 @@ fn only_textures_alike_in_everything_share_memory() {
 fn four_mips_written_apart_and_a_chain_that_reads_the_one_before_have_an_order() {
     let mut assembly = Assembly::new("mips");
     let chain = assembly.texture_with("chain", |texture| texture.mips = Some(Expr::from(5.0)));
-    let mip = |at: u32| Part { mip: Some(at), layer: Some(0) };
+    let mip = |at: u32| Part::of(Some(at), Some(0));
     for at in (1..5).rev() {
         let _ =
             assembly.pass(&format!("down{at}")).reads_part(chain, mip(at - 1)).writes_part(chain, mip(at));
@@ -234,7 +234,7 @@ fn four_mips_written_apart_and_a_chain_that_reads_the_one_before_have_an_order()
 fn a_read_and_a_write_of_different_layers_in_one_pass_are_legal() {
     let mut assembly = Assembly::new("layers");
     let array = assembly.texture_with("array", |texture| texture.layers = Some(Expr::from(2.0)));
-    let layer = |at: u32| Part { mip: Some(0), layer: Some(at) };
+    let layer = |at: u32| Part::of(Some(0), Some(at));
     let _ = assembly.pass("first").writes_part(array, layer(0));
     let _ = assembly.pass("second").reads_part(array, layer(0)).writes_part(array, layer(1)).side_effect();
     assert_eq!(names(&planned(assembly, Objective::Declaration)), ["first", "second"]);
@@ -242,7 +242,7 @@ fn a_read_and_a_write_of_different_layers_in_one_pass_are_legal() {
 
 #[test]
 fn a_mip_or_layer_that_is_not_there_is_refused() {
-    for part in [Part { mip: Some(1), layer: None }, Part { mip: None, layer: Some(3) }] {
+    for part in [Part::of(Some(1), None), Part::of(None, Some(3))] {
         let mut assembly = Assembly::new("range");
         let texture = assembly.texture_with("a", |texture| texture.layers = Some(Expr::from(3.0)));
         let _ = assembly.pass("p").writes_part(texture, part).side_effect();
@@ -254,7 +254,7 @@ fn a_mip_or_layer_that_is_not_there_is_refused() {
 fn a_mip_that_is_not_there_is_refused_in_a_culled_pass_too() {
     let mut assembly = Assembly::new("range");
     let (texture, target) = (assembly.texture("a"), assembly.imported("target"));
-    let _ = assembly.pass("dead").writes_part(texture, Part { mip: Some(7), layer: None });
+    let _ = assembly.pass("dead").writes_part(texture, Part::of(Some(7), None));
     let _ = assembly.pass("live").writes(target);
     assert_eq!(refused(assembly), ["UG0405"]);
 }

@@ -102,7 +102,7 @@ fn a_reader_that_stays_without_its_writer_is_refused() {
 fn a_reader_of_a_part_that_a_toggle_takes_away_is_refused() {
     let (mut assembly, [a, ..], target) = start();
     let toggle = assembly.toggle("mip");
-    let part = |mip| Part { mip: Some(mip), ..Part::WHOLE };
+    let part = |mip| Part::of(Some(mip), None);
     let _ = assembly.pass("first").writes_part(a, part(0));
     let _ = assembly.pass("second").writes_part(a, part(1)).toggle(toggle, true);
     let _ = assembly.pass("show").reads(a).color(target, CLEAR);

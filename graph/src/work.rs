@@ -12,6 +12,7 @@ use crate::data::HostData;
 use crate::expression::Expression;
 use crate::frame::FrameInput;
 use crate::language::TextureShape;
+use crate::pipeline::{Aspect, Run};
 use crate::shader::TypeLayout;
 use crate::source::Span;
 
@@ -94,6 +95,8 @@ pub struct RenderWork {
     pub color: Vec<ColorAttachment>,
     /// The depth attachment.
     pub depth: Option<DepthAttachment>,
+    /// The stencil attachment: of the same texture, mip and layer as the depth attachment.
+    pub stencil: Option<StencilAttachment>,
     /// What is drawn.
     pub draw: Draw,
 }
@@ -118,6 +121,8 @@ pub struct ColorAttachment {
     pub load: LoadOperation<[f64; 4]>,
     /// How colors are combined.
     pub blend: Option<wgpu_types::BlendState>,
+    /// The format in which it is written, if not the texture's own.
+    pub format: Option<wgpu_types::TextureFormat>,
 }
 
 /// A depth attachment.
@@ -133,6 +138,26 @@ pub struct DepthAttachment {
     pub compare: wgpu_types::CompareFunction,
     /// The bias of the rasteriser per unit of depth slope, away from the viewer where positive and depth grows away.
     pub slope_bias: f32,
+}
+
+/// A stencil attachment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StencilAttachment {
+    /// Where to.
+    pub target: AttachmentTarget,
+    /// What is there before.
+    pub load: LoadOperation<u32>,
+    /// Comparisons, operations and masks.
+    pub state: wgpu_types::StencilState,
+    /// What is compared and written.
+    pub reference: u32,
+}
+
+impl StencilAttachment {
+    /// Whether what is there changes.
+    pub fn write(&self) -> bool {
+        self.load != LoadOperation::Load || !self.state.is_read_only(None)
+    }
 }
 
 /// What an attachment holds before a pass.
@@ -258,8 +283,8 @@ pub struct BoundSlot {
 pub enum SlotSource {
     /// A view of a texture.
     Texture(TextureView),
-    /// A buffer of the pipeline.
-    Buffer(ResourceHandle),
+    /// A buffer of the pipeline, or bytes of one.
+    Buffer(BufferView),
     /// A sampler.
     Sampler(Sampler),
     /// Host data, laid out by the shader.
@@ -297,19 +322,30 @@ pub struct BlockValues {
     pub expressions: Vec<(String, Deferred)>,
 }
 
+/// Bytes of a buffer that a shader sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct BufferView {
+    /// The buffer.
+    pub resource: ResourceHandle,
+    /// The bytes, or all.
+    pub bytes: Option<Run<u64>>,
+}
+
 /// A view of a texture that a shader sees.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
 pub struct TextureView {
     /// The texture.
     pub resource: ResourceHandle,
     /// The dimension of the view.
     pub shape: TextureShape,
-    /// One mip level, or all.
-    pub mip: Option<u32>,
-    /// One layer, or all.
-    pub layer: Option<u32>,
-    /// Whether only the depth of a depth-stencil texture is seen.
-    pub depth_only: bool,
+    /// Mip levels, or all.
+    pub mip: Option<Run<u32>>,
+    /// Layers, or all.
+    pub layer: Option<Run<u32>>,
+    /// The aspect; of a format with depth and stencil a shader sees one.
+    pub aspect: Aspect,
+    /// The format in which it is seen, if not its own.
+    pub format: Option<wgpu_types::TextureFormat>,
 }
 
 /// How a texture is sampled.

@@ -7,9 +7,13 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_graph::diagnostic::codes;
 use umbragraph_graph::language::{Expr, Word};
-use umbragraph_graph::pipeline::{Part, PassBuilder, Usage};
-use umbragraph_graph::wgpu_types::{BlendComponent, BlendFactor, BlendOperation, BlendState};
-use umbragraph_graph::work::{AttachmentTarget, ColorAttachment, Compare, DepthAttachment, LoadOperation};
+use umbragraph_graph::pipeline::{Face as CubeFace, Part, PartSettings, PassBuilder, Run, Usage};
+use umbragraph_graph::wgpu_types::{
+    BlendComponent, BlendFactor, BlendOperation, BlendState, StencilFaceState, StencilOperation, StencilState,
+};
+use umbragraph_graph::work::{
+    AttachmentTarget, ColorAttachment, Compare, DepthAttachment, LoadOperation, StencilAttachment,
+};
 
 /// A color attachment.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -20,15 +24,21 @@ pub struct ColorSettings {
     /// The mip level.
     #[serde(default)]
     pub mip: Option<Expr>,
-    /// The layer; without it the one that the view names.
+    /// The layer, without it the one that the view names; beside "face" the cube.
     #[serde(default)]
     pub layer: Option<Expr>,
+    /// One face of a cube.
+    #[serde(default)]
+    pub face: Option<Word<CubeFace>>,
     /// Red, green, blue and alpha that it holds before.
     #[serde(default)]
     pub clear: Option<Expr>,
     /// How colors are combined with what is there; without it they replace it.
     #[serde(default)]
     pub blend: Option<Word<Blend>>,
+    /// The format in which it is written, where it is not the texture's own: the same with or without "-srgb".
+    #[serde(default)]
+    pub format: Option<String>,
 }
 
 /// How colors are combined with what is there.
@@ -54,9 +64,12 @@ pub struct DepthSettings {
     /// The mip level.
     #[serde(default)]
     pub mip: Option<Expr>,
-    /// The layer; without it the one that the view names.
+    /// The layer, without it the one that the view names; beside "face" the cube.
     #[serde(default)]
     pub layer: Option<Expr>,
+    /// One face of a cube.
+    #[serde(default)]
+    pub face: Option<Word<CubeFace>>,
     /// The depth that it holds before; without it what was there.
     #[serde(default)]
     pub clear: Option<Expr>,
@@ -69,6 +82,96 @@ pub struct DepthSettings {
     /// in whichever direction depth grows, as "compare" tells.
     #[serde(default)]
     pub slope_bias: Option<Expr>,
+}
+
+/// The stencil attachment: the eight bits of each texel that decide what is drawn.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StencilSettings {
+    /// The texture: a reference. Beside "depth" it is the same.
+    pub to: String,
+    /// The mip level.
+    #[serde(default)]
+    pub mip: Option<Expr>,
+    /// The layer, without it the one that the view names; beside "face" the cube.
+    #[serde(default)]
+    pub layer: Option<Expr>,
+    /// One face of a cube.
+    #[serde(default)]
+    pub face: Option<Word<CubeFace>>,
+    /// The value that it holds before (0 to 255); without it what was there.
+    #[serde(default)]
+    pub clear: Option<Expr>,
+    /// What is compared with what is there, and what "replace" writes (0 to 255); 0 without it.
+    #[serde(default)]
+    pub reference: Option<Expr>,
+    /// Which bits are compared (0 to 255); all without it.
+    #[serde(default)]
+    pub read_mask: Option<Expr>,
+    /// Which bits are written (0 to 255); all without it.
+    #[serde(default)]
+    pub write_mask: Option<Expr>,
+    /// What is compared and done for front faces; without it everything passes and nothing changes.
+    #[serde(default)]
+    pub front: Option<StencilFace>,
+    /// The same for back faces; as for front faces without it.
+    #[serde(default)]
+    pub back: Option<StencilFace>,
+}
+
+/// What is compared, and what happens to the stencil.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StencilFace {
+    /// Which references pass against what is there; "always" without it.
+    #[serde(default)]
+    pub compare: Option<Word<Compare>>,
+    /// What happens where the stencil fails; "keep" without it.
+    #[serde(default)]
+    pub fail: Option<Word<StencilOperationName>>,
+    /// What happens where the stencil passes and depth fails; "keep" without it.
+    #[serde(default)]
+    pub depth_fail: Option<Word<StencilOperationName>>,
+    /// What happens where both pass; "keep" without it.
+    #[serde(default)]
+    pub pass: Option<Word<StencilOperationName>>,
+}
+
+/// What happens to the stencil, by WebGPU's names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum StencilOperationName {
+    /// Nothing.
+    Keep,
+    /// It becomes 0.
+    Zero,
+    /// It becomes the reference.
+    Replace,
+    /// All bits are turned round.
+    Invert,
+    /// One more, 255 at most.
+    IncrementClamp,
+    /// One less, 0 at least.
+    DecrementClamp,
+    /// One more, 0 after 255.
+    IncrementWrap,
+    /// One less, 255 after 0.
+    DecrementWrap,
+}
+
+impl From<StencilOperationName> for StencilOperation {
+    fn from(name: StencilOperationName) -> Self {
+        match name {
+            StencilOperationName::Keep => Self::Keep,
+            StencilOperationName::Zero => Self::Zero,
+            StencilOperationName::Replace => Self::Replace,
+            StencilOperationName::Invert => Self::Invert,
+            StencilOperationName::IncrementClamp => Self::IncrementClamp,
+            StencilOperationName::DecrementClamp => Self::DecrementClamp,
+            StencilOperationName::IncrementWrap => Self::IncrementWrap,
+            StencilOperationName::DecrementWrap => Self::DecrementWrap,
+        }
+    }
 }
 
 /// Declares a color attachment. `covers` says that the pass writes every texel.
@@ -102,8 +205,18 @@ pub(crate) fn color(
         None => LoadOperation::Load,
     };
     let usage = if load == LoadOperation::Load { Usage::ColorAttachmentLoad } else { Usage::ColorAttachment };
-    let target = target(pass, &settings.to, &settings.mip, &settings.layer, usage, at)?;
-    Some(ColorAttachment { target, load, blend })
+    let format = match &settings.format {
+        Some(name) => Some(pass.format(name, &format!("{at}/format"))?),
+        None => None,
+    };
+    let part = PartSettings {
+        mip: settings.mip.as_ref(),
+        layer: settings.layer.as_ref(),
+        face: settings.face.as_ref(),
+        ..PartSettings::default()
+    };
+    let target = target(pass, &settings.to, part, usage, at)?;
+    Some(ColorAttachment { target, load, blend, format })
 }
 
 /// Declares the depth attachment.
@@ -153,7 +266,13 @@ pub(crate) fn depth(
         (LoadOperation::Load, true) => Usage::DepthAttachmentLoad,
         _ => Usage::DepthAttachment,
     };
-    let target = target(pass, &settings.to, &settings.mip, &settings.layer, usage, at)?;
+    let part = PartSettings {
+        mip: settings.mip.as_ref(),
+        layer: settings.layer.as_ref(),
+        face: settings.face.as_ref(),
+        ..PartSettings::default()
+    };
+    let target = target(pass, &settings.to, part, usage, at)?;
     Some(DepthAttachment {
         target,
         load,
@@ -163,24 +282,105 @@ pub(crate) fn depth(
     })
 }
 
+/// Declares the stencil attachment beside a depth attachment, which has to be of the same texture.
+pub(crate) fn stencil(
+    pass: &mut PassBuilder<'_>,
+    settings: &StencilSettings,
+    at: &str,
+) -> Option<StencilAttachment> {
+    let byte = |pass: &mut PassBuilder<'_>, expr: &Option<Expr>, key: &str, without: u32| match expr {
+        Some(expr) => {
+            let pointer = format!("{at}/{key}");
+            let value = pass.count(expr, &pointer)?;
+            if value > 255 {
+                let message = format!("stencil has eight bits, not {value}");
+                pass.report(codes::OUT_OF_BOUNDS, &pointer, message, "0 to 255 are possible");
+                return None;
+            }
+            Some(value)
+        }
+        None => Some(without),
+    };
+    let load = match &settings.clear {
+        Some(_) => LoadOperation::Clear(byte(pass, &settings.clear, "clear", 0)?),
+        None => LoadOperation::Load,
+    };
+    let front = match &settings.front {
+        Some(face) => stencil_face(pass, face, &format!("{at}/front"))?,
+        None => StencilFaceState::IGNORE,
+    };
+    let back = match &settings.back {
+        Some(face) => stencil_face(pass, face, &format!("{at}/back"))?,
+        None => front,
+    };
+    let state = StencilState {
+        front,
+        back,
+        read_mask: byte(pass, &settings.read_mask, "read_mask", 255)?,
+        write_mask: byte(pass, &settings.write_mask, "write_mask", 255)?,
+    };
+    let reference = byte(pass, &settings.reference, "reference", 0)?;
+    let part = PartSettings {
+        mip: settings.mip.as_ref(),
+        layer: settings.layer.as_ref(),
+        face: settings.face.as_ref(),
+        ..PartSettings::default()
+    };
+    let usage = match load {
+        LoadOperation::Load if state.is_read_only(None) => Usage::StencilAttachmentReadOnly,
+        LoadOperation::Load => Usage::StencilAttachmentLoad,
+        _ => Usage::StencilAttachment,
+    };
+    let target = target(pass, &settings.to, part, usage, at)?;
+    Some(StencilAttachment { target, load, state, reference })
+}
+
+fn stencil_face(pass: &mut PassBuilder<'_>, settings: &StencilFace, at: &str) -> Option<StencilFaceState> {
+    let operation =
+        |pass: &mut PassBuilder<'_>, word: &Option<Word<StencilOperationName>>, key: &str| match word {
+            Some(word) => pass.word(word, &format!("{at}/{key}")).map(Into::into),
+            None => Some(StencilOperation::Keep),
+        };
+    Some(StencilFaceState {
+        compare: match &settings.compare {
+            Some(word) => pass.word(word, &format!("{at}/compare"))?.into(),
+            None => Compare::Always.into(),
+        },
+        fail_op: operation(pass, &settings.fail, "fail")?,
+        depth_fail_op: operation(pass, &settings.depth_fail, "depth_fail")?,
+        pass_op: operation(pass, &settings.pass, "pass")?,
+    })
+}
+
+/// Finds a stencil attachment of another texture, mip or layer than the depth attachment.
+pub(crate) fn same_target(
+    pass: &mut PassBuilder<'_>,
+    depth: Option<&DepthAttachment>,
+    stencil: Option<&StencilAttachment>,
+) -> Option<()> {
+    if let (Some(depth), Some(stencil)) = (depth, stencil)
+        && depth.target != stencil.target
+    {
+        let help = "give \"depth\" and \"stencil\" one texture, mip and layer";
+        let message = "depth and stencil of one pass belong to one texture";
+        pass.report(codes::ATTACHMENTS, "/stencil/to", message, help);
+        return None;
+    }
+    Some(())
+}
+
 fn target(
     pass: &mut PassBuilder<'_>,
     to: &str,
-    mip: &Option<Expr>,
-    layer: &Option<Expr>,
+    settings: PartSettings<'_>,
     usage: Usage,
     at: &str,
 ) -> Option<AttachmentTarget> {
-    let mip = match mip {
-        Some(expr) => pass.count(expr, &format!("{at}/mip"))?,
-        None => 0,
-    };
-    let layer = match layer {
-        Some(expr) => Some(pass.count(expr, &format!("{at}/layer"))?),
-        None => None,
-    };
-    let resource = pass.texture(to, Part { mip: Some(mip), layer }, usage, &format!("{at}/to"))?;
-    Some(AttachmentTarget { resource, mip, layer })
+    let part = pass.part(settings, at)?;
+    let mip = part.mip.map_or(0, |run| run.first);
+    let part = Part { mip: Some(Run::one(mip)), ..part };
+    let resource = pass.texture(to, part, usage, &format!("{at}/to"))?;
+    Some(AttachmentTarget { resource, mip, layer: part.layer.map(|run| run.first) })
 }
 
 fn blend_state(blend: Blend) -> Option<BlendState> {

@@ -51,7 +51,6 @@ fn end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, usage: Usage, at: &str) -
         Some(expr) => Some(pass.count(expr, &format!("{at}/layer"))?),
         None => None,
     };
-    let resource =
-        pass.texture(&settings.name, Part { mip: Some(mip), layer }, usage, &format!("{at}/name"))?;
+    let resource = pass.texture(&settings.name, Part::of(Some(mip), layer), usage, &format!("{at}/name"))?;
     Some(AttachmentTarget { resource, mip, layer })
 }

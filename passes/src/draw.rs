@@ -10,7 +10,7 @@ use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced};
 use umbragraph_graph::wgpu_types::Face;
 use umbragraph_graph::work::{Draw as DrawWork, DrawOrder, RenderWork, SceneDraw, Work};
 
-use crate::attachment::{self, ColorSettings, DepthSettings};
+use crate::attachment::{self, ColorSettings, DepthSettings, StencilSettings};
 
 /// Draws the host's meshes, once for each view.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -36,6 +36,9 @@ pub struct Draw {
     /// The depth attachment.
     #[serde(default)]
     pub depth: Option<DepthSettings>,
+    /// The stencil attachment.
+    #[serde(default)]
+    pub stencil: Option<StencilSettings>,
     /// Which faces are not drawn: "back" without it. Meshes that are double-sided are drawn from both sides.
     #[serde(default)]
     pub cull: Option<Word<Cull>>,
@@ -69,6 +72,7 @@ impl Node for Draw {
             .map(|(at, settings)| attachment::color(pass, settings, &format!("/color/{at}"), false))
             .collect();
         let depth = self.depth.as_ref().map(|settings| attachment::depth(pass, settings, "/depth"));
+        let stencil = self.stencil.as_ref().map(|settings| attachment::stencil(pass, settings, "/stencil"));
         let cull = match &self.cull {
             Some(word) => pass.word(word, "/cull")?,
             None => Cull::Back,
@@ -94,7 +98,12 @@ impl Node for Draw {
             Some(depth) => Some(depth?),
             None => None,
         };
+        let stencil = match stencil {
+            Some(stencil) => Some(stencil?),
+            None => None,
+        };
+        attachment::same_target(pass, depth.as_ref(), stencil.as_ref())?;
         let color = color.into_iter().collect::<Option<_>>()?;
-        Some(pass.produce(Work::Render(Box::new(RenderWork { color, depth, draw }))))
+        Some(pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw }))))
     }
 }

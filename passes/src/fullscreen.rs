@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use umbragraph_graph::diagnostic::codes;
 use umbragraph_graph::language::Expr;
 use umbragraph_graph::node::Node;
 use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced};
 use umbragraph_graph::work::{Draw, RenderWork, Work};
 
-use crate::attachment::{self, ColorSettings};
+use crate::attachment::{self, ColorSettings, DepthSettings, StencilSettings};
 
 /// Runs a fragment shader for every texel of its attachments.
 ///
@@ -26,8 +27,14 @@ pub struct Fullscreen {
     #[serde(default)]
     pub bind: BTreeMap<String, Bind>,
     /// The color attachments, in the order of the shader's locations.
-    #[schemars(length(min = 1))]
+    #[serde(default)]
     pub color: Vec<ColorSettings>,
+    /// The depth attachment: the triangle is tested, and written, at the depth of its vertices.
+    #[serde(default)]
+    pub depth: Option<DepthSettings>,
+    /// The stencil attachment: only where the stencil passes is something drawn.
+    #[serde(default)]
+    pub stencil: Option<StencilSettings>,
 }
 
 impl Node for Fullscreen {
@@ -37,11 +44,29 @@ impl Node for Fullscreen {
     fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let program = pass.program(&self.shader, &self.axes, None, "");
         let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
+        // What depth or stencil keeps from being drawn stays as it was.
+        let covers = self.depth.is_none() && self.stencil.is_none();
         let color: Vec<_> = (self.color.iter().enumerate())
-            .map(|(at, settings)| attachment::color(pass, settings, &format!("/color/{at}"), true))
+            .map(|(at, settings)| attachment::color(pass, settings, &format!("/color/{at}"), covers))
             .collect();
+        let depth = self.depth.as_ref().map(|settings| attachment::depth(pass, settings, "/depth"));
+        let stencil = self.stencil.as_ref().map(|settings| attachment::stencil(pass, settings, "/stencil"));
+        if color.is_empty() && depth.is_none() && stencil.is_none() {
+            let help = "add \"color\", \"depth\" or \"stencil\"";
+            pass.report(codes::MISSING_KEY, "", "a pass without attachments draws nothing", help);
+            return None;
+        }
         let draw = Draw::Fullscreen { program: program?, bindings: bindings? };
         let color = color.into_iter().collect::<Option<_>>()?;
-        Some(pass.produce(Work::Render(Box::new(RenderWork { color, depth: None, draw }))))
+        let depth = match depth {
+            Some(depth) => Some(depth?),
+            None => None,
+        };
+        let stencil = match stencil {
+            Some(stencil) => Some(stencil?),
+            None => None,
+        };
+        attachment::same_target(pass, depth.as_ref(), stencil.as_ref())?;
+        Some(pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw }))))
     }
 }

@@ -12,6 +12,7 @@ mod hosts;
 mod layers;
 mod merging;
 mod misuse;
+mod parts;
 mod plans;
 mod squares;
 mod stage;

@@ -103,6 +103,7 @@ fn a_plan_that_the_device_refuses_leaves_the_one_before() {
         size,
         volume: false,
         usages: wgpu::TextureUsages::RENDER_ATTACHMENT,
+        view_format: None,
         bytes: u64::from(beyond) * 4,
     });
     let findings = pollster::block_on(executor.set_plan(plan.clone().into(), None)).expect_err("a finding");

@@ -9,7 +9,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::pipeline::{Part, Pipeline, Use, Version};
+use crate::pipeline::{Aspect, Part, Pipeline, Use, Version};
 use crate::work::PassHandle;
 
 /// One pass's access to a part of a resource.
@@ -32,7 +32,13 @@ pub(super) fn accesses<'a>(pipeline: &'a Pipeline, diagnostics: &mut Diagnostics
             let own = list.iter().rev().take_while(|access| access.pass == handle);
             let mut known = false;
             for other in own {
-                if other.part.overlaps(one.part) && (other.writes || one.usage.writes()) {
+                let writes = other.writes || one.usage.writes();
+                // Devices keep depth and stencil of one texel in one state: while one of them is written, a shader
+                // can see neither.
+                let bound = |one: &Use| !one.usage.is_attachment();
+                let shared = bound(other.one) != bound(one)
+                    && other.part.aspect(Aspect::All).overlaps(one.part.aspect(Aspect::All));
+                if writes && (other.part.overlaps(one.part) || shared) {
                     diagnostics.push(feedback(pipeline, handle, other.one, one));
                 }
                 known |= other.part == one.part
@@ -69,7 +75,7 @@ pub(super) fn in_conflict(list: &[Access<'_>], writers: &[usize]) -> bool {
 }
 
 fn is_exact(part: Part) -> bool {
-    part.mip.is_some() && part.layer.is_some()
+    part.is_plain() && part.mip.is_some() && part.layer.is_some()
 }
 
 /// The writers of one resource in their order.
@@ -172,13 +178,13 @@ mod tests {
         let texture = assembly.texture("a");
         let parts = [Some((0, 0)), Some((0, 1)), None, Some((0, 1)), Some((0, 0)), None];
         for (at, part) in parts.into_iter().enumerate() {
-            let part = part.map_or(Part::WHOLE, |(mip, layer)| Part { mip: Some(mip), layer: Some(layer) });
+            let part = part.map_or(Part::WHOLE, |(mip, layer)| Part::of(Some(mip), Some(layer)));
             assembly.pass(&format!("p{at}")).writes_part(texture, part);
         }
         let (pipeline, _) = assembly.finish();
         let accesses = accesses(&pipeline, &mut Diagnostics::new());
         let writers = Writers::new(&accesses[0], (0..6).collect());
-        let part = Part { mip: Some(0), layer: Some(1) };
+        let part = Part::of(Some(0), Some(1));
         assert_eq!(writers.before(5, part).collect::<Vec<_>>(), [3, 2, 1]);
         assert_eq!(writers.after(2, part).collect::<Vec<_>>(), [2, 3, 5]);
         assert_eq!(writers.before(3, Part::WHOLE).collect::<Vec<_>>(), [2, 1, 0]);

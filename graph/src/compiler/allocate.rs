@@ -56,6 +56,7 @@ pub(super) fn allocate(
                     size,
                     volume,
                     usages,
+                    view_format: texture.view_format,
                     bytes,
                 });
             }

@@ -230,9 +230,9 @@ impl AssemblyPass<'_> {
         let usage =
             if load == LoadOperation::Load { Usage::ColorAttachmentLoad } else { Usage::ColorAttachment };
         let target = attached(resource);
-        self.color.push(ColorAttachment { target, load, blend: None });
+        self.color.push(ColorAttachment { target, load, blend: None, format: None });
         self.draw();
-        self.uses(resource, Part { mip: Some(0), layer: Some(0) }, usage, Version::Newest)
+        self.uses(resource, Part::of(Some(0), Some(0)), usage, Version::Newest)
     }
 
     /// Draws with mip 0 and layer 0 of a depth texture, which it writes unless `write` is false.
@@ -246,7 +246,7 @@ impl AssemblyPass<'_> {
         self.depth =
             Some(DepthAttachment { target: attached(resource), load, write, compare, slope_bias: 0.0 });
         self.draw();
-        self.uses(resource, Part { mip: Some(0), layer: Some(0) }, usage, Version::Newest)
+        self.uses(resource, Part::of(Some(0), Some(0)), usage, Version::Newest)
     }
 
     /// Runs after another pass.
@@ -275,7 +275,7 @@ impl AssemblyPass<'_> {
     fn draw(&mut self) {
         let (color, depth) = (self.color.clone(), self.depth.clone());
         let draw = Draw::Fullscreen { program: ProgramHandle(0), bindings: Vec::new() };
-        self.declared().work = Work::Render(Box::new(RenderWork { color, depth, draw }));
+        self.declared().work = Work::Render(Box::new(RenderWork { color, depth, stencil: None, draw }));
     }
 }
 

@@ -13,7 +13,7 @@ use super::plan::{PlannedAttachment, PlannedPass, StoreOperation};
 use super::planner::Planner;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{Part, ResourceKind, Usage};
+use crate::pipeline::{Aspect, Part, ResourceKind};
 use crate::shader::{ScalarKind, Stage};
 use crate::source::Span;
 use crate::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, RenderWork, ResourceHandle};
@@ -24,10 +24,11 @@ impl Planner<'_> {
         &self,
         at: usize,
         target: AttachmentTarget,
+        aspect: Aspect,
         load: LoadOperation<()>,
     ) -> PlannedAttachment {
         let resource = self.pipeline.resource(target.resource);
-        let part = Part { mip: Some(target.mip), layer: target.layer };
+        let part = Part::of(Some(target.mip), target.layer).aspect(aspect);
         let users = &self.users[target.resource.index()];
         let transient = resource.lifetime() == Lifetime::Transient;
         let mut store = if transient { StoreOperation::Discard } else { StoreOperation::Store };
@@ -37,7 +38,7 @@ impl Planner<'_> {
                 store = StoreOperation::Store;
                 break;
             }
-            let clears = matches!(later.usage, Usage::ColorAttachment | Usage::DepthAttachment);
+            let clears = later.usage.starts_afresh();
             let fixed = later.part.layer.is_some() || single_layer(self.pipeline, target.resource);
             let when = self.conditions[*position];
             let follows = when.is_none() || when == self.conditions[at];
@@ -70,7 +71,7 @@ impl Planner<'_> {
         findings: &mut Vec<Diagnostic>,
     ) {
         let mut first: Option<(&PlannedAttachment, [u32; 3])> = None;
-        for attachment in planned.color.iter().chain(&planned.depth) {
+        for attachment in planned.attachments() {
             let Some(TextureFacts { size, .. }) = self.facts.texture(attachment.target.resource) else {
                 return;
             };
@@ -116,12 +117,7 @@ impl Planner<'_> {
         if let Draw::Scene(scene) = &render.draw
             && let ResourceKind::Data(Some(shape)) = &self.pipeline.resource(scene.views).kind
         {
-            for attachment in planned
-                .color
-                .iter()
-                .chain(&planned.depth)
-                .filter(|attachment| attachment.target.layer.is_none())
-            {
+            for attachment in planned.attachments().filter(|attachment| attachment.target.layer.is_none()) {
                 let Some(TextureFacts { size, .. }) = self.facts.texture(attachment.target.resource) else {
                     continue;
                 };

@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::graph::Graph;
 use crate::language::Lifetime;
-use crate::pipeline::{Part, Pipeline, Usage};
+use crate::pipeline::{Part, Pipeline};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// Why a pass is kept.
@@ -79,11 +79,11 @@ fn surviving_writers(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandl
         if !covered.contains(&part) {
             writers.push(writer);
         }
-        let clears = pipeline.pass(writer).uses.iter().any(|one| {
-            one.resource == resource
-                && one.part == part
-                && matches!(one.usage, Usage::ColorAttachment | Usage::DepthAttachment)
-        });
+        let clears = pipeline
+            .pass(writer)
+            .uses
+            .iter()
+            .any(|one| one.resource == resource && one.part == part && one.usage.starts_afresh());
         // What can be off leaves what is below it.
         let always = pipeline.pass(writer).condition.is_none();
         if clears && always && (part.layer.is_some() || single_layer(pipeline, resource)) {

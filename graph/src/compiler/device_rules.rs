@@ -80,7 +80,7 @@ impl Rules<'_> {
                         help,
                     );
                 }
-                let layers = if view.layer.is_some() { 1 } else { size.layers };
+                let layers = view.layer.map_or(size.layers, |run| run.count);
                 let fits = match view.shape {
                     TextureShape::Cube => layers == 6 && size.width == size.height,
                     TextureShape::CubeArray => layers % 6 == 0 && size.width == size.height,
@@ -171,7 +171,7 @@ impl Rules<'_> {
 
     fn attachments(&self, planned: &PlannedPass, fullscreen: bool) -> Vec<Diagnostic> {
         let mut findings = Vec::new();
-        for attachment in planned.color.iter().chain(&planned.depth) {
+        for attachment in planned.attachments() {
             let resource = attachment.target.resource;
             let declared = self.plan.pipeline.resource(resource).texture();
             if declared.is_some_and(|texture| texture.view == Some(TextureShape::D3)) {

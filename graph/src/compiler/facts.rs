@@ -30,6 +30,8 @@ pub(super) struct TextureFacts {
     pub(super) size: TextureSize,
     pub(super) volume: bool,
     pub(super) usages: TextureUsages,
+    /// The other format in which passes see it: WebGPU knows the same with and without `-srgb`.
+    pub(super) view_format: Option<TextureFormat>,
 }
 
 /// What a resource is on the device.
@@ -117,7 +119,11 @@ impl<'a> Facts<'a> {
                         }
                     };
                     let volume = texture.view == Some(TextureShape::D3);
-                    format.map(|format| Descriptor::Texture(TextureFacts { format, size, volume, usages }))
+                    format.map(|format| {
+                        let view_format =
+                            wants.views.iter().map(|(_, view)| *view).find(|view| *view != format);
+                        Descriptor::Texture(TextureFacts { format, size, volume, usages, view_format })
+                    })
                 }
                 (ResourceKind::Buffer(_), Some(Size::Buffer(bytes))) => {
                     let usages = wants
@@ -175,23 +181,41 @@ impl<'a> Facts<'a> {
             self.pipeline.passes.iter().flat_map(|pass| &pass.uses).filter(|one| one.part != Part::WHOLE)
         {
             let resource = self.pipeline.resource(one.resource);
+            if let (Some(run), Some(Size::Buffer(bytes))) = (one.part.bytes, self.sizes.of(one.resource))
+                && run.end() > bytes
+            {
+                let message = format!(
+                    "bytes {} to {} of \"{}\" are used, which has {bytes}",
+                    run.first,
+                    run.end() - 1,
+                    resource.name
+                );
+                findings.push(
+                    Diagnostic::error(codes::ATTACHMENTS, one.place, message)
+                        .pointer(&one.pointer)
+                        .related(resource.place, "declared here")
+                        .help("choose \"offset\" and \"size\" within the buffer, or make it larger"),
+                );
+            }
             let (Some(texture), Some(size)) = (resource.texture(), self.sizes.texture(one.resource)) else {
                 continue;
             };
             let volume = texture.view == Some(TextureShape::D3);
             // The layers of a volume are slices, fewer on each mip.
-            let layers =
-                if volume { (size.layers >> one.part.mip.unwrap_or(0).min(31)).max(1) } else { size.layers };
-            for (what, at, count) in [("mip", one.part.mip, size.mips), ("layer", one.part.layer, layers)] {
-                if let Some(at) = at.filter(|at| *at >= count) {
+            let mip = one.part.mip.map_or(0, |run| run.first);
+            let layers = if volume { (size.layers >> mip.min(31)).max(1) } else { size.layers };
+            for (what, run, count) in [("mip", one.part.mip, size.mips), ("layer", one.part.layer, layers)] {
+                if let Some(run) = run.filter(|run| run.end() > u64::from(count)) {
+                    let message = match run.count {
+                        1 => format!("\"{}\" has no {what} {}", resource.name, run.first),
+                        _ => {
+                            format!("\"{}\" has no {what}s {} to {}", resource.name, run.first, run.end() - 1)
+                        }
+                    };
                     findings.push(
-                        Diagnostic::error(
-                            codes::ATTACHMENTS,
-                            one.place,
-                            format!("\"{}\" has no {what} {at}", resource.name),
-                        )
-                        .pointer(&one.pointer)
-                        .help(format!("it has {count}, counted from 0")),
+                        Diagnostic::error(codes::ATTACHMENTS, one.place, message)
+                            .pointer(&one.pointer)
+                            .help(format!("it has {count}, counted from 0")),
                     );
                 }
             }

@@ -6,9 +6,9 @@ use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureS
 
 use crate::diagnostic::{Diagnostic, codes, did_you_mean};
 use crate::language::TextureDeclaration;
-use crate::pipeline::{Pipeline, Program, Resource, Usage, Use};
+use crate::pipeline::{Aspect, Pipeline, Program, Resource, Usage, Use};
 use crate::shader::TargetProfile;
-use crate::work::{BoundSlot, Draw, PassHandle, SlotSource, Work};
+use crate::work::{BoundSlot, Draw, PassHandle, SlotSource, TextureView, Work};
 
 /// What the live passes want of the format of one texture.
 #[derive(Default)]
@@ -16,7 +16,9 @@ pub(super) struct Wants<'a> {
     /// The uses, each with its pass.
     pub(super) uses: Vec<(PassHandle, &'a Use)>,
     /// The bindings, each with its pass.
-    pub(super) bindings: Vec<(PassHandle, BindingType)>,
+    pub(super) bindings: Vec<(PassHandle, BindingType, TextureView)>,
+    /// The formats in which it is seen, each with the pass.
+    pub(super) views: Vec<(PassHandle, TextureFormat)>,
     /// Whether some attachment blends.
     pub(super) blends: bool,
 }
@@ -73,7 +75,9 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Wa
                     && let Some(binding) = program.binding_at(slot.group, slot.binding)
                 {
                     for resource in pipeline.stand_ins(view.resource) {
-                        wants[resource.index()].bindings.push((*pass, binding.entry.ty));
+                        let wants = &mut wants[resource.index()];
+                        wants.bindings.push((*pass, binding.entry.ty, *view));
+                        wants.views.extend(view.format.map(|format| (*pass, format)));
                     }
                 }
             }
@@ -81,6 +85,10 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Wa
         if let Work::Render(render) = &declared.work {
             for color in render.color.iter().filter(|color| color.blend.is_some()) {
                 wants[color.target.resource.index()].blends = true;
+            }
+            for color in &render.color {
+                let views = &mut wants[color.target.resource.index()].views;
+                views.extend(color.format.map(|format| (*pass, format)));
             }
         }
     }
@@ -167,11 +175,10 @@ fn refusal(
     let guaranteed = format.guaranteed_format_features(profile.features);
     for (pass, one) in &wants.uses {
         let name = &pipeline.pass(*pass).name;
-        let is_depth = matches!(
-            one.usage,
-            Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly
-        );
-        if is_depth && !format.has_depth_aspect() {
+        if one.usage.is_stencil() && !format.has_stencil_aspect() {
+            return Some(format!("has no stencil (\"{name}\")"));
+        }
+        if one.usage.is_depth() && !format.has_depth_aspect() {
             return Some(format!("cannot be a depth attachment (\"{name}\")"));
         }
         let is_color = matches!(one.usage, Usage::ColorAttachment | Usage::ColorAttachmentLoad);
@@ -188,12 +195,29 @@ fn refusal(
     if wants.blends && !guaranteed.flags.contains(TextureFormatFeatureFlags::BLENDABLE) {
         return Some("cannot be blended".to_owned());
     }
-    for (pass, binding) in &wants.bindings {
+    for (pass, view) in &wants.views {
+        if view.remove_srgb_suffix() != format.remove_srgb_suffix() {
+            return Some(format!(
+                "cannot be seen as {} (\"{}\")",
+                format_name(*view),
+                pipeline.pass(*pass).name
+            ));
+        }
+    }
+    for (pass, binding, view) in &wants.bindings {
         let name = &pipeline.pass(*pass).name;
         match binding {
             BindingType::Texture { sample_type, .. } => {
-                let aspect = format.has_depth_aspect().then_some(wgpu_types::TextureAspect::DepthOnly);
-                let have = format.sample_type(aspect, Some(profile.features));
+                let stencil = view.aspect == Aspect::StencilOnly;
+                if stencil && !format.has_stencil_aspect() {
+                    return Some(format!("has no stencil (\"{name}\")"));
+                }
+                let aspect = match (stencil, format.has_depth_aspect()) {
+                    (true, _) => Some(wgpu_types::TextureAspect::StencilOnly),
+                    (false, true) => Some(wgpu_types::TextureAspect::DepthOnly),
+                    (false, false) => None,
+                };
+                let have = view.format.unwrap_or(format).sample_type(aspect, Some(profile.features));
                 let fits = match (have, sample_type) {
                     (
                         Some(TextureSampleType::Float { filterable: true }),
@@ -211,7 +235,9 @@ fn refusal(
                     return Some(format!("cannot be sampled as the shader of \"{name}\" does"));
                 }
             }
-            BindingType::StorageTexture { format: wanted, .. } if *wanted != format => {
+            BindingType::StorageTexture { format: wanted, .. }
+                if *wanted != view.format.unwrap_or(format) =>
+            {
                 return Some(format!(
                     "is not {}, which the shader of \"{name}\" declares",
                     format_name(*wanted)

@@ -13,9 +13,9 @@ use super::facts::Facts;
 use crate::pipeline::{Condition, Pipeline, Use};
 use crate::work::{AttachmentTarget, LoadOperation, PassHandle, RenderWork, ResourceHandle, Work};
 
-/// What has to be equal: the color attachments and the depth attachment, each as texture, mip and layer.
-/// Beside it the toggle.
-pub(super) type Key = (Vec<Target>, Option<Target>, Option<Condition>);
+/// What has to be equal: the color attachments, and those of depth and stencil, each as texture, mip and layer. Beside
+/// it the toggle.
+pub(super) type Key = (Vec<Target>, [Option<Target>; 2], Option<Condition>);
 type Target = (ResourceHandle, u32, Option<u32>);
 
 /// The attachments of a pass; `None` for one that shares no render pass with others.
@@ -24,13 +24,14 @@ pub(super) fn key(pipeline: &Pipeline, facts: &Facts<'_>, pass: PassHandle) -> O
     let target = |target: &AttachmentTarget| (target.resource, target.mip, target.layer);
     let color: Vec<Target> = render.color.iter().map(|color| target(&color.target)).collect();
     let depth = render.depth.as_ref().map(|depth| target(&depth.target));
+    let rest = [depth, render.stencil.as_ref().map(|stencil| target(&stencil.target))];
     let fixed = |(resource, _, layer): &Target| {
         layer.is_some() || facts.texture(*resource).is_some_and(|texture| texture.size.layers == 1)
     };
-    let mut targets = color.iter().chain(&depth);
+    let mut targets = color.iter().chain(rest.iter().flatten());
     let once = others(pipeline, pass)
-        .all(|one| color.iter().chain(&depth).all(|(resource, ..)| *resource != one.resource));
-    (once && targets.all(fixed)).then_some((color, depth, pipeline.pass(pass).condition))
+        .all(|one| color.iter().chain(rest.iter().flatten()).all(|(resource, ..)| *resource != one.resource));
+    (once && targets.all(fixed)).then_some((color, rest, pipeline.pass(pass).condition))
 }
 
 /// Whether nothing of the attachments is cleared or discarded at the start.
@@ -38,6 +39,7 @@ pub(super) fn loads_all(pipeline: &Pipeline, pass: PassHandle) -> bool {
     let loads = |render: &RenderWork| {
         render.color.iter().all(|color| color.load == LoadOperation::Load)
             && render.depth.as_ref().is_none_or(|depth| depth.load == LoadOperation::Load)
+            && render.stencil.as_ref().is_none_or(|stencil| stencil.load == LoadOperation::Load)
     };
     matches!(&pipeline.pass(pass).work, Work::Render(render) if loads(render))
 }

@@ -36,7 +36,7 @@ mod writers;
 
 pub use assemble::{Assembly, AssemblyPass};
 pub use cull::{CullReason, KeepReason};
-pub(crate) use format::format_name;
+pub(crate) use format::{format_name, parse_format};
 pub use graph::{Edge, Graph, GraphNode, Hazard, build};
 pub use order::{MemoryOrder, Objective, OrderMethod, OrderReport};
 pub use plan::{

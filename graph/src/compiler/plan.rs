@@ -134,6 +134,9 @@ pub struct PlannedPass {
     pub color: Vec<PlannedAttachment>,
     /// The depth attachment.
     pub depth: Option<PlannedAttachment>,
+    /// The stencil attachment.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stencil: Option<PlannedAttachment>,
     /// Neighbouring passes with one number can be recorded as one render pass: they have the same attachments, the
     /// later ones load, and nothing but those attachments connects them.
     pub group: usize,
@@ -149,6 +152,13 @@ pub struct PlannedPass {
     /// Why it is kept, by handles.
     #[serde(skip)]
     pub reason: KeepReason,
+}
+
+impl PlannedPass {
+    /// All attachments: color, depth, stencil.
+    pub fn attachments(&self) -> impl Iterator<Item = &PlannedAttachment> {
+        self.color.iter().chain(&self.depth).chain(&self.stencil)
+    }
 }
 
 /// Why a pass is kept, by names.
@@ -249,6 +259,9 @@ pub struct PhysicalTexture {
     pub volume: bool,
     /// The usages.
     pub usages: TextureUsages,
+    /// The other format in which passes see it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub view_format: Option<TextureFormat>,
     /// Its bytes, all mips, layers and samples.
     pub bytes: u64,
 }

@@ -8,7 +8,7 @@ use super::format;
 use super::plan::{Kept, PlannedPass};
 use super::values::{self, PackedBlock};
 use crate::diagnostic::Diagnostic;
-use crate::pipeline::{Condition, Pipeline, Use};
+use crate::pipeline::{Aspect, Condition, Pipeline, Usage, Use};
 use crate::work::{PassHandle, Work};
 
 /// Plans the live passes of one order.
@@ -64,6 +64,7 @@ impl<'a> Planner<'a> {
             },
             color: Vec::new(),
             depth: None,
+            stencil: None,
             group: 0,
             workgroups: None,
             variants: Vec::new(),
@@ -93,15 +94,22 @@ impl<'a> Planner<'a> {
         match &pass.work {
             Work::Render(render) => {
                 for color in &render.color {
-                    planned.color.push(self.attachment(
-                        at,
-                        color.target,
-                        attachments::load_kind(&color.load),
-                    ));
+                    let load = attachments::load_kind(&color.load);
+                    planned.color.push(self.attachment(at, color.target, Aspect::All, load));
                 }
+                let aspect = |of: fn(Usage) -> bool| {
+                    let found = pass.uses.iter().find(|one| of(one.usage));
+                    found.map_or(Aspect::All, |one| one.part.aspect)
+                };
                 if let Some(depth) = &render.depth {
-                    planned.depth =
-                        Some(self.attachment(at, depth.target, attachments::load_kind(&depth.load)));
+                    let load = attachments::load_kind(&depth.load);
+                    let aspect = aspect(Usage::is_depth);
+                    planned.depth = Some(self.attachment(at, depth.target, aspect, load));
+                }
+                if let Some(stencil) = &render.stencil {
+                    let load = attachments::load_kind(&stencil.load);
+                    let aspect = aspect(Usage::is_stencil);
+                    planned.stencil = Some(self.attachment(at, stencil.target, aspect, load));
                 }
                 self.check_attachments(handle, &planned, render, findings);
             }

@@ -105,7 +105,7 @@ fn with_unrelated(
         }
         state.last = Some(handle);
         let updates = random.action == 1 && state.parts.contains_key(&None);
-        let part = Part { mip: random.part, layer: None };
+        let part = Part::of(random.part, None);
         if updates {
             pass = pass.uses(resources[own], Part::WHOLE, Usage::StorageReadWrite, Version::Newest);
         } else if random.action == 2 {

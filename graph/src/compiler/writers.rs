@@ -440,9 +440,11 @@ fn never_together(a: Option<Condition>, b: Option<Condition>) -> bool {
 
 /// Whether one of the parts has everything of another.
 fn within(parts: &HashSet<Part>, part: Part) -> bool {
-    let Part { mip, layer } = part;
-    let wider = [part, Part { mip: None, layer }, Part { mip, layer: None }, Part::WHOLE];
+    let wider = [part, Part { mip: None, ..part }, Part { layer: None, ..part }, Part::WHOLE];
     wider.iter().any(|wider| parts.contains(wider))
+        // Ranges, aspects and bytes are few, and compared one by one.
+        || (!part.is_plain() || parts.iter().any(|one| !one.is_plain()))
+            && parts.iter().any(|one| one.contains(part))
 }
 
 /// The writers of a resource by the name of their pass; of several writes of one pass the last in the given order.

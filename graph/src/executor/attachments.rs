@@ -15,6 +15,7 @@ use super::imports::Imports;
 use super::resources::{Resources, Viewed};
 use crate::compiler::{Plan, PlannedPass, StoreOperation};
 use crate::language::TextureShape;
+use crate::pipeline::{Aspect, Run};
 use crate::work::{AttachmentTarget, LoadOperation, RenderWork, TextureView};
 
 /// The most color attachments of a render pass.
@@ -26,6 +27,10 @@ pub(super) struct Attachments {
     depth: Option<Attachment<f32>>,
     /// Whether depth is only tested against; a shader of the same pass may sample it then.
     depth_read_only: bool,
+    /// Views of the texture of the depth attachment too, where both are there.
+    stencil: Option<Attachment<u32>>,
+    /// Whether stencil is only tested against.
+    stencil_read_only: bool,
     /// Width and height in texels.
     pub(super) extent: [u32; 2],
 }
@@ -62,15 +67,19 @@ impl Attachments {
         render: &RenderWork,
     ) -> Option<Self> {
         let mut extent = None;
-        let mut layers = |resources: &mut Resources, target: AttachmentTarget| -> Option<Vec<Viewed>> {
+        let mut layers = |resources: &mut Resources,
+                          target: AttachmentTarget,
+                          format: Option<wgpu::TextureFormat>|
+         -> Option<Vec<Viewed>> {
             let size = plan.resource(target.resource)?.size?;
             let side = |length: u32| length.checked_shr(target.mip).unwrap_or(0).max(1);
             extent.get_or_insert([side(size.width), side(size.height)]);
             let all = target.layer.map_or(0..size.layers, |layer| layer..layer.saturating_add(1));
             let view = |layer| {
                 let shape = TextureShape::D2;
-                let (resource, mip) = (target.resource, Some(target.mip));
-                let view = TextureView { resource, shape, mip, layer: Some(layer), depth_only: false };
+                let (resource, mip, layer) =
+                    (target.resource, Some(Run::one(target.mip)), Some(Run::one(layer)));
+                let view = TextureView { resource, shape, mip, layer, aspect: Aspect::All, format };
                 resources.view(creation, plan, view)
             };
             all.map(view).collect()
@@ -82,7 +91,7 @@ impl Attachments {
                 LoadOperation::Clear([r, g, b, a]) => wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
                 LoadOperation::Discard => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
             };
-            let layers = layers(resources, attachment.target)?;
+            let layers = layers(resources, attachment.target, attachment.format)?;
             color.push(Attachment { layers, load, store: store(planned.store) });
         }
         let depth = match render.depth.as_ref().zip(planned.depth.as_ref()) {
@@ -93,14 +102,27 @@ impl Attachments {
                     LoadOperation::Clear(value) => wgpu::LoadOp::Clear((value as f32).clamp(0.0, 1.0)),
                     LoadOperation::Discard => wgpu::LoadOp::Clear(0.0),
                 };
-                let layers = layers(resources, attachment.target)?;
+                let layers = layers(resources, attachment.target, None)?;
+                Some(Attachment { layers, load, store: store(planned.store) })
+            }
+        };
+        let stencil = match render.stencil.as_ref().zip(planned.stencil.as_ref()) {
+            None => None,
+            Some((attachment, planned)) => {
+                let load = match attachment.load {
+                    LoadOperation::Load => wgpu::LoadOp::Load,
+                    LoadOperation::Clear(value) => wgpu::LoadOp::Clear(value),
+                    LoadOperation::Discard => wgpu::LoadOp::Clear(0),
+                };
+                let layers = layers(resources, attachment.target, None)?;
                 Some(Attachment { layers, load, store: store(planned.store) })
             }
         };
         let is_read_only =
             |depth: &crate::work::DepthAttachment| !depth.write && depth.load == LoadOperation::Load;
         let depth_read_only = render.depth.as_ref().is_some_and(is_read_only);
-        Some(Self { color, depth, depth_read_only, extent: extent? })
+        let stencil_read_only = render.stencil.as_ref().is_some_and(|stencil| !stencil.write());
+        Some(Self { color, depth, depth_read_only, stencil, stencil_read_only, extent: extent? })
     }
 
     /// Whether every attachment has one layer, so that one render pass does.
@@ -110,14 +132,18 @@ impl Attachments {
 
     /// The most layers of an attachment.
     pub(super) fn layer_count(&self) -> usize {
-        let depth = self.depth.as_ref().map(|depth| depth.layers.len());
-        self.color.iter().map(|color| color.layers.len()).chain(depth).max().unwrap_or(0)
+        self.layer_counts().max().unwrap_or(0)
     }
 
     /// The number of layers that a view can name; `None` where it does not matter.
     pub(super) fn view_layers(&self) -> Option<usize> {
+        self.layer_counts().filter(|count| *count > 1).min()
+    }
+
+    fn layer_counts(&self) -> impl Iterator<Item = usize> {
         let depth = self.depth.as_ref().map(|depth| depth.layers.len());
-        self.color.iter().map(|color| color.layers.len()).chain(depth).filter(|count| *count > 1).min()
+        let stencil = self.stencil.as_ref().map(|stencil| stencil.layers.len());
+        self.color.iter().map(|color| color.layers.len()).chain(depth).chain(stencil)
     }
 
     /// Takes over what happens at the end of a later pass that is recorded into the same render pass.
@@ -128,7 +154,11 @@ impl Attachments {
         if let (Some(depth), Some(last)) = (&mut self.depth, &last.depth) {
             depth.store = last.store;
         }
+        if let (Some(stencil), Some(last)) = (&mut self.stencil, &last.stencil) {
+            stencil.store = last.store;
+        }
         self.depth_read_only &= last.depth_read_only;
+        self.stencil_read_only &= last.stencil_read_only;
     }
 
     /// Begins a render pass into a layer. `drawn` says which layers this pass drew into before, and is kept up to date.
@@ -149,15 +179,22 @@ impl Attachments {
             let view = color.layers.get(position)?.get(imports)?;
             *slot = Some(color_attachment(view, ops));
         }
-        let depth = match &self.depth {
-            None => None,
-            Some(depth) => {
-                let position = depth.position(layer);
-                let ops = depth.operations(drawn.is_first(self.color.len() * count + position));
-                let view = depth.layers.get(position)?.get(imports)?;
-                Some(depth_attachment(view, (!self.depth_read_only).then_some(ops)))
-            }
-        };
+        let mut view = None;
+        let mut depth_ops = None;
+        if let Some(depth) = &self.depth {
+            let position = depth.position(layer);
+            let ops = depth.operations(drawn.is_first(self.color.len() * count + position));
+            view = Some(depth.layers.get(position)?.get(imports)?);
+            depth_ops = (!self.depth_read_only).then_some(ops);
+        }
+        let mut stencil_ops = None;
+        if let Some(stencil) = &self.stencil {
+            let position = stencil.position(layer);
+            let ops = stencil.operations(drawn.is_first((self.color.len() + 1) * count + position));
+            view = Some(stencil.layers.get(position)?.get(imports)?);
+            stencil_ops = (!self.stencil_read_only).then_some(ops);
+        }
+        let depth = view.map(|view| depth_attachment(view, depth_ops, stencil_ops));
         Some(begin(encoder, label, &colors[..self.color.len().min(MAXIMUM_COLORS)], depth))
     }
 
@@ -185,8 +222,17 @@ impl Attachments {
                 let is_left = matches!(depth.load, wgpu::LoadOp::Clear(_))
                     && !drawn.contains(self.color.len() * count + position);
                 let view = depth.layers.get(position).filter(|_| is_left)?.get(imports)?;
-                Some(depth_attachment(view, Some(depth.operations(true))))
+                Some((view, depth.operations(true)))
             });
+            let stencil = self.stencil.as_ref().and_then(|stencil| {
+                let is_left = matches!(stencil.load, wgpu::LoadOp::Clear(_))
+                    && !drawn.contains((self.color.len() + 1) * count + position);
+                let view = stencil.layers.get(position).filter(|_| is_left)?.get(imports)?;
+                Some((view, stencil.operations(true)))
+            });
+            let view = depth.as_ref().map(|(view, _)| *view).or(stencil.as_ref().map(|(view, _)| *view));
+            let depth = view
+                .map(|view| depth_attachment(view, depth.map(|(_, ops)| ops), stencil.map(|(_, ops)| ops)));
             if depth.is_some() || colors.iter().any(Option::is_some) {
                 drop(begin(encoder, label, &colors[..self.color.len().min(MAXIMUM_COLORS)], depth));
             }
@@ -197,7 +243,7 @@ impl Attachments {
 impl Drawn {
     /// Nothing is drawn yet into the attachments of a pass.
     pub(super) fn reset(&mut self, attachments: &Attachments) {
-        let count = (attachments.color.len() + 1) * attachments.layer_count();
+        let count = (attachments.color.len() + 2) * attachments.layer_count();
         self.0.clear();
         self.0.resize(count, false);
     }
@@ -226,12 +272,13 @@ fn color_attachment(
     wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops }
 }
 
-/// No pass uses stencil; without operations it is only read.
+/// What has no operations is only read.
 fn depth_attachment(
     view: &wgpu::TextureView,
     depth_ops: Option<wgpu::Operations<f32>>,
+    stencil_ops: Option<wgpu::Operations<u32>>,
 ) -> wgpu::RenderPassDepthStencilAttachment<'_> {
-    wgpu::RenderPassDepthStencilAttachment { view, depth_ops, stencil_ops: None }
+    wgpu::RenderPassDepthStencilAttachment { view, depth_ops, stencil_ops }
 }
 
 fn begin(

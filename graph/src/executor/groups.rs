@@ -10,6 +10,7 @@ use super::imports::{ImportedView, Imports};
 use super::pool::Taken;
 use super::resources::Viewed;
 use super::switches::Switches;
+use crate::pipeline::Run;
 use crate::work::ResourceHandle;
 
 /// For how many records a bind group is kept that none of them uses.
@@ -35,7 +36,7 @@ pub(super) struct Group {
 pub(super) enum Bound {
     View(Viewed),
     Sampler(wgpu::Sampler),
-    Buffer(wgpu::Buffer),
+    Buffer(wgpu::Buffer, Option<Run<u64>>),
     Block(Place),
     /// A block `view`: one for each view.
     ViewBlock(Place),
@@ -142,7 +143,12 @@ impl Group {
                 Bound::Switched(_) => return None,
                 Bound::View(view) => wgpu::BindingResource::TextureView(view.get(imports)?),
                 Bound::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
-                Bound::Buffer(buffer) => buffer.as_entire_binding(),
+                Bound::Buffer(buffer, None) => buffer.as_entire_binding(),
+                Bound::Buffer(buffer, Some(bytes)) => wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer,
+                    offset: bytes.first,
+                    size: wgpu::BufferSize::new(bytes.count),
+                }),
                 Bound::Block(place) | Bound::ViewBlock(place) => block(place)?,
             };
             Some(wgpu::BindGroupEntry { binding: *binding, resource })

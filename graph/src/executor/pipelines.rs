@@ -131,23 +131,32 @@ impl Pipelines<'_, '_> {
         let format =
             |resource: ResourceHandle| self.plan.resource(resource).and_then(|resource| resource.format);
         let attached = render.color.iter().map(|color| color.target.resource);
-        let mut attached = attached.chain(render.depth.as_ref().map(|depth| depth.target.resource));
+        let depth = render.depth.as_ref().map(|depth| depth.target.resource);
+        let stencil = render.stencil.as_ref().map(|stencil| stencil.target.resource);
+        let mut attached = attached.chain(depth).chain(stencil);
         let samples =
             attached.find_map(|resource| self.plan.resource(resource)?.size).map_or(1, |size| size.samples);
         let targets = render.color.iter().map(|color| {
             Some(wgpu::ColorTargetState {
-                format: format(color.target.resource)?,
+                format: color.format.or_else(|| format(color.target.resource))?,
                 blend: color.blend,
                 write_mask: wgpu::ColorWrites::ALL,
             })
         });
-        let depth_stencil = render.depth.as_ref().and_then(|depth| {
+        let depth_stencil = depth.or(stencil).and_then(|resource| {
+            let format = format(resource)?;
+            let depth = render.depth.as_ref();
+            // A format with depth wants to be told also where only its stencil is attached.
+            let unused = (depth.is_none() && format.has_depth_aspect())
+                .then_some((false, wgpu::CompareFunction::Always));
+            let (write, compare) = depth.map(|depth| (depth.write, depth.compare)).or(unused).unzip();
+            let slope_scale = depth.map_or(0.0, |depth| depth.slope_bias);
             Some(wgpu::DepthStencilState {
-                format: format(depth.target.resource)?,
-                depth_write_enabled: Some(depth.write),
-                depth_compare: Some(depth.compare),
-                stencil: wgpu::StencilState::default(),
-                bias: wgpu::DepthBiasState { constant: 0, slope_scale: depth.slope_bias, clamp: 0.0 },
+                format,
+                depth_write_enabled: write,
+                depth_compare: compare,
+                stencil: render.stencil.as_ref().map(|stencil| stencil.state.clone()).unwrap_or_default(),
+                bias: wgpu::DepthBiasState { constant: 0, slope_scale, clamp: 0.0 },
             })
         });
         let key = RenderKey {

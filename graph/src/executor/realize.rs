@@ -255,12 +255,12 @@ impl Realized {
                     SlotSource::Sampler(sampler) => {
                         Some(Bound::Sampler(objects.sampler(creation, &slot.name, *sampler)))
                     }
-                    SlotSource::Buffer(resource) => {
+                    SlotSource::Buffer(view) => {
                         let bound = |resource| {
                             let buffer = self.resources.buffer(&plan, resource).cloned()?;
-                            Some((resource, Bound::Buffer(buffer)))
+                            Some((resource, Bound::Buffer(buffer, view.bytes)))
                         };
-                        switched(plan.pipeline.stand_ins(*resource).filter_map(bound).collect())
+                        switched(plan.pipeline.stand_ins(view.resource).filter_map(bound).collect())
                     }
                     SlotSource::View(_) => place.map(Bound::ViewBlock),
                     SlotSource::Data { .. } | SlotSource::Values(_) => place.map(Bound::Block),

@@ -137,6 +137,7 @@ impl Recording<'_> {
             if count > 1 {
                 render_pass.push_debug_group(&planned.name);
             }
+            set_stencil(self.realized, planned, &mut render_pass);
             match &pass.work {
                 RealizedWork::Fullscreen { pipeline, attachments } => {
                     let [width, height] = attachments.extent;
@@ -170,6 +171,7 @@ impl Recording<'_> {
                 if let Some(mut render_pass) =
                     self.attachments.begin(encoder, imports, self.label, layer, drawn)
                 {
+                    set_stencil(self.realized, planned, &mut render_pass);
                     self.draw(planned, pass, scene, (first, run), &mut render_pass);
                 }
                 first += run.len();
@@ -210,6 +212,15 @@ fn views_of<'a>(realized: &'a Realized, scene: &RealizedScene) -> &'a [View] {
     let views = realized.switches.seen(scene.views);
     let data = realized.data.get(views.index()).and_then(Option::as_ref);
     data.map(HostData::views).unwrap_or_default()
+}
+
+/// The reference that stencil is compared with and that replaces it.
+fn set_stencil(realized: &Realized, planned: &PlannedPass, render_pass: &mut wgpu::RenderPass<'static>) {
+    if let Work::Render(render) = &realized.plan.pipeline.pass(planned.handle).work
+        && let Some(stencil) = &render.stencil
+    {
+        render_pass.set_stencil_reference(stencil.reference);
+    }
 }
 
 fn fullscreen(

@@ -10,6 +10,7 @@ use super::creation::Creation;
 use super::reuse::{Piece, reuse};
 use crate::compiler::{Physical, PhysicalTexture, Plan, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
+use crate::pipeline::{Aspect, Run};
 use crate::work::TextureView;
 
 /// The textures and buffers of one plan.
@@ -23,12 +24,13 @@ pub(super) struct Textures {
 struct ViewKey {
     texture: usize,
     shape: TextureShape,
-    mip: Option<u32>,
-    layer: Option<u32>,
-    depth_only: bool,
+    mip: Option<Run<u32>>,
+    layer: Option<Run<u32>>,
+    aspect: Aspect,
+    format: Option<wgpu::TextureFormat>,
 }
 
-type TextureKey = (wgpu::TextureFormat, [u32; 5], bool, wgpu::TextureUsages);
+type TextureKey = (wgpu::TextureFormat, Option<wgpu::TextureFormat>, [u32; 5], bool, wgpu::TextureUsages);
 type BufferKey = (u64, wgpu::BufferUsages);
 
 impl Textures {
@@ -78,8 +80,8 @@ impl Textures {
         view: TextureView,
     ) -> Option<wgpu::TextureView> {
         let texture = self.textures.get(index)?;
-        let TextureView { shape, mip, layer, depth_only, .. } = view;
-        let key = ViewKey { texture: index, shape, mip, layer, depth_only };
+        let TextureView { shape, mip, layer, aspect, format, .. } = view;
+        let key = ViewKey { texture: index, shape, mip, layer, aspect, format };
         let view = self
             .views
             .entry(key)
@@ -102,16 +104,21 @@ pub(super) fn view_descriptor<'a>(
         TextureShape::D3 => wgpu::TextureViewDimension::D3,
     };
     let format = texture.format();
-    let depth = view.depth_only && format.has_depth_aspect() && format.has_stencil_aspect();
-    let single = view.layer.is_some() || view.shape == TextureShape::D2;
+    let both = format.has_depth_aspect() && format.has_stencil_aspect();
+    let layers = view.layer.map(|run| run.count).or((view.shape == TextureShape::D2).then_some(1));
     wgpu::TextureViewDescriptor {
         label: Some(label),
         dimension: Some(dimension),
-        aspect: if depth { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All },
-        base_mip_level: view.mip.unwrap_or(0),
-        mip_level_count: view.mip.map(|_| 1),
-        base_array_layer: view.layer.unwrap_or(0),
-        array_layer_count: single.then_some(1),
+        format: view.format,
+        aspect: match view.aspect {
+            Aspect::DepthOnly if both => wgpu::TextureAspect::DepthOnly,
+            Aspect::StencilOnly if both => wgpu::TextureAspect::StencilOnly,
+            _ => wgpu::TextureAspect::All,
+        },
+        base_mip_level: view.mip.map_or(0, |run| run.first),
+        mip_level_count: view.mip.map(|run| run.count),
+        base_array_layer: view.layer.map_or(0, |run| run.first),
+        array_layer_count: layers,
         ..wgpu::TextureViewDescriptor::default()
     }
 }
@@ -129,7 +136,7 @@ fn create_texture(creation: &mut Creation<'_>, texture: &PhysicalTexture) -> wgp
         dimension: if texture.volume { wgpu::TextureDimension::D3 } else { wgpu::TextureDimension::D2 },
         format: texture.format,
         usage: texture.usages,
-        view_formats: &[],
+        view_formats: texture.view_format.as_slice(),
     };
     creation.texture(&descriptor, texture.bytes)
 }
@@ -142,7 +149,7 @@ fn texture_pieces(plan: &Plan) -> Vec<Piece<'_, TextureKey>> {
     let pieces = plan.textures.iter().enumerate().map(|(at, texture)| {
         let size = texture.size;
         let size = [size.width, size.height, size.layers, size.mips, size.samples];
-        let descriptor = (texture.format, size, texture.volume, texture.usages);
+        let descriptor = (texture.format, texture.view_format, size, texture.volume, texture.usages);
         Piece { descriptor, keeps: keepers.get(&at).copied(), label: &texture.label }
     });
     pieces.collect()

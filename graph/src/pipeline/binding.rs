@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+use super::{Aspect, Face};
 use crate::data::{Component, DataShape, ValueType};
 use crate::diagnostic::did_you_mean;
 use crate::language::{Expr, TextureShape, Word};
@@ -27,6 +28,8 @@ pub enum Bind {
 pub enum BindObject {
     /// A part of a texture.
     Texture(TextureBind),
+    /// A part of a buffer.
+    Buffer(BufferBind),
     /// A sampler.
     Sampler(SamplerBind),
     /// The members of a uniform block, each with an expression.
@@ -55,15 +58,44 @@ pub struct DataBind {
 pub struct TextureBind {
     /// The texture: a reference.
     pub name: String,
-    /// One mip level; without it all.
+    /// The first mip level; without it all.
     #[serde(default)]
     pub mip: Option<Expr>,
-    /// One layer; without it all.
+    /// How many mip levels from there; 1 without it.
+    #[serde(default)]
+    pub mips: Option<Expr>,
+    /// The first layer, without it all; beside "face" the cube.
     #[serde(default)]
     pub layer: Option<Expr>,
+    /// How many layers from there; 1 without it.
+    #[serde(default)]
+    pub layers: Option<Expr>,
+    /// One face of a cube.
+    #[serde(default)]
+    pub face: Option<Word<Face>>,
+    /// Of a format with depth and stencil, which of the two; the depth without it.
+    #[serde(default)]
+    pub aspect: Option<Word<Aspect>>,
+    /// The format in which the shader sees it, where it is not its own: the same with or without "-srgb".
+    #[serde(default)]
+    pub format: Option<String>,
     /// How the shader sees it; without it as the shader declares it.
     #[serde(default)]
     pub view: Option<TextureShape>,
+}
+
+/// A part of a buffer.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BufferBind {
+    /// The buffer: a reference.
+    pub name: String,
+    /// The first byte (unit: bytes); 0 without it.
+    #[serde(default)]
+    pub offset: Option<Expr>,
+    /// How many bytes (unit: bytes); all without it.
+    #[serde(default)]
+    pub size: Option<Expr>,
 }
 
 /// A sampler.

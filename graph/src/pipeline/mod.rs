@@ -22,6 +22,7 @@ mod expand;
 mod host_contract;
 mod load;
 mod modules;
+mod part;
 mod preset;
 mod profiles;
 mod program;
@@ -31,13 +32,14 @@ mod scope;
 mod setting;
 mod toggle;
 
-pub use binding::{Bind, BindObject, ValuesBind};
+pub use binding::{Bind, BindObject, BufferBind, ValuesBind};
 pub(crate) use binding::{element_type, member_runs};
 pub(crate) use builder::expression_finding;
-pub use builder::{PassBuilder, Produced};
+pub use builder::{Face, PartSettings, PassBuilder, Produced};
 pub use environment::Environment;
 pub(crate) use load::evaluate_at;
 pub use load::load;
+pub use part::{Aspect, Part, Run};
 pub use preset::{ParameterFile, of_preset};
 pub use profiles::{claimed_profiles, profile_named};
 pub use program::{Program, ProgramBinding, ProgramVariant};
@@ -230,32 +232,6 @@ pub struct Use {
     pub pointer: String,
 }
 
-/// The part of a resource that is used: mip levels and layers; everything where nothing is said.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize)]
-pub struct Part {
-    /// One mip level, or all.
-    pub mip: Option<u32>,
-    /// One layer, or all.
-    pub layer: Option<u32>,
-}
-
-impl Part {
-    /// Everything.
-    pub const WHOLE: Self = Self { mip: None, layer: None };
-
-    /// Whether the two have a subresource in common.
-    pub fn overlaps(self, other: Self) -> bool {
-        let meet = |a: Option<u32>, b: Option<u32>| a.is_none() || b.is_none() || a == b;
-        meet(self.mip, other.mip) && meet(self.layer, other.layer)
-    }
-
-    /// Whether everything of `other` belongs to this part.
-    pub fn contains(self, other: Self) -> bool {
-        let holds = |a: Option<u32>, b: Option<u32>| a.is_none() || a == b;
-        holds(self.mip, other.mip) && holds(self.layer, other.layer)
-    }
-}
-
 /// Which version of a resource is read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Version {
@@ -289,6 +265,20 @@ pub enum Usage {
     DepthAttachmentLoad,
     /// A depth attachment that is only tested against.
     DepthAttachmentReadOnly,
+    /// A stencil attachment whose contents are not needed.
+    StencilAttachment,
+    /// A stencil attachment that is loaded and written.
+    StencilAttachmentLoad,
+    /// A stencil attachment that is only tested against.
+    StencilAttachmentReadOnly,
+    /// What several samples are resolved to.
+    ResolveTarget,
+    /// A buffer of vertices.
+    Vertex,
+    /// A buffer of indices.
+    Index,
+    /// A buffer of counts for a draw or a dispatch.
+    Indirect,
     /// The source of a copy.
     CopySource,
     /// The destination of a copy.
@@ -305,7 +295,13 @@ impl Usage {
         use Usage as U;
         !matches!(
             self,
-            U::StorageWrite | U::ColorAttachment | U::DepthAttachment | U::CopyDestination | U::HostWrite
+            U::StorageWrite
+                | U::ColorAttachment
+                | U::DepthAttachment
+                | U::StencilAttachment
+                | U::ResolveTarget
+                | U::CopyDestination
+                | U::HostWrite
         )
     }
 
@@ -318,6 +314,10 @@ impl Usage {
                 | U::Uniform
                 | U::StorageRead
                 | U::DepthAttachmentReadOnly
+                | U::StencilAttachmentReadOnly
+                | U::Vertex
+                | U::Index
+                | U::Indirect
                 | U::CopySource
                 | U::HostRead
         )
@@ -333,6 +333,31 @@ impl Usage {
                 | U::DepthAttachment
                 | U::DepthAttachmentLoad
                 | U::DepthAttachmentReadOnly
+                | U::StencilAttachment
+                | U::StencilAttachmentLoad
+                | U::StencilAttachmentReadOnly
+                | U::ResolveTarget
+        )
+    }
+
+    /// Whether it is an attachment of depth.
+    pub fn is_depth(self) -> bool {
+        matches!(self, Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly)
+    }
+
+    /// Whether it is an attachment of stencil.
+    pub fn is_stencil(self) -> bool {
+        matches!(
+            self,
+            Usage::StencilAttachment | Usage::StencilAttachmentLoad | Usage::StencilAttachmentReadOnly
+        )
+    }
+
+    /// Whether all of an attached part is written anew, whatever it held.
+    pub fn starts_afresh(self) -> bool {
+        matches!(
+            self,
+            Usage::ColorAttachment | Usage::DepthAttachment | Usage::StencilAttachment | Usage::ResolveTarget
         )
     }
 
@@ -344,7 +369,12 @@ impl Usage {
             Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => T::STORAGE_BINDING,
             Usage::CopySource => T::COPY_SRC,
             Usage::CopyDestination => T::COPY_DST,
-            Usage::Uniform | Usage::HostRead | Usage::HostWrite => T::empty(),
+            Usage::Uniform
+            | Usage::HostRead
+            | Usage::HostWrite
+            | Usage::Vertex
+            | Usage::Index
+            | Usage::Indirect => T::empty(),
             _ => T::RENDER_ATTACHMENT,
         }
     }
@@ -357,6 +387,9 @@ impl Usage {
             Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => B::STORAGE,
             Usage::CopySource => B::COPY_SRC,
             Usage::CopyDestination => B::COPY_DST,
+            Usage::Vertex => B::VERTEX,
+            Usage::Index => B::INDEX,
+            Usage::Indirect => B::INDIRECT,
             _ => B::empty(),
         }
     }
@@ -373,6 +406,13 @@ impl Usage {
             Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly => {
                 "depth attachment"
             }
+            Usage::StencilAttachment | Usage::StencilAttachmentLoad | Usage::StencilAttachmentReadOnly => {
+                "stencil attachment"
+            }
+            Usage::ResolveTarget => "resolve target",
+            Usage::Vertex => "vertex buffer",
+            Usage::Index => "index buffer",
+            Usage::Indirect => "indirect buffer",
             Usage::CopySource => "source of a copy",
             Usage::CopyDestination => "destination of a copy",
             Usage::HostRead => "host data",

@@ -242,6 +242,7 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
         let color = planned.color.iter().map(|one| ("color", one));
         color
             .chain(planned.depth.iter().map(|one| ("depth", one)))
+            .chain(planned.stencil.iter().map(|one| ("stencil", one)))
             .map(|(kind, one)| AttachmentReport {
                 resource: one.resource.clone(),
                 kind,
@@ -449,10 +450,5 @@ fn edges(plan: &Plan, graph: &Graph, column_of: &[usize]) -> Vec<EdgeReport> {
 }
 
 fn describe_part(part: Part) -> String {
-    match (part.mip, part.layer) {
-        (None, None) => String::new(),
-        (Some(mip), None) => format!(", mip {mip}"),
-        (None, Some(layer)) => format!(", layer {layer}"),
-        (Some(mip), Some(layer)) => format!(", mip {mip}, layer {layer}"),
-    }
+    if part == Part::WHOLE { String::new() } else { format!(", {part}") }
 }

@@ -21,7 +21,8 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
             Work::Render(render) => declared(render),
             _ => Vec::new(),
         };
-        let attachments: Vec<&PlannedAttachment> = planned.color.iter().chain(&planned.depth).collect();
+        let attachments: Vec<&PlannedAttachment> =
+            planned.color.iter().chain(&planned.depth).chain(&planned.stencil).collect();
         let same = attachments.len() == declared.len()
             && attachments.iter().zip(&declared).all(|(planned, (declared, _))| {
                 planned.target == *declared
@@ -59,7 +60,9 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
 /// The declared attachments in order, each with its load operation as a word.
 fn declared(render: &RenderWork) -> Vec<(AttachmentTarget, &'static str)> {
     let color = render.color.iter().map(|color| (color.target, word(&color.load)));
-    color.chain(render.depth.iter().map(|depth| (depth.target, word(&depth.load)))).collect()
+    let depth = render.depth.iter().map(|depth| (depth.target, word(&depth.load)));
+    let stencil = render.stencil.iter().map(|stencil| (stencil.target, word(&stencil.load)));
+    color.chain(depth).chain(stencil).collect()
 }
 
 fn word<T>(load: &LoadOperation<T>) -> &'static str {
@@ -114,7 +117,8 @@ fn check_groups(plan: &Plan, faults: &mut Faults) {
         }
         let targets = |pass: &PlannedPass| {
             let color: Vec<AttachmentTarget> = pass.color.iter().map(|one| one.target).collect();
-            (color, pass.depth.as_ref().map(|one| one.target))
+            let rest = [&pass.depth, &pass.stencil];
+            (color, rest.map(|one| one.as_ref().map(|one| one.target)))
         };
         let mut others: HashMap<ResourceHandle, (bool, usize)> = HashMap::new();
         for (offset, pass) in plan.passes[start..end].iter().enumerate() {
@@ -122,11 +126,10 @@ fn check_groups(plan: &Plan, faults: &mut Faults) {
             let mut broken = offset > 0
                 && (targets(pass) != targets(first)
                     || condition(pass) != condition(first)
-                    || (pass.color.is_empty() && pass.depth.is_none())
-                    || pass.color.iter().chain(&pass.depth).any(|one| word(&one.load) != "load"));
+                    || pass.attachments().next().is_none()
+                    || pass.attachments().any(|one| word(&one.load) != "load"));
             for one in &plan.pipeline.pass(pass.handle).uses {
-                let attached =
-                    first.color.iter().chain(&first.depth).any(|other| other.target.resource == one.resource);
+                let attached = first.attachments().any(|other| other.target.resource == one.resource);
                 let as_attachment = one.usage.is_attachment();
                 broken |= end - start > 1 && attached != as_attachment;
                 if !as_attachment {

@@ -1,7 +1,7 @@
 //! Plays a frame through, region by region.
 //!
-//! A texture is cut into regions so that every use covers whole regions: one for each mip (and layer) that some use
-//! names, and one for all the others together. For each region the player knows which pass wrote it last, or that it
+//! A resource is cut into regions so that every use covers whole regions: at each mip, layer and byte where some use
+//! begins or ends, and into depth and stencil where a use tells them apart. For each region the player knows which pass wrote it last, or that it
 //! was dropped. Then:
 //!
 //! - a read of the newest version has to come after every write of the region by another pass;
@@ -19,7 +19,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::{FaultKind, Faults, Schedule};
 use crate::compiler::plan::{Plan, StoreOperation};
 use crate::language::Lifetime;
-use crate::pipeline::{Use, Version};
+use crate::pipeline::{Aspect, Part, Run, Use, Version};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// The most toggles of which every combination is tried for one resource.
@@ -48,35 +48,68 @@ struct Event<'a> {
     regions: Vec<usize>,
 }
 
-/// Regions of one resource: positions of named mips and layers, and one position more for the rest.
+/// Regions of one resource: the product of what the uses tell apart in mips, layers, aspects and bytes.
 struct Regions {
-    mips: Vec<u32>,
-    layers: Vec<u32>,
+    axes: [Axis; 4],
+}
+
+/// One direction in which a resource is cut: at each place where some use begins or ends, and the rest.
+struct Axis {
+    cuts: Vec<u64>,
+}
+
+impl Axis {
+    fn new(runs: impl Iterator<Item = Option<(u64, u64)>>) -> Self {
+        let cuts: BTreeSet<u64> = runs.flatten().flat_map(|(first, end)| [first, end]).collect();
+        Self { cuts: cuts.into_iter().collect() }
+    }
+
+    /// The pieces between the cuts, and one more for the rest.
+    fn count(&self) -> usize {
+        self.cuts.len().max(1)
+    }
+
+    fn of(&self, run: Option<(u64, u64)>) -> std::ops::Range<usize> {
+        let at = |cut: u64| self.cuts.partition_point(|known| *known < cut);
+        run.map_or(0..self.count(), |(first, end)| at(first)..at(end))
+    }
+}
+
+/// What a part covers in each direction; nothing said means everything.
+fn extents(part: Part) -> [Option<(u64, u64)>; 4] {
+    let aspect = match part.aspect {
+        Aspect::All => None,
+        Aspect::DepthOnly => Some((0, 1)),
+        Aspect::StencilOnly => Some((1, 2)),
+    };
+    [
+        part.mip.map(|run| (u64::from(run.first), run.end())),
+        part.layer.map(|run| (u64::from(run.first), run.end())),
+        aspect,
+        part.bytes.map(|run| (run.first, run.end())),
+    ]
 }
 
 impl Regions {
     fn new<'a>(uses: impl Iterator<Item = &'a Use> + Clone) -> Self {
-        let named = |list: BTreeSet<u32>| list.into_iter().collect();
-        Self {
-            mips: named(uses.clone().filter_map(|one| one.part.mip).collect()),
-            layers: named(uses.filter_map(|one| one.part.layer).collect()),
-        }
+        let axis = |at: usize| Axis::new(uses.clone().map(move |one| extents(one.part)[at]));
+        Self { axes: [axis(0), axis(1), axis(2), axis(3)] }
     }
 
     fn count(&self) -> usize {
-        (self.mips.len() + 1) * (self.layers.len() + 1)
+        self.axes.iter().map(Axis::count).product()
     }
 
-    fn of(&self, mip: Option<u32>, layer: Option<u32>) -> Vec<usize> {
-        let positions = |named: &[u32], wanted: Option<u32>| match wanted {
-            Some(wanted) => named.binary_search(&wanted).map_or(0..0, |at| at..at + 1),
-            None => 0..named.len() + 1,
-        };
-        let layers = positions(&self.layers, layer);
-        let width = self.layers.len() + 1;
-        positions(&self.mips, mip)
-            .flat_map(|mip| layers.clone().map(move |layer| mip * width + layer))
-            .collect()
+    fn of(&self, part: Part) -> Vec<usize> {
+        let mut regions = vec![0];
+        for (axis, extent) in self.axes.iter().zip(extents(part)) {
+            let pieces = axis.of(extent);
+            regions = regions
+                .into_iter()
+                .flat_map(|region| pieces.clone().map(move |piece| region * axis.count() + piece))
+                .collect();
+        }
+        regions
     }
 }
 
@@ -142,7 +175,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
         let regions = Regions::new(uses.iter().map(|(_, one)| *one));
         let events: Vec<Event<'_>> = uses
             .iter()
-            .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.part.mip, one.part.layer) })
+            .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.part) })
             .collect();
         let mut known: HashSet<(FaultKind, String)> = HashSet::new();
         for state in states(plan, uses) {
@@ -372,10 +405,13 @@ impl Player<'_, '_> {
         let Some(planned) = self.schedule.of(event.pass).and_then(|at| self.plan.passes.get(at)) else {
             return false;
         };
-        planned.color.iter().chain(&planned.depth).any(|attachment| {
+        let (depth, stencil) = (event.one.usage.is_depth(), event.one.usage.is_stencil());
+        let color = planned.color.iter().filter(|_| !depth && !stencil);
+        let depth = planned.depth.iter().filter(|_| depth);
+        color.chain(depth).chain(planned.stencil.iter().filter(|_| stencil)).any(|attachment| {
             attachment.target.resource == self.handle
-                && event.one.part.mip == Some(attachment.target.mip)
-                && event.one.part.layer == attachment.target.layer
+                && event.one.part.mip == Some(Run::one(attachment.target.mip))
+                && event.one.part.layer == attachment.target.layer.map(Run::one)
                 && attachment.store == StoreOperation::Discard
         })
     }

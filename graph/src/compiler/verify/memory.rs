@@ -8,7 +8,7 @@ use wgpu_types::{BufferUsages, TextureUsages};
 use super::{FaultKind, Faults};
 use crate::compiler::plan::{Physical, Plan, PlanOptions, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Part, ResourceKind, Usage};
+use crate::pipeline::{Part, ResourceKind, Run, Usage};
 use crate::work::ResourceHandle;
 
 /// Where a resource is really used, and how.
@@ -19,6 +19,7 @@ struct Used {
     buffers: BufferUsages,
     highest_mip: u32,
     highest_layer: u32,
+    highest_byte: u64,
 }
 
 /// Checks places, spans, usages and sums.
@@ -66,6 +67,11 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
     check_sums(plan, options, faults);
 }
 
+/// The last mip or layer of a run.
+fn last(run: Run<u32>) -> u32 {
+    u32::try_from(run.end().saturating_sub(1)).unwrap_or(u32::MAX)
+}
+
 fn used(plan: &Plan) -> HashMap<ResourceHandle, Used> {
     let mut used: HashMap<ResourceHandle, Used> = HashMap::new();
     for (at, planned) in plan.passes.iter().enumerate() {
@@ -77,12 +83,14 @@ fn used(plan: &Plan) -> HashMap<ResourceHandle, Used> {
                 buffers: BufferUsages::empty(),
                 highest_mip: 0,
                 highest_layer: 0,
+                highest_byte: 0,
             });
             entry.last = at;
             entry.textures |= needed(one.usage).0;
             entry.buffers |= needed(one.usage).1;
-            entry.highest_mip = entry.highest_mip.max(one.part.mip.unwrap_or(0));
-            entry.highest_layer = entry.highest_layer.max(one.part.layer.unwrap_or(0));
+            entry.highest_mip = entry.highest_mip.max(one.part.mip.map_or(0, last));
+            entry.highest_layer = entry.highest_layer.max(one.part.layer.map_or(0, last));
+            entry.highest_byte = entry.highest_byte.max(one.part.bytes.map_or(0, |run| run.end()));
         }
     }
     used
@@ -98,6 +106,9 @@ fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
         Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => {
             (T::STORAGE_BINDING, B::STORAGE)
         }
+        Usage::Vertex => (T::empty(), B::VERTEX),
+        Usage::Index => (T::empty(), B::INDEX),
+        Usage::Indirect => (T::empty(), B::INDIRECT),
         Usage::CopySource => (T::COPY_SRC, B::COPY_SRC),
         Usage::CopyDestination => (T::COPY_DST, B::COPY_DST),
         Usage::HostRead | Usage::HostWrite => (T::empty(), B::empty()),
@@ -132,6 +143,9 @@ fn check_place(
         if used.highest_mip >= size.mips || (!volume && used.highest_layer >= size.layers) {
             faults.add(FaultKind::PartMissing, format!("\"{name}\" is used beyond its mips or layers"));
         }
+    }
+    if matches!(kind, ResourceKind::Buffer(_)) && used.highest_byte > planned.bytes {
+        faults.add(FaultKind::PartMissing, format!("\"{name}\" is used beyond its bytes"));
     }
     match planned.physical {
         Physical::Texture(index) => match plan.textures.get(index) {

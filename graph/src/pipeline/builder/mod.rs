@@ -7,11 +7,13 @@
 mod blocks;
 mod expressions;
 mod host_data;
+mod parts;
 mod programs;
 mod references;
 mod slots;
 
 pub(crate) use expressions::expression_finding;
+pub use parts::{Face, PartSettings};
 
 use super::environment::Environment;
 use super::load::Shared;

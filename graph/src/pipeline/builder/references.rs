@@ -1,6 +1,7 @@
 //! Textures and buffers that a pass names, and the uses that are recorded of them.
 
 use super::PassBuilder;
+use super::parts::normal;
 use crate::diagnostic::{codes, did_you_mean};
 use crate::language::Reference;
 use crate::pipeline::{Part, ResourceKind, Usage, Use, Version};
@@ -17,6 +18,7 @@ impl PassBuilder<'_> {
     ) -> Option<ResourceHandle> {
         let (handle, version) = self.reference(reference, pointer)?;
         let resource = &self.shared.resources[handle.index()];
+        let part = resource.texture().map_or(part, |texture| normal(texture, part, usage));
         if resource.texture().is_none() {
             let message =
                 format!("\"{}\" is {}, but a texture is wanted here", resource.name, resource.kind_name());
@@ -41,6 +43,16 @@ impl PassBuilder<'_> {
 
     /// Uses a buffer that a reference names.
     pub fn buffer(&mut self, reference: &str, usage: Usage, pointer: &str) -> Option<ResourceHandle> {
+        self.buffer_used(reference, Part::WHOLE, usage, pointer)
+    }
+
+    pub(super) fn buffer_used(
+        &mut self,
+        reference: &str,
+        part: Part,
+        usage: Usage,
+        pointer: &str,
+    ) -> Option<ResourceHandle> {
         let (handle, version) = self.reference(reference, pointer)?;
         let resource = &self.shared.resources[handle.index()];
         if !matches!(resource.kind, ResourceKind::Buffer(_)) {
@@ -49,7 +61,7 @@ impl PassBuilder<'_> {
             self.report(codes::WRONG_RESOURCE, pointer, message, "name a buffer of \"resources\"");
             return None;
         }
-        self.add_use(handle, Part::WHOLE, usage, version, pointer);
+        self.add_use(handle, part, usage, version, pointer);
         Some(handle)
     }
 

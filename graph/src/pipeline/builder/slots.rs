@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::{PassBuilder, host_contract};
+use super::{PartSettings, PassBuilder, host_contract};
 use crate::diagnostic::{codes, did_you_mean};
 use crate::document;
 use crate::language::{Reference, TextureShape};
-use crate::pipeline::{Bind, BindObject, Part, Program, ProgramBinding, ResourceKind, Usage};
-use crate::work::{BlockLayout, BoundSlot, ProgramHandle, Sampler, SlotSource, TextureView};
+use crate::pipeline::{Aspect, Bind, BindObject, Part, Program, ProgramBinding, ResourceKind, Run, Usage};
+use crate::work::{BlockLayout, BoundSlot, BufferView, ProgramHandle, Sampler, SlotSource, TextureView};
 
 impl PassBuilder<'_> {
     /// Matches the bindings of a program with what a pass binds, by name. Where `geometry` is given, groups 2 and 3
@@ -113,7 +113,7 @@ impl PassBuilder<'_> {
         bind: &Bind,
         here: &str,
     ) -> Option<SlotSource> {
-        use wgpu_types::{BindingType, BufferBindingType, StorageTextureAccess};
+        use wgpu_types::{BindingType, StorageTextureAccess};
         let wanted = |what: &str| format!("\"{}\" of {} is {what}", binding.name, program.template);
         match binding.entry.ty {
             BindingType::Texture { view_dimension, .. } => {
@@ -180,6 +180,13 @@ impl PassBuilder<'_> {
                     let resource = self.data(&data.name, &format!("{at}/name"))?;
                     Some(SlotSource::Data { resource, layout: BlockLayout::default(), values: Some(values?) })
                 }
+                Bind::Object(BindObject::Buffer(buffer)) => {
+                    let at = format!("{here}/buffer");
+                    let bytes = self.bytes(buffer.offset.as_ref(), buffer.size.as_ref(), &at)?;
+                    let usage = buffer_usage(ty);
+                    let resource = self.buffer_part(&buffer.name, bytes, usage, &format!("{at}/name"))?;
+                    Some(SlotSource::Buffer(BufferView { resource, bytes }))
+                }
                 Bind::Name(name) => {
                     let written = self.environment.interpolate(name, &self.shared.scope).unwrap_or_default();
                     let resource = Reference::parse(&written).ok().and_then(|reference| {
@@ -189,12 +196,10 @@ impl PassBuilder<'_> {
                         matches!(self.shared.resources[handle.index()].kind, ResourceKind::Buffer(_))
                     });
                     if is_buffer {
-                        let usage = match ty {
-                            BufferBindingType::Uniform => Usage::Uniform,
-                            BufferBindingType::Storage { read_only: true } => Usage::StorageRead,
-                            BufferBindingType::Storage { read_only: false } => Usage::StorageReadWrite,
-                        };
-                        return self.buffer(name, usage, here).map(SlotSource::Buffer);
+                        let usage = buffer_usage(ty);
+                        return self
+                            .buffer(name, usage, here)
+                            .map(|resource| SlotSource::Buffer(BufferView { resource, bytes: None }));
                     }
                     let resource = self.data(name, here)?;
                     Some(SlotSource::Data { resource, layout: BlockLayout::default(), values: None })
@@ -241,19 +246,24 @@ impl PassBuilder<'_> {
                 return None;
             }
         };
-        let (name, part, shape, at) = match bind {
-            Bind::Name(name) => (name, Part::WHOLE, None, here.to_owned()),
+        let (name, part, shape, format, at) = match bind {
+            Bind::Name(name) => (name, Part::WHOLE, None, None, here.to_owned()),
             Bind::Object(BindObject::Texture(texture)) => {
                 let at = format!("{here}/texture");
-                let mip = match &texture.mip {
-                    Some(expr) => Some(self.count(expr, &format!("{at}/mip"))?),
+                let settings = PartSettings {
+                    mip: texture.mip.as_ref(),
+                    mips: texture.mips.as_ref(),
+                    layer: texture.layer.as_ref(),
+                    layers: texture.layers.as_ref(),
+                    face: texture.face.as_ref(),
+                    aspect: texture.aspect.as_ref(),
+                };
+                let part = self.part(settings, &at)?;
+                let format = match &texture.format {
+                    Some(name) => Some(self.format(name, &format!("{at}/format"))?),
                     None => None,
                 };
-                let layer = match &texture.layer {
-                    Some(expr) => Some(self.count(expr, &format!("{at}/layer"))?),
-                    None => None,
-                };
-                (&texture.name, Part { mip, layer }, texture.view, format!("{at}/name"))
+                (&texture.name, part, texture.view, format, format!("{at}/name"))
             }
             Bind::Object(_) => {
                 self.report(codes::WRONG_RESOURCE, here, wanted, "bind the name of a texture");
@@ -264,9 +274,19 @@ impl PassBuilder<'_> {
         Some(SlotSource::Texture(TextureView {
             resource,
             shape: shape.unwrap_or(declared),
-            mip: part.mip.or((usage != Usage::Sampled).then_some(0)),
+            mip: part.mip.or((usage != Usage::Sampled).then_some(Run::one(0))),
             layer: part.layer,
-            depth_only: true,
+            aspect: if part.aspect == Aspect::All { Aspect::DepthOnly } else { part.aspect },
+            format,
         }))
+    }
+}
+
+fn buffer_usage(ty: wgpu_types::BufferBindingType) -> Usage {
+    use wgpu_types::BufferBindingType;
+    match ty {
+        BufferBindingType::Uniform => Usage::Uniform,
+        BufferBindingType::Storage { read_only: true } => Usage::StorageRead,
+        BufferBindingType::Storage { read_only: false } => Usage::StorageReadWrite,
     }
 }
