@@ -147,6 +147,31 @@ fn whole_templates(session: &Session) -> Vec<String> {
     names.iter().filter(|name| !is_part(name)).map(|name| (*name).to_owned()).collect()
 }
 
+/// Whether no template that stands alone and is not proven uses a part of those that are: what these do not need of the
+/// part, it may.
+fn nobody_else_uses(session: &Session, requests: &[Request]) -> bool {
+    let proven: BTreeSet<&str> = requests.iter().map(|request| request.template.as_str()).collect();
+    let parts: BTreeSet<String> = proven.iter().flat_map(|name| mentioned(session, name)).collect();
+    let others = whole_templates(session).into_iter().filter(|name| !proven.contains(name.as_str()));
+    others.into_iter().all(|other| mentioned(session, &other).is_disjoint(&parts))
+}
+
+/// A template and all that it names, and so on.
+fn mentioned(session: &Session, name: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::from([name.to_owned()]);
+    let mut open = vec![name.to_owned()];
+    while let Some(name) = open.pop() {
+        let file = session.templates.file(&name).and_then(|file| session.sources.get(file));
+        let text = file.map(|file| file.text().clone()).unwrap_or_else(|| "".into());
+        for other in session.templates.names() {
+            if text.contains(other) && found.insert(other.to_owned()) {
+                open.push(other.to_owned());
+            }
+        }
+    }
+    found
+}
+
 fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[Request]) {
     let names: BTreeSet<&String> = requests.iter().map(|request| &request.template).collect();
     let names: Vec<String> = names.into_iter().cloned().collect();
@@ -192,7 +217,7 @@ fn prove(
     let options = Options {
         threads: arguments.threads.map_or(defaults.threads, usize::from),
         external,
-        report_dead: arguments.all,
+        report_dead: arguments.all && nobody_else_uses(session, requests),
         progress: &progress,
     };
     let outcome = permutations::check(&session.templates, requests, &options);

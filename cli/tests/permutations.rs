@@ -100,6 +100,19 @@ fn modes_cover_what_they_say() {
 }
 
 #[test]
+fn text_that_only_another_template_needs_is_not_called_dead() {
+    let template =
+        format!("{{% include 'part.wgsl.jinja' %}}\n{}", TEMPLATE.replace("if warm", "if warm and late"));
+    let project = Project::new("permutations-shared", PIPELINE, AXES, &template);
+    let part = "{% if late and not warm and not late %}\n// never\n{% endif %}\n// part\n";
+    std::fs::write(project.folder.join("part.wgsl.jinja"), part).unwrap();
+    let said = |project: &Project| text(&project.run("permutations", &["--all"]).stderr);
+    assert!(said(&project).contains("UG0551"), "nobody else includes the part: {}", said(&project));
+    std::fs::write(project.folder.join("other.wgsl.jinja"), &template).unwrap();
+    assert!(!said(&project).contains("UG0551"), "another template may need it: {}", said(&project));
+}
+
+#[test]
 fn what_a_pipeline_cannot_reach_is_no_finding_of_it() {
     let pipeline = PIPELINE.replace(r#""late": { "type""#, r#""late": { "excludes": ["warm"], "type""#);
     let template = TEMPLATE
