@@ -15,7 +15,7 @@ use umbragraph::work::LoadOperation;
 const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 
 /// A plan with one of everything: a merged pair of draws, a chain that aliases, an old version that is read, updates
-/// ordered by `after`, a persistent state, buffers, a side effect that stays in its pass, and a dead pass.
+/// ordered by `after`, a persistent state, a history of two frames that its writer reads back, buffers, a side effect that stays in its pass, and a dead pass.
 fn right() -> Plan {
     let mut assembly = Assembly::new("everything");
     let [a, b, c, e, f, g, v, w, x] =
@@ -26,6 +26,10 @@ fn right() -> Plan {
     let target = assembly.imported("target");
     let first = assembly.buffer("first", 64, Lifetime::Transient);
     let second = assembly.buffer("second", 64, Lifetime::Transient);
+    let past = assembly.history("past", 2);
+    let [past1, past2] = [1, 2].map(|back| assembly.earlier(past, back));
+    let forgotten = assembly.history("forgotten", 1);
+    let forgotten1 = assembly.earlier(forgotten, 1);
     let buffer = |usage| (Part::WHOLE, usage, Version::Newest);
     let _ = assembly.pass("draw1").color(a, CLEAR).depth(depth, LoadOperation::Clear(1.0), true);
     let _ = assembly.pass("draw2").color(a, LoadOperation::Load).depth(depth, LoadOperation::Load, true);
@@ -46,11 +50,13 @@ fn right() -> Plan {
         usage,
         version.clone(),
     );
+    let _ = assembly.pass("blend").reads(past2).color(past, CLEAR);
+    let _ = assembly.pass("circle").reads(forgotten1).color(forgotten, CLEAR);
     let _ = assembly.pass("probe").color(g, CLEAR).side_effect();
     let _ = assembly.pass("dead").reads(a).writes(f);
     let read = Usage::StorageRead;
-    let out =
-        assembly.pass("out").reads(e).reads(v).reads(w).reads(x).uses(first, part, read, version.clone());
+    let out = assembly.pass("out").reads(e).reads(v).reads(w).reads(x).reads(past1);
+    let out = out.uses(first, part, read, version.clone());
     let _ = out.uses(second, part, read, version).color(target, CLEAR);
     let (pipeline, sources) = assembly.finish();
     let mut findings = Diagnostics::new();
@@ -111,7 +117,8 @@ fn the_plan_without_faults_aliases_and_merges() {
     assert_eq!(plan.resources["b"].physical, plan.resources["e"].physical);
     assert_eq!(plan.passes[at(&plan, "draw1")].group, plan.passes[at(&plan, "draw2")].group);
     assert!(plan.passes[at(&plan, "probe")].color[0].transient_attachment);
-    assert_eq!(plan.culled.len(), 1);
+    assert_eq!(plan.culled.keys().collect::<Vec<_>>(), ["circle", "dead"]);
+    assert_eq!(plan.histories["past"].places.len(), 3);
     assert_eq!(plan.order.objective, Objective::Declaration);
 }
 
@@ -444,4 +451,110 @@ fn sizes_given_as_numbers_or_expressions_are_the_same_to_the_checker() {
     let plan = plan(&pipeline, &graph, &options(), &sources, &mut findings).expect("a plan");
     assert_eq!(plan.bytes, 32 * 32 * 4);
     assert_eq!(verify(&plan, &options()), Vec::new());
+}
+
+fn place(plan: &Plan, name: &str, back: usize) -> Physical {
+    plan.histories[name].places[back]
+}
+
+fn places<'a>(plan: &'a mut Plan, name: &str) -> &'a mut Vec<Physical> {
+    &mut plan.histories.get_mut(name).expect("planned").places
+}
+
+#[test]
+fn a_history_that_is_forgotten_is_caught() {
+    caught(FaultKind::HistoryWrong, |plan| {
+        plan.histories.remove("past");
+    });
+}
+
+#[test]
+fn a_history_with_too_few_copies_is_caught() {
+    caught(FaultKind::HistoryWrong, |plan| {
+        places(plan, "past").pop();
+    });
+}
+
+#[test]
+fn two_frames_of_a_history_at_one_place_are_caught() {
+    caught(FaultKind::HistoryWrong, |plan| {
+        let first = place(plan, "past", 0);
+        places(plan, "past")[1] = first;
+        plan.resources.get_mut("past@-1").expect("planned").physical = first;
+    });
+}
+
+#[test]
+fn a_frame_that_stands_elsewhere_than_its_turn_is_caught() {
+    caught(FaultKind::HistoryWrong, |plan| places(plan, "past").swap(0, 1));
+}
+
+#[test]
+fn copies_that_cannot_be_cleared_are_caught() {
+    caught(FaultKind::HistoryWrong, |plan| {
+        let at = texture_of(plan, "past@-2");
+        plan.textures[at].usages -= TextureUsages::RENDER_ATTACHMENT;
+    });
+}
+
+#[test]
+fn copies_of_different_formats_are_caught() {
+    caught(FaultKind::HistoryWrong, |plan| {
+        let at = texture_of(plan, "past@-2");
+        plan.textures[at].format = TextureFormat::Rgba8Snorm;
+    });
+}
+
+#[test]
+fn an_initial_value_of_another_kind_is_caught() {
+    caught(FaultKind::HistoryWrong, |plan| {
+        plan.histories.get_mut("past").expect("planned").initial =
+            umbragraph::compiler::InitialValue::Depth(1.0);
+    });
+}
+
+#[test]
+fn a_transient_resource_where_a_history_takes_turns_is_caught() {
+    caught(FaultKind::SharedThoughLasting, |plan| {
+        let past = place(plan, "past", 2);
+        plan.resources.get_mut("w").expect("planned").physical = past;
+    });
+}
+
+#[test]
+fn a_culled_writer_of_a_history_that_is_read_back_is_caught() {
+    caught(FaultKind::CulledButNeeded, |plan| {
+        let at = at(plan, "blend");
+        plan.passes.remove(at);
+        plan.culled.insert("blend".to_owned(), CullReason::NothingReads(vec!["past".to_owned()]));
+    });
+}
+
+#[test]
+fn a_history_that_nothing_live_reads_back_is_no_reason_to_keep_its_writer() {
+    caught(FaultKind::KeptWithoutReason, |plan| {
+        // Without its reader the history leads nowhere any more.
+        let past = plan.resources["past@-1"].handle;
+        for pass in &mut pipeline(plan).passes {
+            if pass.name == "out" {
+                pass.uses.retain(|one| one.resource != past);
+            }
+        }
+    });
+}
+
+#[test]
+fn a_reason_of_a_later_frame_that_does_not_hold_is_caught() {
+    caught(FaultKind::WrongReason, |plan| {
+        let past = plan.resources["past@-1"].handle;
+        let reader = plan.passes[at(plan, "probe")].handle;
+        pass(plan, "blend").reason = KeepReason::ReadLater(reader, past);
+    });
+}
+
+#[test]
+fn a_history_that_is_not_stored_is_caught() {
+    caught(FaultKind::OutputDropped, |plan| {
+        pass(plan, "blend").color[0].store = StoreOperation::Discard;
+    });
 }

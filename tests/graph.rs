@@ -52,6 +52,82 @@ fn a_reader_declared_before_its_writer_runs_after_it() {
     assert_eq!(outcome.order(), ["make", "show"]);
 }
 
+/// A pipeline with a history `h` of one frame, the textures `names` and the imported `target`.
+fn with_history(names: &[&str], passes: &[String]) -> String {
+    let history = r#""h": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "history", "initial": 0 } },"#;
+    pipeline(names, passes).replacen("\"resources\": {", &format!("\"resources\": {{ {history}"), 1)
+}
+
+#[test]
+fn a_read_of_the_frame_before_waits_for_no_writer_and_keeps_it_alive() {
+    let passes = [copy("late", "h@-1", "target"), copy("b", "a", "h"), fill("a", "a"), fill("dead", "b")];
+    let outcome = check(&with_history(&["a", "b"], &passes));
+    assert_eq!(outcome.order(), ["late", "a", "b"]);
+    let plan = outcome.plan();
+    let why = |name: &str| plan.why_kept(plan.pipeline.find_pass(name).unwrap());
+    assert_eq!(why("b"), ["late reads h@-1 in the next frame", "writes the output target"]);
+    assert_eq!(why("a"), ["b reads a", "late reads h@-1 in the next frame", "writes the output target"]);
+    assert_eq!(plan.textures.len(), 3, "two copies of the history, and a");
+}
+
+#[test]
+fn a_history_that_only_its_own_writer_reads_keeps_nothing() {
+    let passes = [copy("circle", "h@-1", "h"), fill("show", "target")];
+    let outcome = check(&with_history(&[], &passes));
+    assert_eq!(outcome.order(), ["show"]);
+    assert_eq!(outcome.plan().culled["circle"], CullReason::NothingReads(vec!["h".into()]));
+}
+
+#[test]
+fn a_circle_of_passes_over_frames_is_culled_with_its_reasons() {
+    let passes = [copy("one", "h@-1", "a"), copy("two", "a", "h"), fill("show", "target")];
+    let outcome = check(&with_history(&["a"], &passes));
+    assert_eq!(outcome.order(), ["show"]);
+    assert_eq!(outcome.plan().culled["two"], CullReason::OnlyCulledRead(vec!["one".into()]));
+    assert_eq!(outcome.plan().culled["one"], CullReason::OnlyCulledRead(vec!["two".into()]));
+    assert!(outcome.plan().why_culled("one").len() <= 2);
+}
+
+#[test]
+fn a_history_never_shares_memory_and_is_stored() {
+    let passes = [
+        fill("a", "a"),
+        copy("b", "a", "h"),
+        copy_with("c", "h", "d", "\"side_effect\": true,"),
+        copy("show", "h@-1", "target"),
+    ];
+    let outcome = check(&with_history(&["a", "d"], &passes));
+    let plan = outcome.plan();
+    let stored = plan.passes.iter().find(|pass| pass.name == "b").unwrap().color[0].store;
+    assert_eq!(stored, StoreOperation::Store);
+    let places: Vec<Physical> = ["h", "h@-1", "a", "d"].map(|name| plan.resources[name].physical).to_vec();
+    assert!(places[0] != places[1] && !places[2..].contains(&places[0]) && !places[2..].contains(&places[1]));
+}
+
+#[test]
+fn an_input_of_a_subgraph_can_be_an_earlier_frame() {
+    let subgraph = r#""subgraphs": { "blur": { "inputs": { "image": "read" }, "passes": {
+        "go": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "image" }, "color": [{ "to": "target" }] } } } } },"#;
+    let passes = [fill("write", "h"), r#""blur": { "use": "blur", "with": { "image": "h@-1" } }"#.to_owned()];
+    let text = with_history(&[], &passes).replacen("\"passes\"", &format!("{subgraph} \"passes\""), 1);
+    let text = text
+        .replace(r#""inputs": { "image": "read" }"#, r#""inputs": { "image": "read", "target": "written" }"#);
+    let text = text.replace(r#""image": "h@-1" }"#, r#""image": "h@-1", "target": "target" }"#);
+    let outcome = check(&text);
+    let plan = outcome.plan();
+    assert_eq!(outcome.order(), ["write", "blur.go"]);
+    assert!(plan.resources.contains_key("h@-1"));
+}
+
+#[test]
+fn a_history_without_a_use_is_worth_a_warning() {
+    let outcome = check(&with_history(&[], &[fill("write", "h"), fill("show", "target")]));
+    assert_eq!(outcome.codes(), ["UG0434"]);
+    let outcome = check(&with_history(&[], &[copy("show", "h@-1", "target")]));
+    assert_eq!(outcome.codes(), ["UG0434"]);
+    assert_eq!(outcome.checked.plan.as_ref().unwrap().passes.len(), 1);
+}
+
 #[test]
 fn an_old_version_is_read_before_it_is_overwritten() {
     // W1 writes, R reads what W1 wrote, W2 overwrites, C reads the newest.

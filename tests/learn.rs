@@ -28,7 +28,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 13, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 14, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -138,6 +138,15 @@ fn a_preset_and_a_parameter_file_set_values() {
     assert_eq!(size(&check_file(path, &With { preset, file, ..With::default() }), "canvas"), (1024, 128));
 }
 
+#[test]
+fn a_history_keeps_its_writers_because_of_later_frames() {
+    let outcome = lesson("14-history");
+    let plan = outcome.plan();
+    assert_eq!(outcome.order(), ["fade", "add", "show"]);
+    assert_eq!(plan.histories["trail"].places.len(), 2);
+    assert_eq!(plan.textures.len(), 2);
+}
+
 #[cfg(all(feature = "gpu", feature = "gltf"))]
 mod pictures {
     use super::{lesson, names};
@@ -158,8 +167,17 @@ mod pictures {
 
     #[test]
     fn a_persistent_texture_keeps_what_is_in_it() {
+        grows_brighter("11-persistent");
+    }
+
+    #[test]
+    fn a_history_goes_on_from_what_the_frame_before_left() {
+        grows_brighter("14-history");
+    }
+
+    fn grows_brighter(name: &str) {
         let Some(gpu) = gpu::device() else { return };
-        let outcome = lesson("11-persistent");
+        let outcome = lesson(name);
         let plan = outcome.plan();
         let target = import(&gpu, plan, "target");
         let mut executor = executor(&gpu, plan, None);

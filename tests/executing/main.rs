@@ -8,6 +8,7 @@
 mod common;
 
 mod devices;
+mod history;
 mod hosts;
 mod layers;
 mod merging;

@@ -47,6 +47,40 @@ const SHOW: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 }
 "#;
 
+/// The sum of two textures, texel by texel.
+const ADD: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@group(1) @binding(0) var one: texture_2d<f32>;
+@group(1) @binding(1) var other: texture_2d<f32>;
+@fragment fn add(covered: Covered) -> @location(0) vec4<f32> {
+    let texel = vec2<i32>(covered.position.xy);
+    return vec4<f32>((textureLoad(one, texel, 0) + textureLoad(other, texel, 0)).rgb, 1.0);
+}
+"#;
+
+/// The color that all three mips and both layers of a texture have, or nothing if they differ.
+const SUM_OF_ALL: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@group(1) @binding(0) var pictures: texture_2d_array<f32>;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    let first = textureLoad(pictures, vec2<i32>(0, 0), 0, 0);
+    var same = true;
+    for (var mip = 0; mip < 3; mip += 1) {
+        for (var layer = 0; layer < 2; layer += 1) {
+            same = same && all(textureLoad(pictures, vec2<i32>(1, 1), layer, mip) == first);
+        }
+    }
+    return select(vec4<f32>(0.0), first, same);
+}
+"#;
+
+/// Words of buffers as 255ths of red and green.
+const WORDS: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@group(1) @binding(0) var<storage, read> words: array<u32>;
+@group(1) @binding(1) var<storage, read> zeros: array<f32>;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    return vec4<f32>(f32(words[15]) / 255.0, zeros[15], 0.0, 1.0);
+}
+"#;
+
 /// The edge of the picture, in texels.
 pub(crate) const SIDE: u32 = 8;
 
@@ -71,6 +105,9 @@ pub(crate) fn plan_of_size(resources: &str, passes: &str, side: u32) -> Arc<Plan
         ("clock.wgsl.jinja", CLOCK),
         ("show_depth.wgsl.jinja", SHOW_DEPTH),
         ("show.wgsl.jinja", SHOW),
+        ("add.wgsl.jinja", ADD),
+        ("sum_of_all.wgsl.jinja", SUM_OF_ALL),
+        ("words.wgsl.jinja", WORDS),
     ];
     let templates = common::templates(&own, &mut sources, &mut findings);
     let mut registry = umbragraph::registry();

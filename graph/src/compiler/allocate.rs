@@ -6,6 +6,7 @@
 //! Cost: linear in resources but for sorting them by name and by start.
 
 use super::facts::{Descriptor, Facts};
+use super::history;
 use super::lifetime::{Want, assign};
 use super::plan::{Physical, PhysicalBuffer, PhysicalTexture, Plan, PlannedResource};
 use crate::language::Lifetime;
@@ -29,7 +30,10 @@ pub(super) fn allocate(
     let mut peak = Peak::new(facts.classes, plan.passes.len());
     let end = plan.passes.len().saturating_sub(1);
     for handle in pipeline.resource_handles() {
-        let (Some(fact), Some((first, last))) = (facts.get(handle), spans[handle.index()]) else { continue };
+        let Some(fact) = facts.get(handle) else { continue };
+        // Earlier frames are there whether something reads them or not: each becomes the next one.
+        let span = spans[handle.index()].or(pipeline.resource(handle).history.map(|_| (0, end)));
+        let Some((first, last)) = span else { continue };
         let (Some(class), Some(descriptor)) = (fact.class, fact.descriptor) else { continue };
         plan.bytes_without_aliasing += fact.bytes;
         // What outlives the frame holds its bytes all the time.
@@ -74,6 +78,7 @@ pub(super) fn allocate(
             append(&mut plan.buffers[index].label, &pipeline.resource(handle).name);
         }
     }
+    plan.histories = history::plan(facts, &physical);
     let planned = pipeline.resource_handles().filter_map(|handle| {
         let (fact, (first, last)) = (facts.get(handle)?, spans[handle.index()]?);
         let resource = pipeline.resource(handle);

@@ -8,9 +8,10 @@ use std::sync::Arc;
 
 use crate::data::HostData;
 use crate::document::{Kind, Value};
-use crate::language::{BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration};
+use crate::language::{BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration, WordValue};
 use crate::pipeline::{
-    Bypass, Condition, Part, Pass, Pipeline, Program, Resource, ResourceKind, Toggle, Usage, Use, Version,
+    Bypass, Condition, History, Part, Pass, Pipeline, Program, Resource, ResourceKind, Toggle, Usage, Use,
+    Version,
 };
 use crate::shader::TargetProfile;
 use crate::source::{Sources, Span};
@@ -94,6 +95,8 @@ impl Assembly {
             samples: None,
             view: None,
             lifetime: Lifetime::Transient,
+            frames: None,
+            initial: None,
             description: None,
         };
         describe(&mut texture);
@@ -108,7 +111,60 @@ impl Assembly {
     /// A buffer.
     pub fn buffer(&mut self, name: &str, bytes: u32, lifetime: Lifetime) -> ResourceHandle {
         let size = Expr::from(f64::from(bytes));
-        self.resource(name, ResourceKind::Buffer(BufferDeclaration { size, lifetime, description: None }))
+        let declaration =
+            BufferDeclaration { size, lifetime, frames: None, initial: None, description: None };
+        self.resource(name, ResourceKind::Buffer(declaration))
+    }
+
+    /// A texture of which so many earlier frames can be read, opaque black before there are any.
+    pub fn history(&mut self, name: &str, frames: u32) -> ResourceHandle {
+        self.history_with(name, frames, |_| {})
+    }
+
+    /// A texture of which earlier frames can be read, as the caller describes it.
+    pub fn history_with(
+        &mut self,
+        name: &str,
+        frames: u32,
+        describe: impl FnOnce(&mut TextureDeclaration),
+    ) -> ResourceHandle {
+        let of = self.texture_with(name, |texture| {
+            texture.lifetime = Lifetime::History;
+            texture.frames = Some(Expr::from(f64::from(frames)));
+            texture.initial = Some(Expr(serde_json::json!([0, 0, 0, 1])));
+            describe(texture);
+        });
+        self.keep_frames(of, frames)
+    }
+
+    /// A buffer of which so many earlier frames can be read, zero before there are any.
+    pub fn history_buffer(&mut self, name: &str, bytes: u32, frames: u32) -> ResourceHandle {
+        let of = self.buffer(name, bytes, Lifetime::History);
+        if let ResourceKind::Buffer(buffer) = &mut self.pipeline.resources[of.index()].kind {
+            buffer.initial = Some(WordValue::U32(Expr::from(0.0)));
+        }
+        self.keep_frames(of, frames)
+    }
+
+    fn keep_frames(&mut self, of: ResourceHandle, frames: u32) -> ResourceHandle {
+        let resource = self.pipeline.resources[of.index()].clone();
+        self.pipeline.resources[of.index()].history = Some(History { of, back: 0, frames });
+        for back in 1..=frames {
+            let name = format!("{}@-{back}", resource.name);
+            let history = Some(History { of, back, frames });
+            self.pipeline.resources.push(Resource { name, history, ..resource.clone() });
+        }
+        of
+    }
+
+    /// An earlier frame of a history.
+    ///
+    /// # Panics
+    /// If the resource has no history, or one that is shorter.
+    pub fn earlier(&self, resource: ResourceHandle, back: u32) -> ResourceHandle {
+        let history = self.pipeline.resource(resource).history;
+        let earlier = history.and_then(|history| history.members().nth(back as usize));
+        earlier.unwrap_or_else(|| panic!("no such frame"))
     }
 
     /// A toggle, which is on where nobody says anything. Their names have to ascend.
@@ -142,6 +198,7 @@ impl Assembly {
             value,
             environment: Arc::default(),
             kind,
+            history: None,
         });
         ResourceHandle(self.pipeline.resources.len() as u32 - 1)
     }

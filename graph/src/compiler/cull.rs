@@ -1,7 +1,9 @@
 //! Culling: what leads to an output stays.
 //!
 //! Roots are passes with side effects and the writers of imported and persistent resources whose version survives the
-//! frame. From there every pass whose version is read is kept; an order that is only explicit keeps nothing. Each kept
+//! frame. From there every pass whose version is read is kept; an order that is only explicit keeps nothing. A history is
+//! no output in itself: a kept pass that reads an earlier frame of it keeps the writers of what survives this one, as
+//! they feed that pass some frames later, and so may keep passes that come after itself. Each kept
 //! pass remembers the first reason found, breadth first, so that following the reasons leads to an output on a
 //! shortest way; each culled one says who would have had to read it.
 
@@ -11,7 +13,7 @@ use serde::Serialize;
 
 use super::graph::Graph;
 use crate::language::Lifetime;
-use crate::pipeline::{Part, Pipeline};
+use crate::pipeline::{Part, Pipeline, Use};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// Why a pass is kept.
@@ -23,6 +25,8 @@ pub enum KeepReason {
     Output(ResourceHandle),
     /// A kept pass reads what it writes.
     ReadBy(PassHandle, ResourceHandle),
+    /// A kept pass reads what it writes some frames later: the resource is the earlier frame that the pass reads.
+    ReadLater(PassHandle, ResourceHandle),
 }
 
 /// Why a pass is culled.
@@ -40,10 +44,9 @@ pub enum CullReason {
 /// For each pass why it is kept, or `None` if it is not.
 pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>> {
     let mut kept: Vec<Option<KeepReason>> = vec![None; pipeline.passes.len()];
-    for resource in pipeline
-        .resource_handles()
-        .filter(|resource| pipeline.resource(*resource).lifetime() != Lifetime::Transient)
-    {
+    for resource in pipeline.resource_handles().filter(|resource| {
+        matches!(pipeline.resource(*resource).lifetime(), Lifetime::Persistent | Lifetime::Imported)
+    }) {
         for writer in surviving_writers(pipeline, graph, resource) {
             kept[writer.index()].get_or_insert(KeepReason::Output(resource));
         }
@@ -57,6 +60,7 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
             queue.push_back(handle);
         }
     }
+    let mut read_back: BTreeSet<ResourceHandle> = BTreeSet::new();
     while let Some(pass) = queue.pop_front() {
         let mut producers: Vec<(PassHandle, ResourceHandle)> = graph.producers(pass).collect();
         producers.sort_unstable();
@@ -66,13 +70,33 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
                 queue.push_back(producer);
             }
         }
+        for one in &pipeline.pass(pass).uses {
+            let Some(history) = pipeline.resource(one.resource).history.filter(|history| history.back > 0)
+            else {
+                continue;
+            };
+            if read_back.insert(history.of) {
+                let mut writers = surviving_writers(pipeline, graph, history.of);
+                writers.sort_unstable();
+                for writer in writers {
+                    if kept[writer.index()].is_none() {
+                        kept[writer.index()] = Some(KeepReason::ReadLater(pass, one.resource));
+                        queue.push_back(writer);
+                    }
+                }
+            }
+        }
     }
     kept
 }
 
 /// The passes of whose writes something is left at the end of the frame: those that no later attachment with a clear
 /// or discard covers whole. Storage and copies may leave texels as they were, so they never count as covering.
-fn surviving_writers(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> Vec<PassHandle> {
+pub(crate) fn surviving_writers(
+    pipeline: &Pipeline,
+    graph: &Graph,
+    resource: ResourceHandle,
+) -> Vec<PassHandle> {
     let mut covered: BTreeSet<Part> = BTreeSet::new();
     let mut writers = Vec::new();
     for (part, writer) in graph.versions_of(resource).rev() {
@@ -99,7 +123,12 @@ pub(super) fn single_layer(pipeline: &Pipeline, resource: ResourceHandle) -> boo
 }
 
 /// Why a pass is culled.
-pub(super) fn cull_reason(pipeline: &Pipeline, graph: &Graph, pass: PassHandle) -> CullReason {
+pub(super) fn cull_reason(
+    pipeline: &Pipeline,
+    graph: &Graph,
+    kept: &[Option<KeepReason>],
+    pass: PassHandle,
+) -> CullReason {
     let sorted = |names: &mut dyn Iterator<Item = &String>| {
         let names: BTreeSet<&String> = names.collect();
         names.into_iter().cloned().collect::<Vec<_>>()
@@ -111,6 +140,31 @@ pub(super) fn cull_reason(pipeline: &Pipeline, graph: &Graph, pass: PassHandle) 
     if written.is_empty() {
         return CullReason::WritesNothing;
     }
-    let readers = sorted(&mut graph.consumers(pass).map(|(reader, _)| &pipeline.pass(reader).name));
+    // What it reads of itself some frames later keeps nothing alive, and so is no reason.
+    let later = readers_later(pipeline, kept, pass);
+    let readers = graph.consumers(pass).map(|(reader, _)| reader).chain(later);
+    let readers = sorted(&mut readers.map(|reader| &pipeline.pass(reader).name));
     if readers.is_empty() { CullReason::NothingReads(written) } else { CullReason::OnlyCulledRead(readers) }
+}
+
+/// The other culled passes that read, some frames later, the histories that a pass writes. To those that are kept
+/// nothing is left of what it writes.
+fn readers_later(pipeline: &Pipeline, kept: &[Option<KeepReason>], pass: PassHandle) -> Vec<PassHandle> {
+    let history = |one: &Use| pipeline.resource(one.resource).history;
+    let written: BTreeSet<ResourceHandle> = pipeline
+        .pass(pass)
+        .uses
+        .iter()
+        .filter(|one| one.usage.writes())
+        .filter_map(|one| Some(history(one)?.of))
+        .collect();
+    if written.is_empty() {
+        return Vec::new();
+    }
+    let reads = |reader: &PassHandle| {
+        let uses = &pipeline.pass(*reader).uses;
+        uses.iter().filter_map(history).any(|history| history.back > 0 && written.contains(&history.of))
+    };
+    let culled = pipeline.pass_handles().filter(|reader| kept[reader.index()].is_none());
+    culled.filter(|reader| *reader != pass && reads(reader)).collect()
 }

@@ -15,6 +15,7 @@ use std::collections::HashMap;
 use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 
 use super::format;
+use super::history;
 use super::plan::PlanOptions;
 use super::size::{Size, Sizes, TextureSize};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
@@ -62,7 +63,7 @@ impl Fact {
 
 /// What every resource is.
 pub(super) struct Facts<'a> {
-    pipeline: &'a Pipeline,
+    pub(super) pipeline: &'a Pipeline,
     pub(super) sizes: Sizes<'a>,
     /// By handle; `None` for what no live pass uses.
     pub(super) list: Vec<Option<Fact>>,
@@ -98,6 +99,17 @@ impl<'a> Facts<'a> {
         let wants = format::wants(pipeline, live);
         for handle in pipeline.resource_handles() {
             let resource = pipeline.resource(handle);
+            if let Some(history) = resource.history.filter(|history| history.back > 0) {
+                // As this frame's, which comes before it, but for its class: each is one of its own.
+                facts.list[handle.index()] = facts.list[history.of.index()].map(|fact| {
+                    let next = classes.len();
+                    let class = fact
+                        .descriptor
+                        .map(|descriptor| *classes.entry((descriptor, Some(handle))).or_insert(next));
+                    Fact { class, ..fact }
+                });
+                continue;
+            }
             let wants = &wants[handle.index()];
             if wants.uses.is_empty() {
                 continue;
@@ -134,6 +146,10 @@ impl<'a> Facts<'a> {
                 }
                 _ => None,
             };
+            let descriptor = match resource.history {
+                Some(_) => descriptor.map(history::clearing),
+                None => descriptor,
+            };
             let created = descriptor.filter(|_| lifetime != Lifetime::Imported);
             let shares = lifetime == Lifetime::Transient && options.aliasing && !conditional[handle.index()];
             let alone = (!shares).then_some(handle);
@@ -150,6 +166,7 @@ impl<'a> Facts<'a> {
         }
         facts.classes = classes.len();
         facts.check_parts(findings);
+        history::check_initial(&facts, findings);
         facts
     }
 

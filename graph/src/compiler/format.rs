@@ -21,6 +21,8 @@ pub(super) struct Wants<'a> {
     pub(super) views: Vec<(PassHandle, TextureFormat)>,
     /// Whether some attachment blends.
     pub(super) blends: bool,
+    /// Whether it is cleared to a value before passes use it.
+    pub(super) cleared: bool,
 }
 
 /// The formats by name that one plan has met, so that each name is parsed once.
@@ -91,6 +93,19 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Wa
                 views.extend(color.format.map(|format| (*pass, format)));
             }
         }
+    }
+    // The frames of a history are of one format; what is wanted of any of them is wanted of all.
+    for handle in pipeline.resource_handles() {
+        let Some(history) = pipeline.resource(handle).history.filter(|history| history.back == 0) else {
+            continue;
+        };
+        for member in history.members().skip(1) {
+            let earlier = std::mem::take(&mut wants[member.index()]);
+            let all = &mut wants[handle.index()];
+            all.uses.extend(earlier.uses);
+            all.bindings.extend(earlier.bindings);
+        }
+        wants[handle.index()].cleared = true;
     }
     wants
 }
@@ -191,6 +206,9 @@ fn refusal(
         if samples > 1 && one.usage.is_attachment() && !guaranteed.flags.sample_count_supported(samples) {
             return Some(format!("cannot have {samples} samples"));
         }
+    }
+    if wants.cleared && !guaranteed.allowed_usages.contains(wgpu_types::TextureUsages::RENDER_ATTACHMENT) {
+        return Some("cannot be cleared to the initial value of a history".to_owned());
     }
     if wants.blends && !guaranteed.flags.contains(TextureFormatFeatureFlags::BLENDABLE) {
         return Some("cannot be blended".to_owned());

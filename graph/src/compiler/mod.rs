@@ -19,6 +19,7 @@ mod dispatch;
 mod facts;
 mod format;
 mod graph;
+mod history;
 mod lifetime;
 mod merge;
 mod order;
@@ -35,9 +36,11 @@ mod verify;
 mod writers;
 
 pub use assemble::{Assembly, AssemblyPass};
+pub(crate) use cull::surviving_writers;
 pub use cull::{CullReason, KeepReason};
 pub(crate) use format::{format_name, parse_format};
 pub use graph::{Edge, Graph, GraphNode, Hazard, build};
+pub use history::{InitialValue, PlannedHistory};
 pub use order::{MemoryOrder, Objective, OrderMethod, OrderReport};
 pub use plan::{
     Import, Kept, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedAttachment,

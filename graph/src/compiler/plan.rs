@@ -7,7 +7,7 @@
 //! Steps, each in a file of its own: what is kept (`cull`), what each resource is (`facts`), the order (`order`), load
 //! and store operations (`attachments`), dispatches, which resources share memory (`allocate`).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use serde::Serialize;
@@ -18,6 +18,7 @@ use super::cull::{self, CullReason, KeepReason};
 use super::device_rules;
 use super::facts::Facts;
 use super::graph::Graph;
+use super::history::PlannedHistory;
 use super::merge::Merger;
 use super::order::{self, Objective, OrderReport};
 use super::planner::Planner;
@@ -85,6 +86,9 @@ pub struct Plan {
     pub culled: BTreeMap<String, CullReason>,
     /// The resources that live passes use, by name.
     pub resources: BTreeMap<String, PlannedResource>,
+    /// What takes turns from frame to frame, by the name of the resource that each frame writes.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub histories: BTreeMap<String, PlannedHistory>,
     /// The textures to create.
     pub textures: Vec<PhysicalTexture>,
     /// The buffers to create.
@@ -174,6 +178,13 @@ pub enum Kept {
         /// The reader.
         pass: String,
         /// What it reads.
+        resource: String,
+    },
+    /// A kept pass reads what it writes some frames later.
+    ReadLater {
+        /// The reader.
+        pass: String,
+        /// The earlier frame that it reads.
         resource: String,
     },
 }
@@ -324,9 +335,10 @@ pub fn plan(
         name: pipeline.name.clone(),
         viewport: options.viewport,
         culled: culled
-            .map(|pass| (pipeline.pass(pass).name.clone(), cull::cull_reason(pipeline, graph, pass)))
+            .map(|pass| (pipeline.pass(pass).name.clone(), cull::cull_reason(pipeline, graph, &kept, pass)))
             .collect(),
         resources: BTreeMap::new(),
+        histories: BTreeMap::new(),
         textures: Vec::new(),
         buffers: Vec::new(),
         bytes_without_aliasing: 0,
@@ -399,6 +411,16 @@ impl Plan {
                     format!("{} reads {}", self.pipeline.pass(reader).name, resource(handle)),
                     self.pass(reader),
                 ),
+                KeepReason::ReadLater(reader, handle) => {
+                    let back = self.pipeline.resource(handle).history.map_or(1, |history| history.back);
+                    let when = if back == 1 {
+                        "in the next frame".to_owned()
+                    } else {
+                        format!("{back} frames later")
+                    };
+                    let reader_name = &self.pipeline.pass(reader).name;
+                    (format!("{reader_name} reads {} {when}", resource(handle)), self.pass(reader))
+                }
             };
             words.push(step);
             // A way has no circle; the limit only bounds what a plan changed by hand can do.
@@ -411,7 +433,9 @@ impl Plan {
     pub fn why_culled(&self, pass: &str) -> Vec<String> {
         let mut words = Vec::new();
         let mut next = Some(pass.to_owned());
-        while let Some(name) = next.take().filter(|_| words.len() <= self.culled.len()) {
+        let mut seen = BTreeSet::new();
+        // Culled passes that read one another over frames lead back to where they began.
+        while let Some(name) = next.take().filter(|name| seen.insert(name.clone())) {
             match self.culled.get(&name) {
                 Some(CullReason::WritesNothing) => {
                     words.push(format!("{name} writes nothing and has no side effect"));

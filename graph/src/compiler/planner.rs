@@ -61,6 +61,10 @@ impl<'a> Planner<'a> {
                     pass: self.pipeline.pass(reader).name.clone(),
                     resource: resource_name(resource),
                 },
+                KeepReason::ReadLater(reader, resource) => Kept::ReadLater {
+                    pass: self.pipeline.pass(reader).name.clone(),
+                    resource: resource_name(resource),
+                },
             },
             color: Vec::new(),
             depth: None,

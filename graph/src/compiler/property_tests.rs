@@ -1,15 +1,16 @@
 //! Properties that hold for every valid pipeline, tried on random ones.
 //!
 //! A random pipeline is made so that it is valid: passes come in an order of their own, each writes resources afresh or
-//! updates them after the last writer, and reads what is written before it or a named older version.
+//! updates them after the last writer, and reads what is written before it, a named older version, or an earlier frame
+//! of a history, which may be one that it writes itself.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use proptest::prelude::*;
 
 use super::{Assembly, Objective, Plan, PlanOptions, build, plan, verify};
 use crate::diagnostic::Diagnostics;
-use crate::language::{Expr, FormatCandidates, Lifetime};
+use crate::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
 use crate::pipeline::{Part, Usage, Version};
 use crate::work::{LoadOperation, PassHandle, ResourceHandle};
 
@@ -64,11 +65,19 @@ fn with_unrelated(
     let mut assembly = Assembly::new("random");
     let resources: Vec<ResourceHandle> = (0..count)
         .map(|at| {
-            assembly.texture_with(&format!("r{at}"), |texture| {
+            let describe = |texture: &mut TextureDeclaration| {
                 texture.mips = Some(Expr::from(3.0));
                 texture.format = FormatCandidates::One(["rgba8unorm", "rgba16float"][at % 2].to_owned());
-                texture.lifetime = if at % 7 == 6 { Lifetime::Persistent } else { Lifetime::Transient };
-            })
+                if at % 7 == 6 {
+                    texture.lifetime = Lifetime::Persistent;
+                }
+            };
+            let name = format!("r{at}");
+            if at % 4 == 3 {
+                assembly.history_with(&name, 2, describe)
+            } else {
+                assembly.texture_with(&name, describe)
+            }
         })
         .collect();
     let target = assembly.imported("target");
@@ -81,6 +90,12 @@ fn with_unrelated(
             let _ = if effect { pass.side_effect() } else { pass };
         }
         let own = random.writes % count;
+        let earlier: BTreeSet<ResourceHandle> = random
+            .reads
+            .iter()
+            .filter(|resource| (*resource % count) % 4 == 3)
+            .map(|resource| assembly.earlier(resources[resource % count], 1 + (*resource / count % 2) as u32))
+            .collect();
         let mut pass = assembly.pass(&format!("p{at}"));
         let handle = pass.handle();
         let mut read: Vec<(ResourceHandle, Version)> = Vec::new();
@@ -95,6 +110,9 @@ fn with_unrelated(
             // The version is named, since later passes may write on.
             let Some(name) = written[resource].names.last() else { continue };
             read.push((resources[resource], Version::WrittenBy(name.clone())));
+        }
+        for resource in earlier {
+            pass = pass.reads(resource);
         }
         for (resource, version) in read {
             pass = pass.uses(resource, Part::WHOLE, Usage::Sampled, version);

@@ -99,6 +99,8 @@ impl<'a> Sizes<'a> {
 
     /// The size of a resource; `None` after a finding.
     pub(super) fn of(&self, handle: ResourceHandle) -> Option<Size> {
+        // The frames of a history are all of one size, and what is wrong with it is said once.
+        let handle = self.pipeline.resource(handle).history.map_or(handle, |history| history.of);
         let state = self.states.borrow()[handle.index()];
         match state {
             State::Known(size) => Some(size),
@@ -273,7 +275,8 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    fn number(&self, resource: &Resource, expr: &'a Expr, pointer: &str) -> Option<f64> {
+    /// The number that an expression of a resource yields; `None` after a finding.
+    pub(super) fn number(&self, resource: &Resource, expr: &'a Expr, pointer: &str) -> Option<f64> {
         match self.value_of(resource, expr, pointer)? {
             Value::Number(number) => Some(number),
             other => {
@@ -290,7 +293,8 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    fn value_of(&self, resource: &Resource, expr: &'a Expr, pointer: &str) -> Option<Value> {
+    /// The value of an expression of a resource; `None` after a finding.
+    pub(super) fn value_of(&self, resource: &Resource, expr: &'a Expr, pointer: &str) -> Option<Value> {
         if let Some(value) = literal(&expr.0) {
             return Some(value);
         }

@@ -324,7 +324,13 @@ impl<'a> Builder<'a> {
                 break;
             }
         }
-        let own_memory = pipeline.resource(resource).lifetime() == Lifetime::Transient;
+        let declared = pipeline.resource(resource);
+        let own_memory = match declared.lifetime() {
+            Lifetime::Transient => true,
+            // Before this frame writes it, it holds what was left so long ago that it has no name any more.
+            Lifetime::History => !declared.is_earlier_frame(),
+            Lifetime::Persistent | Lifetime::Imported => false,
+        };
         if own_memory && !pipeline.uncertain.contains(&resource) {
             if !fed {
                 diagnostics.push(never_written(pipeline, resource, reader, list));
@@ -479,6 +485,12 @@ fn never_written(
     let others = list.iter().any(|access| access.writes && access.pass != reader.pass);
     finding.help = Some(match (&known.kind, others, reader.writes) {
         (ResourceKind::Data(_), ..) => "let a host pass publish it".to_owned(),
+        _ if known.history.is_some() => {
+            format!(
+                "let a pass write it before, or read \"{}@-1\", which is what the frame before left",
+                known.name
+            )
+        }
         (_, true, _) => "the passes that write it write other mips or layers, or run later".to_owned(),
         (_, false, true) => "give the attachment a \"clear\" value".to_owned(),
         (_, false, false) => {

@@ -181,6 +181,21 @@ crate::codes! {
     /// Contents that a toggle takes away.
     TOGGLED_AWAY = "UG0411", "nothing left without the toggle",
         "A pass reads, or the picture shows, what only a pass with a toggle writes; in a frame in which the toggle is thrown the other way nothing would be there.\n\nFour ways out: give the reader the same toggle, so that it vanishes too; say under `bypass` of the writer what the reader sees instead; let an earlier pass write the resource and the toggled one load it; or write it by a second pass with the opposite toggle (`!name`).";
+    /// A history of which nothing says how it begins.
+    HISTORY_INITIAL = "UG0430", "history without an initial value",
+        "A resource with `\"lifetime\": \"history\"` keeps what earlier frames left. In the first frame, after a resize and after a reset there is no earlier frame, and `initial` says what is read then: a number or a colour for a texture, `{ \"f32\": 0 }`, `{ \"u32\": 0 }` or `{ \"i32\": 0 }` for each four bytes of a buffer.";
+    /// A setting of histories that means nothing where it stands.
+    HISTORY_SETTING = "UG0431", "setting of a history",
+        "`frames` and `initial` belong to resources with `\"lifetime\": \"history\"`. `frames` is a whole number from 1 to 8 that is known before the viewport is; `initial` is one number, or red, green, blue and alpha; for depth it is between 0 and 1.";
+    /// A read of an earlier frame that is not kept.
+    HISTORY_READ = "UG0432", "frame that is not kept",
+        "`color@-2` is what the frame before the last left in `color`. Only a resource with `\"lifetime\": \"history\"` keeps earlier frames, and only as many as its `frames` says (1 without it).";
+    /// A write of an earlier frame.
+    HISTORY_WRITE = "UG0433", "write of an earlier frame",
+        "A pass writes `color@-1`. What earlier frames left is only read; this frame writes `color`, and the next one reads that as `color@-1`.";
+    /// A history that is none.
+    HISTORY_UNUSED = "UG0434", "history without a use",
+        "No pass writes a history, so that its initial value is all that is ever read; or no pass reads it frames back, so that a transient resource would do with less memory.";
     /// A host that stores things otherwise than a shader reads them.
     HOST_INTERFACE = "UG0608", "host interface",
         "The host's vertex attributes or blocks (names, types, offsets) do not fit a shader that draws its meshes.";

@@ -11,7 +11,6 @@
 //! Discarding on load is recorded as clearing to zero: what is cheap on tiling devices, and nothing is left undefined.
 
 use super::creation::Creation;
-use super::imports::Imports;
 use super::resources::{Resources, Viewed};
 use crate::compiler::{Plan, PlannedPass, StoreOperation};
 use crate::language::TextureShape;
@@ -165,7 +164,7 @@ impl Attachments {
     pub(super) fn begin(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        imports: &Imports,
+        resources: &Resources,
         label: &str,
         layer: u32,
         drawn: &mut Drawn,
@@ -176,7 +175,7 @@ impl Attachments {
         for (at, (color, slot)) in self.color.iter().zip(&mut colors).enumerate() {
             let position = color.position(layer);
             let ops = color.operations(drawn.is_first(at * count + position));
-            let view = color.layers.get(position)?.get(imports)?;
+            let view = color.layers.get(position)?.get(resources)?;
             *slot = Some(color_attachment(view, ops));
         }
         let mut view = None;
@@ -184,14 +183,14 @@ impl Attachments {
         if let Some(depth) = &self.depth {
             let position = depth.position(layer);
             let ops = depth.operations(drawn.is_first(self.color.len() * count + position));
-            view = Some(depth.layers.get(position)?.get(imports)?);
+            view = Some(depth.layers.get(position)?.get(resources)?);
             depth_ops = (!self.depth_read_only).then_some(ops);
         }
         let mut stencil_ops = None;
         if let Some(stencil) = &self.stencil {
             let position = stencil.position(layer);
             let ops = stencil.operations(drawn.is_first((self.color.len() + 1) * count + position));
-            view = Some(stencil.layers.get(position)?.get(imports)?);
+            view = Some(stencil.layers.get(position)?.get(resources)?);
             stencil_ops = (!self.stencil_read_only).then_some(ops);
         }
         let depth = view.map(|view| depth_attachment(view, depth_ops, stencil_ops));
@@ -202,7 +201,7 @@ impl Attachments {
     pub(super) fn clear_rest(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        imports: &Imports,
+        resources: &Resources,
         label: &str,
         drawn: &Drawn,
     ) {
@@ -213,7 +212,7 @@ impl Attachments {
             for (at, (color, slot)) in self.color.iter().zip(&mut colors).enumerate() {
                 if matches!(color.load, wgpu::LoadOp::Clear(_))
                     && !drawn.contains(at * count + position)
-                    && let Some(view) = color.layers.get(position).and_then(|view| view.get(imports))
+                    && let Some(view) = color.layers.get(position).and_then(|view| view.get(resources))
                 {
                     *slot = Some(color_attachment(view, color.operations(true)));
                 }
@@ -221,13 +220,13 @@ impl Attachments {
             let depth = self.depth.as_ref().and_then(|depth| {
                 let is_left = matches!(depth.load, wgpu::LoadOp::Clear(_))
                     && !drawn.contains(self.color.len() * count + position);
-                let view = depth.layers.get(position).filter(|_| is_left)?.get(imports)?;
+                let view = depth.layers.get(position).filter(|_| is_left)?.get(resources)?;
                 Some((view, depth.operations(true)))
             });
             let stencil = self.stencil.as_ref().and_then(|stencil| {
                 let is_left = matches!(stencil.load, wgpu::LoadOp::Clear(_))
                     && !drawn.contains((self.color.len() + 1) * count + position);
-                let view = stencil.layers.get(position).filter(|_| is_left)?.get(imports)?;
+                let view = stencil.layers.get(position).filter(|_| is_left)?.get(resources)?;
                 Some((view, stencil.operations(true)))
             });
             let view = depth.as_ref().map(|(view, _)| *view).or(stencil.as_ref().map(|(view, _)| *view));

@@ -1,14 +1,15 @@
 //! Bind groups of what the module itself binds.
 //!
 //! What a group binds is settled when the plan is realized, but for three things: the buffer of blocks, which is another
-//! one for each record in flight, views of the host's own textures, and what toggles let stand in. A group is made when a combination of these
-//! comes up for the first time, and kept for as long as the combination keeps coming.
+//! one for each record in flight, views of the host's own textures, the copies of histories, which take turns, and what
+//! toggles let stand in. A group is made when a combination of these comes up for the first time, and kept for as long
+//! as the combination keeps coming.
 
 use super::blocks::Place;
 use super::creation::Creation;
-use super::imports::{ImportedView, Imports};
+use super::imports::ImportedView;
 use super::pool::Taken;
-use super::resources::Viewed;
+use super::resources::{Buffer, Resources, Viewed};
 use super::switches::Switches;
 use crate::pipeline::Run;
 use crate::work::ResourceHandle;
@@ -25,6 +26,8 @@ pub(super) struct Group {
     imports: Vec<ImportedView>,
     /// For each binding that toggles switch the resource that is bound in the record that is under way.
     chosen: Vec<ResourceHandle>,
+    /// The histories that frames are bound of.
+    histories: Vec<usize>,
     /// The block `view`, which a dynamic offset moves.
     view: Option<Place>,
     made: Vec<Made>,
@@ -36,7 +39,7 @@ pub(super) struct Group {
 pub(super) enum Bound {
     View(Viewed),
     Sampler(wgpu::Sampler),
-    Buffer(wgpu::Buffer, Option<Run<u64>>),
+    Buffer(Buffer, Option<Run<u64>>),
     Block(Place),
     /// A block `view`: one for each view.
     ViewBlock(Place),
@@ -59,27 +62,35 @@ impl Bound {
             _ => {}
         }
     }
+
+    fn histories(&self, all: &mut Vec<usize>) {
+        match self {
+            Bound::View(Viewed::Turning(turn, _)) => all.push(turn.history),
+            Bound::Buffer(buffer, _) => all.extend(buffer.turn().map(|turn| turn.history)),
+            Bound::Switched(list) => list.iter().for_each(|(_, bound)| bound.histories(all)),
+            _ => {}
+        }
+    }
 }
 
 struct Made {
     blocks: Option<u64>,
     chosen: Vec<ResourceHandle>,
     imports: Vec<wgpu::TextureView>,
+    /// By how many frames the histories had moved on.
+    moved: Vec<usize>,
     group: wgpu::BindGroup,
     used: u64,
 }
 
 impl Made {
-    fn fits(
-        &self,
-        blocks: Option<u64>,
-        chosen: &[ResourceHandle],
-        wanted: &[ImportedView],
-        imports: &Imports,
-    ) -> bool {
+    fn fits(&self, blocks: Option<u64>, group: &Group, resources: &Resources) -> bool {
+        let imports = self.imports.iter().zip(&group.imports);
+        let moved = self.moved.iter().zip(&group.histories);
         self.blocks == blocks
-            && self.chosen == chosen
-            && self.imports.iter().zip(wanted).all(|(made, wanted)| imports.view(*wanted) == Some(made))
+            && self.chosen == group.chosen
+            && imports.into_iter().all(|(made, wanted)| resources.imports.view(*wanted) == Some(made))
+            && moved.into_iter().all(|(made, history)| resources.histories.moved(*history) == *made)
     }
 }
 
@@ -93,8 +104,12 @@ impl Group {
             Bound::ViewBlock(place) => Some(*place),
             _ => None,
         });
+        let mut histories = Vec::new();
+        entries.iter().for_each(|(_, bound)| bound.histories(&mut histories));
+        histories.sort_unstable();
+        histories.dedup();
         let (chosen, made) = (Vec::new(), Vec::new());
-        Self { index, layout, entries, has_blocks, imports, chosen, view, made, current: 0 }
+        Self { index, layout, entries, has_blocks, imports, chosen, histories, view, made, current: 0 }
     }
 
     /// Makes the bind group for a record, unless it is there.
@@ -103,7 +118,7 @@ impl Group {
         creation: &mut Creation<'_>,
         label: &str,
         blocks: Option<&Taken>,
-        imports: &Imports,
+        resources: &Resources,
         switches: &Switches,
         record: u64,
     ) {
@@ -112,10 +127,10 @@ impl Group {
         self.chosen.extend(chosen.map(|(resource, _)| *resource));
         let blocks = blocks.filter(|_| self.has_blocks);
         let id = blocks.map(|blocks| blocks.id);
-        let found = self.made.iter().position(|made| made.fits(id, &self.chosen, &self.imports, imports));
+        let found = self.made.iter().position(|made| made.fits(id, self, resources));
         self.current = found.unwrap_or_else(|| {
             self.made.retain(|made| made.used + KEPT_RECORDS >= record);
-            let made = self.make(creation, label, blocks, (imports, switches), record);
+            let made = self.make(creation, label, blocks, (resources, switches), record);
             self.made.push(made);
             self.made.len() - 1
         });
@@ -127,7 +142,7 @@ impl Group {
         creation: &mut Creation<'_>,
         label: &str,
         blocks: Option<&Taken>,
-        (imports, switches): (&Imports, &Switches),
+        (resources, switches): (&Resources, &Switches),
         record: u64,
     ) -> Made {
         let block = |place: &Place| {
@@ -141,11 +156,11 @@ impl Group {
             let bound = bound.choose(switches).map_or(bound, |(_, chosen)| chosen);
             let resource = match bound {
                 Bound::Switched(_) => return None,
-                Bound::View(view) => wgpu::BindingResource::TextureView(view.get(imports)?),
+                Bound::View(view) => wgpu::BindingResource::TextureView(view.get(resources)?),
                 Bound::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
-                Bound::Buffer(buffer, None) => buffer.as_entire_binding(),
+                Bound::Buffer(buffer, None) => buffer.get(resources)?.as_entire_binding(),
                 Bound::Buffer(buffer, Some(bytes)) => wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                    buffer,
+                    buffer: buffer.get(resources)?,
                     offset: bytes.first,
                     size: wgpu::BufferSize::new(bytes.count),
                 }),
@@ -159,11 +174,13 @@ impl Group {
             layout: &self.layout,
             entries: &entries,
         });
-        let imports = self.imports.iter().filter_map(|view| imports.view(*view).cloned());
+        let imports = self.imports.iter().filter_map(|view| resources.imports.view(*view).cloned());
+        let moved = self.histories.iter().map(|history| resources.histories.moved(*history));
         Made {
             blocks: blocks.map(|blocks| blocks.id),
             chosen: self.chosen.clone(),
             imports: imports.collect(),
+            moved: moved.collect(),
             group,
             used: record,
         }

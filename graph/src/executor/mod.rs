@@ -8,6 +8,7 @@
 //! - `realize`: everything that a plan needs, taken over from the plan before where it can be (`reuse`, `cache`);
 //!   `creation` counts it and catches the device's errors, `requirements` says beforehand what a device lacks;
 //! - `textures`, `imports`, `resources`: the plan's textures and buffers, the host's, and views of both;
+//! - `histories`: what earlier frames left, in copies that take turns;
 //! - `objects`, `pipelines`: shader modules, layouts and pipelines;
 //! - `blocks`, `pool`: where the blocks of one record lie, and buffers that records in flight do not share;
 //! - `groups`, `host_groups`: bind groups of what the module binds, and of the host's materials and objects;
@@ -26,6 +27,7 @@ mod blocks;
 mod cache;
 mod creation;
 mod groups;
+mod histories;
 mod host_groups;
 mod imports;
 mod inputs;
@@ -191,9 +193,16 @@ impl Executor {
         self.realized.data(name)
     }
 
-    /// The texture that stands for a resource, unless it is the host's own. Others may share it within a frame.
+    /// Forgets what earlier frames left: the next record begins every history with its initial value, as after a cut to
+    /// another scene, or when a record's encoder was never submitted.
+    pub fn reset_history(&mut self) {
+        self.realized.resources.histories.reset();
+    }
+
+    /// The texture that stands for a resource, unless it is the host's own. Others may share it within a frame. That of
+    /// a history is the one that the last record wrote; `NAME@-1` is the one before.
     pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
-        match self.realized.plan.resources.get(name)?.physical {
+        match self.realized.resources.physical(&self.realized.plan, name)? {
             Physical::Texture(index) => self.realized.resources.textures.texture(index),
             _ => None,
         }
@@ -201,7 +210,7 @@ impl Executor {
 
     /// The buffer that stands for a resource. Others may share it within a frame.
     pub fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
-        match self.realized.plan.resources.get(name)?.physical {
+        match self.realized.resources.physical(&self.realized.plan, name)? {
             Physical::Buffer(index) => self.realized.resources.textures.buffer(index),
             _ => None,
         }
@@ -233,6 +242,9 @@ impl Executor {
 
     /// Records a frame into an encoder. Several records in one submission do not disturb one another.
     ///
+    /// Each record is a frame of its own to histories: what one writes to `color`, the next one reads as `color@-1`, also
+    /// within one submission. Encoders have to be submitted in the order of their records.
+    ///
     /// # Errors
     /// Imports that are missing or not as planned; toggles that the pipeline does not have; a draw source that is missing, does not know a filter, or stores
     /// meshes otherwise than the one that the plan was realized for; host data that a host pass did not declare; errors
@@ -255,7 +267,7 @@ impl Executor {
         let start = self.times.now();
         self.prepare(encoder, frame)?;
         self.times.add_preparation(start);
-        record::record(&self.realized, encoder, frame.draws, &mut self.scratch, &mut self.times);
+        record::record(&mut self.realized, encoder, frame.draws, &mut self.scratch, &mut self.times);
         Ok(())
     }
 
@@ -265,8 +277,14 @@ impl Executor {
         let mut creation = Creation::new(&self.device, &mut self.statistics);
         let size = self.realized.blocks.size;
         let blocks = (size > 0).then(|| self.pool.take(&mut creation, encoder, size, self.records));
-        let prepared =
-            record::prepare(&mut self.realized, &mut creation, frame, blocks.as_ref(), self.records);
+        let prepared = record::prepare(
+            &mut self.realized,
+            &mut creation,
+            &self.queue,
+            frame,
+            blocks.as_ref(),
+            self.records,
+        );
         if let (Some(blocks), Ok(())) = (&blocks, &prepared) {
             // Within the scopes of the creation, if there are any: on a device that is lost, a new buffer is none.
             let Realized { plan, data, switches, blocks: packed, .. } = &mut self.realized;

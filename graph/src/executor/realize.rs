@@ -9,6 +9,7 @@ use super::attachments::Attachments;
 use super::blocks::{self, Blocks};
 use super::creation::Creation;
 use super::groups::{Bound, Group};
+use super::histories::Histories;
 use super::host_groups::{HostLayout, Materials, Objects as HostObjects};
 use super::imports::Imports;
 use super::objects::Objects;
@@ -109,8 +110,10 @@ impl Realized {
     ) -> Result<Self, Diagnostic> {
         let blocks = Blocks::new(&plan, limits)?;
         let old = before.map(|before| (&*before.plan, &before.resources.textures));
-        let resources =
-            Resources { textures: Textures::new(creation, &plan, old), imports: Imports::new(&plan) };
+        let textures = Textures::new(creation, &plan, old);
+        let old = before.map(|before| (&before.resources.histories, &before.resources.textures));
+        let histories = Histories::new(&plan, &textures, old);
+        let resources = Resources { textures, imports: Imports::new(&plan), histories };
         let data = plan.pipeline.resources.iter().map(|resource| match &resource.kind {
             ResourceKind::Data(Some(shape)) => {
                 let kept = before
@@ -257,7 +260,7 @@ impl Realized {
                     }
                     SlotSource::Buffer(view) => {
                         let bound = |resource| {
-                            let buffer = self.resources.buffer(&plan, resource).cloned()?;
+                            let buffer = self.resources.buffer(&plan, resource)?;
                             Some((resource, Bound::Buffer(buffer, view.bytes)))
                         };
                         switched(plan.pipeline.stand_ins(view.resource).filter_map(bound).collect())

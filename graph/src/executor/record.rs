@@ -10,9 +10,9 @@ use super::Frame;
 use super::attachments::{Attachments, Drawn};
 use super::creation::Creation;
 use super::groups;
-use super::imports::Imports;
 use super::pool::Taken;
 use super::realize::{Realized, RealizedCopy, RealizedPass, RealizedScene, RealizedWork};
+use super::resources::Resources;
 use super::scene::Scene;
 use super::switches::Switches;
 use super::times::Times;
@@ -36,18 +36,22 @@ pub(super) struct Scratch {
 pub(super) fn prepare(
     realized: &mut Realized,
     creation: &mut Creation<'_>,
+    queue: &wgpu::Queue,
     frame: &Frame<'_>,
     blocks: Option<&Taken>,
     record: u64,
 ) -> Result<(), Diagnostic> {
+    let Resources { textures, histories, .. } = &mut realized.resources;
+    histories.advance(&realized.plan, &realized.switches);
+    histories.prepare(creation, queue, textures);
     realized.resources.imports.set(creation, frame.imports, record);
-    let imports = &realized.resources.imports;
+    let resources = &realized.resources;
     for (planned, pass) in realized.plan.passes.iter().zip(&mut realized.passes) {
         if !realized.switches.runs(&realized.plan, planned.handle) {
             continue;
         }
         for group in &mut pass.groups {
-            group.prepare(creation, &planned.name, blocks, imports, &realized.switches, record);
+            group.prepare(creation, &planned.name, blocks, resources, &realized.switches, record);
         }
     }
     if let Some(source) = frame.draws {
@@ -64,6 +68,7 @@ pub(super) fn prepare(
 /// Forgets everything that a record created, since some of it was refused.
 pub(super) fn forget(realized: &mut Realized) {
     realized.resources.imports.forget_views();
+    realized.resources.histories.retreat();
     realized.passes.iter_mut().flat_map(|pass| &mut pass.groups).for_each(groups::Group::forget);
     for materials in &mut realized.materials {
         materials.forget();
@@ -75,13 +80,15 @@ pub(super) fn forget(realized: &mut Realized) {
 
 /// Records all passes.
 pub(super) fn record(
-    realized: &Realized,
+    realized: &mut Realized,
     encoder: &mut wgpu::CommandEncoder,
     source: Option<&dyn DrawSource>,
     scratch: &mut Scratch,
     times: &mut Times,
 ) {
-    let imports = &realized.resources.imports;
+    realized.resources.histories.record(encoder);
+    let realized = &*realized;
+    let resources = &realized.resources;
     for (at, (planned, pass)) in realized.plan.passes.iter().zip(&realized.passes).enumerate() {
         // Passes of one render pass have the same toggle.
         if !realized.switches.runs(&realized.plan, planned.handle) {
@@ -90,7 +97,7 @@ pub(super) fn record(
         let start = times.now();
         match &pass.work {
             RealizedWork::Host | RealizedWork::Nothing => continue,
-            RealizedWork::Copy(copy) => record_copy(encoder, imports, &realized.switches, copy),
+            RealizedWork::Copy(copy) => record_copy(encoder, resources, &realized.switches, copy),
             RealizedWork::Compute { pipeline, workgroups: [x, y, z] } => {
                 let descriptor =
                     wgpu::ComputePassDescriptor { label: Some(&pass.label), timestamp_writes: None };
@@ -128,9 +135,9 @@ struct Recording<'a> {
 impl Recording<'_> {
     /// One render pass with all draws of some passes from a position on.
     fn flat(&mut self, encoder: &mut wgpu::CommandEncoder, first: usize, count: usize) {
-        let imports = &self.realized.resources.imports;
+        let resources = &self.realized.resources;
         self.scratch.drawn.reset(self.attachments);
-        let begun = self.attachments.begin(encoder, imports, self.label, 0, &mut self.scratch.drawn);
+        let begun = self.attachments.begin(encoder, resources, self.label, 0, &mut self.scratch.drawn);
         let Some(mut render_pass) = begun else { return };
         let passes = self.realized.plan.passes.iter().zip(&self.realized.passes);
         for (planned, pass) in passes.skip(first).take(count) {
@@ -159,7 +166,7 @@ impl Recording<'_> {
 
     /// A render pass for each run of views that draw into the same layer.
     fn layered(&mut self, encoder: &mut wgpu::CommandEncoder, at: usize, pass: &RealizedPass) {
-        let imports = &self.realized.resources.imports;
+        let resources = &self.realized.resources;
         self.scratch.drawn.reset(self.attachments);
         if let (RealizedWork::Scene { scene, .. }, Some(planned)) =
             (&pass.work, self.realized.plan.passes.get(at))
@@ -169,7 +176,7 @@ impl Recording<'_> {
                 let layer = run.first().map_or(0, |view| view.layer);
                 let drawn = &mut self.scratch.drawn;
                 if let Some(mut render_pass) =
-                    self.attachments.begin(encoder, imports, self.label, layer, drawn)
+                    self.attachments.begin(encoder, resources, self.label, layer, drawn)
                 {
                     set_stencil(self.realized, planned, &mut render_pass);
                     self.draw(planned, pass, scene, (first, run), &mut render_pass);
@@ -177,7 +184,7 @@ impl Recording<'_> {
                 first += run.len();
             }
         }
-        self.attachments.clear_rest(encoder, imports, self.label, &self.scratch.drawn);
+        self.attachments.clear_rest(encoder, resources, self.label, &self.scratch.drawn);
     }
 
     /// Lets the host draw some views, the first of which is at a position among those of the pass.
@@ -235,14 +242,14 @@ fn fullscreen(
 
 fn record_copy(
     encoder: &mut wgpu::CommandEncoder,
-    imports: &Imports,
+    resources: &Resources,
     switches: &Switches,
     copy: &RealizedCopy,
 ) {
     let seen = copy.sources.first().map(|(resource, _)| switches.seen(*resource));
     let Some((_, from)) = copy.sources.iter().find(|(resource, _)| Some(*resource) == seen) else { return };
     let (Some(source), Some(destination)) =
-        (from.texture.get(imports), copy.destination.texture.get(imports))
+        (from.texture.get(resources), copy.destination.texture.get(resources))
     else {
         return;
     };

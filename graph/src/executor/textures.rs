@@ -10,7 +10,7 @@ use super::creation::Creation;
 use super::reuse::{Piece, reuse};
 use crate::compiler::{Physical, PhysicalTexture, Plan, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Aspect, Run};
+use crate::pipeline::{Aspect, History, Run};
 use crate::work::TextureView;
 
 /// The textures and buffers of one plan.
@@ -59,6 +59,19 @@ impl Textures {
         });
         let buffers = buffers.collect();
         Self { textures, buffers, views: HashMap::new() }
+    }
+
+    /// Whether what stands at a place is what stood at a place of the plan before.
+    pub(super) fn is_same(&self, place: Physical, before: &Self, old: Physical) -> bool {
+        match (place, old) {
+            (Physical::Texture(at), Physical::Texture(old)) => {
+                self.texture(at).is_some() && self.texture(at) == before.texture(old)
+            }
+            (Physical::Buffer(at), Physical::Buffer(old)) => {
+                self.buffer(at).is_some() && self.buffer(at) == before.buffer(old)
+            }
+            _ => false,
+        }
     }
 
     /// A texture by its position in the plan.
@@ -172,5 +185,12 @@ fn buffer_pieces(plan: &Plan) -> Vec<Piece<'_, BufferKey>> {
 fn keepers(plan: &Plan, position: impl Fn(Physical) -> Option<usize>) -> BTreeMap<usize, &str> {
     let outlives = |resource: &PlannedResource| resource.lifetime != Lifetime::Transient;
     let kept = plan.resources.iter().filter(|(_, resource)| outlives(resource));
-    kept.filter_map(|(name, resource)| Some((position(resource.physical)?, name.as_str()))).collect()
+    let kept = kept.map(|(name, resource)| (resource.physical, name.as_str()));
+    // The frames of a history each go on under their own names, also those that no pass reads.
+    let frames = plan.histories.values().flat_map(|history| {
+        let members = plan.pipeline.resource(history.handle).history.into_iter().flat_map(History::members);
+        let names = members.map(|member| plan.pipeline.resource(member).name.as_str());
+        history.places.iter().copied().zip(names)
+    });
+    kept.chain(frames).filter_map(|(physical, name)| Some((position(physical)?, name))).collect()
 }

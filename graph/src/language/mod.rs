@@ -20,5 +20,6 @@ pub use expression::Expr;
 pub use reference::{Reference, ReferenceError};
 pub use resource::{
     BufferDeclaration, FormatCandidates, Lifetime, ResourceDeclaration, TextureDeclaration, TextureShape,
+    WordValue,
 };
 pub use word::Word;

@@ -1,4 +1,5 @@
-//! References to resources: `maps`, or `maps@casters` for the version that one pass wrote.
+//! References to resources: `maps`, `maps@casters` for the version that one pass wrote, or `maps@-1` for what the frame
+//! before left.
 
 /// A resource, and which of its versions is meant.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -7,18 +8,22 @@ pub struct Reference<'a> {
     pub resource: &'a str,
     /// The pass whose write made the version; `None` for the newest.
     pub version: Option<&'a str>,
+    /// How many frames ago; 0 for this frame.
+    pub back: u32,
 }
 
 /// A text that is no reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a reference is the name of a resource, or name@pass for the version that a pass wrote")]
+#[error(
+    "a reference is the name of a resource, name@pass for the version that a pass wrote, or name@-1 for the frame before"
+)]
 pub struct ReferenceError;
 
 impl<'a> Reference<'a> {
     /// Takes a text apart.
     ///
     /// # Errors
-    /// An empty name, or more than one `@`.
+    /// An empty name, more than one `@`, or frames that are not counted from 1.
     pub fn parse(text: &'a str) -> Result<Self, ReferenceError> {
         let mut parts = text.split('@');
         let resource = parts.next().filter(|name| !name.is_empty()).ok_or(ReferenceError)?;
@@ -26,7 +31,14 @@ impl<'a> Reference<'a> {
         if parts.next().is_some() || version == Some("") {
             return Err(ReferenceError);
         }
-        Ok(Self { resource, version })
+        match version.and_then(|version| version.strip_prefix('-')) {
+            None => Ok(Self { resource, version, back: 0 }),
+            Some(frames) => {
+                let plain = frames.bytes().all(|digit| digit.is_ascii_digit());
+                let back = frames.parse().ok().filter(|back| plain && *back > 0);
+                Ok(Self { resource, version: None, back: back.ok_or(ReferenceError)? })
+            }
+        }
     }
 }
 
@@ -36,9 +48,13 @@ mod tests {
 
     #[test]
     fn a_reference_names_a_resource_and_perhaps_a_version() {
-        assert_eq!(Reference::parse("maps"), Ok(Reference { resource: "maps", version: None }));
-        assert_eq!(Reference::parse("maps@draw"), Ok(Reference { resource: "maps", version: Some("draw") }));
-        for text in ["", "@a", "a@", "a@b@c"] {
+        assert_eq!(Reference::parse("maps"), Ok(Reference { resource: "maps", version: None, back: 0 }));
+        assert_eq!(
+            Reference::parse("maps@draw"),
+            Ok(Reference { resource: "maps", version: Some("draw"), back: 0 })
+        );
+        assert_eq!(Reference::parse("maps@-12"), Ok(Reference { resource: "maps", version: None, back: 12 }));
+        for text in ["", "@a", "a@", "a@b@c", "a@-0", "a@-", "a@-+1", "a@-x", "a@-99999999999"] {
             assert_eq!(Reference::parse(text), Err(ReferenceError), "{text}");
         }
     }

@@ -39,6 +39,13 @@ pub struct TextureDeclaration {
     /// How long the texture lives.
     #[serde(default)]
     pub lifetime: Lifetime,
+    /// For a history: how many earlier frames can be read, 1 to 8, as `NAME@-1`, `NAME@-2` and so on; 1 without it.
+    #[serde(default)]
+    pub frames: Option<Expr>,
+    /// For a history: what an earlier frame holds before there was one. A number for all channels or for depth, or red,
+    /// green, blue and alpha.
+    #[serde(default)]
+    pub initial: Option<Expr>,
     /// What it is for.
     #[serde(default)]
     pub description: Option<String>,
@@ -53,9 +60,27 @@ pub struct BufferDeclaration {
     /// How long the buffer lives.
     #[serde(default)]
     pub lifetime: Lifetime,
+    /// For a history: how many earlier frames can be read, 1 to 8, as `NAME@-1`, `NAME@-2` and so on; 1 without it.
+    #[serde(default)]
+    pub frames: Option<Expr>,
+    /// For a history: the value of each four bytes of an earlier frame before there was one.
+    #[serde(default)]
+    pub initial: Option<WordValue>,
     /// What it is for.
     #[serde(default)]
     pub description: Option<String>,
+}
+
+/// The value of four bytes.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum WordValue {
+    /// A floating-point number.
+    F32(Expr),
+    /// A whole number from 0.
+    U32(Expr),
+    /// A whole number.
+    I32(Expr),
 }
 
 /// One format, or several in the order of preference.
@@ -122,6 +147,8 @@ pub enum Lifetime {
     Transient,
     /// From frame to frame.
     Persistent,
+    /// One for each frame, of which the last few can be read: `NAME@-1` is that of the frame before.
+    History,
     /// The host's own; what is written to it is what the pipeline is for.
     Imported,
 }

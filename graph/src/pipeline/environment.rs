@@ -20,12 +20,23 @@ pub struct Environment {
     pub(super) prefix: String,
     /// Parameters of the subgraph and variables of loops.
     pub(super) locals: BTreeMap<String, Value>,
-    /// Inputs of the subgraph: resources of the user, and the pass whose version of it is meant.
-    pub(super) inputs: BTreeMap<String, (String, Option<String>)>,
+    /// Inputs of the subgraph.
+    pub(super) inputs: BTreeMap<String, Input>,
     /// Where the subgraphs are used, the innermost first.
     pub(super) used_at: Vec<Span>,
     /// The toggles that uses of subgraphs around it have, as they are written.
     pub(super) toggles: Vec<String>,
+}
+
+/// What stands for an input of a subgraph.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Input {
+    /// The resource of the user.
+    pub(super) name: String,
+    /// The pass whose version of it is meant.
+    pub(super) version: Option<String>,
+    /// How many frames ago.
+    pub(super) back: u32,
 }
 
 impl Environment {
@@ -37,14 +48,19 @@ impl Environment {
     /// The name outside of a resource or host data.
     pub(super) fn resource(&self, name: &str) -> String {
         match self.inputs.get(name) {
-            Some((outside, _)) => outside.clone(),
+            Some(input) => input.name.clone(),
             None => format!("{}{name}", self.prefix),
         }
     }
 
     /// The pass whose version of an input is meant, where the user said so.
     pub(super) fn version(&self, name: &str) -> Option<&str> {
-        self.inputs.get(name).and_then(|(_, version)| version.as_deref())
+        self.inputs.get(name).and_then(|input| input.version.as_deref())
+    }
+
+    /// How many frames ago an input of that name lies.
+    pub(super) fn back(&self, name: &str) -> u32 {
+        self.inputs.get(name).map_or(0, |input| input.back)
     }
 
     /// The name outside of a pass.
@@ -129,7 +145,10 @@ mod tests {
         Environment {
             prefix: "blur.".to_owned(),
             locals: BTreeMap::from([("level".to_owned(), Value::Number(2.0))]),
-            inputs: BTreeMap::from([("image".to_owned(), ("moments".to_owned(), Some("warp".to_owned())))]),
+            inputs: BTreeMap::from([(
+                "image".to_owned(),
+                Input { name: "moments".to_owned(), version: Some("warp".to_owned()), back: 0 },
+            )]),
             toggles: Vec::new(),
             used_at: Vec::new(),
         }

@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::builder::expression_finding;
-use super::environment::Environment;
+use super::environment::{Environment, Input};
 use super::load::{RESERVED, Shared, bad_name, is_name};
 use super::setting;
 use crate::diagnostic::{Code, Diagnostic, codes, did_you_mean};
@@ -412,9 +412,9 @@ impl<'a, 's> Expander<'a, 's> {
                             let version = reference.version.map(|pass| outer.pass(pass));
                             let version =
                                 version.or_else(|| outer.version(reference.resource).map(str::to_owned));
-                            inner
-                                .inputs
-                                .insert(input.key.clone(), (outer.resource(reference.resource), version));
+                            let back = outer.back(reference.resource).saturating_add(reference.back);
+                            let name = outer.resource(reference.resource);
+                            inner.inputs.insert(input.key.clone(), Input { name, version, back });
                         }
                         Err(error) => {
                             let finding = Diagnostic::error(

@@ -19,6 +19,7 @@ mod configurations;
 mod dependence;
 mod environment;
 mod expand;
+mod history;
 mod host_contract;
 mod load;
 mod modules;
@@ -37,6 +38,7 @@ pub(crate) use binding::{element_type, member_runs};
 pub(crate) use builder::expression_finding;
 pub use builder::{Face, PartSettings, PassBuilder, Produced};
 pub use environment::Environment;
+pub use history::History;
 pub(crate) use load::evaluate_at;
 pub use load::load;
 pub use part::{Aspect, Part, Run};
@@ -143,9 +145,16 @@ pub struct Resource {
     pub environment: Arc<Environment>,
     /// What it is.
     pub kind: ResourceKind,
+    /// For a history, which of its frames it is.
+    pub history: Option<History>,
 }
 
 impl Resource {
+    /// Whether it is an earlier frame of a history, which can only be read.
+    pub fn is_earlier_frame(&self) -> bool {
+        self.history.is_some_and(|history| history.back > 0)
+    }
+
     /// How long it lives.
     pub fn lifetime(&self) -> Lifetime {
         match &self.kind {

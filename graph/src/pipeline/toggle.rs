@@ -26,7 +26,7 @@ use std::sync::Arc;
 
 use super::environment::Environment;
 use super::load::{RESERVED, Shared, bad_name, is_name};
-use super::{Pass, Pipeline, ResourceKind, Use, Version};
+use super::{Pass, Pipeline, ResourceKind, Use, Version, history};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, did_you_mean, list_of};
 use crate::document::{Document, Entry, Value, pointer_join};
 use crate::language::{Reference, ToggleDeclaration};
@@ -404,6 +404,15 @@ impl Look<'_> {
             findings.push(self.finding(codes::UNKNOWN_RESOURCE, place, message, help));
             return None;
         };
+        let back = environment.back(reference.resource).saturating_add(reference.back);
+        if back > 0 {
+            let earlier = history::earlier(self.shared, handle, back);
+            if earlier.is_none() {
+                let (message, help) = history::beyond(self.shared, handle, back);
+                findings.push(self.finding(codes::HISTORY_READ, place, message, help));
+            }
+            return Some((earlier?, Version::Newest));
+        }
         let version = match (reference.version, environment.version(reference.resource)) {
             (Some(pass), _) => Version::WrittenBy(environment.pass(pass)),
             (None, Some(pass)) => Version::WrittenBy(pass.to_owned()),

@@ -164,6 +164,11 @@ fn resources(before: &Report, after: &Report, lines: &mut Vec<String>) {
         if old.description != new.description {
             lines.push(format!("the resource {name} is {}, it was {}", new.description, old.description));
         }
+        if let (Some(old), Some(new)) = (old.frames, new.frames)
+            && old != new
+        {
+            lines.push(format!("the resource {name} keeps {new} earlier frames, it was {old}"));
+        }
         if old.lifetime != new.lifetime {
             lines.push(
                 format!("the resource {name} is {:?}, it was {:?}", new.lifetime, old.lifetime)

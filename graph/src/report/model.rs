@@ -5,7 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use petgraph::visit::EdgeRef as _;
 use serde::Serialize;
 
-use crate::compiler::{Edge, Graph, GraphNode, Hazard, Physical, Plan, StoreOperation, format_name};
+use crate::compiler::{
+    Edge, Graph, GraphNode, Hazard, Physical, Plan, StoreOperation, format_name, surviving_writers,
+};
 use crate::language::Lifetime;
 use crate::pipeline::{Part, ResourceKind};
 use crate::source::{Sources, Span};
@@ -99,6 +101,9 @@ pub struct ResourceReport {
     pub read_in: Vec<usize>,
     /// The columns in which it is written.
     pub written_in: Vec<usize>,
+    /// For a history how many earlier frames can be read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames: Option<u32>,
     /// Where it is declared: file and line.
     pub declared: String,
 }
@@ -115,6 +120,8 @@ pub enum EdgeKind {
     WriteAfterWrite,
     /// The document says so.
     Explicit,
+    /// The second, which may run earlier, reads some frames later what the first leaves in a history.
+    LaterFrame,
 }
 
 /// What leads from one pass to another.
@@ -335,6 +342,7 @@ fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<Reso
             columns: [*first, *last],
             read_in,
             written_in,
+            frames: resource.history.map(|history| history.frames),
             declared: place_of(sources, resource.place),
         });
     }
@@ -443,6 +451,23 @@ fn edges(plan: &Plan, graph: &Graph, column_of: &[usize]) -> Vec<EdgeReport> {
             _ => continue,
         };
         edges.push(report);
+    }
+    let pipeline = &plan.pipeline;
+    for reader in pipeline.pass_handles() {
+        for one in &pipeline.pass(reader).uses {
+            let history = pipeline.resource(one.resource).history.filter(|history| history.back > 0);
+            for writer in
+                history.into_iter().flat_map(|history| surviving_writers(pipeline, graph, history.of))
+            {
+                edges.push(EdgeReport {
+                    from: column_of[writer.index()],
+                    to: column_of[reader.index()],
+                    kind: EdgeKind::LaterFrame,
+                    resource: name(one.resource),
+                    version: None,
+                });
+            }
+        }
     }
     edges.sort();
     edges.dedup();

@@ -37,7 +37,7 @@ text { font: 12px ui-sans-serif, system-ui, 'DejaVu Sans', sans-serif; fill: #1f
 .write { fill: #1f2933 } .read { fill: #fff; stroke: #1f2933; stroke-width: 1.8 }
 .version { fill: none; stroke: #1f2933; stroke-opacity: .4; stroke-width: 1.3 }
 .edge { fill: none; stroke-width: 1.4 } .edge.write-after-read { stroke: #d64545; stroke-dasharray: 5 3 }
-.edge.write-after-write { stroke: #b44d12; stroke-dasharray: 2 3 } .edge.explicit { stroke: #7b8794 }
+.edge.later-frame { stroke: #3a9d6a; stroke-dasharray: 1 3 } .edge.write-after-write { stroke: #b44d12; stroke-dasharray: 2 3 } .edge.explicit { stroke: #7b8794 }
 .group { fill: none; stroke: #2f80ed; stroke-width: 2 }
 .alive { fill: #bcd7fb; stroke: #5b9bf0 } .created { stroke: #2f80ed; stroke-width: 1.6 } .without { stroke: #d64545; stroke-dasharray: 5 4 }
 ";
@@ -125,15 +125,16 @@ fn header(out: &mut String, report: &Report, width: usize) {
     );
 }
 
-/// The arcs above the passes: hazards that no data says already, and explicit order.
+/// The arcs above the passes: hazards that no data says already, explicit order, and what later frames read.
 fn shown(report: &Report) -> impl Iterator<Item = &super::EdgeReport> {
     let data = |from: usize, to: usize| {
         report.edges.iter().any(|edge| edge.kind == EdgeKind::Data && (edge.from, edge.to) == (from, to))
     };
-    report
-        .edges
-        .iter()
-        .filter(move |edge| edge.kind != EdgeKind::Data && edge.from < edge.to && !data(edge.from, edge.to))
+    report.edges.iter().filter(move |edge| match edge.kind {
+        EdgeKind::Data => false,
+        EdgeKind::LaterFrame => edge.from != edge.to,
+        _ => edge.from < edge.to && !data(edge.from, edge.to),
+    })
 }
 
 fn arc_rise(length: usize) -> usize {
@@ -141,16 +142,21 @@ fn arc_rise(length: usize) -> usize {
 }
 
 fn arcs_height(report: &Report) -> usize {
-    shown(report).map(|edge| arc_rise(edge.to - edge.from)).max().map_or(0, |rise| rise + 6)
+    shown(report).map(|edge| arc_rise(edge.to.abs_diff(edge.from))).max().map_or(0, |rise| rise + 6)
 }
 
 fn hazards(out: &mut String, report: &Report, head: usize) {
     for edge in shown(report) {
-        let (from, to) = (center(edge.from) + 16, center(edge.to) - 16);
-        let rise = arc_rise(edge.to - edge.from) * 4 / 3;
+        let (from, to) = if edge.from < edge.to {
+            (center(edge.from) + 16, center(edge.to) - 16)
+        } else {
+            (center(edge.from) - 16, center(edge.to) + 16)
+        };
+        let rise = arc_rise(edge.to.abs_diff(edge.from)) * 4 / 3;
         let (class, words) = match edge.kind {
             EdgeKind::WriteAfterRead => ("write-after-read", "overwrites what is read before"),
             EdgeKind::WriteAfterWrite => ("write-after-write", "overwrites"),
+            EdgeKind::LaterFrame => ("later-frame", "reads in a later frame what is left"),
             _ => ("explicit", "runs after, as the document says"),
         };
         let resource = edge.resource.as_deref().map_or(String::new(), |name| format!(" ({name})"));

@@ -63,5 +63,6 @@ fn label(edge: &EdgeReport) -> String {
         EdgeKind::WriteAfterRead => format!("{resource} is overwritten"),
         EdgeKind::WriteAfterWrite => format!("{resource} again"),
         EdgeKind::Explicit => "after".to_owned(),
+        EdgeKind::LaterFrame => format!("{resource}, in a later frame"),
     }
 }

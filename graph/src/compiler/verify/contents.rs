@@ -8,6 +8,8 @@
 //! - a read of the version of a named pass has to find what that pass, or the last writer before it, left;
 //! - a part that is read has to be written in at least one region, and dropped in none;
 //! - at the end nothing of what outlives the frame may be dropped;
+//! - an earlier frame of a history holds what was left then, and this frame's nothing; where a planned pass reads earlier
+//!   frames, what this frame leaves must have all of its writers;
 //! - two writers of a region have to be ordered by data, by `after` or by a named version, unless the first of them is
 //!   the only one that does not load. An order found for one resource may explain that of another.
 //!
@@ -31,6 +33,8 @@ pub(super) struct Flow {
     pub(super) feeds: HashSet<(PassHandle, PassHandle, ResourceHandle)>,
     /// The passes of whose writes something outlives the frame.
     pub(super) lasting: BTreeSet<PassHandle>,
+    /// By history the passes of whose writes something is left for later frames.
+    pub(super) carried: HashMap<ResourceHandle, BTreeSet<PassHandle>>,
 }
 
 /// What a region holds.
@@ -146,7 +150,7 @@ impl Explained {
 /// Plays the frame of a plan through.
 pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Flow {
     let pipeline = &plan.pipeline;
-    let mut flow = Flow { feeds: HashSet::new(), lasting: BTreeSet::new() };
+    let mut flow = Flow { feeds: HashSet::new(), lasting: BTreeSet::new(), carried: HashMap::new() };
     let mut explained = Explained { next: HashMap::new() };
     for pass in pipeline.pass_handles() {
         for before in &pipeline.pass(pass).after {
@@ -155,6 +159,9 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
     }
     let by_name: HashMap<&str, PassHandle> =
         pipeline.pass_handles().map(|pass| (pipeline.pass(pass).name.as_str(), pass)).collect();
+    let uses = plan.passes.iter().flat_map(|planned| &pipeline.pass(planned.handle).uses);
+    let histories = uses.filter_map(|one| pipeline.resource(one.resource).history);
+    let read_back = histories.filter(|history| history.back > 0).map(|history| history.of).collect();
     let mut all: Vec<Vec<(PassHandle, &Use)>> = vec![Vec::new(); pipeline.resources.len()];
     for pass in plan
         .passes
@@ -191,6 +198,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
                 plan,
                 schedule,
                 by_name: &by_name,
+                read_back: &read_back,
                 handle,
                 flow: &mut flow,
                 explained: &mut explained,
@@ -247,6 +255,8 @@ struct Player<'a, 'b> {
     plan: &'a Plan,
     schedule: &'a Schedule,
     by_name: &'a HashMap<&'a str, PassHandle>,
+    /// The histories of which planned passes read earlier frames.
+    read_back: &'a HashSet<ResourceHandle>,
     handle: ResourceHandle,
     flow: &'b mut Flow,
     explained: &'b mut Explained,
@@ -256,7 +266,9 @@ struct Player<'a, 'b> {
 impl Player<'_, '_> {
     /// Plays one resource through; for each region its writers in order, each with whether it loads.
     fn play(&mut self, events: &[&Event<'_>], regions: usize) -> Vec<Vec<(PassHandle, bool)>> {
-        let lasting = self.plan.pipeline.resource(self.handle).lifetime() != Lifetime::Transient;
+        let resource = self.plan.pipeline.resource(self.handle);
+        let outlives = resource.lifetime() != Lifetime::Transient;
+        let lasting = outlives && resource.history.is_none_or(|history| history.back > 0);
         let mut writers: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
         let mut culled: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
         for event in events.iter().filter(|event| event.one.usage.writes()) {
@@ -286,8 +298,19 @@ impl Player<'_, '_> {
             }
             at = end;
         }
-        if lasting {
+        if outlives {
             self.finish(&content, &writers);
+        }
+        if resource.history.is_some_and(|history| history.back == 0) && self.read_back.contains(&self.handle)
+        {
+            for (live, culled) in writers.iter().zip(&culled) {
+                if let Some(needed) = needed_but_culled(live, culled) {
+                    let (needed, resource) = self.names(needed);
+                    let message =
+                        format!("\"{resource}\" is read some frames later, but \"{needed}\" is culled");
+                    self.faults.add(FaultKind::CulledButNeeded, message);
+                }
+            }
         }
         // The order of one pass's several uses is no question.
         writers.dedup();
@@ -428,8 +451,13 @@ impl Player<'_, '_> {
                 }
                 // Storage and copies may leave texels as they were, and so may a draw to a layer for each view.
                 Content::Written(_) => {
+                    let is_history = self.plan.pipeline.resource(self.handle).history.is_some();
                     for (writer, _) in writers[region].iter().rev() {
-                        self.flow.lasting.insert(*writer);
+                        if is_history {
+                            self.flow.carried.entry(self.handle).or_default().insert(*writer);
+                        } else {
+                            self.flow.lasting.insert(*writer);
+                        }
                         if self.covers(*writer, region, writers) {
                             break;
                         }

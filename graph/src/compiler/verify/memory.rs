@@ -1,7 +1,7 @@
 //! Whether the places of resources are right: enough of them, not more than needed, fitting, and never shared by two
 //! resources that are alive together.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use wgpu_types::{BufferUsages, TextureUsages};
 
@@ -23,7 +23,9 @@ struct Used {
 }
 
 /// Checks places, spans, usages and sums.
-pub(super) fn check(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
+///
+/// `spare` are the places of earlier frames that no pass reads, which are there all the same.
+pub(super) fn check(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physical>, faults: &mut Faults) {
     let used = used(plan);
     let mut handles: Vec<&ResourceHandle> = used.keys().collect();
     handles.sort_unstable();
@@ -63,8 +65,8 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
             faults.add(FaultKind::ToggleWrong, message);
         }
     }
-    check_sharing(plan, options, &conditional, &mut tenants, faults);
-    check_sums(plan, options, faults);
+    check_sharing(plan, options, &conditional, &mut tenants, spare, faults);
+    check_sums(plan, options, spare, faults);
 }
 
 /// The last mip or layer of a run.
@@ -238,6 +240,7 @@ fn check_sharing(
     options: &PlanOptions,
     conditional: &HashSet<ResourceHandle>,
     tenants: &mut BTreeMap<Physical, Vec<(usize, usize, &str)>>,
+    spare: &BTreeSet<Physical>,
     faults: &mut Faults,
 ) {
     for list in tenants.values_mut() {
@@ -270,7 +273,7 @@ fn check_sharing(
     }
     let textures = (0..plan.textures.len()).map(Physical::Texture);
     for place in textures.chain((0..plan.buffers.len()).map(Physical::Buffer)) {
-        if !tenants.contains_key(&place) {
+        if !tenants.contains_key(&place) && !spare.contains(&place) {
             faults.add(FaultKind::PhysicalUnused, format!("{place:?} stands for nothing"));
         }
     }
@@ -328,12 +331,18 @@ fn check_minimal(
     }
 }
 
-fn check_sums(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
+fn check_sums(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physical>, faults: &mut Faults) {
     let created: u64 =
         plan.textures.iter().map(|one| one.bytes).chain(plan.buffers.iter().map(|one| one.bytes)).sum();
     let own =
         |planned: &&PlannedResource| matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_));
-    let apart: u64 = plan.resources.values().filter(own).map(|planned| planned.bytes).sum();
+    let kept = spare.iter().filter_map(|place| match place {
+        Physical::Texture(at) => plan.textures.get(*at).map(|texture| texture.bytes),
+        Physical::Buffer(at) => plan.buffers.get(*at).map(|buffer| buffer.bytes),
+        Physical::Imported | Physical::Host => None,
+    });
+    let kept: u64 = kept.sum();
+    let apart: u64 = kept + plan.resources.values().filter(own).map(|planned| planned.bytes).sum::<u64>();
     for (what, stated, right) in
         [("bytes", plan.bytes, created), ("bytes_without_aliasing", plan.bytes_without_aliasing, apart)]
     {
@@ -359,7 +368,7 @@ fn check_sums(plan: &Plan, options: &PlanOptions, faults: &mut Faults) {
         sum += change;
         sum
     });
-    let peak = peak.max().unwrap_or(0);
+    let peak = peak.max().unwrap_or(0) + i128::from(kept);
     if i128::from(plan.bytes_peak) != peak {
         faults.add(FaultKind::BytesWrong, format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak));
     }

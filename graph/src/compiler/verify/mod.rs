@@ -11,7 +11,8 @@
 //! - `toggles`: stand-ins are used where they have to be, and fit; toggles and bypasses are stated right;
 //! - `attachments`: load and store operations, marks and render pass groups say what the passes declare;
 //! - `memory`: resources that share memory are never alive together, fit what stands for them, and are as few as
-//!   possible; imports stay within what the host allows; the sums of bytes are right.
+//!   possible; imports stay within what the host allows; the sums of bytes are right;
+//! - `histories`: as many frames are kept as can be read, apart from one another and from everything else.
 //!
 //! Limits: shaders and sizes are not computed again; a plan for another viewport is not recognised as such. A writer is
 //! taken to write all of the part that it declares.
@@ -20,6 +21,7 @@
 
 mod attachments;
 mod contents;
+mod histories;
 mod memory;
 mod passes;
 mod toggles;
@@ -95,6 +97,8 @@ pub enum FaultKind {
     NotMinimal,
     /// A physical resource stands for nothing.
     PhysicalUnused,
+    /// The frames of a history are too few, not of one kind, or not apart from one another.
+    HistoryWrong,
     /// A sum of bytes is wrong.
     BytesWrong,
     /// A compute pass has no workgroup counts, another pass has, or they are beyond the limits.
@@ -134,7 +138,8 @@ pub fn verify(plan: &Plan, options: &PlanOptions) -> Vec<Fault> {
     let flow = contents::check(plan, &schedule, &mut faults);
     passes::check_reasons(plan, &schedule, &flow, &mut faults);
     attachments::check(plan, &mut faults);
-    memory::check(plan, options, &mut faults);
+    let spare = histories::check(plan, &mut faults);
+    memory::check(plan, options, &spare, &mut faults);
     toggles::check(plan, &mut faults);
     faults.0
 }

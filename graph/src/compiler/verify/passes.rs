@@ -7,6 +7,7 @@ use super::{FaultKind, Faults, Schedule};
 use crate::compiler::cull::{CullReason, KeepReason};
 use crate::compiler::plan::{Kept, Plan};
 use crate::language::Lifetime;
+use crate::pipeline::History;
 use crate::work::{PassHandle, ResourceHandle, Work};
 
 /// The schedule, unless a planned pass is not one of the pipeline's.
@@ -108,7 +109,10 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, fault
     }
     let mut stack: Vec<PassHandle> = needed.iter().copied().collect();
     while let Some(pass) = stack.pop() {
-        for writer in feeders.get(&pass).into_iter().flatten() {
+        // What earlier frames are read of, those feed that write this frame of it.
+        let earlier = pipeline.pass(pass).uses.iter().filter_map(|one| earlier_frame(plan, one.resource));
+        let carried = earlier.flat_map(|history| flow.carried.get(&history.of)).flatten();
+        for writer in feeders.get(&pass).into_iter().flatten().chain(carried) {
             if needed.insert(*writer) {
                 stack.push(*writer);
             }
@@ -157,11 +161,20 @@ fn reason_holds(plan: &Plan, schedule: &Schedule, flow: &Flow, pass: PassHandle,
                 .pipeline
                 .resources
                 .get(resource.index())
-                .is_some_and(|one| one.lifetime() != Lifetime::Transient);
+                .is_some_and(|one| matches!(one.lifetime(), Lifetime::Persistent | Lifetime::Imported));
             lasts && flow.lasting.contains(&pass)
         }
         KeepReason::ReadBy(reader, resource) => {
             schedule.of(reader) > schedule.of(pass) && flow.feeds.contains(&(pass, reader, resource))
+        }
+        KeepReason::ReadLater(reader, resource) => {
+            let read = plan.pipeline.passes.get(reader.index()).is_some_and(|reader| {
+                reader.uses.iter().any(|one| one.resource == resource && one.usage.reads())
+            });
+            let carries = earlier_frame(plan, resource)
+                .and_then(|history| flow.carried.get(&history.of))
+                .is_some_and(|writers| writers.contains(&pass));
+            schedule.of(reader).is_some() && read && carries
         }
     }
 }
@@ -175,8 +188,17 @@ fn says(plan: &Plan, reason: KeepReason, words: &Kept) -> bool {
             resource(handle) == Some(name)
                 && plan.pipeline.passes.get(reader.index()).is_some_and(|one| one.name == *pass)
         }
+        (KeepReason::ReadLater(reader, handle), Kept::ReadLater { pass, resource: name }) => {
+            resource(handle) == Some(name)
+                && plan.pipeline.passes.get(reader.index()).is_some_and(|one| one.name == *pass)
+        }
         _ => false,
     }
+}
+
+/// What a resource is of a history, if it is an earlier frame.
+fn earlier_frame(plan: &Plan, resource: ResourceHandle) -> Option<History> {
+    plan.pipeline.resources.get(resource.index())?.history.filter(|history| history.back > 0)
 }
 
 fn cull_holds(plan: &Plan, pass: PassHandle, reason: &CullReason) -> bool {

@@ -2,9 +2,9 @@
 
 use super::PassBuilder;
 use super::parts::normal;
-use crate::diagnostic::{codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, codes, did_you_mean};
 use crate::language::Reference;
-use crate::pipeline::{Part, ResourceKind, Usage, Use, Version};
+use crate::pipeline::{Part, ResourceKind, Usage, Use, Version, history};
 use crate::work::ResourceHandle;
 
 impl PassBuilder<'_> {
@@ -25,8 +25,7 @@ impl PassBuilder<'_> {
             self.report(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
             return None;
         }
-        self.add_use(handle, part, usage, version, pointer);
-        Some(handle)
+        self.checked_use(handle, part, usage, version, pointer)
     }
 
     /// A declared texture of which only the size is wanted: no use is recorded.
@@ -61,8 +60,7 @@ impl PassBuilder<'_> {
             self.report(codes::WRONG_RESOURCE, pointer, message, "name a buffer of \"resources\"");
             return None;
         }
-        self.add_use(handle, part, usage, version, pointer);
-        Some(handle)
+        self.checked_use(handle, part, usage, version, pointer)
     }
 
     pub(super) fn reference(&mut self, text: &str, pointer: &str) -> Option<(ResourceHandle, Version)> {
@@ -107,12 +105,53 @@ impl PassBuilder<'_> {
             );
             return None;
         };
+        let back = self.environment.back(reference.resource).saturating_add(reference.back);
+        if back > 0 {
+            if let Some(earlier) = history::earlier(self.shared, handle, back) {
+                return Some((earlier, Version::Newest));
+            }
+            let (message, help) = history::beyond(self.shared, handle, back);
+            let place = self.shared.resources[handle.index()].place;
+            let finding = Diagnostic::error(codes::HISTORY_READ, self.place(pointer), message)
+                .related(place, "declared here")
+                .help(help)
+                .pointer(self.absolute(pointer));
+            self.shared.diagnostics.push(finding);
+            return None;
+        }
         let version = match (reference.version, self.environment.version(reference.resource)) {
             (Some(pass), _) => Version::WrittenBy(self.environment.pass(pass)),
             (None, Some(pass)) => Version::WrittenBy(pass.to_owned()),
             (None, None) => Version::Newest,
         };
         Some((handle, version))
+    }
+
+    /// Adds a use, unless it writes an earlier frame.
+    fn checked_use(
+        &mut self,
+        handle: ResourceHandle,
+        part: Part,
+        usage: Usage,
+        version: Version,
+        pointer: &str,
+    ) -> Option<ResourceHandle> {
+        let resource = &self.shared.resources[handle.index()];
+        if usage.writes() && resource.is_earlier_frame() {
+            let name = resource.name.clone();
+            let this = name.split('@').next().unwrap_or(&name).to_owned();
+            let message =
+                format!("\"{name}\" is used as {}, but an earlier frame is only read", usage.name());
+            self.report(
+                codes::HISTORY_WRITE,
+                pointer,
+                message,
+                format!("write \"{this}\", which is this frame's"),
+            );
+            return None;
+        }
+        self.add_use(handle, part, usage, version, pointer);
+        Some(handle)
     }
 
     pub(super) fn add_use(

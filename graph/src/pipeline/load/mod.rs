@@ -15,7 +15,9 @@ use super::builder::{PassBuilder, expression_finding};
 use super::expand::Expander;
 use super::modules::Modules;
 use super::profiles::claimed_profiles;
-use super::{Choice, Pass, Pipeline, Resource, ResourceKind, StaticScope, preset, schema, setting, toggle};
+use super::{
+    Choice, Pass, Pipeline, Resource, ResourceKind, StaticScope, history, preset, schema, setting, toggle,
+};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::draw::check_host;
@@ -142,14 +144,16 @@ pub(super) fn load_sharing(
             Some(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(buffer),
             None => ResourceKind::Broken,
         };
-        shared.add_resource(Resource {
+        let resource = Resource {
             name: instance.name,
             place: instance.entry.key_span,
             pointer: instance.pointer,
             value: instance.entry.value.clone(),
             environment: instance.environment,
             kind,
-        });
+            history: None,
+        };
+        history::add(&mut shared, resource);
     }
     let mut passes: Vec<Pass> = Vec::new();
     let mut after: Vec<(usize, Vec<String>, &Entry)> = Vec::new();

@@ -41,7 +41,7 @@ impl Shared {
         self.resource_index.get(name).copied()
     }
 
-    pub(super) fn add_resource(&mut self, resource: Resource) -> ResourceHandle {
+    pub(in crate::pipeline) fn add_resource(&mut self, resource: Resource) -> ResourceHandle {
         let handle = ResourceHandle(self.resources.len() as u32);
         self.resource_index.entry(resource.name.clone()).or_insert(handle);
         self.resources.push(resource);
@@ -62,6 +62,7 @@ impl Shared {
                 value: document::Value { span: place, kind: document::Kind::Null },
                 environment: Arc::default(),
                 kind: ResourceKind::Data(None),
+                history: None,
             })
         })
     }

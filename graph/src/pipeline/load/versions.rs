@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use super::Shared;
 use crate::diagnostic::{Diagnostic, codes, did_you_mean, list_of};
 use crate::document::Entry;
-use crate::pipeline::{Pass, ResourceKind, Version};
+use crate::pipeline::{History, Pass, ResourceKind, Version};
 use crate::work::ResourceHandle;
 
 /// Finds versions that no pass writes.
@@ -83,5 +83,8 @@ pub(super) fn uncertain(
             found.extend(shared.find(name));
         });
     }
+    let histories: Vec<_> =
+        found.iter().filter_map(|handle| shared.resources[handle.index()].history).collect();
+    found.extend(histories.into_iter().flat_map(History::members));
     found
 }

@@ -1,0 +1,182 @@
+//! Histories in a plan: how they begin, which copies take turns, and those that are no use.
+//!
+//! A history of n frames stands on n + 1 textures (or buffers) of one descriptor. In the first frame the copy at a place
+//! of the list holds what was left as many frames ago; from frame to frame every copy moves on by one place, and the
+//! last becomes the first, which is written anew. They are never shared with other resources.
+
+use std::collections::{BTreeMap, HashSet};
+
+use serde::Serialize;
+
+use super::facts::{Descriptor, Facts};
+use super::plan::Physical;
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::expression::Value;
+use crate::language::{Expr, WordValue};
+use crate::pipeline::{Pipeline, ResourceKind};
+use crate::work::ResourceHandle;
+
+/// A history that live passes use.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlannedHistory {
+    /// The textures or buffers that take turns: in the first frame that of this frame, that of the frame before, and so
+    /// on; at frame f the copy at place p is that of (p + f) modulo the number of places frames ago.
+    pub places: Vec<Physical>,
+    /// What earlier frames hold before there are any.
+    pub initial: InitialValue,
+    /// The handle of the resource that each frame writes.
+    #[serde(skip)]
+    pub handle: ResourceHandle,
+}
+
+/// What a history holds before there is an earlier frame.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum InitialValue {
+    /// Red, green, blue and alpha.
+    Color([f64; 4]),
+    /// A depth.
+    Depth(f64),
+    /// The bits of each four bytes.
+    Word(u32),
+}
+
+/// The histories of a plan by the names of their resources. `physical` has the place of each resource by its handle.
+pub(super) fn plan(facts: &Facts<'_>, physical: &[Physical]) -> BTreeMap<String, PlannedHistory> {
+    let pipeline = facts.pipeline;
+    let planned = pipeline.resource_handles().filter_map(|handle| {
+        let resource = pipeline.resource(handle);
+        let history = resource.history.filter(|history| history.back == 0)?;
+        facts.get(handle)?;
+        // What a broken value begins with is of no consequence: it is a finding, and there is no plan.
+        let initial = initial(facts, handle).ok().flatten().unwrap_or(InitialValue::Word(0));
+        let places = history.members().map(|member| physical[member.index()]).collect();
+        Some((resource.name.clone(), PlannedHistory { places, initial, handle }))
+    });
+    planned.collect()
+}
+
+/// Finds initial values that are none, also of histories that nothing live uses.
+pub(super) fn check_initial(facts: &Facts<'_>, findings: &mut Vec<Diagnostic>) {
+    let pipeline = facts.pipeline;
+    for handle in pipeline.resource_handles() {
+        if pipeline.resource(handle).history.is_some_and(|history| history.back == 0) {
+            findings.extend(initial(facts, handle).err().map(|finding| *finding));
+        }
+    }
+}
+
+/// The initial value of a history; `None` after a finding.
+///
+/// # Errors
+/// A value that no texel, or no four bytes, can have.
+fn initial(facts: &Facts<'_>, handle: ResourceHandle) -> Result<Option<InitialValue>, Box<Diagnostic>> {
+    let resource = facts.pipeline.resource(handle);
+    let refuse = |pointer: &str, message: String, help: &str| {
+        let place = resource.value.nearest(pointer).span;
+        let finding = Diagnostic::error(codes::HISTORY_SETTING, place, message);
+        Err(Box::new(finding.pointer(format!("{}{pointer}", resource.pointer)).help(help)))
+    };
+    match &resource.kind {
+        ResourceKind::Texture(texture) => {
+            let at = "/texture/initial";
+            let value =
+                texture.initial.as_ref().and_then(|initial| facts.sizes.value_of(resource, initial, at));
+            let Some(value) = value else { return Ok(None) };
+            let is_depth =
+                facts.texture(handle).is_some_and(|texture| texture.format.is_depth_stencil_format());
+            match (value.numbers().as_deref(), &value) {
+                (_, Value::Number(depth)) if is_depth && (0.0..=1.0).contains(depth) => {
+                    Ok(Some(InitialValue::Depth(*depth)))
+                }
+                (Some(_), _) if is_depth => {
+                    let message =
+                        format!("the initial depth of \"{}\" is not between 0 and 1", resource.name);
+                    refuse(at, message, "write one number, such as 1")
+                }
+                (_, Value::Number(number)) => Ok(Some(InitialValue::Color([*number; 4]))),
+                (Some([r, g, b, a]), _) => Ok(Some(InitialValue::Color([*r, *g, *b, *a]))),
+                _ => {
+                    let message = format!("the initial value of \"{}\" is no color", resource.name);
+                    refuse(at, message, "write one number for all channels, or [red, green, blue, alpha]")
+                }
+            }
+        }
+        ResourceKind::Buffer(buffer) => {
+            let Some(initial) = &buffer.initial else { return Ok(None) };
+            let (expr, at): (&Expr, _) = match initial {
+                WordValue::F32(expr) => (expr, "/buffer/initial/f32"),
+                WordValue::U32(expr) => (expr, "/buffer/initial/u32"),
+                WordValue::I32(expr) => (expr, "/buffer/initial/i32"),
+            };
+            let Some(number) = facts.sizes.number(resource, expr, at) else { return Ok(None) };
+            let whole = number.fract() == 0.0;
+            let bits = match initial {
+                WordValue::F32(_) if number.abs() <= f64::from(f32::MAX) => Some((number as f32).to_bits()),
+                WordValue::U32(_) if whole && (0.0..=f64::from(u32::MAX)).contains(&number) => {
+                    Some(number as u32)
+                }
+                WordValue::I32(_)
+                    if whole && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&number) =>
+                {
+                    Some((number as i32).cast_unsigned())
+                }
+                _ => None,
+            };
+            match bits {
+                Some(bits) => Ok(Some(InitialValue::Word(bits))),
+                None => {
+                    let message =
+                        format!("{number} is no initial value of this type for \"{}\"", resource.name);
+                    refuse(at, message, "four bytes hold an f32, a u32 or an i32")
+                }
+            }
+        }
+        ResourceKind::Data(_) | ResourceKind::Broken => Ok(None),
+    }
+}
+
+/// The usages that clearing a history to its initial value needs.
+pub(super) fn clearing(descriptor: Descriptor) -> Descriptor {
+    match descriptor {
+        Descriptor::Texture(mut texture) => {
+            texture.usages |= wgpu_types::TextureUsages::RENDER_ATTACHMENT;
+            Descriptor::Texture(texture)
+        }
+        Descriptor::Buffer { bytes, usages } => {
+            Descriptor::Buffer { bytes, usages: usages | wgpu_types::BufferUsages::COPY_DST }
+        }
+    }
+}
+
+/// Warns of histories that nothing writes, or that nothing reads frames back.
+pub(super) fn check_use(pipeline: &Pipeline, diagnostics: &mut Diagnostics) {
+    let (mut written, mut read_back) = (HashSet::new(), HashSet::new());
+    for one in pipeline.passes.iter().flat_map(|pass| &pass.uses) {
+        let Some(history) = pipeline.resource(one.resource).history else { continue };
+        if history.back > 0 {
+            read_back.insert(history.of);
+        } else if one.usage.writes() {
+            written.insert(history.of);
+        }
+    }
+    for handle in pipeline.resource_handles() {
+        let resource = pipeline.resource(handle);
+        if resource.history.is_none_or(|history| history.back > 0) || pipeline.uncertain.contains(&handle) {
+            continue;
+        }
+        let warning = |message: String| {
+            Diagnostic::warning(codes::HISTORY_UNUSED, resource.place, message).pointer(&resource.pointer)
+        };
+        let name = &resource.name;
+        if !written.contains(&handle) {
+            let message = format!("no pass writes the history \"{name}\"");
+            diagnostics
+                .push(warning(message).help("let a pass write it, or it is its initial value forever"));
+        } else if !read_back.contains(&handle) {
+            let message = format!("no pass reads the history \"{name}\" frames back");
+            let help = format!("read \"{name}@-1\", or leave \"lifetime\" away");
+            diagnostics.push(warning(message).help(help));
+        }
+    }
+}

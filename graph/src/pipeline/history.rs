@@ -1,0 +1,157 @@
+//! Resources of which earlier frames can be read.
+//!
+//! A resource `color` with `"lifetime": "history"` and two frames is three resources to everything behind this file:
+//! `color`, which this frame writes, and `color@-1` and `color@-2`, which nothing writes and which hold what the last
+//! frames left. So a read of an earlier frame waits for no writer of this one, and no writer for it. What ties the three
+//! together is their [`History`]: one format and size, copies that take turns, and that a pass that reads an earlier
+//! frame keeps those alive that write this one.
+
+use super::builder::expression_finding;
+use super::load::Shared;
+use super::{Resource, ResourceKind};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes};
+use crate::expression::{self, ExpressionError, Value};
+use crate::language::{Expr, Lifetime};
+use crate::work::ResourceHandle;
+
+/// The most earlier frames that can be read.
+pub(crate) const MAXIMUM_FRAMES: u32 = 8;
+
+/// What a resource is of a history.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct History {
+    /// The resource that this frame writes.
+    pub of: ResourceHandle,
+    /// How many frames ago; 0 for the resource that this frame writes.
+    pub back: u32,
+    /// How many earlier frames can be read. Their resources follow that of this frame, in the order of their age.
+    pub frames: u32,
+}
+
+impl History {
+    /// The resources of a history: this frame's, and those of earlier frames.
+    pub fn members(self) -> impl Iterator<Item = ResourceHandle> {
+        (self.of.0..=self.of.0 + self.frames).map(ResourceHandle)
+    }
+}
+
+/// Adds a declared resource, and the earlier frames of it that can be read.
+pub(super) fn add(shared: &mut Shared, mut resource: Resource) {
+    let (lifetime, frames, has_initial, section) = match &resource.kind {
+        ResourceKind::Texture(texture) => {
+            (texture.lifetime, texture.frames.as_ref(), texture.initial.is_some(), "/texture")
+        }
+        ResourceKind::Buffer(buffer) => {
+            (buffer.lifetime, buffer.frames.as_ref(), buffer.initial.is_some(), "/buffer")
+        }
+        ResourceKind::Data(_) | ResourceKind::Broken => {
+            shared.add_resource(resource);
+            return;
+        }
+    };
+    let mut findings = Diagnostics::new();
+    if lifetime != Lifetime::History {
+        for (what, stands) in [("frames", frames.is_some()), ("initial", has_initial)] {
+            if stands {
+                let message = format!("\"{}\" has \"{what}\", but no history", resource.name);
+                let help = "add \"lifetime\": \"history\", or remove it";
+                let at = format!("{section}/{what}");
+                findings.push(finding(&resource, codes::HISTORY_SETTING, &at, message, help));
+            }
+        }
+    } else {
+        if !has_initial {
+            let message = format!("the history \"{}\" has no initial value", resource.name);
+            let help = if section == "/texture" {
+                "add \"initial\", such as [0, 0, 0, 1], or 1 for depth"
+            } else {
+                "add \"initial\", such as { \"f32\": 0 }"
+            };
+            findings.push(finding(&resource, codes::HISTORY_INITIAL, section, message, help));
+        }
+        let at = format!("{section}/frames");
+        let frames = frames.map_or(Ok(1), |frames| count(shared, &resource, frames, &at));
+        // After a finding as many as there can be, so that no read of them is one more.
+        let frames = frames.unwrap_or_else(|finding| {
+            findings.push(*finding);
+            MAXIMUM_FRAMES
+        });
+        let of = ResourceHandle(shared.resources.len() as u32);
+        resource.history = Some(History { of, back: 0, frames });
+    }
+    let environment = resource.environment.clone();
+    shared.report_from(findings, &environment);
+    let history = resource.history;
+    let earlier: Vec<Resource> = (1..=history.map_or(0, |history| history.frames))
+        .map(|back| Resource {
+            name: format!("{}@-{back}", resource.name),
+            history: history.map(|history| History { back, ..history }),
+            ..resource.clone()
+        })
+        .collect();
+    shared.add_resource(resource);
+    for earlier in earlier {
+        shared.add_resource(earlier);
+    }
+}
+
+/// The number of earlier frames.
+fn count(shared: &Shared, resource: &Resource, frames: &Expr, at: &str) -> Result<u32, Box<Diagnostic>> {
+    let evaluate = || -> Result<Value, ExpressionError> {
+        let is_resource = |name: &str| shared.find(name).is_some();
+        let expression = resource.environment.close(&frames.parse()?, &is_resource);
+        expression::evaluate(&expression, &shared.scope)
+    };
+    match evaluate() {
+        Ok(Value::Number(number))
+            if number.fract() == 0.0 && (1.0..=f64::from(MAXIMUM_FRAMES)).contains(&number) =>
+        {
+            Ok(number as u32)
+        }
+        Ok(value) => {
+            let found =
+                value.number().map_or_else(|| value.kind_name().to_owned(), |number| number.to_string());
+            let message = format!("the number of earlier frames of \"{}\" is {found}", resource.name);
+            let help = format!("1 to {MAXIMUM_FRAMES} are possible");
+            Err(Box::new(finding(resource, codes::HISTORY_SETTING, at, message, &help)))
+        }
+        Err(error) => {
+            let value = resource.value.nearest(at);
+            let raw = shared.sources_text(value.span);
+            let pointer = format!("{}{at}", resource.pointer);
+            Err(Box::new(expression_finding(&error, value, &raw).pointer(pointer)))
+        }
+    }
+}
+
+fn finding(resource: &Resource, code: Code, at: &str, message: String, help: &str) -> Diagnostic {
+    let place = resource.value.nearest(at).span;
+    Diagnostic::error(code, place, message).pointer(format!("{}{at}", resource.pointer)).help(help)
+}
+
+/// Why an earlier frame of a resource cannot be read.
+pub(super) fn beyond(shared: &Shared, handle: ResourceHandle, back: u32) -> (String, String) {
+    let resource = &shared.resources[handle.index()];
+    let name = &resource.name;
+    match resource.history {
+        Some(History { frames, .. }) => {
+            let message = format!("\"{name}\" is read {back} frames back, but keeps {frames}");
+            let help = if back <= MAXIMUM_FRAMES {
+                format!("declare \"{name}\" with \"frames\": {back}")
+            } else {
+                format!("{MAXIMUM_FRAMES} frames are possible")
+            };
+            (message, help)
+        }
+        None => {
+            let message = format!("\"{name}\" keeps no earlier frames");
+            (message, format!("declare \"{name}\" with \"lifetime\": \"history\" and an \"initial\" value"))
+        }
+    }
+}
+
+/// The earlier frame of a resource, if it keeps that many.
+pub(super) fn earlier(shared: &Shared, handle: ResourceHandle, back: u32) -> Option<ResourceHandle> {
+    let history = shared.resources[handle.index()].history?;
+    history.members().nth(back as usize)
+}
