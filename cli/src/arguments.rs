@@ -72,6 +72,9 @@ pub(crate) struct Choices {
     /// shader takes the first. A pipeline that claims none is held to webgpu.
     #[arg(long, value_name = "NAME")]
     pub(crate) profile: Option<String>,
+    /// Puts the passes of an extension file at the pipeline's extension points. Several run in the order given.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) extension: Vec<PathBuf>,
     /// A folder with templates that replace or join those that come with the command.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) templates: Option<PathBuf>,
@@ -88,6 +91,9 @@ pub(crate) struct CheckArguments {
     /// The pipelines.
     #[arg(required = true)]
     pub(crate) pipelines: Vec<PathBuf>,
+    /// The form of the findings: human (on standard error), json or github (on standard output).
+    #[arg(long, value_enum, value_name = "NAME", default_value_t)]
+    pub(crate) format: FindingsFormat,
     #[command(flatten)]
     pub(crate) choices: Choices,
 }
@@ -127,6 +133,9 @@ pub(crate) struct PermutationsArguments {
     /// The form of the findings: human, json or github.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: FindingsFormat,
+    /// Puts the passes of an extension file at the pipeline's extension points. Several run in the order given.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) extension: Vec<PathBuf>,
     /// A folder with templates that replace or join those that come with the command.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) templates: Option<PathBuf>,

@@ -1,6 +1,8 @@
 //! `umbragraph check`
 
-use crate::arguments::CheckArguments;
+use umbragraph::diagnostic::render;
+
+use crate::arguments::{CheckArguments, FindingsFormat};
 use crate::session::Session;
 use crate::streams::print;
 
@@ -12,6 +14,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
         let (checked, profiles) = session.check_all(path, &arguments.choices);
         if session.findings.error_count() == before
             && let Some(plan) = &checked.plan
+            && arguments.format != FindingsFormat::Json
         {
             let variants: usize = plan.pipeline.programs.iter().map(|program| program.variants.len()).sum();
             print(&format!(
@@ -24,5 +27,20 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
             ));
         }
     }
-    session.report()
+    match arguments.format {
+        FindingsFormat::Human => return session.report(),
+        FindingsFormat::Json => {
+            session.arrange();
+            let findings: Vec<_> =
+                session.findings.iter().map(|finding| render::json(finding, &session.sources)).collect();
+            print(&format!("{:#}\n", serde_json::json!({ "findings": findings })));
+        }
+        FindingsFormat::Github => {
+            session.arrange();
+            for finding in &session.findings {
+                print(&render::github(finding, &session.sources));
+            }
+        }
+    }
+    !session.findings.has_errors()
 }

@@ -72,7 +72,7 @@ fn requests(
     let mut counts = Vec::new();
     let mut claimed: Vec<TargetProfile> = asked.clone();
     for path in &arguments.pipelines {
-        let Some(document) = session.open(path) else { continue };
+        let Some(document) = session.open(path, &arguments.extension) else { continue };
         let choice = session.choice(&arguments.settings, &document);
         let configured = if is_one { Configured::One(&choice) } else { Configured::All };
         let profiles = profiles(&document, asked.clone());

@@ -1,6 +1,6 @@
 //! What the commands share: sources, findings, templates, and a pipeline with its choices.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use umbragraph::compiler::PlanOptions;
@@ -46,8 +46,17 @@ impl Session {
         Self { sources, findings, templates, registry }
     }
 
-    /// The document of a pipeline, composed of its files.
-    pub(crate) fn open(&mut self, path: &Path) -> Option<Document> {
+    /// The document of a pipeline, composed of its files, with the passes of extensions put in.
+    pub(crate) fn open(&mut self, path: &Path, extensions: &[PathBuf]) -> Option<Document> {
+        let mut document = self.composed(path)?;
+        for extension in extensions {
+            let extension = self.composed(extension)?;
+            compose::insert(&mut document.root, extension.root, &mut self.findings);
+        }
+        Some(document)
+    }
+
+    fn composed(&mut self, path: &Path) -> Option<Document> {
         match read_source(path, &mut self.sources) {
             Ok(file) => {
                 compose::compose(file, path, &mut compose::Disk, &mut self.sources, &mut self.findings)
@@ -78,7 +87,7 @@ impl Session {
     fn check_for(&mut self, path: &Path, choices: &Choices, most: usize) -> (Checked, Vec<TargetProfile>) {
         let asked: Vec<String> = choices.profile.iter().cloned().collect();
         let Some(asked) = self.profiles_named(&asked) else { return Default::default() };
-        let Some(document) = self.open(path) else { return Default::default() };
+        let Some(document) = self.open(path, &choices.extension) else { return Default::default() };
         let choice = self.choice(&choices.settings, &document);
         let profiles = profiles(&document, asked);
         let mut first = None;
@@ -129,10 +138,15 @@ impl Session {
         PlanOptions { objective: choices.objective, ..PlanOptions::new(choices.size[0], choices.size[1]) }
     }
 
-    /// Prints the findings to standard error; whether there was no error among them.
-    pub(crate) fn report(&mut self) -> bool {
+    /// Puts the findings in the order in which they are shown, each once.
+    pub(crate) fn arrange(&mut self) {
         self.findings.sort();
         self.findings.merge();
+    }
+
+    /// Prints the findings to standard error; whether there was no error among them.
+    pub(crate) fn report(&mut self) -> bool {
+        self.arrange();
         complain(&render::human_all(&self.findings, &self.sources));
         !self.findings.has_errors()
     }

@@ -304,3 +304,39 @@ fn the_committed_schema_is_the_one_of_the_types_and_node_kinds() {
     let far = &schema["$defs"]["Cascades"]["properties"]["far"]["description"];
     assert!(far.as_str().is_some_and(|text| !text.is_empty()), "settings are explained");
 }
+
+#[test]
+fn an_extension_is_put_in_by_every_command_that_takes_a_pipeline() {
+    let pipeline = "pipelines/learn/12-extension-point.json";
+    let extension = "pipelines/learn/parts/echo.json";
+    let output = run(&["plan", pipeline, "--extension", extension]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stdout).contains("\"shrink\""));
+    let checked = run(&["check", pipeline, "--extension", extension]);
+    assert!(text(&checked.stdout).contains("4 passes (0 culled)"), "{}", text(&checked.stdout));
+    refused(&["check", "pipelines/nebula.json", "--extension", extension], 1, &["after_paint"]);
+}
+
+#[test]
+fn check_gives_its_findings_as_json_and_as_annotations() {
+    let arguments = ["check", "pipelines/nebula.json", "--set", "far=[]", "--format"];
+    let json = run(&[&arguments[..], &["json"]].concat());
+    assert_eq!(json.status.code(), Some(1));
+    let value: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert!(value["findings"][0]["code"].as_str().unwrap().starts_with("UG"), "{value}");
+    let github = run(&[&arguments[..], &["github"]].concat());
+    assert!(text(&github.stdout).starts_with("::error "), "{}", text(&github.stdout));
+    let fine = run(&["check", "pipelines/nebula.json", "--format", "json"]);
+    let value: serde_json::Value = serde_json::from_slice(&fine.stdout).unwrap();
+    assert_eq!(value["findings"].as_array().unwrap().len(), 0);
+}
+
+#[test]
+fn a_byte_order_mark_is_no_part_of_a_text() {
+    let scratch = ScratchFolder::new("byte-order-mark");
+    let path = scratch.join("marked.json");
+    let source = std::fs::read_to_string(root().join("pipelines/learn/01-smallest.json")).unwrap();
+    std::fs::write(&path, format!("\u{feff}{source}")).unwrap();
+    let output = run(&["check", &path.to_string_lossy()]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+}

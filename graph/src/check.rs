@@ -100,7 +100,8 @@ pub fn read_source(path: &Path, sources: &mut Sources) -> Result<FileId, Diagnos
     }
     let bytes = std::fs::read(path).map_err(unreadable)?;
     match String::from_utf8(bytes) {
-        Ok(text) => Ok(sources.add(name, text)),
+        // Some editors begin UTF-8 with a byte-order mark; it is no part of the text.
+        Ok(text) => Ok(sources.add(name, text.strip_prefix('\u{feff}').unwrap_or(&text))),
         Err(error) => {
             let at = error.utf8_error().valid_up_to();
             let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
