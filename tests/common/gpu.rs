@@ -15,9 +15,14 @@ use super::Outcome;
 
 /// A texture as the host of a plan would bring it for one of its imports.
 pub fn import(gpu: &Gpu, plan: &Plan, name: &str) -> wgpu::Texture {
+    import_on(&gpu.device, plan, name)
+}
+
+/// The same on any device.
+pub fn import_on(device: &wgpu::Device, plan: &Plan, name: &str) -> wgpu::Texture {
     let resource = &plan.resources[name];
     let (format, size) = (resource.format.expect("a texture"), resource.size.expect("a texture"));
-    gpu.device.create_texture(&wgpu::TextureDescriptor {
+    device.create_texture(&wgpu::TextureDescriptor {
         label: Some(name),
         size: wgpu::Extent3d { width: size.width, height: size.height, depth_or_array_layers: size.layers },
         mip_level_count: size.mips,

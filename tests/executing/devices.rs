@@ -10,7 +10,10 @@ use crate::stage::{fill, plan, said, target};
 use crate::views::frame;
 
 /// A device on the noop backend.
-fn device(features: wgpu::Features, change: impl FnOnce(&mut wgpu::Limits)) -> (wgpu::Device, wgpu::Queue) {
+pub(crate) fn device(
+    features: wgpu::Features,
+    change: impl FnOnce(&mut wgpu::Limits),
+) -> (wgpu::Device, wgpu::Queue) {
     let mut limits = wgpu::Limits::default();
     change(&mut limits);
     wgpu::Device::noop(&wgpu::DeviceDescriptor {

@@ -7,6 +7,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod allocations;
 mod devices;
 mod history;
 mod hosts;
