@@ -287,7 +287,9 @@ impl<'a> Builder<'a> {
         let mut open: Vec<(usize, Condition)> = Vec::new();
         for rank in writers.before(limit, reader.part) {
             let writer = &list[writers.list[rank]];
-            if writer.pass == reader.pass || !writer.part.overlaps(reader.part) || within(&newer, writer.part)
+            if writer.pass == reader.pass
+                || !writer.part.overlaps(reader.part)
+                || (!newer.is_empty() && within(&newer, writer.part))
             {
                 continue;
             }
@@ -319,10 +321,11 @@ impl<'a> Builder<'a> {
             } else {
                 open.retain(|(open, _)| !below(*open));
             }
-            newer.insert(writer.part);
+            // Most reads end at the first write, which covers them, and need no set.
             if writer.part.contains(reader.part) {
                 break;
             }
+            newer.insert(writer.part);
         }
         let declared = pipeline.resource(resource);
         let own_memory = match declared.lifetime() {
