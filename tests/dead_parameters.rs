@@ -40,7 +40,7 @@ fn effect(plan: &Plan) -> String {
                 }
                 let _ = writeln!(text, "{:?}", data.views());
             }
-            Work::Compute(_) | Work::Copy(_) => {}
+            Work::Compute(_) | Work::Copy(_) | Work::Transfer(_) => {}
         }
     }
     text

@@ -81,7 +81,7 @@ fn program_of(work: &Work) -> Option<ProgramHandle> {
             Draw::Scene(scene) => scene.program,
         }),
         Work::Compute(compute) => Some(compute.program),
-        Work::Host(_) | Work::Copy(_) => None,
+        Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => None,
     }
 }
 

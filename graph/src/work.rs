@@ -60,6 +60,8 @@ pub enum Work {
     Compute(ComputeWork),
     /// Copies one texture, or a part of it, to another.
     Copy(CopyWork),
+    /// Copies to or from a buffer, or clears one.
+    Transfer(TransferWork),
 }
 
 /// A function from what the host says of a frame to named data and views.
@@ -123,6 +125,8 @@ pub struct ColorAttachment {
     pub blend: Option<wgpu_types::BlendState>,
     /// The format in which it is written, if not the texture's own.
     pub format: Option<wgpu_types::TextureFormat>,
+    /// Where its samples are resolved to, one for each texel.
+    pub resolve: Option<AttachmentTarget>,
 }
 
 /// A depth attachment.
@@ -232,6 +236,13 @@ pub struct ComputeWork {
 pub enum Dispatch {
     /// So many workgroups.
     Workgroups([Deferred; 3]),
+    /// As many workgroups as three words of a buffer say.
+    Indirect {
+        /// The buffer.
+        resource: ResourceHandle,
+        /// The first byte.
+        offset: u64,
+    },
     /// As many workgroups as cover the width, height and layers of a texture with one invocation for each texel.
     Over {
         /// The texture.
@@ -239,6 +250,24 @@ pub enum Dispatch {
         /// The mip level whose size counts.
         mip: u32,
     },
+}
+
+/// Copying to or from a buffer, or clearing one.
+#[derive(Clone, Copy, Debug)]
+pub struct TransferWork {
+    /// From where; without it the destination, a buffer, is filled with zeros.
+    pub source: Option<TransferEnd>,
+    /// To where.
+    pub destination: TransferEnd,
+}
+
+/// One end of a transfer; at least one of the two is a buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TransferEnd {
+    /// Bytes of a buffer. Texels lie in it row by row, each row at a multiple of 256 bytes.
+    Buffer(BufferView),
+    /// A mip level of a texture: of one layer, or of all.
+    Texture(AttachmentTarget),
 }
 
 /// Copying a texture.

@@ -36,9 +36,26 @@ pub struct ColorSettings {
     /// How colors are combined with what is there; without it they replace it.
     #[serde(default)]
     pub blend: Option<Word<Blend>>,
+    /// Where its samples are resolved to, one for each texel, for a texture of several samples.
+    #[serde(default)]
+    pub resolve: Option<ResolveSettings>,
     /// The format in which it is written, where it is not the texture's own: the same with or without "-srgb".
     #[serde(default)]
     pub format: Option<String>,
+}
+
+/// Where the samples of a color attachment are resolved to.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ResolveSettings {
+    /// The texture: a reference. It has one sample, and the format and size of the attachment.
+    pub to: String,
+    /// The mip level.
+    #[serde(default)]
+    pub mip: Option<Expr>,
+    /// The layer; without it that of the attachment.
+    #[serde(default)]
+    pub layer: Option<Expr>,
 }
 
 /// How colors are combined with what is there.
@@ -216,7 +233,16 @@ pub(crate) fn color(
         ..PartSettings::default()
     };
     let target = target(pass, &settings.to, part, usage, at)?;
-    Some(ColorAttachment { target, load, blend, format })
+    let resolve = match &settings.resolve {
+        Some(to) => {
+            let (mip, layer) = (to.mip.as_ref(), to.layer.as_ref());
+            let part = PartSettings { mip, layer, ..PartSettings::default() };
+            let at = format!("{at}/resolve");
+            Some(self::target(pass, &to.to, part, Usage::ResolveTarget, &at)?)
+        }
+        None => None,
+    };
+    Some(ColorAttachment { target, load, blend, format, resolve })
 }
 
 /// Declares the depth attachment.

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use umbragraph_graph::diagnostic::codes;
 use umbragraph_graph::language::{Expr, Reference};
 use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced};
+use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced, Run, Usage};
 use umbragraph_graph::work::{ComputeWork, Deferred, Dispatch, Work};
 
 /// Dispatches a compute shader: once for each texel of a texture, or so many workgroups.
@@ -29,10 +29,24 @@ pub struct Compute {
     /// The mip level whose size "over" means; 0 without it.
     #[serde(default)]
     pub mip: Option<Expr>,
+    /// A buffer that says the number of workgroups, instead of "over": three u32 for x, y and z.
+    #[serde(default)]
+    pub indirect: Option<IndirectSettings>,
     /// The number of workgroups in x, y and z, instead of "over".
     #[serde(default)]
     #[schemars(length(min = 3, max = 3))]
     pub workgroups: Option<Vec<Expr>>,
+}
+
+/// Counts that a pass before has written.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct IndirectSettings {
+    /// The buffer: a reference.
+    pub buffer: String,
+    /// The first byte of the counts, a multiple of 4 (unit: bytes); 0 without it.
+    #[serde(default)]
+    pub offset: Option<Expr>,
 }
 
 impl Node for Compute {
@@ -42,8 +56,23 @@ impl Node for Compute {
     fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let program = pass.program(&self.shader, &self.axes, None, "");
         let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
-        let dispatch = match (&self.over, &self.workgroups) {
-            (Some(over), None) => {
+        let dispatch = match (&self.over, &self.workgroups, &self.indirect) {
+            (None, None, Some(settings)) => {
+                let offset = match &settings.offset {
+                    Some(expr) => pass.count(expr, "/indirect/offset")?,
+                    None => 0,
+                };
+                if offset % 4 != 0 {
+                    let message = format!("counts begin at byte {offset}");
+                    pass.report(codes::DEVICE_RULE, "/indirect/offset", message, "begin at a multiple of 4");
+                    return None;
+                }
+                let offset = u64::from(offset);
+                let bytes = Some(Run { first: offset, count: 12 });
+                let resource = pass.buffer_part(&settings.buffer, bytes, Usage::Indirect, "/indirect/buffer");
+                resource.map(|resource| Dispatch::Indirect { resource, offset })
+            }
+            (Some(over), None, None) => {
                 let mip = match &self.mip {
                     Some(expr) => pass.count(expr, "/mip")?,
                     None => 0,
@@ -52,7 +81,7 @@ impl Node for Compute {
                 let resource = pass.declared_texture(name, "/over");
                 resource.map(|resource| Dispatch::Over { resource, mip })
             }
-            (None, Some(counts)) => {
+            (None, Some(counts), None) => {
                 let counts: Option<Vec<Deferred>> = counts
                     .iter()
                     .enumerate()
@@ -61,7 +90,7 @@ impl Node for Compute {
                 counts.and_then(|counts| <[Deferred; 3]>::try_from(counts).ok()).map(Dispatch::Workgroups)
             }
             _ => {
-                let help = "\"over\": a texture, or \"workgroups\": [x, y, z]";
+                let help = "\"over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
                 pass.report(codes::MISSING_KEY, "", "a compute pass says how often it runs in one way", help);
                 None
             }

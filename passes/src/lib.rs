@@ -7,7 +7,7 @@
 //! | [`draw`] | draws the host's meshes, once for each view |
 //! | [`fullscreen`] | runs a fragment shader over its attachments |
 //! | [`compute`] | dispatches a compute shader |
-//! | [`copy`] | copies a texture |
+//! | [`copy`] | copies a texture or a buffer, clears a buffer |
 
 pub mod attachment;
 pub mod camera;
@@ -29,6 +29,7 @@ pub fn registry() -> Registry {
         .register::<camera::Camera>()
         .register::<cascades::Cascades>()
         .register::<compute::Compute>()
+        .register::<copy::Clear>()
         .register::<copy::Copy>()
         .register::<draw::Draw>()
         .register::<fullscreen::Fullscreen>();

@@ -68,7 +68,7 @@ pub fn slots(work: &Work) -> &[BoundSlot] {
             Draw::Scene(scene) => &scene.bindings,
         },
         Work::Compute(compute) => &compute.bindings,
-        Work::Host(_) | Work::Copy(_) => &[],
+        Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => &[],
     }
 }
 

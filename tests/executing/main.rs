@@ -8,6 +8,7 @@
 mod common;
 
 mod allocations;
+mod buffers;
 mod devices;
 mod history;
 mod hosts;

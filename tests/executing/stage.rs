@@ -81,6 +81,17 @@ const WORDS: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 }
 "#;
 
+/// Says that three by two groups of workgroups are to run.
+const COUNTS: &str = r#"@group(1) @binding(0) var<storage, read_write> words: array<u32>;
+@compute @workgroup_size(1) fn say() { words[0] = 3u; words[1] = 2u; words[2] = 1u; }
+"#;
+
+/// Counts its invocations.
+const COUNT: &str = r#"struct Sum { value: atomic<u32> }
+@group(1) @binding(0) var<storage, read_write> sum: Sum;
+@compute @workgroup_size(4) fn count() { atomicAdd(&sum.value, 1u); }
+"#;
+
 /// The edge of the picture, in texels.
 pub(crate) const SIDE: u32 = 8;
 
@@ -108,6 +119,8 @@ pub(crate) fn plan_of_size(resources: &str, passes: &str, side: u32) -> Arc<Plan
         ("add.wgsl.jinja", ADD),
         ("sum_of_all.wgsl.jinja", SUM_OF_ALL),
         ("words.wgsl.jinja", WORDS),
+        ("counts.wgsl.jinja", COUNTS),
+        ("count.wgsl.jinja", COUNT),
     ];
     let templates = common::templates(&own, &mut sources, &mut findings);
     let mut registry = umbragraph::registry();

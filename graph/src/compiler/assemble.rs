@@ -287,7 +287,7 @@ impl AssemblyPass<'_> {
         let usage =
             if load == LoadOperation::Load { Usage::ColorAttachmentLoad } else { Usage::ColorAttachment };
         let target = attached(resource);
-        self.color.push(ColorAttachment { target, load, blend: None, format: None });
+        self.color.push(ColorAttachment { target, load, blend: None, format: None, resolve: None });
         self.draw();
         self.uses(resource, Part::of(Some(0), Some(0)), usage, Version::Newest)
     }

@@ -7,11 +7,15 @@
 
 use super::format::format_name;
 use super::plan::{Plan, PlannedPass, PlannedResource};
+use super::size::TextureSize;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::TextureShape;
 use crate::pipeline::{Pass, Program};
 use crate::source::Span;
-use crate::work::{AttachmentTarget, BoundSlot, CopyWork, Draw, ResourceHandle, SlotSource, Work};
+use crate::work::{
+    AttachmentTarget, BoundSlot, BufferView, ColorAttachment, CopyWork, Draw, ResourceHandle, SlotSource,
+    TransferEnd, TransferWork, Work,
+};
 
 /// The findings of a plan; a plan with errors among them must not be realized.
 pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
@@ -26,9 +30,11 @@ pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
         }
         match &pass.work {
             Work::Copy(copy) => findings.extend(rules.copy(copy)),
+            Work::Transfer(transfer) => findings.extend(rules.transfer(transfer)),
             Work::Render(render) => {
                 let fullscreen = matches!(render.draw, Draw::Fullscreen { .. });
                 findings.extend(rules.attachments(planned, fullscreen));
+                findings.extend(render.color.iter().filter_map(|color| rules.resolve(color)));
             }
             _ => {}
         }
@@ -103,6 +109,51 @@ impl Rules<'_> {
                 }
                 None
             }
+            (SlotSource::Buffer(view), wgpu_types::BindingType::Buffer { ty, .. }) => {
+                let planned = self.planned(view.resource)?;
+                let bytes = view.bytes.map_or(planned.bytes, |run| run.count);
+                let offset = view.bytes.map_or(0, |run| run.first);
+                let (align, most, what) = match ty {
+                    wgpu_types::BufferBindingType::Uniform => (
+                        limits.min_uniform_buffer_offset_alignment,
+                        limits.max_uniform_buffer_binding_size,
+                        "uniform",
+                    ),
+                    wgpu_types::BufferBindingType::Storage { .. } => (
+                        limits.min_storage_buffer_offset_alignment,
+                        limits.max_storage_buffer_binding_size,
+                        "storage",
+                    ),
+                };
+                if offset % u64::from(align.max(1)) != 0 {
+                    return refuse(
+                        format!("\"{}\" is bound from byte {offset}", self.name(view.resource)),
+                        &format!("{what} bindings start at multiples of {align} bytes"),
+                    );
+                }
+                if bytes > most {
+                    let name = self.name(view.resource);
+                    return refuse(
+                        format!("{bytes} bytes of \"{name}\" are bound"),
+                        &format!("the profile allows {most} for a {what} binding: bind a part"),
+                    );
+                }
+                let least = binding.block.as_ref().map_or(0, |block| u64::from(block.size()));
+                if bytes < least {
+                    let name = self.name(view.resource);
+                    return refuse(
+                        format!("{bytes} bytes of \"{name}\" are bound, \"{}\" has {least}", slot.name),
+                        "bind at least what the shader declares",
+                    );
+                }
+                if matches!(ty, wgpu_types::BufferBindingType::Storage { .. }) && bytes % 4 != 0 {
+                    return refuse(
+                        format!("{bytes} bytes of \"{}\" are bound", self.name(view.resource)),
+                        "storage bindings have a multiple of 4 bytes",
+                    );
+                }
+                None
+            }
             (
                 source @ (SlotSource::Data { .. } | SlotSource::View(_) | SlotSource::Values(_)),
                 wgpu_types::BindingType::Buffer { ty, .. },
@@ -169,6 +220,84 @@ impl Rules<'_> {
         None
     }
 
+    fn resolve(&self, color: &ColorAttachment) -> Option<Diagnostic> {
+        let target = color.resolve?;
+        let (from, to) = (self.planned(color.target.resource)?, self.planned(target.resource)?);
+        let (a, b) = (self.name(color.target.resource), self.name(target.resource));
+        let (source, destination) = (from.size?, to.size?);
+        if source.samples == 1 || destination.samples > 1 {
+            let message = format!(
+                "\"{a}\" with {} samples is resolved to \"{b}\" with {}",
+                source.samples, destination.samples
+            );
+            let help = "a texture with several samples is resolved to one with one";
+            return Some(self.refuse(target.resource, message, help));
+        }
+        if from.format != to.format {
+            let message = format!("\"{a}\" and \"{b}\" differ in format");
+            return Some(self.refuse(target.resource, message, "resolving changes no format"));
+        }
+        let side = |length: u32, mip: u32| (length >> mip.min(31)).max(1);
+        let extent = |size: TextureSize, mip| [side(size.width, mip), side(size.height, mip)];
+        let (own, wanted) = (extent(destination, target.mip), extent(source, color.target.mip));
+        if own != wanted {
+            let message =
+                format!("\"{b}\" is {} by {}, \"{a}\" {} by {}", own[0], own[1], wanted[0], wanted[1]);
+            return Some(self.refuse(target.resource, message, "resolving changes no size"));
+        }
+        (target.layer.is_none() && destination.layers != 1 && destination.layers != source.layers).then(
+            || {
+                let message = format!("nothing says which layer of \"{b}\" is resolved to");
+                self.refuse(target.resource, message, "add \"layer\"")
+            },
+        )
+    }
+
+    fn transfer(&self, transfer: &TransferWork) -> Option<Diagnostic> {
+        use TransferEnd::{Buffer, Texture};
+        match (transfer.source?, transfer.destination) {
+            (Buffer(from), Buffer(to)) => {
+                let bytes = |view: BufferView| {
+                    let planned = self.planned(view.resource)?;
+                    Some(view.bytes.map_or(planned.bytes, |run| run.count))
+                };
+                let (source, destination) = (bytes(from)?, bytes(to)?);
+                (source != destination).then(|| {
+                    let (a, b) = (self.name(from.resource), self.name(to.resource));
+                    let message = format!("{source} bytes of \"{a}\" are copied to {destination} of \"{b}\"");
+                    self.refuse(to.resource, message, "give both ends one \"size\"")
+                })
+            }
+            (Buffer(buffer), Texture(texture)) | (Texture(texture), Buffer(buffer)) => {
+                let (a, b) = (self.name(texture.resource), self.name(buffer.resource));
+                let planned = self.planned(texture.resource)?;
+                let (format, size) = (planned.format?, planned.size?);
+                let Some(block) = format.block_copy_size(None).filter(|_| size.samples == 1) else {
+                    let message = format!("\"{a}\" cannot be copied to or from a buffer");
+                    let help = "formats of depth and stencil, and several samples, have no bytes: use a pass";
+                    return Some(self.refuse(texture.resource, message, help));
+                };
+                let offset = buffer.bytes.map_or(0, |run| run.first);
+                if !offset.is_multiple_of(u64::from(block)) {
+                    let message = format!("the texels of \"{a}\" begin at byte {offset} of \"{b}\"");
+                    let help = format!("they have {block} bytes: begin at a multiple of that");
+                    return Some(self.refuse(buffer.resource, message, &help));
+                }
+                let volume =
+                    self.plan.pipeline.resource(texture.resource).texture()?.view == Some(TextureShape::D3);
+                let wanted = texel_bytes(format, size, volume, texture)?;
+                let held = self.planned(buffer.resource)?.bytes;
+                let held = buffer.bytes.map_or(held, |run| run.count);
+                (held < wanted).then(|| {
+                    let message = format!("\"{a}\" takes {wanted} bytes, of \"{b}\" there are {held}");
+                    let help = "each row of texels takes a multiple of 256 bytes";
+                    self.refuse(buffer.resource, message, help)
+                })
+            }
+            (Texture(_), Texture(_)) => None,
+        }
+    }
+
     fn attachments(&self, planned: &PlannedPass, fullscreen: bool) -> Vec<Diagnostic> {
         let mut findings = Vec::new();
         for attachment in planned.attachments() {
@@ -191,4 +320,23 @@ impl Rules<'_> {
         }
         findings
     }
+}
+
+/// The bytes that texels take in a buffer, rows at multiples of 256.
+fn texel_bytes(
+    format: wgpu_types::TextureFormat,
+    size: TextureSize,
+    volume: bool,
+    target: AttachmentTarget,
+) -> Option<u64> {
+    let side = |length: u32| (length >> target.mip.min(31)).max(1);
+    let (width, height) = format.block_dimensions();
+    let row = u64::from(side(size.width).div_ceil(width)) * u64::from(format.block_copy_size(None)?);
+    let layers = match target.layer {
+        Some(_) => 1,
+        None if volume => side(size.layers),
+        None => size.layers,
+    };
+    let rows = u64::from(side(size.height).div_ceil(height)) * u64::from(layers);
+    Some(row.next_multiple_of(256) * rows.saturating_sub(1) + row)
 }

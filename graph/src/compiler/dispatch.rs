@@ -6,7 +6,7 @@ use crate::expression::Value;
 use crate::shader::Stage;
 use crate::work::{ComputeWork, Dispatch, PassHandle};
 
-/// The workgroup counts of a pass; `None` after a finding.
+/// The workgroup counts of a pass; `None` after a finding, and where a buffer says them.
 pub(super) fn workgroups(
     planner: &Planner<'_>,
     compute: &ComputeWork,
@@ -17,6 +17,7 @@ pub(super) fn workgroups(
     let pass = pipeline.pass(handle);
     let limit = pipeline.profile.limits.max_compute_workgroups_per_dimension;
     let counts = match &compute.dispatch {
+        Dispatch::Indirect { .. } => return None,
         Dispatch::Over { resource, mip } => {
             let size = planner.facts.sizes.texture(*resource)?;
             let entry = pipeline.program(compute.program).variants.first()?.entry_point(Stage::Compute)?;

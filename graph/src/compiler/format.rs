@@ -58,7 +58,7 @@ pub(super) fn slots(pipeline: &Pipeline, pass: PassHandle) -> Option<(&Program, 
             Draw::Scene(scene) => (scene.program, &scene.bindings),
         },
         Work::Compute(compute) => (compute.program, &compute.bindings),
-        Work::Host(_) | Work::Copy(_) => return None,
+        Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => return None,
     };
     Some((pipeline.program(program), slots))
 }
@@ -202,6 +202,11 @@ fn refusal(
         }
         if !guaranteed.allowed_usages.contains(one.usage.texture_usages()) {
             return Some(format!("cannot be used as {} (\"{name}\")", one.usage.name()));
+        }
+        if one.usage == Usage::ResolveTarget
+            && !guaranteed.flags.contains(TextureFormatFeatureFlags::MULTISAMPLE_RESOLVE)
+        {
+            return Some(format!("cannot be resolved to (\"{name}\")"));
         }
         if samples > 1 && one.usage.is_attachment() && !guaranteed.flags.sample_count_supported(samples) {
             return Some(format!("cannot have {samples} samples"));

@@ -21,6 +21,10 @@ type Target = (ResourceHandle, u32, Option<u32>);
 /// The attachments of a pass; `None` for one that shares no render pass with others.
 pub(super) fn key(pipeline: &Pipeline, facts: &Facts<'_>, pass: PassHandle) -> Option<Key> {
     let Work::Render(render) = &pipeline.pass(pass).work else { return None };
+    // Samples are resolved at the end of a render pass.
+    if render.color.iter().any(|color| color.resolve.is_some()) {
+        return None;
+    }
     let target = |target: &AttachmentTarget| (target.resource, target.mip, target.layer);
     let color: Vec<Target> = render.color.iter().map(|color| target(&color.target)).collect();
     let depth = render.depth.as_ref().map(|depth| target(&depth.target));

@@ -120,7 +120,7 @@ impl<'a> Planner<'a> {
             Work::Compute(compute) => {
                 planned.workgroups = dispatch::workgroups(self, compute, handle, findings);
             }
-            Work::Host(_) | Work::Copy(_) => {}
+            Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => {}
         }
         planned
     }

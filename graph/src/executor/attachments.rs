@@ -37,6 +37,8 @@ pub(super) struct Attachments {
 struct Attachment<V> {
     /// A view of each layer that can be drawn into; one where the layer is fixed or the only one.
     layers: Vec<Viewed>,
+    /// What its samples are resolved to: a view for each layer, or one.
+    resolve: Vec<Viewed>,
     load: wgpu::LoadOp<V>,
     store: wgpu::StoreOp,
 }
@@ -45,6 +47,12 @@ impl<V: Copy> Attachment<V> {
     /// The position of a view's layer.
     fn position(&self, layer: u32) -> usize {
         if self.layers.len() > 1 { layer as usize } else { 0 }
+    }
+
+    /// What the samples of a layer are resolved to.
+    fn resolved<'a>(&'a self, position: usize, resources: &'a Resources) -> Option<&'a wgpu::TextureView> {
+        let at = if self.resolve.len() > 1 { position } else { 0 };
+        self.resolve.get(at)?.get(resources)
     }
 
     fn operations(&self, is_first: bool) -> wgpu::Operations<V> {
@@ -66,9 +74,9 @@ impl Attachments {
         render: &RenderWork,
     ) -> Option<Self> {
         let mut extent = None;
-        let mut layers = |resources: &mut Resources,
-                          target: AttachmentTarget,
-                          format: Option<wgpu::TextureFormat>|
+        let mut view_layers = |resources: &mut Resources,
+                               target: AttachmentTarget,
+                               format: Option<wgpu::TextureFormat>|
          -> Option<Vec<Viewed>> {
             let size = plan.resource(target.resource)?.size?;
             let side = |length: u32| length.checked_shr(target.mip).unwrap_or(0).max(1);
@@ -90,8 +98,12 @@ impl Attachments {
                 LoadOperation::Clear([r, g, b, a]) => wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
                 LoadOperation::Discard => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
             };
-            let layers = layers(resources, attachment.target, attachment.format)?;
-            color.push(Attachment { layers, load, store: store(planned.store) });
+            let layers = view_layers(resources, attachment.target, attachment.format)?;
+            let resolve = match attachment.resolve {
+                Some(target) => view_layers(resources, target, attachment.format)?,
+                None => Vec::new(),
+            };
+            color.push(Attachment { layers, resolve, load, store: store(planned.store) });
         }
         let depth = match render.depth.as_ref().zip(planned.depth.as_ref()) {
             None => None,
@@ -101,8 +113,8 @@ impl Attachments {
                     LoadOperation::Clear(value) => wgpu::LoadOp::Clear((value as f32).clamp(0.0, 1.0)),
                     LoadOperation::Discard => wgpu::LoadOp::Clear(0.0),
                 };
-                let layers = layers(resources, attachment.target, None)?;
-                Some(Attachment { layers, load, store: store(planned.store) })
+                let layers = view_layers(resources, attachment.target, None)?;
+                Some(Attachment { layers, resolve: Vec::new(), load, store: store(planned.store) })
             }
         };
         let stencil = match render.stencil.as_ref().zip(planned.stencil.as_ref()) {
@@ -113,8 +125,8 @@ impl Attachments {
                     LoadOperation::Clear(value) => wgpu::LoadOp::Clear(value),
                     LoadOperation::Discard => wgpu::LoadOp::Clear(0),
                 };
-                let layers = layers(resources, attachment.target, None)?;
-                Some(Attachment { layers, load, store: store(planned.store) })
+                let layers = view_layers(resources, attachment.target, None)?;
+                Some(Attachment { layers, resolve: Vec::new(), load, store: store(planned.store) })
             }
         };
         let is_read_only =
@@ -176,7 +188,7 @@ impl Attachments {
             let position = color.position(layer);
             let ops = color.operations(drawn.is_first(at * count + position));
             let view = color.layers.get(position)?.get(resources)?;
-            *slot = Some(color_attachment(view, ops));
+            *slot = Some(color_attachment(view, color.resolved(position, resources), ops));
         }
         let mut view = None;
         let mut depth_ops = None;
@@ -214,7 +226,8 @@ impl Attachments {
                     && !drawn.contains(at * count + position)
                     && let Some(view) = color.layers.get(position).and_then(|view| view.get(resources))
                 {
-                    *slot = Some(color_attachment(view, color.operations(true)));
+                    let resolved = color.resolved(position, resources);
+                    *slot = Some(color_attachment(view, resolved, color.operations(true)));
                 }
             }
             let depth = self.depth.as_ref().and_then(|depth| {
@@ -264,11 +277,12 @@ fn store(operation: StoreOperation) -> wgpu::StoreOp {
     }
 }
 
-fn color_attachment(
-    view: &wgpu::TextureView,
+fn color_attachment<'a>(
+    view: &'a wgpu::TextureView,
+    resolve_target: Option<&'a wgpu::TextureView>,
     ops: wgpu::Operations<wgpu::Color>,
-) -> wgpu::RenderPassColorAttachment<'_> {
-    wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops }
+) -> wgpu::RenderPassColorAttachment<'a> {
+    wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target, ops }
 }
 
 /// What has no operations is only read.

@@ -137,7 +137,7 @@ pub(super) fn slots(work: &Work) -> &[BoundSlot] {
             Draw::Scene(scene) => &scene.bindings,
         },
         Work::Compute(compute) => &compute.bindings,
-        Work::Host(_) | Work::Copy(_) => &[],
+        Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => &[],
     }
 }
 
@@ -149,7 +149,7 @@ pub(super) fn program(work: &Work) -> Option<ProgramHandle> {
             Draw::Scene(scene) => scene.program,
         }),
         Work::Compute(compute) => Some(compute.program),
-        Work::Host(_) | Work::Copy(_) => None,
+        Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => None,
     }
 }
 

@@ -45,6 +45,7 @@ mod statistics;
 mod switches;
 mod textures;
 mod times;
+mod transfer;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

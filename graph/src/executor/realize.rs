@@ -17,13 +17,16 @@ use super::pipelines::{Layouts, MATERIAL, OBJECT, Pipelines};
 use super::resources::{Resources, Texture};
 use super::switches::Switches;
 use super::textures::Textures;
+use super::transfer::{Counts, Transfer};
 use crate::compiler::{Plan, PlannedPass};
 use crate::data::HostData;
 use crate::diagnostic::Diagnostic;
 use crate::draw::{HostInterface, PropertySet};
 use crate::language::TextureShape;
 use crate::pipeline::{Pass, Program, ResourceKind};
-use crate::work::{AttachmentTarget, CopyWork, Draw, ResourceHandle, SlotSource, TextureView, Work};
+use crate::work::{
+    AttachmentTarget, CopyWork, Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work,
+};
 
 /// A plan with everything that it needs on the device.
 pub(super) struct Realized {
@@ -54,9 +57,11 @@ pub(super) struct RealizedPass {
 pub(super) enum RealizedWork {
     Host,
     Copy(RealizedCopy),
+    Transfer(Transfer),
     Compute {
         pipeline: wgpu::ComputePipeline,
         workgroups: [u32; 3],
+        indirect: Option<Counts>,
     },
     Fullscreen {
         pipeline: wgpu::RenderPipeline,
@@ -165,6 +170,10 @@ impl Realized {
         let realized = match (&pass.work, blocks::program(&pass.work)) {
             (Work::Host(_), _) => Some((RealizedWork::Host, Vec::new())),
             (Work::Copy(copy), _) => Some((self.copy(copy), Vec::new())),
+            (Work::Transfer(work), _) => {
+                let transfer = Transfer::new(&self.resources, &plan, work);
+                transfer.map(|transfer| (RealizedWork::Transfer(transfer), Vec::new()))
+            }
             (work, Some(program)) => {
                 let program = plan.pipeline.program(program);
                 let mut pipelines =
@@ -189,10 +198,16 @@ impl Realized {
     ) -> Option<RealizedWork> {
         let plan = self.plan.clone();
         match &pass.work {
-            Work::Host(_) | Work::Copy(_) => None,
-            Work::Compute(_) => {
+            Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => None,
+            Work::Compute(compute) => {
                 let workgroups = planned.workgroups.unwrap_or_default();
-                Some(RealizedWork::Compute { pipeline: pipelines.compute(layouts)?, workgroups })
+                let indirect = match compute.dispatch {
+                    Dispatch::Indirect { resource, offset } => {
+                        Some(Counts::new(&self.resources, &plan, resource, offset))
+                    }
+                    _ => None,
+                };
+                Some(RealizedWork::Compute { pipeline: pipelines.compute(layouts)?, workgroups, indirect })
             }
             Work::Render(render) => {
                 let attachments =
@@ -360,7 +375,7 @@ fn host_layout(program: &Program, layouts: &Layouts, index: u32) -> Option<HostL
 }
 
 /// The texels of one end of a copy.
-fn copy_extent(plan: &Plan, end: &AttachmentTarget) -> Option<wgpu::Extent3d> {
+pub(super) fn copy_extent(plan: &Plan, end: &AttachmentTarget) -> Option<wgpu::Extent3d> {
     let size = plan.resource(end.resource)?.size?;
     let side = |length: u32| length.checked_shr(end.mip).unwrap_or(0).max(1);
     let declared = plan.pipeline.resource(end.resource).texture();

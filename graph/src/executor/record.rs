@@ -98,13 +98,21 @@ pub(super) fn record(
         match &pass.work {
             RealizedWork::Host | RealizedWork::Nothing => continue,
             RealizedWork::Copy(copy) => record_copy(encoder, resources, &realized.switches, copy),
-            RealizedWork::Compute { pipeline, workgroups: [x, y, z] } => {
+            RealizedWork::Transfer(transfer) => transfer.record(encoder, resources, &realized.switches),
+            RealizedWork::Compute { pipeline, workgroups: [x, y, z], indirect } => {
                 let descriptor =
                     wgpu::ComputePassDescriptor { label: Some(&pass.label), timestamp_writes: None };
                 let mut compute = encoder.begin_compute_pass(&descriptor);
                 compute.set_pipeline(pipeline);
                 groups::bind_compute(&pass.groups, &mut compute);
-                compute.dispatch_workgroups(*x, *y, *z);
+                match indirect {
+                    None => compute.dispatch_workgroups(*x, *y, *z),
+                    Some(counts) => {
+                        if let Some(buffer) = counts.buffer(resources, &realized.switches) {
+                            compute.dispatch_workgroups_indirect(buffer, counts.offset);
+                        }
+                    }
+                }
             }
             RealizedWork::Fullscreen { attachments, .. } | RealizedWork::Scene { attachments, .. } => {
                 // What another pass begins, that pass records.

@@ -8,7 +8,7 @@ use crate::compiler::cull::{CullReason, KeepReason};
 use crate::compiler::plan::{Kept, Plan};
 use crate::language::Lifetime;
 use crate::pipeline::History;
-use crate::work::{PassHandle, ResourceHandle, Work};
+use crate::work::{Dispatch, PassHandle, ResourceHandle, Work};
 
 /// The schedule, unless a planned pass is not one of the pipeline's.
 pub(super) fn check(plan: &Plan, faults: &mut Faults) -> Option<Schedule> {
@@ -87,7 +87,10 @@ fn check_after(plan: &Plan, schedule: &Schedule, faults: &mut Faults) {
 fn check_workgroups(plan: &Plan, faults: &mut Faults) {
     let limit = plan.pipeline.profile.limits.max_compute_workgroups_per_dimension;
     for planned in &plan.passes {
-        let is_compute = matches!(plan.pipeline.pass(planned.handle).work, Work::Compute(_));
+        let is_compute = matches!(
+            &plan.pipeline.pass(planned.handle).work,
+            Work::Compute(compute) if !matches!(compute.dispatch, Dispatch::Indirect { .. })
+        );
         let fits = planned.workgroups.is_none_or(|counts| counts.iter().all(|count| *count <= limit));
         if is_compute != planned.workgroups.is_some() || !fits {
             faults.add(

@@ -40,6 +40,16 @@ impl PassBuilder<'_> {
         Some(handle)
     }
 
+    /// Whether a reference names a buffer.
+    pub fn is_buffer(&self, reference: &str) -> bool {
+        let written = self.environment.interpolate(reference, &self.shared.scope).unwrap_or_default();
+        let found = Reference::parse(&written)
+            .ok()
+            .and_then(|reference| self.shared.find(&self.environment.resource(reference.resource)));
+        let kind = |handle: ResourceHandle| &self.shared.resources[handle.index()].kind;
+        found.is_some_and(|handle| matches!(kind(handle), ResourceKind::Buffer(_)))
+    }
+
     /// Uses a buffer that a reference names.
     pub fn buffer(&mut self, reference: &str, usage: Usage, pointer: &str) -> Option<ResourceHandle> {
         self.buffer_used(reference, Part::WHOLE, usage, pointer)

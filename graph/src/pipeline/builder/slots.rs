@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use super::{PartSettings, PassBuilder, host_contract};
 use crate::diagnostic::{codes, did_you_mean};
 use crate::document;
-use crate::language::{Reference, TextureShape};
-use crate::pipeline::{Aspect, Bind, BindObject, Part, Program, ProgramBinding, ResourceKind, Run, Usage};
+use crate::language::TextureShape;
+use crate::pipeline::{Aspect, Bind, BindObject, Part, Program, ProgramBinding, Run, Usage};
 use crate::work::{BlockLayout, BoundSlot, BufferView, ProgramHandle, Sampler, SlotSource, TextureView};
 
 impl PassBuilder<'_> {
@@ -188,14 +188,7 @@ impl PassBuilder<'_> {
                     Some(SlotSource::Buffer(BufferView { resource, bytes }))
                 }
                 Bind::Name(name) => {
-                    let written = self.environment.interpolate(name, &self.shared.scope).unwrap_or_default();
-                    let resource = Reference::parse(&written).ok().and_then(|reference| {
-                        self.shared.find(&self.environment.resource(reference.resource))
-                    });
-                    let is_buffer = resource.is_some_and(|handle| {
-                        matches!(self.shared.resources[handle.index()].kind, ResourceKind::Buffer(_))
-                    });
-                    if is_buffer {
+                    if self.is_buffer(name) {
                         let usage = buffer_usage(ty);
                         return self
                             .buffer(name, usage, here)

@@ -81,6 +81,6 @@ pub(super) fn slots_mut(work: &mut Work) -> Option<(ProgramHandle, &mut Vec<Boun
             Draw::Scene(scene) => Some((scene.program, &mut scene.bindings)),
         },
         Work::Compute(compute) => Some((compute.program, &mut compute.bindings)),
-        Work::Host(_) | Work::Copy(_) => None,
+        Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => None,
     }
 }
