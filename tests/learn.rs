@@ -28,7 +28,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 14, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 16, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -193,4 +193,21 @@ mod pictures {
         }
         assert!(reds[0] > 40 && reds[1] > reds[0] + 40, "{reds:?}");
     }
+}
+
+#[test]
+fn depth_stencil_and_faces_are_parts_of_their_own() {
+    let outcome = lesson("15-parts");
+    assert_eq!(outcome.order(), ["east", "mark", "show"]);
+    let plan = outcome.plan();
+    assert_eq!(plan.culled.len(), 1, "nothing sees the western face");
+    assert!(plan.passes.iter().all(|pass| pass.depth.is_none()));
+    assert_eq!(plan.textures[0].view_format, Some(TextureFormat::Rgba8UnormSrgb));
+}
+
+#[test]
+fn bytes_go_from_buffer_to_buffer_to_texels() {
+    let outcome = lesson("16-buffers");
+    assert_eq!(outcome.order(), ["empty", "half", "texels", "paint"]);
+    assert!(outcome.plan().passes[3].color[0].transient_attachment);
 }

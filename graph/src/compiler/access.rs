@@ -38,7 +38,10 @@ pub(super) fn accesses<'a>(pipeline: &'a Pipeline, diagnostics: &mut Diagnostics
                 let bound = |one: &Use| !one.usage.is_attachment();
                 let shared = bound(other.one) != bound(one)
                     && other.part.aspect(Aspect::All).overlaps(one.part.aspect(Aspect::All));
-                if writes && (other.part.overlaps(one.part) || shared) {
+                // Depth and stencil of what has one of the two only: the format is the finding.
+                let beside = (other.one.usage.is_depth() && one.usage.is_stencil())
+                    || (other.one.usage.is_stencil() && one.usage.is_depth());
+                if writes && !beside && (other.part.overlaps(one.part) || shared) {
                     diagnostics.push(feedback(pipeline, handle, other.one, one));
                 }
                 known |= other.part == one.part
