@@ -92,7 +92,7 @@ fn used(plan: &Plan) -> HashMap<ResourceHandle, Used> {
             entry.buffers |= needed(one.usage).1;
             entry.highest_mip = entry.highest_mip.max(one.part.mip.map_or(0, last));
             entry.highest_layer = entry.highest_layer.max(one.part.layer.map_or(0, last));
-            entry.highest_byte = entry.highest_byte.max(one.part.bytes.map_or(0, |run| run.end()));
+            entry.highest_byte = entry.highest_byte.max(one.part.bytes.map_or(0, Run::end));
         }
     }
     used
