@@ -213,7 +213,7 @@ fn a_frame_whose_writer_is_toggled_off_is_no_frame_to_the_history() {
         r#""add": { "toggle": "advance", "bypass": { "numbers": "numbers@-1" },"#,
         1,
     );
-    let text = format!(r#"{} }}, "toggles": {{ "advance": {{ "default": true }}"#, passes);
+    let text = format!(r#"{passes} }}, "toggles": {{ "advance": {{ "default": true }}"#);
     let plan = plan(&format!("{NUMBERS}, {}", target(1)), &text);
     let mut executor = executor(&gpu, &plan, None);
     let target = import(&gpu, &plan, "target");
