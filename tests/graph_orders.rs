@@ -337,3 +337,33 @@ fn without_aliasing_every_resource_has_memory_of_its_own() {
     assert_eq!(plan.textures.len(), 3);
     assert_eq!(plan.bytes, plan.bytes_without_aliasing);
 }
+
+/// A pass that copies to bytes of a buffer, and one that reads bytes of it.
+fn bytes(writes: &[Part], read: Part) -> Assembly {
+    let mut assembly = Assembly::new("bytes");
+    let buffer = assembly.buffer("a", 1024, Lifetime::Transient);
+    for (at, part) in writes.iter().enumerate() {
+        let pass = assembly.pass(&format!("w{at}"));
+        let _ = pass.uses(buffer, *part, Usage::CopyDestination, Version::Newest);
+    }
+    let pass = assembly.pass("read");
+    let _ = pass.uses(buffer, read, Usage::StorageRead, Version::Newest).side_effect();
+    assembly
+}
+
+#[test]
+fn writers_of_different_bytes_need_no_order_and_a_reader_keeps_only_its_own() {
+    let halves = [Part::bytes(0, 512), Part::bytes(512, 512)];
+    let plan = planned(bytes(&halves, Part::bytes(256, 512)), Objective::Declaration);
+    assert_eq!(names(&plan), ["w0", "w1", "read"]);
+    let plan = planned(bytes(&halves, Part::bytes(512, 256)), Objective::Declaration);
+    assert_eq!(names(&plan), ["w1", "read"]);
+}
+
+#[test]
+fn writers_of_common_bytes_and_reads_beyond_the_buffer_are_refused() {
+    let common = [Part::bytes(0, 516), Part::bytes(512, 512)];
+    assert_eq!(refused(bytes(&common, Part::WHOLE)), ["UG0402"]);
+    assert_eq!(refused(bytes(&[Part::WHOLE], Part::bytes(512, 1024))), ["UG0405"]);
+    assert_eq!(refused(bytes(&[Part::bytes(0, 512)], Part::bytes(512, 512))), ["UG0401"]);
+}
