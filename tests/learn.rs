@@ -28,7 +28,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 16, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 17, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -44,6 +44,16 @@ fn the_smallest_pipeline_is_one_pass() {
 #[test]
 fn the_order_of_passes_follows_from_what_they_use() {
     assert_eq!(lesson("02-resources").order(), ["paint", "keep", "show"]);
+}
+
+#[test]
+fn toggles_are_in_one_plan_with_what_stands_in() {
+    let outcome = lesson("17-toggles");
+    assert_eq!(outcome.order(), ["paint", "quarter", "soften", "show", "veil"]);
+    let pass = |name: &str| outcome.plan().passes.iter().find(|pass| pass.name == name).unwrap();
+    assert_eq!(pass("quarter").toggle.as_deref(), Some("softer"));
+    assert_eq!(pass("soften").bypass["soft"], "color");
+    assert_eq!(outcome.plan().resources["color"].last, 4);
 }
 
 #[test]

@@ -20,5 +20,6 @@ mod plans;
 mod squares;
 mod stage;
 mod steady;
+mod toggles;
 mod viewports;
 mod views;

@@ -107,6 +107,12 @@ pub(crate) fn plan_of_size(resources: &str, passes: &str, side: u32) -> Arc<Plan
     let text = format!(
         r#"{{ "format": 1, "name": "test", {GEOMETRY}, "resources": {{ {resources} }}, "passes": {{ {passes} }} }}"#
     );
+    plan_of_text(text, side)
+}
+
+/// A plan of a whole text.
+#[track_caller]
+pub(crate) fn plan_of_text(text: String, side: u32) -> Arc<Plan> {
     let mut sources = Sources::new();
     let mut findings = Diagnostics::new();
     let own = [

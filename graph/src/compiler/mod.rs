@@ -28,6 +28,8 @@ mod plan;
 mod planner;
 #[cfg(test)]
 mod property_tests;
+#[cfg(test)]
+mod property_tests_toggles;
 mod sharing;
 mod size;
 mod toggles;

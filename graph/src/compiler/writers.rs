@@ -309,12 +309,11 @@ impl<'a> Builder<'a> {
                 writer.part.contains(above) || writer.part.contains(reader.part)
             };
             if let Runs::Sometimes(condition) = runs {
-                let alternative = open.iter().find(|(open, other)| {
-                    *other == condition.opposite() && below(*open) && part_of(*open).contains(writer.part)
+                let whole = open.iter().any(|(open, other)| {
+                    *other == condition.opposite() && part_of(*open).contains(writer.part)
                 });
-                let whole = alternative.map(|(rank, _)| *rank);
                 open.retain(|(open, other)| *other != condition.opposite() || !below(*open));
-                if whole.is_none() {
+                if !whole {
                     open.push((rank, condition));
                     continue;
                 }

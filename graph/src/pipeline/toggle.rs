@@ -124,6 +124,7 @@ pub(super) fn toggles(
             diagnostics.push(bad_name(entry));
             continue;
         }
+        let mut fine = true;
         for (what, other) in [("feature", "features"), ("parameter", "parameters")] {
             if let Some(twin) = section(other).iter().find(|other| other.key == entry.key) {
                 let message = format!("\"{}\" is a toggle and a {what}", entry.key);
@@ -131,10 +132,16 @@ pub(super) fn toggles(
                     .related(twin.key_span, format!("the {what}"))
                     .help("give one of the two another name");
                 diagnostics.push(finding.pointer(&pointer));
+                fine = false;
             }
         }
         let Some(declaration) = sound.get(&entry.key) else { continue };
-        if !mentioned.contains(entry.key.as_str()) {
+        // A misspelt mention has a finding of its own.
+        let declared = |name: &str| section("toggles").iter().any(|other| other.key == name);
+        let meant = mentioned.iter().any(|name| {
+            *name == entry.key || !declared(name) && did_you_mean(name, [entry.key.as_str()]).is_some()
+        });
+        if fine && !meant {
             let message = format!("no pass has the toggle \"{}\"", entry.key);
             let finding = Diagnostic::warning(codes::UNUSED_TOGGLE, entry.key_span, message);
             let help = format!("give a pass \"toggle\": \"{}\", or remove it", entry.key);
@@ -229,12 +236,13 @@ pub(super) struct Said<'a> {
     pub(super) environment: Arc<Environment>,
 }
 
-/// Finds out what stands in for what, and adds the uses of it to the passes that read.
+/// Finds out what stands in for what, and adds the uses of it to the passes that read. Resources with a bypass that
+/// cannot be join the uncertain ones.
 pub(super) fn connect(
     said: &[Said<'_>],
     passes: &mut [Pass],
     toggles: &[Toggle],
-    uncertain: &BTreeSet<ResourceHandle>,
+    uncertain: &mut BTreeSet<ResourceHandle>,
     shared: &mut Shared,
 ) -> BTreeMap<ResourceHandle, Bypass> {
     let mut bypasses: BTreeMap<ResourceHandle, Bypass> = BTreeMap::new();
@@ -244,6 +252,10 @@ pub(super) fn connect(
             let mut findings = Diagnostics::new();
             let look = Look { said, one, passes, toggles, uncertain, shared };
             let found = look.bypass(&bypasses, &mut findings);
+            // What would be said of its readers only follows.
+            let name = said.environment.interpolate(&one.key, &shared.scope).unwrap_or_default();
+            let resource = shared.find(&said.environment.resource(&name));
+            uncertain.extend(resource.filter(|_| findings.has_errors()));
             shared.report_from(findings, &said.environment);
             if let Some((resource, bypass)) = found {
                 bypasses.entry(resource).or_insert(bypass);
@@ -258,6 +270,7 @@ pub(super) fn connect(
         let message = format!("{names} stand in for one another in a circle");
         let finding = Diagnostic::error(codes::BYPASS, bypass.place, message).pointer(&bypass.pointer);
         shared.diagnostics.push(finding.help("let one of them stand for itself"));
+        uncertain.extend(&circles);
         bypasses.retain(|resource, _| !circles.contains(resource));
     }
     for pass in passes.iter_mut() {
@@ -412,6 +425,17 @@ impl Look<'_> {
                 findings.push(self.finding(codes::HISTORY_READ, place, message, help));
             }
             return Some((earlier?, Version::Newest));
+        }
+        let back = environment.back(reference.resource).saturating_add(reference.back);
+        if back > 0 {
+            if let Some(earlier) = history::earlier(self.shared, handle, back) {
+                return Some((earlier, Version::Newest));
+            }
+            let (message, help) = history::beyond(self.shared, handle, back);
+            let declared = self.shared.resources[handle.index()].place;
+            let finding = self.finding(codes::HISTORY_READ, place, message, help);
+            findings.push(finding.related(declared, "declared here"));
+            return None;
         }
         let version = match (reference.version, environment.version(reference.resource)) {
             (Some(pass), _) => Version::WrittenBy(environment.pass(pass)),

@@ -59,6 +59,14 @@ fn passes(before: &Report, after: &Report, lines: &mut Vec<String>) {
         if old.kind != new.kind {
             lines.push(format!("the pass {name} is of the kind {}, it was {}", new.kind, old.kind));
         }
+        if old.toggle != new.toggle {
+            let words = |toggle: &Option<String>| {
+                toggle.as_ref().map_or("no toggle".to_owned(), |toggle| format!("the toggle {toggle}"))
+            };
+            let (now, before) = (words(&new.toggle), words(&old.toggle));
+            lines.push(format!("the pass {name} has {now}, it had {before}"));
+        }
+        names(&format!("without the pass {name} readers see"), &old.bypass, &new.bypass, lines);
         for (verb, old, new) in [("reads", &old.reads, &new.reads), ("writes", &old.writes, &new.writes)] {
             names(&format!("the pass {name} {verb}"), old, new, lines);
         }

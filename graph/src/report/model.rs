@@ -45,6 +45,12 @@ pub struct PassReport {
     pub live: bool,
     /// The number of its render pass, which neighbours may share.
     pub group: Option<usize>,
+    /// The toggle with which it runs, or with "!" in front the one without which it runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub toggle: Option<String>,
+    /// What readers see in a frame without it, in words, for each resource that has a bypass.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub bypass: Vec<String>,
     /// Why it is kept or culled, step by step.
     pub why: Vec<String>,
     /// What it reads, by name.
@@ -274,6 +280,10 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
         },
         live: planned.is_some(),
         group: planned.map(|planned| planned.group),
+        toggle: pass.condition.map(|condition| plan.pipeline.condition_name(condition)),
+        bypass: planned.map_or_else(Vec::new, |planned| {
+            planned.bypass.iter().map(|(name, stand_in)| format!("{stand_in} in place of {name}")).collect()
+        }),
         why: if planned.is_some() { plan.why_kept(handle) } else { plan.why_culled(&pass.name) },
         reads: names(crate::pipeline::Usage::reads),
         writes: names(crate::pipeline::Usage::writes),
@@ -406,7 +416,11 @@ fn classes(plan: &Plan) -> Vec<ClassReport> {
             .split(" | ")
             .map(|usage| usage.to_lowercase().replace('_', " "))
             .collect();
-        let kept = if planned.lifetime == Lifetime::Transient { "" } else { ", kept from frame to frame" };
+        let kept = match planned.lifetime {
+            Lifetime::Transient if planned.conditional => ", left unwritten by a toggle",
+            Lifetime::Transient => "",
+            _ => ", kept from frame to frame",
+        };
         let description =
             format!("{} ({}{kept})", describe(planned.format, planned.size, planned.bytes), names.join(", "));
         let class = classes.entry(description).or_default();

@@ -76,9 +76,11 @@ function overview() {
 function passDetails(pass) {
   const { column, ...plain } = pass;
   return [
-    make("h2", {}, pass.name), make("div", {}, make("span", { class: "tag" }, pass.kind), make("span", { class: pass.live ? "tag" : "tag off" }, pass.live ? "kept" : "culled")),
+    make("h2", {}, pass.name), make("div", {}, make("span", { class: "tag" }, pass.kind), make("span", { class: pass.live ? "tag" : "tag off" }, pass.live ? "kept" : "culled"),
+      ...(pass.toggle ? [make("span", { class: "tag" }, `toggle ${pass.toggle}`)] : [])),
     make("div", { class: "soft" }, pass.declared),
     make("h3", {}, pass.live ? "Why it is kept" : "Why it is culled"), make("ol", {}, pass.why.map((step) => make("li", {}, step))),
+    ...(pass.bypass ? [make("h3", {}, "In a frame without it"), make("ul", {}, pass.bypass.map((one) => make("li", {}, `readers see ${one}`)))] : []),
     make("h3", {}, "Reads"), make("div", {}, ...list(pass.reads)), make("h3", {}, "Writes"), make("div", {}, ...list(pass.writes)),
     ...(pass.attachments.length ? [make("h3", {}, "Attachments"), rows(["", "load", "store"], pass.attachments.map((one) =>
       [[link(one.resource), ` ${one.kind}`], one.load, one.store + (one.transient_attachment ? " (never leaves the pass)" : "")]))] : []),

@@ -193,6 +193,16 @@ fn passes(out: &mut String, report: &Report, head: usize) {
             head + 39,
             escape(&shorten(&pass.kind, 16)),
         );
+        if let Some(toggle) = &pass.toggle {
+            // Above the box, where no edge runs.
+            let _ = writeln!(
+                out,
+                "<text class=\"small middle\" x=\"{}\" y=\"{}\">⏻ {}</text>",
+                center(column),
+                head - 4,
+                escape(&shorten(toggle, 14)),
+            );
+        }
     }
     let mut start = 0;
     while start < report.passes.len() {
@@ -214,7 +224,10 @@ fn passes(out: &mut String, report: &Report, head: usize) {
 
 fn title(pass: &PassReport) -> String {
     let state = if pass.live { "kept" } else { "culled" };
-    format!("{} ({})\n{state}: {}", pass.name, pass.kind, pass.why.join(", "))
+    let mut words = format!("{} ({})\n{state}: {}", pass.name, pass.kind, pass.why.join(", "));
+    words.extend(pass.toggle.iter().map(|toggle| format!("\ntoggle: {toggle}")));
+    words.extend(pass.bypass.iter().map(|bypass| format!("\nwithout it: {bypass}")));
+    words
 }
 
 struct Lane<'a> {

@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 
-use super::model::{EdgeKind, EdgeReport, Report};
+use super::model::{EdgeKind, EdgeReport, PassReport, Report};
 
 /// The graph for Graphviz.
 pub(super) fn dot(report: &Report) -> String {
@@ -16,7 +16,7 @@ pub(super) fn dot(report: &Report) -> String {
         quote(&report.pipeline)
     );
     for (at, pass) in report.passes.iter().enumerate() {
-        let label = quote(&format!("{} ({})", pass.name, pass.kind));
+        let label = quote(&format!("{} ({}{})", pass.name, pass.kind, toggle(pass)));
         let grey = if pass.live { "" } else { ", color=grey, fontcolor=grey, style=\"rounded,dashed\"" };
         let _ = writeln!(out, "  p{at} [label={label}{grey}];");
     }
@@ -27,6 +27,10 @@ pub(super) fn dot(report: &Report) -> String {
     }
     out.push_str("}\n");
     out
+}
+
+fn toggle(pass: &PassReport) -> String {
+    pass.toggle.as_ref().map_or_else(String::new, |toggle| format!(", toggle {toggle}"))
 }
 
 /// The graph for Mermaid.
@@ -42,9 +46,10 @@ pub(super) fn mermaid(report: &Report) -> String {
     for (at, pass) in report.passes.iter().enumerate() {
         let _ = writeln!(
             out,
-            "  p{at}[\"{} ({})\"]{}",
+            "  p{at}[\"{} ({}{})\"]{}",
             quote(&pass.name),
             quote(&pass.kind),
+            quote(&toggle(pass)),
             if pass.live { "" } else { ":::culled" }
         );
     }

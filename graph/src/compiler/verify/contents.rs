@@ -200,6 +200,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
                 by_name: &by_name,
                 read_back: &read_back,
                 handle,
+                state: &state,
                 flow: &mut flow,
                 explained: &mut explained,
                 faults: &mut found,
@@ -258,6 +259,7 @@ struct Player<'a, 'b> {
     /// The histories of which planned passes read earlier frames.
     read_back: &'a HashSet<ResourceHandle>,
     handle: ResourceHandle,
+    state: &'a [(usize, bool)],
     flow: &'b mut Flow,
     explained: &'b mut Explained,
     faults: &'b mut Faults,
@@ -361,6 +363,16 @@ impl Player<'_, '_> {
                     .iter()
                     .rev()
                     .find(|(writer, _)| limit.is_some() && self.schedule.of(*writer) <= limit);
+                // A pass that is off in this state may be culled for all that this read knows.
+                let is_off = self
+                    .plan
+                    .pipeline
+                    .pass(named)
+                    .condition
+                    .is_some_and(|condition| self.state.contains(&(condition.toggle, !condition.on)));
+                if limit.is_none() && is_off {
+                    continue;
+                }
                 if limit.is_none() {
                     wrong = Some((
                         FaultKind::CulledButNeeded,

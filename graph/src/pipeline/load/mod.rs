@@ -254,9 +254,9 @@ pub(super) fn load_sharing(
             passes[at].after.extend(members.into_iter().map(|index| PassHandle(index as u32)));
         }
     }
-    let uncertain = uncertain(&gaps, unreadable, &shared);
+    let mut uncertain = uncertain(&gaps, unreadable, &shared);
     connect(&mut passes, &uncertain, &mut shared);
-    let bypasses = toggle::connect(&said, &mut passes, &toggles, &uncertain, &mut shared);
+    let bypasses = toggle::connect(&said, &mut passes, &toggles, &mut uncertain, &mut shared);
     check_versions(&passes, &absent, &gaps, &mut shared);
     diagnostics.extend(shared.diagnostics);
     *modules = shared.modules;

@@ -1,0 +1,114 @@
+//! Random pipelines with toggles: their plans pass the checker, which plays every state through.
+//!
+//! Each resource has a first writer that always runs, so that whatever is toggled above it leaves something. Effects with
+//! a bypass are the exception: what they write nobody else does.
+
+use proptest::prelude::*;
+
+use super::{Assembly, Objective, Plan, PlanOptions, build, plan, verify};
+use crate::diagnostic::Diagnostics;
+use crate::pipeline::{Condition, Part, Usage, Version};
+use crate::work::{LoadOperation, PassHandle, ResourceHandle};
+
+const TOGGLES: usize = 3;
+
+/// What a random pass does: resources by number, each modulo what there is.
+#[derive(Clone, Debug)]
+struct RandomPass {
+    reads: Vec<usize>,
+    own: usize,
+    action: u8,
+    toggle: Option<(usize, bool)>,
+}
+
+fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
+    let toggle = proptest::option::of((0..TOGGLES, any::<bool>()));
+    let one = (proptest::collection::vec(0usize..100, 0..3), 0usize..100, 0u8..5, toggle)
+        .prop_map(|(reads, own, action, toggle)| RandomPass { reads, own, action, toggle });
+    proptest::collection::vec(one, 1..20)
+}
+
+fn planned(passes: &[RandomPass], count: usize, options: &PlanOptions) -> Plan {
+    let mut assembly = Assembly::new("random");
+    let textures: Vec<ResourceHandle> = (0..count).map(|at| assembly.texture(&format!("r{at}"))).collect();
+    let target = assembly.imported("target");
+    for at in 0..TOGGLES {
+        assembly.toggle(&format!("t{at}"));
+    }
+    let mut last: Vec<(PassHandle, String)> = Vec::new();
+    for (at, texture) in textures.iter().enumerate() {
+        let name = format!("begin{at}");
+        last.push((assembly.pass(&name).writes(*texture).handle(), name));
+    }
+    let mut last_target = assembly.pass("background").color(target, LoadOperation::Clear([0.0; 4])).handle();
+    for (at, random) in passes.iter().enumerate() {
+        let own = random.own % count;
+        let name = format!("p{at}");
+        let (before, version) = last[own].clone();
+        if random.action >= 3 {
+            let (toggle, on) = random.toggle.unwrap_or((0, true));
+            let effect = assembly.texture(&format!("x{at}"));
+            let from = Version::WrittenBy(version);
+            let pass = assembly.pass(&name).toggle(toggle, on);
+            let _ = pass.uses(textures[own], Part::WHOLE, Usage::Sampled, from.clone()).writes(effect);
+            let mut seen = effect;
+            assembly.bypass(effect, textures[own], from, Condition { toggle, on });
+            if random.action == 4 {
+                // A second effect on the first, with another toggle.
+                let toggle = (toggle + 1) % TOGGLES;
+                seen = assembly.texture(&format!("y{at}"));
+                let _ = assembly.pass(&format!("q{at}")).reads(effect).writes(seen).toggle(toggle, !on);
+                assembly.bypass(seen, effect, Version::Newest, Condition { toggle, on: !on });
+            }
+            let reader = assembly.pass(&format!("c{at}")).reads(seen).after(last_target);
+            last_target = reader.color(target, LoadOperation::Load).handle();
+            continue;
+        }
+        let mut pass = assembly.pass(&name).after(before);
+        let handle = pass.handle();
+        let mut read = vec![own];
+        for other in &random.reads {
+            let other = other % count;
+            if !read.contains(&other) {
+                read.push(other);
+                let version = Version::WrittenBy(last[other].1.clone());
+                pass = pass.uses(textures[other], Part::WHOLE, Usage::Sampled, version);
+            }
+        }
+        if let Some((toggle, on)) = random.toggle {
+            pass = pass.toggle(toggle, on);
+        }
+        let _ = match random.action {
+            0 => pass.writes(textures[own]),
+            1 => pass.updates(textures[own]),
+            _ => pass.color(textures[own], LoadOperation::Clear([0.0; 4])),
+        };
+        last[own] = (handle, name);
+    }
+    let mut end = assembly.pass("end").side_effect().after(last_target);
+    for texture in &textures {
+        end = end.reads(*texture);
+    }
+    let _ = end;
+    let (pipeline, sources) = assembly.finish();
+    let mut findings = Diagnostics::new();
+    let planned = build(&pipeline, &mut findings)
+        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
+    planned.unwrap_or_else(|| panic!("{findings:#?}"))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_plan_with_toggles_passes_the_checker_in_every_state(passes in passes(), count in 1usize..5) {
+        for objective in Objective::ALL {
+            for aliasing in [true, false] {
+                let options = PlanOptions { objective, aliasing, ..PlanOptions::new(64, 64) };
+                let plan = planned(&passes, count, &options);
+                prop_assert_eq!(verify(&plan, &options), Vec::new());
+                prop_assert_eq!(plan.bytes, plan.bytes_bound);
+            }
+        }
+    }
+}

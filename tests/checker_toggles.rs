@@ -1,0 +1,180 @@
+//! The checker of plans finds the faults that only some state of the toggles shows.
+
+use std::sync::Arc;
+
+use umbragraph::compiler::{
+    Assembly, CullReason, FaultKind, Plan, PlanOptions, PlannedPass, StoreOperation, build, plan, verify,
+};
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::pipeline::{Condition, Pipeline, Version};
+use umbragraph::work::LoadOperation;
+
+const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
+
+fn options() -> PlanOptions {
+    PlanOptions::new(64, 64)
+}
+
+/// A picture that fog may cover and haze may add to, an early chain that aliases, an effect with a bypass.
+fn right() -> Plan {
+    let mut assembly = Assembly::new("toggles");
+    let [a, b, c, d, e, early] = ["a", "b", "c", "d", "e", "early"].map(|name| assembly.texture(name));
+    let target = assembly.imported("target");
+    let [effect, fog, haze] = ["effect", "fog", "haze"].map(|name| assembly.toggle(name));
+    let _ = assembly.pass("start").writes(early);
+    let _ = assembly.pass("middle").reads(early).writes(c);
+    let base = assembly.pass("base").reads(c).color(a, CLEAR).handle();
+    let fogged = assembly.pass("fog").color(a, CLEAR).after(base).toggle(fog, true).handle();
+    let more = assembly.pass("more").color(a, LoadOperation::Load).after(fogged).handle();
+    let _ = assembly.pass("haze").color(a, LoadOperation::Load).after(more).toggle(haze, true);
+    let _ = assembly.pass("effect").reads(a).writes(b).toggle(effect, true);
+    let _ = assembly.pass("late").reads(b).writes(d);
+    let _ = assembly.pass("later").reads(d).writes(e);
+    let _ = assembly.pass("show").reads(b).reads(e).color(target, CLEAR);
+    assembly.bypass(b, a, Version::Newest, Condition { toggle: effect, on: true });
+    let (pipeline, sources) = assembly.finish();
+    let mut findings = Diagnostics::new();
+    let graph = build(&pipeline, &mut findings).expect("a graph");
+    let plan = plan(&pipeline, &graph, &options(), &sources, &mut findings);
+    plan.unwrap_or_else(|| panic!("{findings:#?}"))
+}
+
+/// Asserts that the checker finds a fault of this kind once it is planted.
+#[track_caller]
+fn caught(kind: FaultKind, plant: impl FnOnce(&mut Plan)) {
+    let mut plan = right();
+    assert_eq!(verify(&plan, &options()), Vec::new(), "before anything is planted");
+    plant(&mut plan);
+    let faults = verify(&plan, &options());
+    assert!(faults.iter().any(|fault| fault.kind == kind), "{faults:#?}");
+}
+
+fn at(plan: &Plan, name: &str) -> usize {
+    plan.passes.iter().position(|pass| pass.name == name).unwrap_or_else(|| panic!("no {name}"))
+}
+
+fn pass<'a>(plan: &'a mut Plan, name: &str) -> &'a mut PlannedPass {
+    let at = at(plan, name);
+    &mut plan.passes[at]
+}
+
+fn pipeline(plan: &mut Plan) -> &mut Pipeline {
+    Arc::make_mut(&mut plan.pipeline)
+}
+
+#[test]
+fn the_plan_without_faults_aliases_but_never_what_a_toggle_can_leave_unwritten() {
+    let plan = right();
+    assert_eq!(plan.resources["early"].physical, plan.resources["d"].physical);
+    assert!(plan.resources["b"].conditional);
+}
+
+#[test]
+fn a_store_that_only_the_state_without_a_clear_needs_is_caught() {
+    caught(FaultKind::ContentsDropped, |plan| {
+        pass(plan, "base").color[0].store = StoreOperation::Discard;
+    });
+}
+
+#[test]
+fn a_culled_writer_that_only_the_state_without_the_cover_needs_is_caught() {
+    caught(FaultKind::CulledButNeeded, |plan| {
+        let base = at(plan, "base");
+        plan.passes.remove(base);
+        plan.culled.insert("base".to_owned(), CullReason::NothingReads(vec!["a".to_owned()]));
+    });
+}
+
+#[test]
+fn a_writer_that_can_be_off_under_a_reader_that_stays_is_caught() {
+    caught(FaultKind::ReadUnfed, |plan| {
+        let base = pipeline(plan).find_pass("base").expect("base");
+        pipeline(plan).passes[base.index()].condition = Some(Condition { toggle: 1, on: true });
+    });
+}
+
+#[test]
+fn a_render_pass_of_two_toggles_is_caught() {
+    caught(FaultKind::GroupBroken, |plan| {
+        let group = pass(plan, "more").group;
+        let from = at(plan, "haze");
+        for pass in &mut plan.passes[from..] {
+            pass.group -= 1;
+        }
+        assert_eq!(pass(plan, "haze").group, group);
+    });
+}
+
+#[test]
+fn shared_memory_of_what_a_toggle_can_leave_unwritten_is_caught() {
+    caught(FaultKind::SharedThoughConditional, |plan| {
+        let early = plan.resources["early"].physical;
+        plan.resources.get_mut("b").expect("b").physical = early;
+    });
+}
+
+#[test]
+fn a_wrong_word_about_what_a_toggle_can_leave_unwritten_is_caught() {
+    caught(FaultKind::ToggleWrong, |plan| {
+        plan.resources.get_mut("b").expect("b").conditional = false;
+    });
+}
+
+#[test]
+fn a_toggle_stated_wrong_is_caught() {
+    caught(FaultKind::ToggleWrong, |plan| pass(plan, "fog").toggle = Some("!fog".to_owned()));
+    caught(FaultKind::ToggleWrong, |plan| pass(plan, "haze").toggle = None);
+}
+
+#[test]
+fn a_bypass_stated_wrong_is_caught() {
+    caught(FaultKind::ToggleWrong, |plan| pass(plan, "effect").bypass.clear());
+    caught(FaultKind::ToggleWrong, |plan| {
+        pass(plan, "fog").bypass.insert("a".to_owned(), "c".to_owned());
+    });
+}
+
+#[test]
+fn other_states_at_the_start_than_the_pipeline_says_are_caught() {
+    caught(FaultKind::ToggleWrong, |plan| {
+        plan.toggles.insert("fog".to_owned(), false);
+    });
+}
+
+#[test]
+fn a_reader_that_does_not_use_what_stands_in_is_caught() {
+    caught(FaultKind::BypassMissing, |plan| {
+        let (show, a) = (pipeline(plan).find_pass("show"), pipeline(plan).find_resource("a"));
+        let uses = &mut pipeline(plan).passes[show.expect("show").index()].uses;
+        uses.retain(|one| Some(one.resource) != a);
+    });
+}
+
+#[test]
+fn a_reader_that_uses_what_is_bypassed_in_every_frame_is_caught() {
+    caught(FaultKind::BypassMissing, |plan| {
+        let (show, b) = (pipeline(plan).find_pass("show"), pipeline(plan).find_resource("b"));
+        for one in &mut pipeline(plan).passes[show.expect("show").index()].uses {
+            if Some(one.resource) == b {
+                one.when.clear();
+            }
+        }
+    });
+}
+
+#[test]
+fn a_stand_in_with_other_samples_is_caught() {
+    caught(FaultKind::BypassMisfit, |plan| {
+        let size = plan.resources.get_mut("a").and_then(|one| one.size.as_mut());
+        size.expect("a size").samples = 4;
+    });
+}
+
+#[test]
+fn a_stand_in_that_is_overwritten_before_its_reader_is_caught() {
+    caught(FaultKind::ReadTooEarly, |plan| {
+        let (from, to) = (at(plan, "haze"), at(plan, "show"));
+        let moved = plan.passes.remove(from);
+        plan.passes.insert(to, moved);
+    });
+}
