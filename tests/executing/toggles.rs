@@ -216,3 +216,26 @@ fn a_toggle_that_the_pipeline_does_not_have_is_an_error_and_the_next_frame_is_fi
     assert_eq!(said(&findings), [("UG0214", "the pipeline \"test\" has no toggle \"ovre\"".to_owned())]);
     assert_eq!(stage.shows(&[("over", false)]), RED_TEXEL);
 }
+
+#[test]
+fn the_toggle_of_a_subgraph_is_that_of_its_passes_and_its_bypass_that_of_its_output() {
+    let text = format!(
+        r#"{{ "format": 1, "name": "test", {GEOMETRY}, "toggles": {{ "effect": {{ "default": true }} }},
+            "resources": {{ {}, {}, {} }},
+            "subgraphs": {{ "paint": {{ "inputs": {{ "to": "what is painted" }}, "passes": {{ {}, {} }} }} }},
+            "passes": {{ {}, "effect": {{ "toggle": "effect", "bypass": {{ "second": "first" }},
+                "use": "paint", "with": {{ "to": "second" }} }}, {} }} }}"#,
+        target(1),
+        texture("first"),
+        texture("second"),
+        fill("under", r#"{ "to": "to" }"#, RED_FILL),
+        filled("over", r#""after": ["under"]"#, r#"{ "to": "to" }"#, GREEN_FILL),
+        fill("base", r#"{ "to": "first" }"#, RED_FILL),
+        show("second"),
+    );
+    let plan = plan_of_text(text, SIDE);
+    assert!(plan.passes.iter().any(|pass| pass.name == "effect.over" && pass.toggle.is_some()));
+    let Some(mut stage) = Stage::new(&plan) else { return };
+    assert_eq!(stage.shows(&[]), GREEN_TEXEL);
+    assert_eq!(stage.shows(&[("effect", false)]), RED_TEXEL);
+}
