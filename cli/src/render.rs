@@ -1,8 +1,9 @@
 //! `umbragraph render`
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use umbragraph::Checked;
+use umbragraph::compiler::{Plan, PlanOptions};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::executor::{Executor, Frame};
 use umbragraph::frame::FrameInput;
@@ -55,41 +56,69 @@ fn render(
             return Ok(None);
         }
     };
-    let Checked { plan: Some(plan), .. } = checked else { return Ok(None) };
+    let Some(plan) = checked.plan.clone() else { return Ok(None) };
     if session.findings.has_errors() {
         return Ok(None);
     }
     let graphics = progress.stage("open device", device::open)?;
     let [width, height] = arguments.choices.size;
     let input = scene.frame_input(f64::from(width) / f64::from(height), arguments.time);
-    let pixels = progress.stage("draw", || draw(&graphics, plan, &scene, &input, arguments))?;
+    let options = Session::options(&arguments.choices);
+    let again =
+        |data_sizes| checked.plan_again(&PlanOptions { data_sizes, ..options.clone() }, &session.sources);
+    let drawing = Drawing {
+        graphics: &graphics,
+        scene: &scene,
+        input: &input,
+        toggles: &arguments.toggles,
+        again: &again,
+    };
+    let (pixels, notices) = progress.stage("draw", || draw(&drawing, plan))?;
+    session.findings.extend(notices);
     progress.stage("write", || output::write_png(&arguments.out, width, height, &pixels))?;
     Ok(Some(graphics.name))
 }
 
-fn draw(
-    graphics: &Graphics,
-    plan: umbragraph::compiler::Plan,
-    scene: &Scene,
-    input: &FrameInput,
-    arguments: &RenderArguments,
-) -> Result<Vec<u8>, Diagnostics> {
-    let pose = scene.pose(arguments.time);
-    let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &pose)?;
+/// How often a picture is planned anew, so that host passes get the sizes that they want.
+const ROUNDS: usize = 8;
+
+/// What a picture is drawn of.
+struct Drawing<'a> {
+    graphics: &'a Graphics,
+    scene: &'a Scene,
+    input: &'a FrameInput,
+    toggles: &'a [(String, bool)],
+    /// Makes the plan with sizes that host passes want.
+    again: &'a dyn Fn(BTreeMap<String, u32>) -> Result<Plan, Diagnostics>,
+}
+
+/// The picture, and what host passes had to say of it.
+fn draw(drawing: &Drawing<'_>, plan: Plan) -> Result<(Vec<u8>, Diagnostics), Diagnostics> {
+    let Drawing { graphics, scene, input, toggles, again } = *drawing;
+    let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &scene.pose(input.time))?;
     let picture = picture_of(&plan)?;
     let targets = imports(graphics, &plan, &picture);
     let scope = graphics.device.push_error_scope(wgpu::ErrorFilter::Validation);
     let memory = graphics.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let mut executor =
         pollster::block_on(Executor::new(&graphics.device, &graphics.queue, Arc::new(plan), Some(&draws)))?;
-    let mut encoder = graphics.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let imports: Vec<(&str, &wgpu::Texture)> =
         targets.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
-    let toggles: Vec<(&str, bool)> =
-        arguments.toggles.iter().map(|(name, on)| (name.as_str(), *on)).collect();
-    executor
-        .record(&mut encoder, &Frame { input, draws: Some(&draws), imports: &imports, toggles: &toggles })?;
-    graphics.queue.submit([encoder.finish()]);
+    let toggles: Vec<(&str, bool)> = toggles.iter().map(|(name, on)| (name.as_str(), *on)).collect();
+    let frame = Frame { input, draws: Some(&draws), imports: &imports, toggles: &toggles };
+    for round in 0..ROUNDS {
+        let mut encoder = graphics.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        executor.record(&mut encoder, &frame)?;
+        match executor.wanted_sizes().filter(|_| round + 1 < ROUNDS) {
+            Some(sizes) => {
+                pollster::block_on(executor.set_plan(Arc::new(again(sizes)?), Some(&draws)))?;
+            }
+            None => {
+                graphics.queue.submit([encoder.finish()]);
+                break;
+            }
+        }
+    }
     for scope in [memory, scope] {
         if let Some(error) = pollster::block_on(scope.pop()) {
             let finding = Diagnostic::error(
@@ -102,14 +131,15 @@ fn draw(
                 .into());
         }
     }
+    let notices = executor.notices().cloned().collect();
     match targets.first() {
-        Some((_, texture)) => Ok(output::read_back(graphics, texture)?),
-        None => Ok(Vec::new()),
+        Some((_, texture)) => Ok((output::read_back(graphics, texture)?, notices)),
+        None => Ok((Vec::new(), notices)),
     }
 }
 
 /// The name of the imported texture that is the picture: the one that passes write, or "target" among several.
-fn picture_of(plan: &umbragraph::compiler::Plan) -> Result<String, Diagnostics> {
+fn picture_of(plan: &Plan) -> Result<String, Diagnostics> {
     let written: Vec<&String> = plan
         .resources
         .iter()
@@ -153,11 +183,7 @@ fn picture_of(plan: &umbragraph::compiler::Plan) -> Result<String, Diagnostics> 
 }
 
 /// A texture for each import of the plan; the picture first.
-fn imports(
-    graphics: &Graphics,
-    plan: &umbragraph::compiler::Plan,
-    picture: &str,
-) -> Vec<(String, wgpu::Texture)> {
+fn imports(graphics: &Graphics, plan: &Plan, picture: &str) -> Vec<(String, wgpu::Texture)> {
     let mut imported: Vec<_> =
         plan.resources.iter().filter(|(_, resource)| resource.lifetime == Lifetime::Imported).collect();
     imported.sort_by_key(|(name, _)| (*name != picture, (*name).clone()));

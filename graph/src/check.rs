@@ -22,6 +22,19 @@ pub struct Checked {
     pub plan: Option<Plan>,
 }
 
+impl Checked {
+    /// Plans the same pipeline with other options: another viewport, or sizes that host data wants
+    /// ([`PlanOptions::data_sizes`]).
+    ///
+    /// # Errors
+    /// The findings of the plan; nothing but warnings where there is no graph to plan.
+    pub fn plan_again(&self, options: &PlanOptions, sources: &Sources) -> Result<Plan, Diagnostics> {
+        let mut findings = Diagnostics::new();
+        let (Some(pipeline), Some(graph)) = (&self.pipeline, &self.graph) else { return Err(findings) };
+        compiler::plan(pipeline, graph, options, sources, &mut findings).ok_or(findings)
+    }
+}
+
 /// What a pipeline is checked with.
 #[derive(Clone, Copy, Debug)]
 pub struct Job<'a> {

@@ -111,6 +111,9 @@ pub struct DataShape {
     pub values: Vec<(String, ValueType)>,
     /// The most views that a frame can have.
     pub maximum_views: u32,
+    /// Whether each view names one of the layers that there are, however few: without it, a frame with the most views
+    /// draws each into a layer of its own.
+    pub views_choose_layers: bool,
     /// The published sizes, each with the value that the first plan is made for.
     pub sizes: Vec<(String, u32)>,
 }
@@ -133,6 +136,12 @@ impl DataShape {
     pub fn views(mut self, maximum: u32) -> Self {
         self.maximum_views = maximum;
         self
+    }
+
+    /// States that views name layers that there are, by a published size, instead of one each.
+    #[must_use]
+    pub fn views_choose_layers(self) -> Self {
+        Self { views_choose_layers: true, ..self }
     }
 
     /// Adds a size, with the value that the first plan is made for.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use umbragraph::compiler::Plan;
+use umbragraph::compiler::{Plan, PlanOptions};
 use umbragraph::executor::{Executor, Frame};
 use umbragraph::frame::FrameInput;
 use umbragraph::scene::Scene;
@@ -110,6 +110,61 @@ pub fn render_frame(gpu: &Gpu, plan: &Plan, scene: &Scene, input: &FrameInput) -
     }
     gpu.queue.submit([encoder.finish()]);
     read(gpu, &target)
+}
+
+/// A host that plans anew until host passes have the sizes that they want, as an application would over some frames.
+pub struct Host<'a> {
+    pub gpu: &'a Gpu,
+    pub outcome: &'a Outcome,
+    pub scene: SceneResources,
+    pub executor: Executor,
+    pub target: wgpu::Texture,
+    pub options: PlanOptions,
+}
+
+impl<'a> Host<'a> {
+    #[track_caller]
+    pub fn new(gpu: &'a Gpu, outcome: &'a Outcome, scene: &Scene) -> Self {
+        let plan = outcome.plan();
+        let scene =
+            SceneResources::new(&gpu.device, &gpu.queue, scene, &scene.pose(0.0)).expect("a scene that fits");
+        let executor = executor(gpu, plan, Some(&scene));
+        let target = import(gpu, plan, "target");
+        let options = PlanOptions::new(plan.viewport[0], plan.viewport[1]);
+        Self { gpu, outcome, scene, executor, target, options }
+    }
+
+    /// Records one frame; whether host passes wanted other sizes, for which everything is planned anew.
+    #[track_caller]
+    pub fn frame(&mut self, input: &FrameInput) -> bool {
+        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let frame =
+            Frame { input, draws: Some(&self.scene), imports: &[("target", &self.target)], toggles: &[] };
+        if let Err(findings) = self.executor.record(&mut encoder, &frame) {
+            panic!("{findings:?}");
+        }
+        self.gpu.queue.submit([encoder.finish()]);
+        let Some(sizes) = self.executor.wanted_sizes() else { return false };
+        self.options.data_sizes = sizes;
+        let plan = self.outcome.checked.plan_again(&self.options, &self.outcome.sources).expect("a plan");
+        let faults = umbragraph::compiler::verify(&plan, &self.options);
+        assert!(faults.is_empty(), "{faults:#?}");
+        pollster::block_on(self.executor.set_plan(Arc::new(plan), Some(&self.scene))).expect("another plan");
+        true
+    }
+
+    /// The picture of a frame once all sizes are as they are wanted.
+    #[track_caller]
+    pub fn picture(&mut self, input: &FrameInput) -> Picture {
+        let rounds = (0..16).take_while(|_| self.frame(input)).count();
+        assert!(rounds < 16, "sizes that never settle: {:?}", self.executor.wanted_sizes());
+        read(self.gpu, &self.target)
+    }
+
+    /// What host passes had to say of the last frame.
+    pub fn notices(&self) -> Vec<String> {
+        self.executor.notices().map(|notice| notice.message.clone()).collect()
+    }
 }
 
 /// Reads an rgba8 texture back, row 0 on top.

@@ -39,7 +39,47 @@ pub fn sunny_frame() -> FrameInput {
     }
 }
 
-/// What a host pass publishes for a frame.
+/// The same place with more lights of every kind than most pipelines have room for.
+pub fn crowded_frame() -> FrameInput {
+    let mut frame = sunny_frame();
+    let sun = frame.lights[0].clone();
+    frame.lights.extend((1..6).map(|at| Light { name: format!("sun {at}"), ..sun.clone() }));
+    let near = frame.camera.position - glam::DVec3::new(1.0, 0.0, 2.0);
+    for at in 0..20 {
+        let position = near + glam::DVec3::new(0.1 * f64::from(at), 1.0, 0.0);
+        let light = |name: String, kind: LightKind| Light {
+            name,
+            kind,
+            position,
+            direction: glam::DVec3::NEG_Y,
+            intensity: 5000.0,
+            range: 30.0,
+            ..sun.clone()
+        };
+        let spot = LightKind::Spot { inner_angle: 0.4, outer_angle: 0.8 };
+        frame.lights.push(light(format!("spot {at}"), spot));
+        frame.lights.push(light(format!("lamp {at}"), LightKind::Point));
+    }
+    frame
+}
+
+/// The same place with a spot near by and one far away.
+pub fn quiet_frame() -> FrameInput {
+    let mut frame = sunny_frame();
+    let spot = |name: &str, distance: f64| Light {
+        name: name.into(),
+        kind: LightKind::Spot { inner_angle: 0.4, outer_angle: 0.8 },
+        position: frame.camera.position + frame.camera.rotation * glam::DVec3::new(0.0, 0.0, -distance),
+        intensity: 500.0,
+        range: 12.0,
+        ..frame.lights[0].clone()
+    };
+    let spots = [spot("near", 1.0), spot("far", 400.0)];
+    frame.lights.extend(spots);
+    frame
+}
+
+/// What a host pass publishes for a frame, after the passes that it reads.
 #[track_caller]
 pub fn published(plan: &Plan, pass: &str, frame: &FrameInput) -> HostData {
     let pipeline = &plan.pipeline;
@@ -48,8 +88,25 @@ pub fn published(plan: &Plan, pass: &str, frame: &FrameInput) -> HostData {
     let ResourceKind::Data(Some(shape)) = &pipeline.resource(host.output).kind else {
         panic!("nothing is published")
     };
+    let publisher = |input: &umbragraph::work::ResourceHandle| {
+        let publishes = |pass: &&umbragraph::pipeline::Pass| matches!(&pass.work, Work::Host(host) if host.output == *input);
+        &pipeline.passes.iter().find(publishes).expect("a pass that publishes it").name
+    };
+    let inputs: Vec<HostData> =
+        host.inputs.iter().map(|input| published(plan, publisher(input), frame)).collect();
+    let inputs: Vec<&HostData> = inputs.iter().collect();
     let mut data = HostData::new(shape.clone());
-    host.node.run(&HostContext { frame, inputs: &[] }, &mut data);
+    host.node.run(&HostContext { frame, inputs: &inputs }, &mut data);
+    // Once more with the sizes that it wants, if it wants any.
+    let wanted: Vec<(String, u32)> =
+        data.sizes().map(|(name, _, wanted)| (name.to_owned(), wanted)).collect();
+    if !wanted.is_empty() {
+        data.plan_sizes(|name, initial| {
+            wanted.iter().find(|(known, _)| known == name).map_or(initial, |size| size.1)
+        });
+        data.clear();
+        host.node.run(&HostContext { frame, inputs: &inputs }, &mut data);
+    }
     assert_eq!(data.refused(), None);
     data
 }

@@ -121,7 +121,7 @@ impl Planner<'_> {
                 let Some(TextureFacts { size, .. }) = self.facts.texture(attachment.target.resource) else {
                     continue;
                 };
-                if size.layers > 1 && size.layers < shape.maximum_views {
+                if size.layers > 1 && size.layers < shape.maximum_views && !shape.views_choose_layers {
                     let (place, pointer) = self.place_of(handle, attachment.target.resource);
                     findings.push(
                         Diagnostic::error(

@@ -146,7 +146,7 @@ pub struct PlannedPass {
     pub group: usize,
     /// The number of workgroups.
     pub workgroups: Option<[u32; 3]>,
-    /// The shader variants: the template with what was chosen, and the hash of the text.
+    /// The shader variants: the template with what was chosen, the hash of the text, and the pipeline constants.
     pub variants: Vec<String>,
     /// The constant blocks.
     pub blocks: Vec<PackedBlock>,

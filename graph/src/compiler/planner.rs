@@ -81,9 +81,12 @@ impl<'a> Planner<'a> {
                 .variants
                 .iter()
                 .map(|variant| {
-                    let hash: String =
-                        variant.module.hash[..4].iter().map(|byte| format!("{byte:02x}")).collect();
-                    format!("{} [{}] {hash}", program.template, crate::shader::describe(&variant.module.axes))
+                    let module = &variant.module;
+                    let hash: String = module.hash[..4].iter().map(|byte| format!("{byte:02x}")).collect();
+                    let constants: String =
+                        module.constants.iter().map(|(name, value)| format!(" {name}={value}")).collect();
+                    let axes = crate::shader::describe(&module.axes);
+                    format!("{} [{axes}] {hash}{constants}", program.template)
                 })
                 .collect();
             for slot in slots {

@@ -130,6 +130,9 @@ crate::codes! {
     /// A binding that nothing fills.
     UNBOUND = "UG0604", "binding without a value",
         "The shader declares a binding, or a member of a block, for which the pass gives nothing.";
+    /// Host data that lacks what a host pass reads of it.
+    DATA_SHAPE = "UG0305", "host data of another kind",
+        "A host pass reads values of the host data that it names, and another pass publishes data of that name, but without those values, or as other types. Usually the name is that of other data: a list of lights where a placement is wanted.";
     /// Host data that does not fit the shader's block.
     BLOCK_MISMATCH = "UG0605", "block does not fit",
         "A uniform or storage block has a member for which the bound host data publishes no value of that name and type. Offsets never matter: they come from the shader.";

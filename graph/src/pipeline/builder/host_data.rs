@@ -1,8 +1,9 @@
 //! Host data: published by one pass under a name, read by others.
 
 use super::PassBuilder;
-use crate::data::DataShape;
+use crate::data::{DataShape, ValueType};
 use crate::diagnostic::{Diagnostic, codes};
+use crate::pipeline::load::Expected;
 use crate::pipeline::{Part, ResourceKind, Usage, Version};
 use crate::work::ResourceHandle;
 
@@ -69,6 +70,20 @@ impl PassBuilder<'_> {
         if !self.uses.iter().any(|known| known.resource == handle) {
             self.add_use(handle, Part::WHOLE, Usage::HostRead, Version::Newest, pointer);
         }
+        Some(handle)
+    }
+
+    /// Reads host data that has to publish certain values: of an array the type of the elements counts, not their number.
+    pub fn data_with(
+        &mut self,
+        name: &str,
+        pointer: &str,
+        values: &[(&str, ValueType)],
+    ) -> Option<ResourceHandle> {
+        let handle = self.data(name, pointer)?;
+        let values = values.iter().map(|(name, value_type)| ((*name).to_owned(), *value_type)).collect();
+        let (place, pointer) = (self.place(pointer), self.absolute(pointer));
+        self.shared.expected.push(Expected { resource: handle, values, place, pointer });
         Some(handle)
     }
 

@@ -3,7 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Shared;
-use crate::diagnostic::{Diagnostic, codes, did_you_mean};
+use crate::data::ValueType;
+use crate::diagnostic::{Diagnostic, codes, did_you_mean, list_of};
 use crate::pipeline::{Pass, ResourceKind, binding};
 use crate::source::Span;
 use crate::work::{BoundSlot, Draw, ProgramHandle, ResourceHandle, SlotSource, Work};
@@ -54,6 +55,7 @@ pub(super) fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>,
             }
         }
     }
+    check_expected(shared);
     for (resource, (place, pointer)) in unpublished {
         let name = shared.resources[resource.index()].name.clone();
         let published: Vec<&str> = shared
@@ -71,6 +73,32 @@ pub(super) fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>,
                 .help(help)
                 .pointer(pointer),
         );
+    }
+}
+
+/// Finds host data that lacks what a host pass reads of it.
+fn check_expected(shared: &mut Shared) {
+    for expected in std::mem::take(&mut shared.expected) {
+        let resource = &shared.resources[expected.resource.index()];
+        let ResourceKind::Data(Some(shape)) = &resource.kind else { continue };
+        let fits = |published: ValueType, wanted: ValueType| {
+            published.count.is_some() == wanted.count.is_some()
+                && ValueType { count: wanted.count, ..published } == wanted
+        };
+        let lacks = |(name, wanted): &&(String, ValueType)| {
+            !shape.find(name).is_some_and(|at| fits(shape.values[at].1, *wanted))
+        };
+        let missing: Vec<&str> =
+            expected.values.iter().filter(lacks).map(|(name, _)| name.as_str()).collect();
+        if missing.is_empty() {
+            continue;
+        }
+        let message = format!("the data \"{}\" does not publish {}", resource.name, list_of(missing));
+        let finding = Diagnostic::error(codes::DATA_SHAPE, expected.place, message)
+            .related(resource.place, "it is published here")
+            .help("name the data of a pass of the kind that is wanted here")
+            .pointer(expected.pointer);
+        shared.diagnostics.push(finding);
     }
 }
 

@@ -6,7 +6,7 @@ mod shared;
 mod versions;
 
 pub(super) use names::{RESERVED, bad_name, has_word, is_name};
-pub(super) use shared::Shared;
+pub(super) use shared::{Expected, Shared};
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
@@ -112,6 +112,7 @@ pub(super) fn load_sharing(
         program_keys: BTreeMap::new(),
         modules: std::mem::take(modules),
         refused: BTreeSet::new(),
+        expected: Vec::new(),
         templates: templates.clone(),
         profile: profile.clone(),
         diagnostics: Diagnostics::new(),

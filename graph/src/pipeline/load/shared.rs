@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
 use super::has_word;
+use crate::data::ValueType;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
 use crate::document;
 use crate::expression::{Expression, ExpressionError, ExpressionKind, Fault, Scope as _};
@@ -14,6 +15,14 @@ use crate::pipeline::{Program, ProgramBinding, ProgramVariant, Resource, Resourc
 use crate::shader::{AxisValue, AxisValues, ShaderModule, TargetProfile, TemplateSet};
 use crate::source::{Sources, Span};
 use crate::work::{ProgramHandle, ResourceHandle};
+
+/// Values that a host pass reads of host data.
+pub(in crate::pipeline) struct Expected {
+    pub(in crate::pipeline) resource: ResourceHandle,
+    pub(in crate::pipeline) values: Vec<(String, ValueType)>,
+    pub(in crate::pipeline) place: Span,
+    pub(in crate::pipeline) pointer: String,
+}
 
 /// What all passes of one pipeline share while they are declared.
 pub(in crate::pipeline) struct Shared {
@@ -32,6 +41,8 @@ pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) profile: TargetProfile,
     pub(in crate::pipeline) diagnostics: Diagnostics,
     pub(super) sources: Sources,
+    /// What host passes read of one another.
+    pub(in crate::pipeline) expected: Vec<Expected>,
     /// Declared settings that have no value because of findings of their own.
     pub(super) broken_settings: BTreeSet<String>,
 }
