@@ -1,0 +1,118 @@
+//! Who is let in, and at which size: a function of numbers, without geometry and without history.
+//!
+//! 1. From the most important light on, each is let in that fits, at its smallest size, beside those let in before it,
+//!    and finds slots in every pool. A light that does not fit is evicted; a less important one that needs less may
+//!    still fit.
+//! 2. All start at the size wanted. While that is too much, the lights are halved one after the other, the least
+//!    important first, none below its smallest size; when all have been halved it begins again from the least important.
+//! 3. Halving a large tile can free more than was needed. From the most important on, whoever has been halved is doubled
+//!    again as long as there is room.
+//!
+//! Areas count smallest tiles.
+
+use super::request::{Eviction, POOLS, Pool, PoolCounts};
+
+/// A light, as far as the decision goes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate {
+    /// The entry that it stands for.
+    pub(super) entry: u32,
+    /// The number of tiles.
+    pub(super) tiles: u32,
+    /// The class of size that is wanted.
+    pub(super) wanted: u8,
+    /// The smallest class of size.
+    pub(super) smallest: u8,
+    /// The slots needed.
+    pub(super) slots: PoolCounts,
+    /// What was decided: the class of size, or why it is evicted.
+    pub(super) verdict: Result<u8, Eviction>,
+}
+
+impl Candidate {
+    pub(super) fn area(&self, class: u8) -> u64 {
+        u64::from(self.tiles) << (2 * class)
+    }
+}
+
+/// Decides for candidates that are sorted by importance, the most important first. `side` is the class of the atlas's
+/// side, `None` for no atlas.
+pub(super) fn decide(candidates: &mut [Candidate], side: Option<u8>, capacity: &PoolCounts) {
+    let room = side.map_or(0, |side| 1u64 << (2 * side));
+    let (mut least, mut taken) = (0, [0u32; POOLS]);
+    for candidate in candidates.iter_mut() {
+        candidate.verdict = admit(candidate, side, room, least, capacity, &taken);
+        if candidate.verdict.is_ok() {
+            least += candidate.area(candidate.smallest);
+            taken.iter_mut().zip(candidate.slots).for_each(|(taken, count)| *taken += count);
+        }
+    }
+    let mut area =
+        candidates.iter().filter_map(|candidate| Some(candidate.area(candidate.verdict.ok()?))).sum::<u64>();
+    if area <= room {
+        return;
+    }
+    'waves: loop {
+        for candidate in candidates.iter_mut().rev() {
+            if area <= room {
+                break 'waves;
+            }
+            if let Ok(class) = candidate.verdict
+                && class > candidate.smallest
+                && candidate.tiles > 0
+            {
+                area -= candidate.area(class) - candidate.area(class - 1);
+                candidate.verdict = Ok(class - 1);
+            }
+        }
+        // A wave ends here too where all are at their smallest, which step 1 has made sure is not too much.
+        if area <= room {
+            break;
+        }
+    }
+    for candidate in candidates.iter_mut() {
+        while let Ok(class) = candidate.verdict
+            && class < side.map_or(0, |side| candidate.wanted.min(side))
+        {
+            let larger = area - candidate.area(class) + candidate.area(class + 1);
+            if larger > room {
+                break;
+            }
+            area = larger;
+            candidate.verdict = Ok(class + 1);
+        }
+    }
+}
+
+fn admit(
+    candidate: &Candidate,
+    side: Option<u8>,
+    room: u64,
+    least: u64,
+    capacity: &PoolCounts,
+    taken: &PoolCounts,
+) -> Result<u8, Eviction> {
+    for pool in Pool::ALL {
+        let (count, capacity) = (candidate.slots[pool as usize], capacity[pool as usize]);
+        if count > capacity {
+            return Err(Eviction::PoolTooSmall(pool));
+        }
+        if count > capacity - taken[pool as usize] {
+            return Err(Eviction::PoolFull(pool));
+        }
+    }
+    if candidate.tiles == 0 {
+        return Ok(0);
+    }
+    let area = candidate.area(candidate.smallest);
+    match side {
+        Some(side) if candidate.smallest <= side && area <= room => {
+            if area <= room - least {
+                Ok(candidate.wanted.clamp(candidate.smallest, side))
+            } else {
+                Err(Eviction::AtlasFull)
+            }
+        }
+        _ => Err(Eviction::AtlasTooSmall),
+    }
+}

@@ -1,0 +1,40 @@
+//! A size that follows a need: up at once, and down when the need has been lower for some frames in a row, to the most
+//! that was needed in them.
+
+/// A size that follows a need.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Follower {
+    value: u32,
+    calm: u32,
+    most: u32,
+}
+
+impl Follower {
+    /// The size for a frame in which `need` is needed.
+    pub(super) fn follow(&mut self, need: u32, patience: u32) -> u32 {
+        if need >= self.value {
+            *self = Self { value: need, calm: 0, most: 0 };
+            return need;
+        }
+        self.calm += 1;
+        self.most = self.most.max(need);
+        if self.calm >= patience {
+            *self = Self { value: self.most, calm: 0, most: 0 };
+        }
+        self.value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_rises_at_once_and_falls_after_a_while_to_what_was_needed_meanwhile() {
+        let mut follower = Follower::default();
+        let needs = [4, 8, 2, 4, 2, 2, 2, 2, 9, 1, 1, 9, 1];
+        let sizes = needs.map(|need| follower.follow(need, 3));
+        assert_eq!(sizes, [4, 8, 8, 8, 4, 4, 4, 2, 9, 9, 9, 9, 9]);
+        assert_eq!(Follower::default().follow(0, 0), 0);
+    }
+}

@@ -1,0 +1,624 @@
+//! Tiles and slots for the lights of each frame; see [`super`] for the algorithm.
+//!
+//! Call [`Placement::update`] once for each frame with all requests, then ask for the [`Grant`] of each by its position.
+//! What is granted fits the [`Capacity`] of the frame: the atlas and arrays that there are. What there should be, up to
+//! the limits in [`Settings`], is [`Placement::wanted`]; where the host follows it, a later frame has room for more.
+//!
+//! Stability: a light whose settled importance, size and number of tiles stay keeps its tiles, unless the atlas is so
+//! full that one of its tiles stands where a larger one has to be. Two placements that were given the same requests in
+//! any orders grant the same.
+
+use std::collections::HashMap;
+
+use super::decide::{Candidate, decide};
+use super::follow::Follower;
+use super::quadtree::TileAllocator;
+use super::request::{Eviction, Fate, Grant, Key, POOLS, Pool, PoolCounts, Request};
+use super::settle;
+use super::slots::{MAXIMUM_SLOTS, SlotAllocator};
+use super::tile::Tile;
+use super::{LARGEST_SIDE, LARGEST_TILE, MAXIMUM_TILES, SMALLEST_TILE};
+
+/// What stays the same from frame to frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// The fewest texels on a tile's side; a power of two, at least [`SMALLEST_TILE`].
+    pub smallest_tile: u32,
+    /// The most texels on a tile's side; a power of two, at most [`LARGEST_TILE`].
+    pub largest_tile: u32,
+    /// The fewest texels on the side of an atlas that is wanted; a power of two.
+    pub smallest_side: u32,
+    /// The most texels on the side of an atlas that is wanted; a power of two, at most [`LARGEST_SIDE`].
+    pub largest_side: u32,
+    /// The most slots of each pool that are wanted.
+    pub largest_pools: PoolCounts,
+    /// By what part an importance or a size has to change before it counts.
+    pub tolerance: f32,
+    /// The frames for which less has to be needed before less is wanted.
+    pub patience: u32,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            smallest_tile: SMALLEST_TILE,
+            largest_tile: LARGEST_TILE,
+            smallest_side: 256,
+            largest_side: 8192,
+            largest_pools: [256, 256, 16, 16],
+            tolerance: 0.25,
+            patience: 60,
+        }
+    }
+}
+
+/// What there is in a frame, or what there should be.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Capacity {
+    /// The texels on the atlas's side; counts as the power of two that is not above.
+    pub side: u32,
+    /// The slots of each pool; more than [`MAXIMUM_SLOTS`] count as so many.
+    pub pools: PoolCounts,
+}
+
+/// Places the shadow maps of lights, frame after frame.
+#[derive(Clone, Debug)]
+pub struct Placement {
+    settings: Settings,
+    /// The class of the largest tile.
+    largest: u8,
+    atlas: TileAllocator,
+    pools: [SlotAllocator; POOLS],
+    entries: Vec<Entry>,
+    /// The tiles of each entry.
+    tiles: Vec<[Tile; MAXIMUM_TILES]>,
+    vacant: Vec<u32>,
+    by_key: HashMap<Key, u32>,
+    /// The entry of each request.
+    asked: Vec<u32>,
+    live: usize,
+    frame: u64,
+    capacity: Capacity,
+    need: Capacity,
+    wanted: Capacity,
+    side_follower: Follower,
+    pool_followers: [Follower; POOLS],
+    fates_changed: bool,
+    any_moved: bool,
+    scratch: Scratch,
+}
+
+/// Storage that is kept from frame to frame.
+#[derive(Clone, Debug, Default)]
+struct Scratch {
+    order: Vec<(u32, Key, u32)>,
+    candidates: Vec<Candidate>,
+    /// For each class of size the tiles that have to be found: entry, and position among its tiles.
+    pending: Vec<Vec<(u32, u8)>>,
+    /// Tiles that could be moved: the block that they stand in, their own first number, entry, position.
+    movable: Vec<(usize, usize, u32, u8)>,
+    /// Blocks that could be cleared: the area in them, the block, the part of `movable`.
+    blocks: Vec<(u64, usize, usize, usize)>,
+    /// Runs that are laid anew: the slot of before, the key, the entry.
+    runs: Vec<(u32, Key, u32)>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    key: Key,
+    /// The frame that it was last asked for in; 0 for a vacant entry.
+    seen: u64,
+    /// The most of what requests of this frame ask for.
+    importance: f32,
+    wanted: u32,
+    smallest: u32,
+    tiles: u32,
+    slots: PoolCounts,
+    /// What counts; see `settle`.
+    settled: Option<Settled>,
+    fate: Fate,
+    /// The class and the number of the tiles that it has.
+    held_class: u8,
+    held_tiles: u8,
+    /// The number of slots that it has of each pool, and the first.
+    held_slots: PoolCounts,
+    first_slots: PoolCounts,
+    moved: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Settled {
+    importance: f32,
+    wanted: u8,
+    smallest: u8,
+    tiles: u32,
+    slots: PoolCounts,
+}
+
+impl Placement {
+    /// Nothing placed yet. Settings beyond the limits are brought within them.
+    pub fn new(settings: Settings) -> Self {
+        let power = |value: u32, low: u32, high: u32| value.clamp(low, high).next_power_of_two().min(high);
+        let smallest_tile = power(settings.smallest_tile, SMALLEST_TILE, LARGEST_TILE);
+        let smallest_side = power(settings.smallest_side, smallest_tile, LARGEST_SIDE);
+        let settings = Settings {
+            smallest_tile,
+            largest_tile: power(settings.largest_tile, smallest_tile, LARGEST_TILE),
+            smallest_side,
+            largest_side: power(settings.largest_side, smallest_side, LARGEST_SIDE),
+            tolerance: if settings.tolerance > 0.0 { settings.tolerance.min(100.0) } else { 0.0 },
+            ..settings
+        };
+        let largest = settle::class_of(settings.largest_tile, smallest_tile, u8::MAX);
+        let atlas = TileAllocator::new(smallest_tile, settings.largest_side);
+        Self {
+            settings,
+            largest,
+            atlas,
+            pools: Default::default(),
+            entries: Vec::new(),
+            tiles: Vec::new(),
+            vacant: Vec::new(),
+            by_key: HashMap::new(),
+            asked: Vec::new(),
+            live: 0,
+            frame: 0,
+            capacity: Capacity::default(),
+            need: Capacity::default(),
+            wanted: Capacity::default(),
+            side_follower: Follower::default(),
+            pool_followers: Default::default(),
+            fates_changed: false,
+            any_moved: false,
+            scratch: Scratch { pending: vec![Vec::new(); usize::from(largest) + 1], ..Scratch::default() },
+        }
+    }
+
+    /// The settings, brought within the limits.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Places the lights of a frame.
+    pub fn update(&mut self, requests: &[Request], capacity: &Capacity) {
+        self.frame += 1;
+        self.fates_changed = false;
+        if std::mem::take(&mut self.any_moved) {
+            self.entries.iter_mut().for_each(|entry| entry.moved = false);
+        }
+        self.gather(requests);
+        let changed = self.settle();
+        let capacity = Capacity {
+            side: self.atlas.rounded_side(capacity.side),
+            pools: capacity.pools.map(|slots| slots.min(MAXIMUM_SLOTS)),
+        };
+        if changed || capacity != self.capacity || self.frame == 1 {
+            self.decide(&capacity);
+            self.place_tiles(capacity.side);
+            self.place_slots(&capacity.pools);
+            self.capacity = capacity;
+        }
+        self.follow();
+    }
+
+    /// What the request at a position of the last update got; `None` beyond its end.
+    pub fn grant(&self, request: usize) -> Option<Grant<'_>> {
+        let at = *self.asked.get(request)? as usize;
+        let entry = &self.entries[at];
+        Some(Grant {
+            fate: entry.fate,
+            tiles: &self.tiles[at][..usize::from(entry.held_tiles)],
+            first_slots: entry.first_slots,
+            moved: entry.moved,
+        })
+    }
+
+    /// The grants of all requests of the last update, in their order.
+    pub fn grants(&self) -> impl Iterator<Item = Grant<'_>> {
+        (0..self.asked.len()).filter_map(|at| self.grant(at))
+    }
+
+    /// The capacity that the last update placed for, within its limits.
+    pub fn capacity(&self) -> &Capacity {
+        &self.capacity
+    }
+
+    /// The capacity that would be enough for all requests, within the limits of the settings. It rises at once and falls
+    /// after some frames.
+    pub fn wanted(&self) -> &Capacity {
+        &self.wanted
+    }
+
+    /// Whether a fate is another one than in the frame before, or lights came or went.
+    pub fn fates_changed(&self) -> bool {
+        self.fates_changed
+    }
+
+    /// The number of texels in tiles.
+    pub fn used_area(&self) -> u64 {
+        self.atlas.used_area()
+    }
+
+    /// Finds the entry of each request, and takes from requests of one key the most.
+    fn gather(&mut self, requests: &[Request]) {
+        self.asked.resize(requests.len(), u32::MAX);
+        for (at, request) in requests.iter().enumerate() {
+            // Most frames have the lights in the order of the frame before.
+            let before = self.asked[at];
+            let same = self
+                .entries
+                .get(before as usize)
+                .is_some_and(|entry| entry.seen != 0 && entry.key == request.key);
+            let found = if same { Some(before) } else { self.by_key.get(&request.key).copied() };
+            let found = found.unwrap_or_else(|| self.insert(request.key));
+            self.asked[at] = found;
+            let entry = &mut self.entries[found as usize];
+            let tiles = request.tiles;
+            let count = tiles.count.min(MAXIMUM_TILES as u32);
+            if entry.seen == self.frame {
+                entry.importance = entry.importance.max(request.importance);
+                entry.wanted = entry.wanted.max(tiles.wanted);
+                entry.smallest = entry.smallest.max(tiles.smallest);
+                entry.tiles = entry.tiles.max(count);
+                entry.slots.iter_mut().zip(request.slots).for_each(|(most, count)| *most = count.max(*most));
+            } else {
+                entry.seen = self.frame;
+                entry.importance = request.importance;
+                entry.wanted = tiles.wanted;
+                entry.smallest = tiles.smallest;
+                entry.tiles = count;
+                entry.slots = request.slots;
+            }
+        }
+    }
+
+    fn insert(&mut self, key: Key) -> u32 {
+        let entry = Entry {
+            key,
+            // Not 0, which a vacant entry has, and not this frame.
+            seen: u64::MAX,
+            importance: 0.0,
+            wanted: 0,
+            smallest: 0,
+            tiles: 0,
+            slots: [0; POOLS],
+            settled: None,
+            fate: Fate::Granted,
+            held_class: 0,
+            held_tiles: 0,
+            held_slots: [0; POOLS],
+            first_slots: [0; POOLS],
+            moved: false,
+        };
+        let at = self.vacant.pop().unwrap_or(self.entries.len() as u32);
+        if at as usize == self.entries.len() {
+            self.entries.push(entry);
+            self.tiles.push([Tile::NONE; MAXIMUM_TILES]);
+        } else {
+            self.entries[at as usize] = entry;
+        }
+        self.by_key.insert(key, at);
+        self.live += 1;
+        self.fates_changed = true;
+        at
+    }
+
+    /// Lets go of who is not asked for any more, and settles the numbers of the others. Whether anything changed.
+    fn settle(&mut self) -> bool {
+        let mut changed = false;
+        for at in 0..self.entries.len() {
+            let entry = self.entries[at];
+            if entry.seen == 0 {
+                continue;
+            }
+            if entry.seen != self.frame {
+                self.remove(at);
+                changed = true;
+                continue;
+            }
+            let before = entry.settled;
+            let unit = self.settings.smallest_tile;
+            let tolerance = self.settings.tolerance;
+            let smallest = settle::class_of(entry.smallest, unit, self.largest);
+            let wanted = settle::class(
+                before.map(|before| before.wanted),
+                entry.wanted,
+                unit,
+                self.largest,
+                tolerance,
+            );
+            let settled = Settled {
+                importance: settle::importance(
+                    before.map(|before| before.importance),
+                    entry.importance,
+                    tolerance,
+                ),
+                wanted: wanted.max(smallest),
+                smallest,
+                tiles: entry.tiles,
+                slots: entry.slots,
+            };
+            if before != Some(settled) {
+                self.entries[at].settled = Some(settled);
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    fn remove(&mut self, at: usize) {
+        self.release_tiles(at);
+        for pool in 0..POOLS {
+            self.release_slots(at, pool);
+        }
+        let entry = &mut self.entries[at];
+        entry.seen = 0;
+        self.by_key.remove(&entry.key);
+        self.vacant.push(at as u32);
+        self.live -= 1;
+        self.fates_changed = true;
+    }
+
+    fn release_tiles(&mut self, at: usize) {
+        for tile in &mut self.tiles[at] {
+            self.atlas.release(*tile);
+            *tile = Tile::NONE;
+        }
+        self.entries[at].held_tiles = 0;
+    }
+
+    fn release_slots(&mut self, at: usize, pool: usize) {
+        let entry = &mut self.entries[at];
+        self.pools[pool].release(entry.first_slots[pool], entry.held_slots[pool]);
+        entry.held_slots[pool] = 0;
+        entry.first_slots[pool] = 0;
+    }
+
+    /// Decides on fates and sizes, and on what would be enough for all.
+    fn decide(&mut self, capacity: &Capacity) {
+        let Self { scratch, entries, .. } = self;
+        scratch.order.clear();
+        scratch.order.extend(entries.iter().enumerate().filter_map(|(at, entry)| {
+            let settled = entry.settled.filter(|_| entry.seen != 0)?;
+            // Numbers that are not negative are ordered as their bits are.
+            Some((!settled.importance.to_bits(), entry.key, at as u32))
+        }));
+        scratch.order.sort_unstable();
+        scratch.candidates.clear();
+        scratch.candidates.extend(scratch.order.iter().filter_map(|(_, _, entry)| {
+            let settled = entries[*entry as usize].settled?;
+            Some(Candidate {
+                entry: *entry,
+                tiles: settled.tiles,
+                wanted: settled.wanted,
+                smallest: settled.smallest,
+                slots: settled.slots,
+                verdict: Ok(0),
+            })
+        }));
+        let unit = self.settings.smallest_tile;
+        let class =
+            |side: u32| side.checked_div(unit).filter(|parts| *parts > 0).map(|parts| parts.ilog2() as u8);
+        decide(&mut scratch.candidates, class(capacity.side), &capacity.pools);
+
+        let (mut area, mut largest, mut pools) = (0u64, None, [0u32; POOLS]);
+        for candidate in &scratch.candidates {
+            if candidate.tiles > 0 {
+                area = area.saturating_add(candidate.area(candidate.wanted));
+                largest = largest.max(Some(candidate.wanted));
+            }
+            for (sum, count) in pools.iter_mut().zip(candidate.slots) {
+                *sum = sum.saturating_add(count);
+            }
+            let entry = &mut entries[candidate.entry as usize];
+            let fate = match candidate.verdict {
+                Ok(class) if candidate.tiles > 0 && class < candidate.wanted => {
+                    Fate::Downsized { from: unit << candidate.wanted, to: unit << class }
+                }
+                Ok(_) => Fate::Granted,
+                Err(why) => Fate::Evicted(why),
+            };
+            self.fates_changed |= entry.fate != fate;
+            entry.fate = fate;
+        }
+        let Settings { smallest_side, largest_side, largest_pools, .. } = self.settings;
+        let mut side = smallest_side.max(largest.map_or(0, |class| unit << class)).min(largest_side);
+        while side < largest_side && u64::from(side / unit).pow(2) < area {
+            side *= 2;
+        }
+        pools.iter_mut().zip(largest_pools).for_each(|(count, limit)| *count = limit.min(*count));
+        self.need = Capacity { side, pools };
+    }
+
+    fn follow(&mut self) {
+        let patience = self.settings.patience;
+        self.wanted.side = self.side_follower.follow(self.need.side, patience);
+        for pool in 0..POOLS {
+            self.wanted.pools[pool] = self.pool_followers[pool].follow(self.need.pools[pool], patience);
+        }
+    }
+
+    /// Gives each light the tiles that were decided for it.
+    fn place_tiles(&mut self, side: u32) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        scratch.pending.iter_mut().for_each(Vec::clear);
+        for candidate in &scratch.candidates {
+            let (at, count) = (candidate.entry as usize, candidate.tiles as u8);
+            let entry = &self.entries[at];
+            let Ok(class) = candidate.verdict else {
+                self.release_tiles(at);
+                continue;
+            };
+            if entry.held_tiles != count || (count > 0 && entry.held_class != class) {
+                self.release_tiles(at);
+                self.entries[at].held_tiles = count;
+                self.entries[at].held_class = class;
+            }
+            for position in 0..count {
+                let tile = &mut self.tiles[at][usize::from(position)];
+                if tile.size != 0 && tile.x.max(tile.y) >= side {
+                    self.atlas.release(*tile);
+                    *tile = Tile::NONE;
+                }
+                if tile.size == 0 {
+                    scratch.pending[usize::from(class)].push((candidate.entry, position));
+                    self.entries[at].moved = true;
+                    self.any_moved = true;
+                }
+            }
+        }
+        let resized = self.atlas.set_side(side);
+        debug_assert!(resized, "no tile lies beyond the side");
+        for class in (0..scratch.pending.len()).rev() {
+            self.place_class(class, &mut scratch);
+        }
+        self.scratch = scratch;
+    }
+
+    /// Places all pending tiles of one size; what has to make room for them becomes pending in a smaller one.
+    fn place_class(&mut self, class: usize, scratch: &mut Scratch) {
+        let size = self.settings.smallest_tile << class;
+        let pending = std::mem::take(&mut scratch.pending[class]);
+        let mut next_block = None;
+        for (entry, position) in &pending {
+            let (at, position) = (*entry as usize, usize::from(*position));
+            // A tile of a light that found no room before.
+            if position >= usize::from(self.entries[at].held_tiles) {
+                continue;
+            }
+            let tile = self.atlas.allocate(size).or_else(|| {
+                let block = next_block.unwrap_or_else(|| {
+                    self.find_blocks(class, scratch);
+                    0
+                });
+                next_block = Some(block + 1);
+                self.clear_block(block, scratch);
+                self.atlas.allocate(size)
+            });
+            match tile {
+                Some(tile) => self.tiles[at][position] = tile,
+                // The areas that were decided on fit, so that this is for safety only.
+                None => {
+                    debug_assert!(false, "a tile of {size} texels does not fit");
+                    self.release_tiles(at);
+                    self.entries[at].fate = Fate::Evicted(Eviction::AtlasFull);
+                    self.fates_changed = true;
+                }
+            }
+        }
+        scratch.pending[class] = pending;
+    }
+
+    /// Lists the blocks of one size that hold smaller tiles only, those with the least in them first.
+    fn find_blocks(&self, class: usize, scratch: &mut Scratch) {
+        let Scratch { movable, blocks, .. } = scratch;
+        movable.clear();
+        for (at, entry) in self.entries.iter().enumerate() {
+            let held = usize::from(entry.held_class);
+            if entry.seen == 0 || held >= class {
+                continue;
+            }
+            for (position, tile) in self.tiles[at][..usize::from(entry.held_tiles)].iter().enumerate() {
+                if tile.size != 0 {
+                    let number = tile.number();
+                    movable.push((
+                        number >> (2 * (class - held)),
+                        number << (2 * held),
+                        at as u32,
+                        position as u8,
+                    ));
+                }
+            }
+        }
+        movable.sort_unstable();
+        blocks.clear();
+        let mut start = 0;
+        for part in movable.chunk_by(|a, b| a.0 == b.0) {
+            let area = part
+                .iter()
+                .map(|(_, _, at, position)| self.tiles[*at as usize][usize::from(*position)].area());
+            blocks.push((area.sum(), part[0].0, start, start + part.len()));
+            start += part.len();
+        }
+        blocks.sort_unstable();
+    }
+
+    /// Takes all tiles out of a block of the list.
+    fn clear_block(&mut self, block: usize, scratch: &mut Scratch) {
+        let Some((_, _, start, end)) = scratch.blocks.get(block).copied() else { return };
+        for (_, _, entry, position) in &scratch.movable[start..end] {
+            let at = *entry as usize;
+            let tile = &mut self.tiles[at][usize::from(*position)];
+            self.atlas.release(*tile);
+            *tile = Tile::NONE;
+            self.entries[at].moved = true;
+            self.any_moved = true;
+            scratch.pending[usize::from(self.entries[at].held_class)].push((*entry, *position));
+        }
+    }
+
+    /// Gives each light the slots that were decided for it.
+    fn place_slots(&mut self, capacity: &PoolCounts) {
+        let mut scratch = std::mem::take(&mut self.scratch);
+        for pool in Pool::ALL.map(|pool| pool as usize) {
+            let limit = capacity[pool];
+            for candidate in &scratch.candidates {
+                let at = candidate.entry as usize;
+                let count = if candidate.verdict.is_ok() { candidate.slots[pool] } else { 0 };
+                let entry = &self.entries[at];
+                let held = entry.held_slots[pool];
+                if held != count || (held > 0 && entry.first_slots[pool] + held > limit) {
+                    self.release_slots(at, pool);
+                }
+            }
+            self.pools[pool].set_capacity(limit);
+            for at in 0..scratch.candidates.len() {
+                let Candidate { entry, slots, verdict, .. } = scratch.candidates[at];
+                let (at, count) = (entry as usize, slots[pool]);
+                if verdict.is_err() || self.entries[at].held_slots[pool] == count {
+                    continue;
+                }
+                match self.pools[pool].allocate(count) {
+                    Some(first) => self.hold_slots(at, pool, first, count),
+                    None => {
+                        self.close_gaps(pool, &mut scratch);
+                        if let Some(first) = self.pools[pool].allocate(count) {
+                            self.hold_slots(at, pool, first, count);
+                        }
+                    }
+                }
+            }
+        }
+        self.scratch = scratch;
+    }
+
+    fn hold_slots(&mut self, at: usize, pool: usize, first: u32, count: u32) {
+        let entry = &mut self.entries[at];
+        entry.first_slots[pool] = first;
+        entry.held_slots[pool] = count;
+        entry.moved = true;
+        self.any_moved = true;
+    }
+
+    /// Moves all runs of a pool down, in their order, so that what is free is in one piece.
+    fn close_gaps(&mut self, pool: usize, scratch: &mut Scratch) {
+        scratch.runs.clear();
+        scratch.runs.extend(self.entries.iter().enumerate().filter_map(|(at, entry)| {
+            (entry.seen != 0 && entry.held_slots[pool] > 0).then_some((
+                entry.first_slots[pool],
+                entry.key,
+                at as u32,
+            ))
+        }));
+        scratch.runs.sort_unstable();
+        self.pools[pool].clear();
+        for (before, _, entry) in &scratch.runs {
+            let (at, count) = (*entry as usize, self.entries[*entry as usize].held_slots[pool]);
+            if let Some(first) = self.pools[pool].allocate(count)
+                && first != *before
+            {
+                self.hold_slots(at, pool, first, count);
+            }
+        }
+    }
+}

@@ -1,0 +1,209 @@
+//! An allocator of square tiles: buddies in four.
+//!
+//! The atlas is a quadtree: a free square is cut into four quarters until one has the size asked for, and four free
+//! quarters become one square again. For each size there is a set of the free squares, numbered along a Z-shaped curve.
+//! The smallest free square that is large enough is taken, and among those of one size the one of the lowest number; so
+//! the same calls always give the same tiles. Allocation and release cost a few steps for each size in between.
+//!
+//! On that curve an atlas of half the side is the first quarter: the atlas grows and shrinks in place.
+//!
+//! Limits: sizes are rounded up to powers of two; a release of what was not allocated is refused. A request can fail
+//! although the free tiles have the area, since tiles are never moved here (see [`super::placement`]).
+
+use super::bits::Bits;
+use super::tile::Tile;
+use super::{LARGEST_SIDE, SMALLEST_TILE};
+
+/// An atlas of square tiles.
+#[derive(Clone, Debug)]
+pub struct TileAllocator {
+    smallest: u32,
+    largest_side: u32,
+    side: u32,
+    /// For each size, from the smallest: the free squares.
+    free: Vec<Bits>,
+    /// For each size, from the smallest: the allocated tiles.
+    used: Vec<Bits>,
+    used_area: u64,
+}
+
+impl TileAllocator {
+    /// An empty atlas of side 0 whose tiles have at least `smallest` texels a side, and which grows up to
+    /// `largest_side`; both are rounded up to powers of two within [`SMALLEST_TILE`] and [`LARGEST_SIDE`].
+    pub fn new(smallest: u32, largest_side: u32) -> Self {
+        let within = |value: u32| value.clamp(SMALLEST_TILE, LARGEST_SIDE).next_power_of_two();
+        let smallest = within(smallest);
+        let largest_side = within(largest_side).max(smallest);
+        let sizes = (largest_side / smallest).trailing_zeros() + 1;
+        let sets: Vec<Bits> = (0..sizes)
+            .map(|class| {
+                let across = (largest_side / (smallest << class)) as usize;
+                Bits::new(across * across)
+            })
+            .collect();
+        Self { smallest, largest_side, side: 0, free: sets.clone(), used: sets, used_area: 0 }
+    }
+
+    /// The texels on the atlas's side.
+    pub fn side(&self) -> u32 {
+        self.side
+    }
+
+    /// The texels on the smallest tile's side.
+    pub fn smallest(&self) -> u32 {
+        self.smallest
+    }
+
+    /// The number of texels in allocated tiles.
+    pub fn used_area(&self) -> u64 {
+        self.used_area
+    }
+
+    /// The number of texels that are not in allocated tiles.
+    pub fn free_area(&self) -> u64 {
+        u64::from(self.side) * u64::from(self.side) - self.used_area
+    }
+
+    /// Makes the atlas larger or smaller; tiles stay where they are. `side` is rounded down to a power of two, 0 below
+    /// the smallest tile, and kept within the largest side. Refused, with nothing changed, where a tile lies beyond.
+    #[must_use]
+    pub fn set_side(&mut self, side: u32) -> bool {
+        let wanted = self.rounded_side(side);
+        if wanted < self.side && !self.is_free_beyond(wanted) {
+            return false;
+        }
+        while self.side < wanted {
+            self.double();
+        }
+        while self.side > wanted {
+            self.halve();
+        }
+        true
+    }
+
+    /// The side that the atlas would have for a side that is asked for.
+    pub(super) fn rounded_side(&self, side: u32) -> u32 {
+        let side = side.min(self.largest_side);
+        if side < self.smallest { 0 } else { 1 << side.ilog2() }
+    }
+
+    fn double(&mut self) {
+        if self.side == 0 {
+            self.side = self.smallest;
+            self.free[0].insert(0);
+            return;
+        }
+        let class = self.class(self.side);
+        self.side *= 2;
+        if self.free[class].contains(0) {
+            self.free[class].remove(0);
+            self.free[class + 1].insert(0);
+        } else {
+            (1..4).for_each(|quarter| self.free[class].insert(quarter));
+        }
+    }
+
+    fn halve(&mut self) {
+        let class = self.class(self.side);
+        let whole = self.free[class].contains(0);
+        self.free[class].remove(0);
+        if class == 0 {
+            self.side = 0;
+            return;
+        }
+        self.side /= 2;
+        (1..4).for_each(|quarter| self.free[class - 1].remove(quarter));
+        if whole {
+            self.free[class - 1].insert(0);
+        }
+    }
+
+    fn is_free_beyond(&self, side: u32) -> bool {
+        if self.used_area == 0 {
+            return true;
+        }
+        let (mut class, last) = (self.class(self.side), self.class(side.max(self.smallest)));
+        if side == 0 {
+            return false;
+        }
+        while class > last {
+            class -= 1;
+            if !(1..4).all(|quarter| self.free[class].contains(quarter)) {
+                // Nothing of an atlas that is in use is one free square with its first quarter.
+                return false;
+            }
+        }
+        true
+    }
+
+    /// The position of a size among the sizes.
+    fn class(&self, size: u32) -> usize {
+        (size / self.smallest).max(1).trailing_zeros() as usize
+    }
+
+    /// Takes a tile of at least so many texels a side, or `None` where there is no free square of the size.
+    #[must_use]
+    pub fn allocate(&mut self, size: u32) -> Option<Tile> {
+        let size = size.max(self.smallest).checked_next_power_of_two()?;
+        if size > self.side {
+            return None;
+        }
+        let class = self.class(size);
+        let (mut found, mut number) = (class..=self.class(self.side))
+            .find_map(|class| self.free[class].first().map(|number| (class, number)))?;
+        self.free[found].remove(number);
+        while found > class {
+            found -= 1;
+            number *= 4;
+            (1..4).for_each(|quarter| self.free[found].insert(number + quarter));
+        }
+        self.used[class].insert(number);
+        let tile = Tile::of_number(number, size);
+        self.used_area += tile.area();
+        Some(tile)
+    }
+
+    /// Whether the tile is allocated.
+    pub fn contains(&self, tile: Tile) -> bool {
+        tile.size >= self.smallest
+            && tile.size <= self.side
+            && tile.size.is_power_of_two()
+            && (tile.x | tile.y).is_multiple_of(tile.size)
+            && tile.x.max(tile.y) < self.side
+            && self.used[self.class(tile.size)].contains(tile.number())
+    }
+
+    /// Gives a tile back. False, with nothing changed, where it is not allocated.
+    pub fn release(&mut self, tile: Tile) -> bool {
+        if !self.contains(tile) {
+            return false;
+        }
+        let (mut class, mut number) = (self.class(tile.size), tile.number());
+        self.used[class].remove(number);
+        self.used_area -= tile.area();
+        let root = self.class(self.side);
+        while class < root {
+            let first = number & !3;
+            let all_free =
+                (first..first + 4).all(|buddy| buddy == number || self.free[class].contains(buddy));
+            if !all_free {
+                break;
+            }
+            (first..first + 4).for_each(|buddy| self.free[class].remove(buddy));
+            number /= 4;
+            class += 1;
+        }
+        self.free[class].insert(number);
+        true
+    }
+
+    /// Gives all tiles back.
+    pub fn clear(&mut self) {
+        let side = self.side;
+        let fresh = Self::new(self.smallest, self.largest_side);
+        *self = fresh;
+        while self.side < side {
+            self.double();
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! Numbers that follow what is asked only when it changes by more than a tolerance.
+//!
+//! Everything that is decided is decided from these. As long as they stay, all decisions stay, however much the numbers
+//! that are asked wobble within the tolerance.
+
+/// The importance that counts: the one of before while the new one is within a factor of 1 + `tolerance` of it.
+pub(super) fn importance(before: Option<f32>, asked: f32, tolerance: f32) -> f32 {
+    let asked = if asked > 0.0 { asked.min(f32::MAX) } else { 0.0 };
+    let factor = 1.0 + tolerance;
+    match before {
+        Some(before) if asked <= before * factor && asked >= before / factor => before,
+        _ => asked,
+    }
+}
+
+/// The class of size (0: the smallest tile; each further one twice as large) that counts: the one of before while
+/// the texels asked for would, but for a factor of 1 + `tolerance`, be rounded up to it.
+pub(super) fn class(before: Option<u8>, texels: u32, smallest: u32, largest: u8, tolerance: f32) -> u8 {
+    let asked = class_of(texels, smallest, largest);
+    let Some(before) = before.filter(|before| *before <= largest) else { return asked };
+    let factor = 1.0 + f64::from(tolerance);
+    let size = f64::from(smallest) * f64::from(1u32 << before);
+    let texels = f64::from(texels);
+    let not_larger = before == largest || texels <= size * factor;
+    let not_smaller = before == 0 || texels > 0.5 * size / factor;
+    if not_larger && not_smaller { before } else { asked }
+}
+
+/// The class of the tiles that have at least so many texels a side.
+pub(super) fn class_of(texels: u32, smallest: u32, largest: u8) -> u8 {
+    let parts = texels.div_ceil(smallest).max(1);
+    let class = u32::BITS - (parts - 1).leading_zeros();
+    (class as u8).min(largest)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_size_is_rounded_up_and_kept_within_the_tolerance() {
+        let fresh = |texels| class(None, texels, 16, 9, 0.25);
+        assert_eq!([0, 1, 16, 17, 32, 33, 8192, 8193, u32::MAX].map(fresh), [0, 0, 0, 1, 1, 2, 9, 9, 9]);
+        let kept = |texels| class(Some(3), texels, 16, 9, 0.25);
+        // 128 texels: kept from 64 / 1.25 to 128 · 1.25.
+        assert_eq!([51, 52, 128, 160, 161, 300].map(kept), [2, 3, 3, 3, 4, 5]);
+        // The ends of the range have no other side.
+        assert_eq!(class(Some(0), 0, 16, 9, 0.25), 0);
+        assert_eq!(class(Some(9), u32::MAX, 16, 9, 0.25), 9);
+        assert_eq!(class(Some(9), 8192, 16, 4, 0.25), 4);
+    }
+
+    #[test]
+    fn an_importance_is_finite_and_kept_within_the_tolerance() {
+        assert_eq!(
+            [f32::NAN, -1.0, 0.0, 2.0].map(|asked| importance(None, asked, 0.25)),
+            [0.0, 0.0, 0.0, 2.0]
+        );
+        assert_eq!(importance(None, f32::INFINITY, 0.25), f32::MAX);
+        assert_eq!(
+            [1.61, 2.49, 1.59, 2.51].map(|asked| importance(Some(2.0), asked, 0.25)),
+            [2.0, 2.0, 1.59, 2.51]
+        );
+        assert_eq!(importance(Some(0.0), 0.0, 0.25), 0.0);
+        assert_eq!(importance(Some(f32::MAX), f32::MAX, 0.25), f32::MAX);
+    }
+}

@@ -1,0 +1,311 @@
+//! How much a light's shadow matters in a frame, and how many texels would be right for it.
+//!
+//! `importance = priority · coverage · proximity · strength`, with
+//!
+//! | factor | what | range |
+//! |---|---|---|
+//! | priority | the host's own weight ([`Light::priority`]) | 0 to 10⁶ |
+//! | coverage | the part of the picture that the rectangle around the light's sphere takes; 1 where the camera stands in the sphere, and for a directional light | 0 to 1 |
+//! | proximity | 10 m / (10 m + the distance from the camera to the sphere) | 0 to 1 |
+//! | strength | log₂(1 + I), I the intensity times luminance of the colour, in candela, or in lux for a directional light | 0 to 128 |
+//!
+//! The sphere holds all that the light reaches: its range ([`crate::views::range`]) around it, or for a spot the
+//! smallest sphere around its cone. Its rectangle in the picture is exact (from the tangents through the eye, in each
+//! of the two axes apart), and is cut off at the picture's edges: a light comes into view and leaves it without a jump,
+//! and one whose sphere is out of view has importance 0, since nothing that it shadows is seen.
+//!
+//! The texels: `full · √(coverage · proximity · min(priority, 1))`, at most `full`. So a light that fills the picture
+//! gets `full`, and the sizes on the screen of all lights' texels are alike. Its strength does not matter here.
+//!
+//! Limits: a light or camera with unusable values has importance 0; a camera's far plane is not looked at, nor is
+//! what hides the light. All results are finite.
+
+use glam::{DMat4, DVec3};
+use umbragraph_graph::frame::{Camera, Light, LightKind, Projection};
+
+use crate::views::range;
+
+/// The distance at which a light counts half as much as near by, in metres.
+const HALF_DISTANCE: f64 = 10.0;
+
+/// The greatest weight that a host can give.
+const LARGEST_PRIORITY: f64 = 1e6;
+
+/// How much a light matters, by factor; see the module.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Importance {
+    /// The host's weight.
+    pub priority: f64,
+    /// The part of the picture, 0 to 1.
+    pub coverage: f64,
+    /// Nearness, 0 to 1.
+    pub proximity: f64,
+    /// Brightness on a logarithmic scale.
+    pub strength: f64,
+}
+
+impl Importance {
+    /// The importance of a light to a camera.
+    pub fn of(light: &Light, camera: &Camera) -> Self {
+        Eye::new(camera).map_or(Self::default(), |eye| eye.importance(light))
+    }
+
+    /// The product of all factors; finite and not negative.
+    pub fn value(&self) -> f32 {
+        (self.priority * self.coverage * self.proximity * self.strength) as f32
+    }
+
+    /// The texels on a side of a map that would be right, where `full` are right for a light that fills the picture.
+    pub fn texels(&self, full: u32) -> u32 {
+        let part = self.coverage * self.proximity * self.priority.min(1.0);
+        (f64::from(full) * part.sqrt()).ceil() as u32
+    }
+}
+
+/// A camera, ready to look at many lights.
+#[derive(Clone, Copy, Debug)]
+pub struct Eye {
+    view: DMat4,
+    position: DVec3,
+    /// Half the visible angle (for a perspective camera, in radians) or half the visible size (in metres), in x and y.
+    half: [f64; 2],
+    perspective: bool,
+}
+
+impl Eye {
+    /// `None` for a camera with unusable values.
+    pub fn new(camera: &Camera) -> Option<Self> {
+        if camera.check().is_some() {
+            return None;
+        }
+        let (half, perspective) = match camera.projection {
+            Projection::Perspective { vertical_fov, .. } => {
+                let height = 0.5 * vertical_fov;
+                ([(height.tan() * camera.aspect).atan(), height], true)
+            }
+            Projection::Orthographic { half_height, .. } => {
+                ([half_height * camera.aspect, half_height], false)
+            }
+        };
+        let eye = Self { view: camera.view(), position: camera.position, half, perspective };
+        (eye.view.is_finite() && half.iter().all(|half| half.is_finite() && *half > 0.0)).then_some(eye)
+    }
+
+    /// The importance of a light.
+    pub fn importance(&self, light: &Light) -> Importance {
+        if light.check().is_some() {
+            return Importance::default();
+        }
+        let number = |value: f64| if value > 0.0 { value.min(1e30) } else { 0.0 };
+        let intensity =
+            f64::from(light.intensity) * light.color.as_dvec3().dot(DVec3::new(0.2126, 0.7152, 0.0722));
+        let (coverage, proximity) = match sphere(light) {
+            None => (1.0, 1.0),
+            Some((center, radius)) => {
+                let gap = number(center.distance(self.position) - radius);
+                (self.coverage(center, radius), HALF_DISTANCE / (HALF_DISTANCE + gap))
+            }
+        };
+        Importance {
+            priority: number(f64::from(light.priority)).min(LARGEST_PRIORITY),
+            coverage,
+            proximity,
+            strength: (1.0 + number(intensity)).log2(),
+        }
+    }
+
+    /// The part of the picture that the rectangle around a sphere takes, 0 to 1.
+    pub fn coverage(&self, center: DVec3, radius: f64) -> f64 {
+        let center = self.view.transform_point3(center);
+        if !center.is_finite() || radius.is_nan() || radius <= 0.0 {
+            return 0.0;
+        }
+        if self.perspective && center.length() <= radius {
+            return 1.0;
+        }
+        let part = |across: f64, half: f64| {
+            if self.perspective {
+                angular_part(across, -center.z, radius, half)
+            } else {
+                ((across + radius).min(half) - (across - radius).max(-half)) / (2.0 * half)
+            }
+        };
+        let parts = [part(center.x, self.half[0]), part(center.y, self.half[1])];
+        if parts.iter().all(|part| *part > 0.0) { (parts[0] * parts[1]).min(1.0) } else { 0.0 }
+    }
+}
+
+/// The part of the picture's width that a circle takes which lies `across` beside and `ahead` of the eye.
+fn angular_part(across: f64, ahead: f64, radius: f64, half: f64) -> f64 {
+    let distance = across.hypot(ahead);
+    if distance <= radius {
+        return 1.0;
+    }
+    let (middle, spread) = (across.atan2(ahead), (radius / distance).asin());
+    let (low, high) = ((middle - spread).max(-half), (middle + spread).min(half));
+    if low < high { (high.tan() - low.tan()) / (2.0 * half.tan()) } else { 0.0 }
+}
+
+/// The sphere that holds all that a light reaches: centre and radius in metres; `None` for a directional light.
+pub fn sphere(light: &Light) -> Option<(DVec3, f64)> {
+    let range = range::of(light);
+    match light.kind {
+        LightKind::Directional => None,
+        LightKind::Point => Some((light.position, range)),
+        LightKind::Spot { outer_angle, .. } => {
+            let angle = f64::from(outer_angle);
+            let angle = if angle > 0.0 { angle } else { 0.0 };
+            let (along, radius) = if angle <= std::f64::consts::FRAC_PI_4 {
+                let half = 0.5 * range / angle.cos();
+                (half, half)
+            } else if angle < std::f64::consts::FRAC_PI_2 {
+                (range * angle.cos(), range * angle.sin())
+            } else {
+                (0.0, range)
+            };
+            Some((light.position + light.direction * along, radius))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DQuat, Vec3};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn camera() -> Camera {
+        Camera {
+            position: DVec3::new(1.0, 2.0, 3.0),
+            rotation: DQuat::from_rotation_y(0.4),
+            projection: Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 },
+            aspect: 1.6,
+        }
+    }
+
+    fn lamp() -> Light {
+        Light {
+            name: "lamp".into(),
+            kind: LightKind::Point,
+            position: DVec3::ZERO,
+            direction: DVec3::NEG_Y,
+            color: Vec3::ONE,
+            intensity: 100.0,
+            range: 5.0,
+            cast_shadow: true,
+            angular_diameter_deg: 0.0,
+            radius: 0.0,
+            priority: 1.0,
+        }
+    }
+
+    /// A lamp at a place of the camera's own space.
+    fn seen_at(place: DVec3, range: f32) -> Light {
+        Light { position: camera().position + camera().rotation * place, range, ..lamp() }
+    }
+
+    proptest! {
+        #[test]
+        fn the_rectangle_holds_every_point_of_the_sphere_and_no_more(
+            x in -30.0..30.0f64, y in -20.0..20.0f64, z in -60.0..-1.0f64, radius in 0.1..20.0f64,
+        ) {
+            let center = DVec3::new(x, y, z);
+            prop_assume!(center.length() > radius * 1.01 && z < -radius * 1.05);
+            let (half_height, aspect) = ((0.5f64).tan(), 1.6);
+            let (mut low, mut high) = ([f64::MAX; 2], [f64::MIN; 2]);
+            for step in 0..40_000 {
+                let (height, turn) = (1.0 - 2.0 * (f64::from(step) + 0.5) / 40_000.0, 2.399_963 * f64::from(step));
+                let wide = (1.0 - height * height).sqrt();
+                let point = center + radius * DVec3::new(wide * turn.cos(), wide * turn.sin(), height);
+                let screen = [point.x / -point.z / (half_height * aspect), point.y / -point.z / half_height];
+                for axis in 0..2 {
+                    low[axis] = low[axis].min(screen[axis].clamp(-1.0, 1.0));
+                    high[axis] = high[axis].max(screen[axis].clamp(-1.0, 1.0));
+                }
+            }
+            let sampled = (high[0] - low[0]) * (high[1] - low[1]) / 4.0;
+            let eye = Eye::new(&camera()).unwrap();
+            let found = eye.coverage(camera().position + camera().rotation * center, radius);
+            prop_assert!(found >= sampled - 1e-9 && found <= sampled + 0.02, "{found} {sampled}");
+        }
+
+        #[test]
+        fn every_number_is_finite_for_any_input(
+            numbers in proptest::array::uniform10(prop_oneof![
+                4 => -100.0..100.0f64, 1 => Just(f64::NAN), 1 => Just(f64::INFINITY), 1 => Just(f64::NEG_INFINITY),
+                1 => Just(0.0), 1 => Just(1e300), 1 => Just(1e-300), 1 => Just(3e38),
+            ]),
+            kind in 0..3,
+        ) {
+            let [x, y, z, dx, dy, dz, range, intensity, priority, angle] = numbers;
+            let kind = match kind {
+                0 => LightKind::Point,
+                1 => LightKind::Directional,
+                _ => LightKind::Spot { inner_angle: 0.0, outer_angle: angle as f32 },
+            };
+            let (range, intensity, priority) = (range as f32, intensity as f32, priority as f32);
+            let direction = DVec3::new(dx, dy, dz).normalize_or(DVec3::NEG_Y);
+            let light = Light { kind, position: DVec3::new(x, y, z), direction, range, intensity, priority, ..lamp() };
+            let importance = Importance::of(&light, &camera());
+            prop_assert!(importance.value().is_finite() && importance.value() >= 0.0);
+            prop_assert!((0.0..=1.0).contains(&importance.coverage) && (0.0..=1.0).contains(&importance.proximity));
+            prop_assert!(importance.texels(2048) <= 2048);
+            let broken = Camera { position: DVec3::new(x, y, z), aspect: range.into(), ..camera() };
+            prop_assert!(Importance::of(&light, &broken).value().is_finite());
+        }
+    }
+
+    #[test]
+    fn what_is_out_of_view_does_not_matter_and_what_holds_the_camera_fills_the_picture() {
+        let coverage = |place, range| Importance::of(&seen_at(place, range), &camera()).coverage;
+        assert_eq!(coverage(DVec3::new(0.0, 0.0, 20.0), 5.0), 0.0);
+        assert_eq!(coverage(DVec3::new(90.0, 0.0, -20.0), 5.0), 0.0);
+        assert_eq!(coverage(DVec3::new(1.0, 0.0, 1.0), 5.0), 1.0);
+        assert!(coverage(DVec3::new(0.0, 0.0, 5.1), 5.0) < 1e-9);
+    }
+
+    #[test]
+    fn a_light_comes_into_view_without_a_jump() {
+        let mut before = 0.0;
+        for step in 0..4_000 {
+            let coverage = Importance::of(
+                &seen_at(DVec3::new(-40.0 + 0.01 * f64::from(step), 0.0, -30.0), 4.0),
+                &camera(),
+            )
+            .coverage;
+            assert!((coverage - before).abs() < 2e-4, "{step}");
+            before = coverage;
+        }
+        assert!(before > 0.03);
+    }
+
+    #[test]
+    fn nearer_brighter_and_weightier_lights_matter_more() {
+        let value = |light: Light| Importance::of(&light, &camera()).value();
+        let plain = seen_at(DVec3::new(0.0, 0.0, -20.0), 4.0);
+        assert!(value(plain.clone()) > value(seen_at(DVec3::new(0.0, 0.0, -40.0), 4.0)));
+        assert!(value(Light { intensity: 200.0, ..plain.clone() }) > value(plain.clone()));
+        assert_eq!(value(Light { priority: 2.0, ..plain.clone() }), 2.0 * value(plain.clone()));
+        assert_eq!(value(Light { priority: f32::NAN, ..plain.clone() }), 0.0);
+        let texels = |light: Light| Importance::of(&light, &camera()).texels(2048);
+        assert_eq!(texels(Light { intensity: 1e6, ..plain.clone() }), texels(plain));
+        assert_eq!(texels(Light { kind: LightKind::Directional, ..lamp() }), 2048);
+    }
+
+    #[test]
+    fn the_sphere_around_a_cone_is_the_smallest() {
+        for (angle, radius) in
+            [(0.0f64, 2.5), (0.6, 2.5 / 0.6f64.cos()), (1.2, 5.0 * 1.2f64.sin()), (3.1, 5.0)]
+        {
+            let spot =
+                Light { kind: LightKind::Spot { inner_angle: 0.0, outer_angle: angle as f32 }, ..lamp() };
+            let (center, found) = sphere(&spot).unwrap();
+            assert!((found - radius).abs() < 1e-6, "{angle}");
+            // The tip, and a point on the rim.
+            let angle = angle.min(std::f64::consts::PI);
+            let rim = DVec3::new(5.0 * angle.sin(), -5.0 * angle.cos(), 0.0);
+            assert!(center.length() <= found + 1e-6 && center.distance(rim) <= found + 1e-6);
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! The views that casters are drawn from for lights with a position.
+//!
+//! [`spot`] is one view along a cone, [`cube`] six around a point, [`range`] how far they look. Right-handed world in
+//! metres, clip depth 0 at the near plane and 1 at the far plane (the other way round where `reverse`), texture v down.
+//! Both store the same depth: with d the distance along the view's axis, `near` [`NEAR`] and `far` the light's range,
+//! `far / (far − near) · (1 − near / d)`, or in reverse `near / (far − near) · (far / d − 1)`; see [`depth`].
+//!
+//! Everything is computed in `f64`, and whatever a light says, what comes out is finite also in 32 bits. Lights whose
+//! position is none ([`MAXIMUM_COORDINATE`]) have no views.
+
+pub mod cube;
+pub mod range;
+pub mod spot;
+
+use glam::{DMat4, DVec3};
+
+/// The distance of the near plane, in metres.
+pub const NEAR: f64 = 0.05;
+
+/// The largest coordinate of a light that has views, in metres.
+pub const MAXIMUM_COORDINATE: f64 = 1e9;
+
+/// The depth that is stored for a point at a distance along the view's axis, all in metres.
+pub fn depth(distance: f64, near: f64, far: f64, reverse: bool) -> f64 {
+    let (near, far) = if reverse { (far, near) } else { (near, far) };
+    far / (far - near) * (1.0 - near / distance)
+}
+
+/// The distance along the view's axis of a stored depth, in metres: the inverse of [`depth`].
+pub fn distance(depth: f64, near: f64, far: f64, reverse: bool) -> f64 {
+    let (near, far) = if reverse { (far, near) } else { (near, far) };
+    near / (1.0 - depth * (far - near) / far)
+}
+
+/// View to clip space: x and y are multiplied by the scales and divided by the distance along the axis.
+fn projection(x_scale: f64, y_scale: f64, near: f64, far: f64, reverse: bool) -> DMat4 {
+    let (near, far) = if reverse { (far, near) } else { (near, far) };
+    let slope = far / (near - far);
+    DMat4::from_cols_array(&[
+        x_scale,
+        0.0,
+        0.0,
+        0.0, //
+        0.0,
+        y_scale,
+        0.0,
+        0.0, //
+        0.0,
+        0.0,
+        slope,
+        -1.0, //
+        0.0,
+        0.0,
+        slope * near,
+        0.0,
+    ])
+}
+
+/// Whether a light stands where it can have views.
+fn is_place(position: DVec3) -> bool {
+    position.is_finite() && position.abs().max_element() <= MAXIMUM_COORDINATE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_come_back_from_their_depths() {
+        for reverse in [false, true] {
+            let (first, last) = if reverse { (1.0, 0.0) } else { (0.0, 1.0) };
+            assert!((depth(NEAR, NEAR, 20.0, reverse) - first).abs() < 1e-12);
+            assert!((depth(20.0, NEAR, 20.0, reverse) - last).abs() < 1e-12);
+            for at in [0.05, 0.2, 3.0, 19.0] {
+                let back = distance(depth(at, NEAR, 20.0, reverse), NEAR, 20.0, reverse);
+                assert!((back - at).abs() < 1e-9, "{at} {back}");
+            }
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! How far a light with a position reaches.
+//!
+//! The range that it states; but at most where it lights a surface with [`DARKEST`] lux, which is also the answer for
+//! an infinite range. Whatever comes out lies between [`SHORTEST`] and [`LONGEST`]: a range of zero, or none that is a
+//! number, counts as the shortest. The shadow's far plane stands there; beyond it nothing is in shadow.
+
+use glam::DVec3;
+use umbragraph_graph::frame::Light;
+
+use super::NEAR;
+
+/// The illuminance below which light is not seen, in lux: about the first step of an 8-bit sRGB picture of a white
+/// surface at exposure 1.
+pub const DARKEST: f64 = 1e-3;
+
+/// The shortest range, in metres: twice the near plane's distance.
+pub const SHORTEST: f64 = 2.0 * NEAR;
+
+/// The longest range, in metres; a 32-bit depth tells the last 100 m of it apart no more than in half metres.
+pub const LONGEST: f64 = 1e4;
+
+/// How far a light reaches, in metres; for a directional light without meaning.
+pub fn of(light: &Light) -> f64 {
+    let luminance = light.color.as_dvec3().abs().max_element().min(f64::from(f32::MAX));
+    let brightest = f64::from(light.intensity).abs() * luminance;
+    seen(brightest).min(clamped(f64::from(light.range)))
+}
+
+/// Where a light of so many candela gives [`DARKEST`] lux, within the limits.
+fn seen(candela: f64) -> f64 {
+    clamped((candela / DARKEST).sqrt())
+}
+
+/// Within the limits; what is no number is the shortest.
+fn clamped(range: f64) -> f64 {
+    if range > SHORTEST { range.min(LONGEST) } else { SHORTEST }
+}
+
+/// The vector that a light shines along: its direction, of unit length, or −Z (glTF's own) where it has none.
+pub fn direction(direction: DVec3) -> DVec3 {
+    let largest = direction.abs().max_element();
+    if largest.is_finite() && largest > 0.0 {
+        (direction / largest).normalize_or(DVec3::NEG_Z)
+    } else {
+        DVec3::NEG_Z
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_range_is_within_the_limits() {
+        let ranges = [f64::NAN, -1.0, 0.0, 1e-9, 0.3, 7.0, 1e4, 1e300, f64::INFINITY];
+        assert_eq!(ranges.map(clamped), [0.1, 0.1, 0.1, 0.1, 0.3, 7.0, 1e4, 1e4, 1e4]);
+        assert_eq!([0.0, 0.1, 10.0, f64::INFINITY, f64::NAN].map(seen), [0.1, 10.0, 100.0, 1e4, 0.1]);
+    }
+
+    #[test]
+    fn every_direction_is_of_unit_length() {
+        for given in [DVec3::ZERO, DVec3::NAN, DVec3::INFINITY, DVec3::splat(1e-310)] {
+            assert!((direction(given).length() - 1.0).abs() < 1e-9, "{given}");
+        }
+        assert_eq!(direction(DVec3::new(0.0, -1e300, 0.0)), DVec3::NEG_Y);
+        assert_eq!(direction(DVec3::ZERO), DVec3::NEG_Z);
+    }
+}
