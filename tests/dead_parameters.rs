@@ -7,7 +7,7 @@ mod common;
 
 use std::fmt::Write as _;
 
-use common::host::{published, sunny_frame};
+use common::host::{crowded_frame, published, quiet_frame, sunny_frame};
 use common::{With, check_with, root};
 use serde_json::{Value as Json, json};
 use umbragraph::compiler::Plan;
@@ -34,11 +34,14 @@ fn effect(plan: &Plan) -> String {
                 let _ = writeln!(text, "{:?} {:?}", render.color, render.depth);
             }
             Work::Host(_) => {
-                let data = published(plan, &planned.name, &sunny_frame());
-                for (name, _) in &data.shape().values {
-                    let _ = writeln!(text, "{name} {:?}", data.words(name));
+                for frame in [sunny_frame(), quiet_frame(), crowded_frame()] {
+                    let data = published(plan, &planned.name, &frame);
+                    for (name, _) in &data.shape().values {
+                        let _ = writeln!(text, "{name} {:?}", data.words(name));
+                    }
+                    let sizes: Vec<_> = data.sizes().collect();
+                    let _ = writeln!(text, "{:?} {sizes:?}", data.views());
                 }
-                let _ = writeln!(text, "{:?}", data.views());
             }
             Work::Compute(_) | Work::Copy(_) | Work::Transfer(_) => {}
         }
@@ -61,7 +64,7 @@ fn others(declaration: &ParameterDeclaration, value: &Value) -> Vec<Json> {
             vec![json!(now * 1.5), json!(now * 0.5), json!(now + 0.25)]
         }
         (_, Value::Number(now)) => {
-            [now + 1.0, now * 2.0, now - 1.0].map(|number| json!(number as i64)).to_vec()
+            [now + 1.0, now * 2.0, now - 1.0, now * 0.5].map(|number| json!(number as i64)).to_vec()
         }
         (_, Value::List(list)) => {
             let scaled = list.iter().filter_map(Value::number).map(|number| number * 0.9).collect::<Vec<_>>();

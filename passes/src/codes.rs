@@ -25,4 +25,19 @@ umbragraph_graph::codes! {
     /// A distance by which the depth range is extended that is none.
     CASCADE_DEPTH = "UG0617", "depth range of cascades",
         "The near plane of a cascade goes to the bounds of the casters (\"casters\") or so many metres beyond the slice; the far plane stands so many metres behind it. Both lie between 0 and 100,000 m.";
+    /// A number of lights, maps or views that is out of range.
+    LIGHT_CAPACITY = "UG0618", "numbers of lights and shadow maps",
+        "How many lights, descriptors, cubes, layers and views a frame can have is a whole number of at least one, since arrays of shaders and textures are made for it; sides of an atlas and its tiles are powers of two from 16 to 8192 texels; near planes stand between 0.1 mm and 10 km.";
+    /// Settings that contradict what a placement decides.
+    PLACEMENT = "UG0619", "settings beside a placement",
+        "With a placement, the node kind shadow_atlas decides which lights have cascades and in which layers they lie. Settings that decide it otherwise stand in its way.";
+    /// Lights that a frame has no room for.
+    LIGHTS_LEFT_OUT = "UG0620", "lights that are left out",
+        "A frame has more lights than the light list can hold. The least important are left out: importance grows with the part of the picture that a light reaches, its intensity and the host's priority.";
+    /// Shadows that a frame has no room for.
+    SHADOWS_LEFT_OUT = "UG0621", "shadows that are reduced or left out",
+        "A frame has more lights with shadows than the shadow atlas, the cubes, the layers, the descriptors or the views can hold. Spots get smaller tiles first; then the least important lights go without shadows. Each is named with the reason.";
+    /// A filter that is wider or narrower than was wanted.
+    FILTER_BOUNDED = "UG0622", "filter bounded in texels",
+        "Filters are measured in the world, so that the edges of shadows are equally wide in every cascade. A filter of less than a texel or two shows the texels, one of very many leaves gaps between its taps; so pipelines bound it in texels. Where a bound bites, the width differs from cascade to cascade.";
 }

@@ -8,7 +8,9 @@
 //! | [`fullscreen`] | runs a fragment shader over its attachments |
 //! | [`compute`] | dispatches a compute shader |
 //! | [`copy`] | copies a texture or a buffer, clears a buffer |
+//! | [`lights`] | places the shadows of all lights, and publishes lights and shadow descriptors |
 
+pub mod atlas;
 pub mod attachment;
 pub mod camera;
 pub mod cascades;
@@ -17,6 +19,9 @@ pub mod compute;
 pub mod copy;
 pub mod draw;
 pub mod fullscreen;
+pub mod importance;
+pub mod lights;
+pub mod views;
 
 pub use codes::ALL as CODES;
 
@@ -32,6 +37,10 @@ pub fn registry() -> Registry {
         .register::<copy::Clear>()
         .register::<copy::Copy>()
         .register::<draw::Draw>()
-        .register::<fullscreen::Fullscreen>();
+        .register::<fullscreen::Fullscreen>()
+        .register::<lights::cubes::CubeShadows>()
+        .register::<lights::list::LightList>()
+        .register::<lights::placement::ShadowAtlas>()
+        .register::<lights::spots::SpotShadows>();
     registry
 }

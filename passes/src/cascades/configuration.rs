@@ -9,7 +9,7 @@
 
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 use umbragraph_graph::data::View;
-use umbragraph_graph::frame::{Bounds, Camera, FrameInput};
+use umbragraph_graph::frame::{Bounds, Camera, FrameInput, Light};
 
 use super::depth::{self, NearPull};
 use super::fit::{self, FitShape};
@@ -98,10 +98,17 @@ impl CascadeSet {
 }
 
 impl Configuration {
-    /// Fits the cascades of one frame.
+    /// Fits the cascades of one frame to the light that is named, or matters most.
     pub fn fit(&self, frame: &FrameInput) -> CascadeSet {
+        match light::choose(&frame.lights, self.light.as_deref()) {
+            Some(light) => self.fit_light(light, frame),
+            None => CascadeSet { light: None, cascades: [None; MAXIMUM_CASCADES] },
+        }
+    }
+
+    /// Fits the cascades of one frame to a light, which has to be usable ([`Light::check`]).
+    pub fn fit_light(&self, light: &Light, frame: &FrameInput) -> CascadeSet {
         let mut set = CascadeSet { light: None, cascades: [None; MAXIMUM_CASCADES] };
-        let Some(light) = light::choose(&frame.lights, self.light.as_deref()) else { return set };
         let diameter = light.angular_diameter_deg;
         set.light = Some(CascadeLight {
             direction_to_light: -light.direction,

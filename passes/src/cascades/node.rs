@@ -39,7 +39,7 @@ use super::configuration::{Cascade, CascadeSet, Configuration};
 use super::fit::FitShape;
 use super::snap::Snap;
 use super::splits::{BlendOf, SplitScheme};
-use super::{MAXIMUM_CASCADES, declare};
+use super::{MAXIMUM_CASCADES, declare, placed};
 
 /// Fits cascades of a directional light to the frame's camera, and publishes a view for each.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -51,6 +51,14 @@ pub struct Cascades {
     /// alphabetically first.
     #[serde(default)]
     pub light: Option<String>,
+    /// What a `shadow_atlas` publishes: then the cascades of every sun that has layers there are fitted, and published
+    /// as descriptors (see [`crate::lights::descriptor`]) instead of the values of one light.
+    #[serde(default)]
+    pub placement: Option<String>,
+    /// With a placement: the layers of the array, which is the most cascades of all suns together; the number of
+    /// cascades without it.
+    #[serde(default)]
+    pub layers: Option<Expr>,
     /// The far distance of each cascade, in metres along the view axis, strictly increasing. The formulas of "splits"
     /// use the last one only.
     pub far: Expr,
@@ -96,6 +104,9 @@ pub struct Cascades {
     /// Texels stay in place while the bounds do not change much.
     #[serde(default)]
     pub clip_to_scene: Option<Expr>,
+    /// With a placement: the filter that shaders use, so that cascades in which its bounds bite can be reported.
+    #[serde(default)]
+    pub filter: Option<FilterSettings>,
     /// The zone at the end of each cascade that blends into the next, which is fitted to cover it; none without it.
     #[serde(default)]
     pub blend: Option<BlendSettings>,
@@ -120,6 +131,18 @@ pub struct SplitSettings {
     pub lambda: Option<Expr>,
 }
 
+/// Half the width of a filter, and its bounds.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FilterSettings {
+    /// Half the width, in metres.
+    pub radius: Expr,
+    /// The least half width, in texels of the map.
+    pub least: Expr,
+    /// The greatest half width, in texels of the map.
+    pub greatest: Expr,
+}
+
 /// The zone at the end of each cascade that blends into the next.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -138,6 +161,9 @@ impl Node for Cascades {
 
     fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let configuration = declare::configuration(&self, pass)?;
+        if let Some(placement) = &self.placement {
+            return placed::declare(&self, placement, configuration, pass);
+        }
         let output = pass.publish(&self.to, "/to", shape(configuration.splits.count() as u32))?;
         let node = Arc::new(RunCascades { configuration });
         Some(pass.produce(Work::Host(HostWork { node, output, inputs: Vec::new() })))

@@ -1,0 +1,296 @@
+//! The node kind `light_list`: all lights of a frame, and the descriptors of their shadows.
+//!
+//! Published (n lights, d descriptors; metres):
+//!
+//! | value | type | what |
+//! |---|---|---|
+//! | `sun_end`, `spot_end`, `point_end` | `u32` | where each kind of light ends: suns come first, then spots, then point lights |
+//! | `tile_end`, `cube_end`, `layer_end` | `u32` | where each backing ends among the descriptors |
+//! | `position_range` | `array<vec4<f32>, n>` | position; range, 0 without one |
+//! | `direction_scale` | `array<vec4<f32>, n>` | the unit vector to a sun, that along the axis of a spot; the scale of its cone |
+//! | `color_offset` | `array<vec4<f32>, n>` | colour times intensity (lux, or candela); the offset of its cone |
+//! | `shadow` | `array<vec4<u32>, n>` | first descriptor, or [`NO_SHADOW`]; number of descriptors; 0, 0 |
+//! | `clip_from_world`, `rectangle`, `reach`, `place` | arrays of d | the descriptors, see [`super::descriptor`] |
+//!
+//! The cone of a spot: the light is multiplied with the square of `clamp(cosine · scale + offset, 0, 1)`, cosine between
+//! axis and ray, as the glTF extension KHR_lights_punctual gives it.
+//!
+//! Limits: lights beyond the capacity are left out, the least important first, and reported by name. Unusable lights
+//! (see [`Light::check`]) are left out.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::{DVec4, Vec3, Vec4};
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_graph::data::{Component, DataShape, HostData, ValueType};
+use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
+use umbragraph_graph::frame::{FrameInput, Light, LightKind};
+use umbragraph_graph::language::Expr;
+use umbragraph_graph::node::Node;
+use umbragraph_graph::pipeline::{PassBuilder, Produced};
+use umbragraph_graph::work::{HostContext, HostNode, HostWork, Work};
+
+use super::descriptor;
+use super::placement::{self, Backing};
+use crate::cascades::light::radiance;
+use crate::codes;
+use crate::importance::Eye;
+
+/// The first descriptor of a light without shadows.
+pub const NO_SHADOW: u32 = u32::MAX;
+
+/// The most lights or descriptors of a list.
+pub const LARGEST_CAPACITY: u32 = 4096;
+
+/// Publishes all lights of a frame by kind, and the descriptors of their shadows by backing.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct LightList {
+    /// The host data to publish.
+    pub to: String,
+    /// The most lights.
+    pub lights: Expr,
+    /// The most descriptors; 1 without it.
+    #[serde(default)]
+    pub descriptors: Option<Expr>,
+    /// What a `shadow_atlas` publishes; without it no light casts shadows.
+    #[serde(default)]
+    pub placement: Option<String>,
+    /// What a `spot_shadows` publishes.
+    #[serde(default)]
+    pub tiles: Option<String>,
+    /// What a `cube_shadows` publishes.
+    #[serde(default)]
+    pub cubes: Option<String>,
+    /// What a `cascades` with a placement publishes.
+    #[serde(default)]
+    pub layers: Option<String>,
+}
+
+impl Node for LightList {
+    const NAME: &'static str = "light_list";
+    const SUMMARY: &'static str =
+        "Publishes all lights by kind, and the descriptors of their shadows by backing.";
+
+    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        let lights = placement::capacity(pass, &self.lights, "/lights", LARGEST_CAPACITY);
+        let descriptors = match &self.descriptors {
+            Some(expr) => placement::capacity(pass, expr, "/descriptors", LARGEST_CAPACITY),
+            None => Some(1),
+        };
+        let mut inputs = Vec::new();
+        let mut sound = true;
+        let mut input = |name: &Option<String>, pointer: &str, expected: &[(&str, ValueType)]| {
+            let handle = pass.data_with(name.as_ref()?, pointer, expected);
+            sound &= handle.is_some();
+            inputs.push(handle?);
+            Some(inputs.len() - 1)
+        };
+        let descriptor = descriptor::expected();
+        let sources = Sources {
+            placement: input(&self.placement, "/placement", &placement::expected()),
+            descriptors: [
+                input(&self.tiles, "/tiles", &descriptor),
+                input(&self.cubes, "/cubes", &descriptor),
+                input(&self.layers, "/layers", &descriptor),
+            ],
+        };
+        if !sound {
+            return None;
+        }
+        let (lights, descriptors) = (lights?, descriptors?);
+        let output = pass.publish(&self.to, "/to", shape(lights, descriptors))?;
+        let node = RunLightList { capacity: lights as usize, sources, state: Mutex::default() };
+        Some(pass.produce(Work::Host(HostWork { node: Arc::new(node), output, inputs })))
+    }
+}
+
+/// What a list of so many lights and descriptors publishes.
+pub fn shape(lights: u32, descriptors: u32) -> DataShape {
+    let ends = ["sun_end", "spot_end", "point_end", "tile_end", "cube_end", "layer_end"];
+    let shape = ends.iter().fold(DataShape::new(), |shape, name| shape.value(name, ValueType::U32));
+    let shape = shape
+        .value("position_range", ValueType::VEC4.array(lights))
+        .value("direction_scale", ValueType::VEC4.array(lights))
+        .value("color_offset", ValueType::VEC4.array(lights))
+        .value("shadow", ValueType::vector(Component::U32, 4).array(lights));
+    descriptor::shape(shape, descriptors)
+}
+
+/// Where the inputs stand.
+#[derive(Clone, Copy, Debug)]
+struct Sources {
+    placement: Option<usize>,
+    /// Tiles, cubes and layers.
+    descriptors: [Option<usize>; 3],
+}
+
+#[derive(Debug)]
+struct RunLightList {
+    capacity: usize,
+    sources: Sources,
+    state: Mutex<State>,
+}
+
+/// Memory that is used again in each frame.
+#[derive(Debug, Default)]
+struct State {
+    /// The usable lights, as positions in the frame.
+    order: Vec<u32>,
+    /// For each light of the frame its first descriptor and their number.
+    shadows: Vec<(u32, u32)>,
+    /// The names of the lights that were left out last.
+    left_out: Vec<String>,
+}
+
+impl HostNode for RunLightList {
+    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let State { order, shadows, left_out } = &mut *state;
+        let frame = context.frame;
+        let input = |at: Option<usize>| at.and_then(|at| context.inputs.get(at).copied());
+        shadows.clear();
+        shadows.resize(frame.lights.len(), (NO_SHADOW, 0));
+        self.publish_descriptors(&input, shadows, data);
+        self.choose(frame, order);
+        report(frame, order.get(self.capacity..).unwrap_or_default(), left_out, data);
+        order.truncate(self.capacity);
+        order.sort_unstable_by(|a, b| {
+            let (a, b) = (&frame.lights[*a as usize], &frame.lights[*b as usize]);
+            kind(a).cmp(&kind(b)).then_with(|| placement::compare(a, b))
+        });
+        let lights = || order.iter().map(|at| &frame.lights[*at as usize]);
+        for (end, last) in [("sun_end", 0), ("spot_end", 1), ("point_end", 2)] {
+            data.set_u32(end, lights().filter(|light| kind(light) <= last).count() as u32);
+        }
+        data.set_vec4s("position_range", lights().map(position_range));
+        data.set_vec4s("direction_scale", lights().map(direction_scale));
+        data.set_vec4s("color_offset", lights().map(color_offset));
+        let shadows = order.iter().map(|at| shadows[*at as usize]);
+        data.set_words("shadow", shadows.flat_map(|(first, count)| [first, count, 0, 0]));
+    }
+}
+
+impl RunLightList {
+    /// The usable lights, the most important first.
+    fn choose(&self, frame: &FrameInput, order: &mut Vec<u32>) {
+        order.clear();
+        order
+            .extend((0..frame.lights.len() as u32).filter(|at| frame.lights[*at as usize].check().is_none()));
+        if order.len() > self.capacity {
+            let of = |at: &u32| &frame.lights[*at as usize];
+            let eye = Eye::new(&frame.camera);
+            let importance = |light: &Light| eye.as_ref().map_or(0.0, |eye| eye.importance(light).value());
+            order.sort_by(|a, b| {
+                let (a, b) = (of(a), of(b));
+                importance(b).total_cmp(&importance(a)).then_with(|| placement::compare(a, b))
+            });
+        }
+    }
+
+    /// Copies the descriptors of each backing, one after the other, and finds the first one of each light.
+    fn publish_descriptors<'a>(
+        &self,
+        input: &impl Fn(Option<usize>) -> Option<&'a HostData>,
+        shadows: &mut [(u32, u32)],
+        data: &mut HostData,
+    ) {
+        let sets = self.sources.descriptors.map(input);
+        let capacity = data.shape().find("place").and_then(|at| data.shape().values[at].1.count).unwrap_or(0);
+        let mut ends = [0; 3];
+        let mut end = 0;
+        for (at, set) in sets.iter().enumerate() {
+            end = (end + set.map_or(0, descriptor::count)).min(capacity);
+            ends[at] = end;
+        }
+        for (name, end) in ["tile_end", "cube_end", "layer_end"].into_iter().zip(ends) {
+            data.set_u32(name, end);
+        }
+        let starts = [0, ends[0], ends[1]];
+        for (name, value_type) in descriptor::VALUES {
+            let words = value_type.element_words();
+            let all = sets.iter().zip(starts.iter().zip(ends)).flat_map(|(set, (start, end))| {
+                let wanted = (end - start) as usize * words;
+                set.and_then(|set| set.words(name)).and_then(|all| all.get(..wanted)).unwrap_or_default()
+            });
+            data.set_words(name, all.copied());
+        }
+        let Some(placement) = input(self.sources.placement) else { return };
+        let mut next = starts;
+        for entry in placement::entries(placement) {
+            let (backing, count) = match entry.backing {
+                Backing::Tile { .. } => (0, 1),
+                Backing::Cube { .. } => (1, 1),
+                Backing::Layers { count, .. } => (2, count),
+            };
+            let first = next[backing];
+            next[backing] += count;
+            if next[backing] <= ends[backing]
+                && let Some(shadow) = shadows.get_mut(entry.light as usize)
+            {
+                *shadow = (first, count);
+            }
+        }
+    }
+}
+
+fn report(frame: &FrameInput, left_out: &[u32], known: &mut Vec<String>, data: &mut HostData) {
+    let names = || left_out.iter().map(|at| frame.lights[*at as usize].name.as_str());
+    if names().eq(known.iter().map(String::as_str)) {
+        return;
+    }
+    known.clear();
+    known.extend(names().map(str::to_owned));
+    let mut notices = Diagnostics::new();
+    if !known.is_empty() {
+        let message = format!(
+            "{} lights are left out, since a frame has more than {}: {}",
+            known.len(),
+            frame.lights.len() - known.len(),
+            list_of(known.iter().map(String::as_str))
+        );
+        let notice = Diagnostic::warning(codes::LIGHTS_LEFT_OUT, Place::Nowhere, message);
+        notices.push(notice.help("raise the capacity of the light list"));
+    }
+    data.set_notices(notices);
+}
+
+/// Suns, spots, point lights.
+fn kind(light: &Light) -> u32 {
+    match light.kind {
+        LightKind::Directional => 0,
+        LightKind::Spot { .. } => 1,
+        LightKind::Point => 2,
+    }
+}
+
+fn position_range(light: &Light) -> Vec4 {
+    let range = if light.range.is_finite() { light.range } else { 0.0 };
+    if light.kind == LightKind::Directional { Vec4::ZERO } else { finite(light.position).extend(range) }
+}
+
+fn direction_scale(light: &Light) -> Vec4 {
+    match light.kind {
+        LightKind::Directional => (-light.direction).as_vec3().extend(0.0),
+        LightKind::Spot { .. } => light.direction.as_vec3().extend(cone(light).0),
+        LightKind::Point => Vec4::ZERO,
+    }
+}
+
+fn color_offset(light: &Light) -> Vec4 {
+    radiance(light).extend(cone(light).1)
+}
+
+/// Scale and offset of the cone's fall-off.
+fn cone(light: &Light) -> (f32, f32) {
+    let LightKind::Spot { inner_angle, outer_angle } = light.kind else { return (0.0, 1.0) };
+    let angle = |angle: f32| if angle.is_nan() { 0.0 } else { angle.clamp(0.0, std::f32::consts::FRAC_PI_2) };
+    let (inner, outer) = (angle(inner_angle).cos(), angle(outer_angle).cos());
+    let scale = 1.0 / (inner - outer).max(1e-3);
+    (scale, -outer * scale)
+}
+
+fn finite(position: glam::DVec3) -> Vec3 {
+    DVec4::from((position, 0.0)).as_vec4().truncate().clamp(Vec3::splat(f32::MIN), Vec3::splat(f32::MAX))
+}

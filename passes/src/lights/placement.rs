@@ -1,0 +1,522 @@
+//! The node kind `shadow_atlas`: which lights cast shadows in a frame, and where their maps lie.
+//!
+//! Each usable light that casts shadows, and whose light the camera can see something of, asks for what its kind needs;
+//! [`crate::atlas`] grants it by importance ([`crate::importance`]), keeps tiles and slots from frame to frame, and says
+//! who has less than it asked for. How large the atlas and the arrays should be is published as sizes for textures:
+//! `atlas_side`, `cube_count` and `layer_count` (see [`umbragraph_graph::data`]); until the host plans anew, lights have
+//! to do with what there is.
+//!
+//! Published (d descriptors):
+//!
+//! | value | type | what |
+//! |---|---|---|
+//! | `count` | `u32` | the lights with shadows |
+//! | `entry` | `array<vec4<u32>, d>` | position among the frame's lights; 0 for a tile, 1 for a cube, 2 for layers; first slot or layer; their number |
+//! | `tile` | `array<vec4<u32>, d>` | x, y and side of the tile, in texels from the top left |
+//! | `label` | `array<vec4<u32>, d>` | sixteen letters of the light's name, upper case ASCII, the first in the lowest byte |
+//! | `atlas_side` | `u32` | the side of the atlas that the tiles were placed in |
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_graph::data::{Component, DataShape, HostData, ValueType};
+use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
+use umbragraph_graph::frame::{FrameInput, Light, LightKind};
+use umbragraph_graph::language::Expr;
+use umbragraph_graph::node::Node;
+use umbragraph_graph::pipeline::{PassBuilder, Produced};
+use umbragraph_graph::work::{HostContext, HostNode, HostWork, Work};
+
+use crate::atlas::{self, Capacity, Fate, Key, Placement, Pool, PoolCounts, Request, TileRequest};
+use crate::codes;
+use crate::importance::{Eye, Importance};
+
+/// The most cubes of an array.
+pub const LARGEST_CUBES: u32 = 341;
+
+/// The most layers of an array.
+pub const LARGEST_LAYERS: u32 = 2048;
+
+/// The most views of a frame.
+pub const LARGEST_VIEWS: u32 = 1 << 16;
+
+/// Decides which lights cast shadows, and gives spots tiles of an atlas, point lights cubes, and suns layers.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ShadowAtlas {
+    /// The host data to publish.
+    pub to: String,
+    /// The atlas of the spots; without it they cast no shadows.
+    #[serde(default)]
+    pub spots: Option<SpotSettings>,
+    /// The cubes of the point lights; without it they cast no shadows.
+    #[serde(default)]
+    pub points: Option<PointSettings>,
+    /// The layers of the suns; without it they cast no shadows.
+    #[serde(default)]
+    pub suns: Option<SunSettings>,
+    /// The most descriptors: one for a spot, one for a point light, one for each cascade of a sun.
+    pub descriptors: Expr,
+    /// The most views: one for a spot, six for a point light, one for each cascade of a sun. No limit without it.
+    #[serde(default)]
+    pub views: Option<Expr>,
+}
+
+/// The atlas of the spots. Sides are powers of two.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SpotSettings {
+    /// The most spots with shadows; as many as there are descriptors without it.
+    #[serde(default)]
+    pub capacity: Option<Expr>,
+    /// The side of the atlas at first, in texels.
+    pub least_side: Expr,
+    /// The side that the atlas does not outgrow, in texels.
+    pub greatest_side: Expr,
+    /// The least tile, in texels: a spot that does not get as much has no shadows.
+    pub least_tile: Expr,
+    /// The tile of a spot that fills the picture, in texels.
+    pub greatest_tile: Expr,
+}
+
+/// The cubes of the point lights.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PointSettings {
+    /// The most point lights with shadows.
+    pub capacity: Expr,
+}
+
+/// The layers of the suns.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SunSettings {
+    /// The most layers.
+    pub capacity: Expr,
+    /// The cascades of each sun.
+    pub cascades: Expr,
+}
+
+/// Where the shadows of one light lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Backing {
+    /// A square of the atlas, in texels from the top left.
+    Tile {
+        /// Texels from the left.
+        x: u32,
+        /// Texels from the top.
+        y: u32,
+        /// Texels on a side.
+        side: u32,
+    },
+    /// A cube of the array.
+    Cube {
+        /// Its position in the array.
+        slot: u32,
+    },
+    /// Consecutive layers of the array.
+    Layers {
+        /// The first.
+        first: u32,
+        /// Their number.
+        count: u32,
+    },
+}
+
+impl Backing {
+    /// Tiles before cubes before layers.
+    fn rank(self) -> u32 {
+        match self {
+            Self::Tile { .. } => 0,
+            Self::Cube { .. } => 1,
+            Self::Layers { .. } => 2,
+        }
+    }
+}
+
+/// A light that casts shadows in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// Its position among the frame's lights.
+    pub light: u32,
+    /// Where its shadows lie.
+    pub backing: Backing,
+}
+
+/// The lights that a published placement has shadows for: those with tiles first, then cubes, then layers.
+pub fn entries(data: &HostData) -> impl Iterator<Item = Entry> + '_ {
+    let count = data.words("count").and_then(|words| words.first().copied()).unwrap_or(0) as usize;
+    let words = |name: &str| data.words(name).unwrap_or_default().chunks_exact(4);
+    words("entry").zip(words("tile")).take(count).filter_map(|(entry, tile)| {
+        let backing = match entry[1] {
+            0 => Backing::Tile { x: tile[0], y: tile[1], side: tile[2] },
+            1 => Backing::Cube { slot: entry[2] },
+            2 => Backing::Layers { first: entry[2], count: entry[3] },
+            _ => return None,
+        };
+        Some(Entry { light: entry[0], backing })
+    })
+}
+
+/// What a pass that reads a placement expects of host data.
+pub(crate) fn expected() -> [(&'static str, ValueType); 4] {
+    let numbers = ValueType::vector(Component::U32, 4).array(0);
+    [("count", ValueType::U32), ("entry", numbers), ("tile", numbers), ("atlas_side", ValueType::U32)]
+}
+
+/// The side of the atlas that a placement was made for, in texels.
+pub fn atlas_side(data: &HostData) -> u32 {
+    data.words("atlas_side").and_then(|words| words.first().copied()).unwrap_or(0)
+}
+
+/// An order of lights that does not depend on where they stand in the frame: by name, then by what they are.
+pub fn compare(a: &Light, b: &Light) -> Ordering {
+    let kind = |light: &Light| match light.kind {
+        LightKind::Directional => (0, 0.0, 0.0),
+        LightKind::Spot { inner_angle, outer_angle } => (1, inner_angle, outer_angle),
+        LightKind::Point => (2, 0.0, 0.0),
+    };
+    let numbers = |light: &Light| {
+        let ([x, y, z], [u, v, w]) = (light.position.to_array(), light.direction.to_array());
+        let [red, green, blue] = light.color.to_array().map(f64::from);
+        let (_, inner, outer) = kind(light);
+        let (intensity, range) = (f64::from(light.intensity), f64::from(light.range));
+        [x, y, z, u, v, w, red, green, blue, f64::from(inner), f64::from(outer), intensity, range]
+    };
+    let by_numbers = || {
+        let (a, b) = (numbers(a), numbers(b));
+        a.iter().zip(&b).map(|(a, b)| a.total_cmp(b)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+    };
+    a.name.cmp(&b.name).then_with(|| kind(a).0.cmp(&kind(b).0)).then_with(by_numbers)
+}
+
+/// A whole number of things from 1 to a most.
+pub(crate) fn capacity(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str, most: u32) -> Option<u32> {
+    count_between(pass, expr, pointer, 1, most)
+}
+
+/// A whole number between two others.
+fn count_between(
+    pass: &mut PassBuilder<'_>,
+    expr: &Expr,
+    pointer: &str,
+    least: u32,
+    most: u32,
+) -> Option<u32> {
+    let count = pass.count(expr, pointer)?;
+    if (least..=most).contains(&count) {
+        return Some(count);
+    }
+    let help = format!("write a whole number from {least} to {most}");
+    pass.report(codes::LIGHT_CAPACITY, pointer, format!("{count} is out of range here"), help);
+    None
+}
+
+impl Node for ShadowAtlas {
+    const NAME: &'static str = "shadow_atlas";
+    const SUMMARY: &'static str =
+        "Decides which lights cast shadows, and gives them tiles of an atlas, cubes and layers.";
+
+    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        let descriptors = capacity(pass, &self.descriptors, "/descriptors", super::list::LARGEST_CAPACITY);
+        let views = match &self.views {
+            Some(expr) => capacity(pass, expr, "/views", u32::MAX),
+            None => Some(u32::MAX),
+        };
+        let spots = match &self.spots {
+            Some(spots) => atlas(pass, spots, descriptors)?,
+            None => {
+                Atlas { capacity: 0, least_side: 16, greatest_side: 16, least_tile: 16, greatest_tile: 16 }
+            }
+        };
+        let cubes = match &self.points {
+            Some(points) => count_between(pass, &points.capacity, "/points/capacity", 0, LARGEST_CUBES),
+            None => Some(0),
+        };
+        let suns = match &self.suns {
+            Some(suns) => {
+                let layers = count_between(pass, &suns.capacity, "/suns/capacity", 0, LARGEST_LAYERS);
+                let most = crate::cascades::MAXIMUM_CASCADES as u32;
+                let cascades = capacity(pass, &suns.cascades, "/suns/cascades", most);
+                layers.zip(cascades)
+            }
+            None => Some((0, 1)),
+        };
+        let (descriptors, views, cubes, (layers, cascades)) = (descriptors?, views?, cubes?, suns?);
+        let limits = Limits { atlas: spots, cubes, suns: layers / cascades, cascades, descriptors, views };
+        let output = pass.publish(&self.to, "/to", shape(&limits))?;
+        let placement = Placement::new(limits.settings());
+        let state = State { placement, asking: Vec::new(), requests: Vec::new(), entries: Vec::new() };
+        let node = RunShadowAtlas { limits, state: Mutex::new(state) };
+        Some(pass.produce(Work::Host(HostWork { node: Arc::new(node), output, inputs: Vec::new() })))
+    }
+}
+
+fn atlas(pass: &mut PassBuilder<'_>, spots: &SpotSettings, descriptors: Option<u32>) -> Option<Atlas> {
+    let capacity = match &spots.capacity {
+        Some(expr) => count_between(pass, expr, "/spots/capacity", 0, super::list::LARGEST_CAPACITY),
+        None => descriptors,
+    };
+    let mut side = |expr: &Expr, pointer: &str| {
+        let side = pass.count(expr, pointer)?;
+        if side.is_power_of_two() && (16..=8192).contains(&side) {
+            return Some(side);
+        }
+        let message = format!("the atlas and its tiles cannot have a side of {side} texels");
+        pass.report(codes::LIGHT_CAPACITY, pointer, message, "write a power of two from 16 to 8192");
+        None
+    };
+    let atlas = Atlas {
+        least_side: side(&spots.least_side, "/spots/least_side")?,
+        greatest_side: side(&spots.greatest_side, "/spots/greatest_side")?,
+        least_tile: side(&spots.least_tile, "/spots/least_tile")?,
+        greatest_tile: side(&spots.greatest_tile, "/spots/greatest_tile")?,
+        capacity: capacity?,
+    };
+    for (small, large, pointer) in [
+        (atlas.least_side, atlas.greatest_side, "/spots/least_side"),
+        (atlas.least_tile, atlas.greatest_tile, "/spots/least_tile"),
+        (atlas.least_tile, atlas.least_side, "/spots/least_tile"),
+    ] {
+        if small > large {
+            let message = format!("{small} texels are more than {large}");
+            let help = "the least tile fits the least atlas, and what is least is not above what is greatest";
+            pass.report(codes::LIGHT_CAPACITY, pointer, message, help);
+            return None;
+        }
+    }
+    Some(atlas)
+}
+
+/// What a placement publishes.
+fn shape(limits: &Limits) -> DataShape {
+    let numbers = ValueType::vector(Component::U32, 4).array(limits.descriptors);
+    DataShape::new()
+        .value("count", ValueType::U32)
+        .value("entry", numbers)
+        .value("tile", numbers)
+        .value("label", numbers)
+        .value("atlas_side", ValueType::U32)
+        .size("atlas_side", limits.atlas.least_side)
+        .size("cube_count", 1)
+        .size("layer_count", limits.cascades)
+}
+
+/// The atlas of the spots, in texels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Atlas {
+    capacity: u32,
+    least_side: u32,
+    greatest_side: u32,
+    least_tile: u32,
+    greatest_tile: u32,
+}
+
+/// What there is room for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Limits {
+    atlas: Atlas,
+    cubes: u32,
+    suns: u32,
+    cascades: u32,
+    descriptors: u32,
+    views: u32,
+}
+
+impl Limits {
+    fn settings(&self) -> atlas::Settings {
+        atlas::Settings {
+            smallest_tile: self.atlas.least_tile,
+            largest_tile: self.atlas.greatest_tile,
+            smallest_side: self.atlas.least_side,
+            largest_side: self.atlas.greatest_side,
+            largest_pools: self.pools(self.cubes, self.suns * self.cascades),
+            ..atlas::Settings::default()
+        }
+    }
+
+    /// The slots of each pool, with so many cubes and layers.
+    fn pools(&self, cubes: u32, layers: u32) -> PoolCounts {
+        Pool::counts(&[
+            (Pool::Descriptors, self.descriptors),
+            (Pool::Views, self.views.min(LARGEST_VIEWS)),
+            (Pool::Cubes, cubes),
+            (Pool::Layers, layers),
+        ])
+    }
+
+    /// What a light asks for; nothing for a kind that has no shadows here.
+    fn ask(&self, light: &Light, importance: &Importance) -> Option<(TileRequest, PoolCounts)> {
+        let (tiles, descriptors, views, extra) = match light.kind {
+            LightKind::Spot { .. } if self.atlas.capacity > 0 => {
+                let wanted = importance.texels(self.atlas.greatest_tile).max(self.atlas.least_tile);
+                (TileRequest { count: 1, wanted, smallest: self.atlas.least_tile }, 1, 1, None)
+            }
+            LightKind::Point if self.cubes > 0 => (TileRequest::NONE, 1, 6, Some((Pool::Cubes, 1))),
+            LightKind::Directional if self.suns > 0 => {
+                (TileRequest::NONE, self.cascades, self.cascades, Some((Pool::Layers, self.cascades)))
+            }
+            _ => return None,
+        };
+        let mut slots = Pool::counts(&[(Pool::Descriptors, descriptors), (Pool::Views, views)]);
+        if let Some((pool, count)) = extra {
+            slots[pool as usize] = count;
+        }
+        Some((tiles, slots))
+    }
+}
+
+#[derive(Debug)]
+struct RunShadowAtlas {
+    limits: Limits,
+    state: Mutex<State>,
+}
+
+#[derive(Debug)]
+struct State {
+    placement: Placement,
+    /// The lights that ask, as positions in the frame.
+    asking: Vec<u32>,
+    requests: Vec<Request>,
+    /// What is published: entries by backing, then by name.
+    entries: Vec<Entry>,
+}
+
+impl HostNode for RunShadowAtlas {
+    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let State { placement, asking, requests, entries } = &mut *state;
+        self.ask(context.frame, asking, requests);
+        let side = data.planned_size("atlas_side");
+        let (cubes, layers) = (data.planned_size("cube_count"), data.planned_size("layer_count"));
+        let capacity = Capacity {
+            side,
+            pools: self
+                .limits
+                .pools(cubes.min(self.limits.cubes), layers.min(self.limits.suns * self.limits.cascades)),
+        };
+        placement.update(requests, &capacity);
+        let wanted = placement.wanted();
+        data.want_size("atlas_side", wanted.side.max(self.limits.atlas.least_side));
+        data.want_size("cube_count", wanted.pools[Pool::Cubes as usize].max(1));
+        data.want_size("layer_count", wanted.pools[Pool::Layers as usize].max(self.limits.cascades));
+        let lights = &context.frame.lights;
+        entries.clear();
+        for (light, (request, grant)) in asking.iter().zip(requests.iter().zip(placement.grants())) {
+            if matches!(grant.fate, Fate::Evicted(_)) {
+                continue;
+            }
+            let first = |pool: Pool| grant.first_slots[pool as usize];
+            let count = |pool: Pool| request.slots[pool as usize];
+            let backing = match grant.tiles.first() {
+                Some(tile) => Backing::Tile { x: tile.x, y: tile.y, side: tile.size },
+                None if count(Pool::Cubes) > 0 => Backing::Cube { slot: first(Pool::Cubes) },
+                None => Backing::Layers { first: first(Pool::Layers), count: count(Pool::Layers) },
+            };
+            entries.push(Entry { light: *light, backing });
+        }
+        entries.sort_unstable_by(|a, b| {
+            let of = |entry: &Entry| &lights[entry.light as usize];
+            a.backing.rank().cmp(&b.backing.rank()).then_with(|| compare(of(a), of(b)))
+        });
+        publish(entries, lights, side, data);
+        if placement.fates_changed() {
+            data.set_notices(notices(asking, lights, placement));
+        }
+    }
+}
+
+impl RunShadowAtlas {
+    /// What the lights of a frame ask for: those that cast shadows where the camera sees something of their light.
+    fn ask(&self, frame: &FrameInput, asking: &mut Vec<u32>, requests: &mut Vec<Request>) {
+        asking.clear();
+        requests.clear();
+        let Some(eye) = Eye::new(&frame.camera) else { return };
+        let casts = |light: &Light| light.cast_shadow && light.check().is_none();
+        asking.extend((0..frame.lights.len() as u32).filter(|at| casts(&frame.lights[*at as usize])));
+        let of = |at: &u32| &frame.lights[*at as usize];
+        asking.sort_unstable_by(|a, b| compare(of(a), of(b)));
+        let mut name = "";
+        let mut occurrence = 0;
+        asking.retain(|at| {
+            let light = of(at);
+            occurrence = if light.name == name { occurrence + 1 } else { 0 };
+            name = &light.name;
+            let importance = eye.importance(light);
+            let Some((tiles, slots)) = self.limits.ask(light, &importance) else { return false };
+            if importance.coverage <= 0.0 {
+                return false;
+            }
+            let key = Key::of(&light.name, occurrence);
+            requests.push(Request { key, importance: importance.value(), tiles, slots });
+            true
+        });
+    }
+}
+
+fn publish(entries: &[Entry], lights: &[Light], side: u32, data: &mut HostData) {
+    data.set_u32("count", entries.len() as u32);
+    data.set_u32("atlas_side", side);
+    let words = entries.iter().flat_map(|entry| {
+        let (first, count) = match entry.backing {
+            Backing::Tile { .. } => (0, 1),
+            Backing::Cube { slot } => (slot, 1),
+            Backing::Layers { first, count } => (first, count),
+        };
+        [entry.light, entry.backing.rank(), first, count]
+    });
+    data.set_words("entry", words);
+    let tiles = entries.iter().flat_map(|entry| match entry.backing {
+        Backing::Tile { x, y, side } => [x, y, side, 0],
+        _ => [0; 4],
+    });
+    data.set_words("tile", tiles);
+    data.set_words("label", entries.iter().flat_map(|entry| label(&lights[entry.light as usize].name)));
+}
+
+/// Who has less than it asks for, and why: one notice for each reason.
+fn notices(asking: &[u32], lights: &[Light], placement: &Placement) -> Diagnostics {
+    let mut by_reason: BTreeMap<(u32, String), Vec<String>> = BTreeMap::new();
+    for (light, grant) in asking.iter().zip(placement.grants()) {
+        let name = &lights[*light as usize].name;
+        let (rank, reason, name) = match grant.fate {
+            Fate::Granted => continue,
+            Fate::Downsized { from, to } => {
+                let reason = "the shadow atlas is full".to_owned();
+                (0, reason, format!("\"{name}\" ({to} instead of {from} texels)"))
+            }
+            Fate::Evicted(why) => (1, why.to_string(), format!("\"{name}\"")),
+        };
+        by_reason.entry((rank, reason)).or_default().push(name);
+    }
+    let notice = |((rank, reason), names): ((u32, String), Vec<String>)| {
+        let lights = if names.len() == 1 { "light has" } else { "lights have" };
+        let (fate, help) = match rank {
+            0 => (
+                "smaller shadow maps than they ask for",
+                "let the atlas grow larger, or the largest tile be smaller",
+            ),
+            _ => ("no shadows", "raise the limit, or give what matters more priority"),
+        };
+        let message = format!(
+            "{} {lights} {fate}, since {reason}: {}",
+            names.len(),
+            list_of(names.iter().map(String::as_str))
+        );
+        Diagnostic::warning(codes::SHADOWS_LEFT_OUT, Place::Nowhere, message).help(help)
+    };
+    by_reason.into_iter().map(notice).collect()
+}
+
+/// Sixteen letters of a name, upper case, the first in the lowest byte.
+fn label(name: &str) -> [u32; 4] {
+    let mut bytes = [b' '; 16];
+    for (byte, letter) in bytes.iter_mut().zip(name.chars()) {
+        *byte =
+            if letter == ' ' || letter.is_ascii_graphic() { letter.to_ascii_uppercase() as u8 } else { b'?' };
+    }
+    std::array::from_fn(|at| u32::from_le_bytes([0, 1, 2, 3].map(|byte| bytes[4 * at + byte])))
+}

@@ -1,0 +1,275 @@
+//! Lights of every kind through one interface: `pipelines/awsm.json`.
+#![cfg(all(feature = "gpu", feature = "gltf"))]
+
+mod common;
+
+use common::gpu::{Host, scene};
+use common::{Outcome, With, check_file, root};
+use glam::{DVec3, Vec3};
+use umbragraph::frame::{FrameInput, Light, LightKind};
+use umbragraph::scene::Scene;
+use umbragraph_test_support::gpu;
+use umbragraph_test_support::image::Picture;
+use umbragraph_test_support::truth::{self, TruthScene};
+
+const AWSM: &str = "pipelines/awsm.json";
+const SHADOW_TERM: (&str, &str) = ("debug_view", "\"shadow_term\"");
+
+fn courtyard() -> Scene {
+    scene(&root().join("examples/scenes/courtyard.glb"))
+}
+
+fn interior() -> Scene {
+    scene(&root().join("examples/scenes/interior.glb"))
+}
+
+/// A small picture with small maps.
+fn small(parameters: &[(&str, &str)], features: &[(&str, &str)]) -> Outcome {
+    let mut all = vec![
+        ("cascade_side", "256"),
+        ("cube_side", "128"),
+        ("atlas_least_side", "256"),
+        ("atlas_greatest_side", "1024"),
+        ("tile_greatest_side", "256"),
+        ("tile_least_side", "16"),
+    ];
+    all.retain(|(name, _)| parameters.iter().all(|(other, _)| other != name));
+    all.extend_from_slice(parameters);
+    check_file(AWSM, &With { parameters: &all, features, size: Some([160, 120]), ..With::default() })
+}
+
+fn light(name: &str, kind: LightKind, position: [f64; 3]) -> Light {
+    Light {
+        name: name.to_owned(),
+        kind,
+        position: DVec3::from(position),
+        direction: DVec3::NEG_Y,
+        color: Vec3::ONE,
+        intensity: 60.0,
+        range: 14.0,
+        cast_shadow: true,
+        angular_diameter_deg: 0.0,
+        radius: 0.0,
+        priority: 1.0,
+    }
+}
+
+fn spot(name: &str, position: [f64; 3]) -> Light {
+    light(name, LightKind::Spot { inner_angle: 0.5, outer_angle: 0.7 }, position)
+}
+
+fn lamp(name: &str, position: [f64; 3]) -> Light {
+    light(name, LightKind::Point, position)
+}
+
+/// A scene in other light.
+fn lit_by(scene: &Scene, lights: Vec<Light>) -> FrameInput {
+    FrameInput { lights, ..scene.frame_input(160.0 / 120.0, 0.0) }
+}
+
+/// The lights of a scene.
+fn lights_of(scene: &Scene) -> Vec<Light> {
+    scene.frame_input(1.0, 0.0).lights
+}
+
+/// The number of pixels of which a channel differs by more than so much.
+fn differing(a: &Picture, b: &Picture, by: u8) -> usize {
+    let differs = |(a, b): &([u8; 4], [u8; 4])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > by);
+    a.rgba_pixels().zip(b.rgba_pixels()).filter(differs).count()
+}
+
+/// Renders the shadow term of a truth scene with one hard comparison, and holds it to the limits.
+#[track_caller]
+fn meets_the_limits(name: &str, file: Option<&str>, features: &[(&str, &str)], reference: f64) {
+    let Some(truth) = TruthScene::find(name) else { return };
+    let Some(gpu) = gpu::device() else { return };
+    let (width, height) = truth.size();
+    let mut all = vec![("light_filter", "\"hard\"")];
+    all.extend_from_slice(features);
+    let with = With {
+        file,
+        parameters: &[SHADOW_TERM],
+        features: &all,
+        size: Some([width, height]),
+        ..With::default()
+    };
+    let outcome = check_file(AWSM, &with);
+    let scene = scene(&truth.glb_path());
+    let input = scene.frame_input(f64::from(width) / f64::from(height), 0.0);
+    let picture = Host::new(&gpu, &outcome, &scene).picture(&input);
+    let scores = truth::evaluate(&truth, &picture).expect("a picture of the scene's size");
+    if let Err(broken) = truth::check(&scores, &truth.hard_limits().expect("limits")) {
+        panic!("{name}: {broken}");
+    }
+    let iou = scores.band(0).expect("every pixel is in band 0").intersection_over_union().unwrap_or(0.0);
+    println!("{name} {features:?}: IoU {iou:.4}, a plain reference has {reference}");
+    assert!(iou > reference, "{name} reaches {iou}, a plain reference {reference}");
+}
+
+#[test]
+fn cubes_beat_a_plain_reference_in_a_room_lit_from_inside() {
+    meets_the_limits("room_point", None, &[], 0.995);
+    meets_the_limits("room_point", None, &[("reverse_z", "false")], 0.995);
+}
+
+#[test]
+fn cascades_beat_a_plain_reference_on_small_things_that_stand_on_the_ground() {
+    let file = Some("pipelines/params/awsm_contact_sun.json");
+    meets_the_limits("contact_sun", file, &[], 0.984);
+    meets_the_limits("contact_sun", file, &[("reverse_z", "false")], 0.984);
+}
+
+#[test]
+fn forward_and_reverse_depth_give_the_same_picture_for_every_kind_of_light() {
+    let Some(gpu) = gpu::device() else { return };
+    for (name, scene) in [("courtyard", courtyard()), ("interior", interior())] {
+        for filter in ["\"hard\"", "\"poisson16\""] {
+            let picture = |reverse| {
+                let features = [("reverse_z", reverse), ("light_filter", filter)];
+                let with = With { features: &features, size: Some([256, 192]), ..With::default() };
+                let outcome = check_file(AWSM, &with);
+                Host::new(&gpu, &outcome, &scene).picture(&scene.frame_input(256.0 / 192.0, 0.0))
+            };
+            let differing = differing(&picture("true"), &picture("false"), 4);
+            println!("{name}, {filter}: {differing} of {} pixels differ", 256 * 192);
+            assert!(differing <= 256 * 192 / 10_000, "{name}, {filter}: {differing} pixels differ");
+        }
+    }
+}
+
+#[test]
+fn a_kind_of_shadow_that_is_switched_off_takes_no_memory_and_no_pass() {
+    let all = small(&[], &[]);
+    let bytes = |outcome: &Outcome| outcome.plan().bytes;
+    for (feature, texture, pass) in [
+        ("spot_shadows", "atlas", "spot_casters"),
+        ("point_shadows", "cubes", "point_casters"),
+        ("sun_shadows", "layers", "sun_casters"),
+    ] {
+        let without = small(&[], &[(feature, "false")]);
+        let taken = all.plan().resources[texture].bytes;
+        assert!(taken > 0);
+        assert!(!without.plan().resources.contains_key(texture), "{feature}");
+        assert!(without.plan().passes.iter().all(|planned| planned.name != pass), "{feature}");
+        assert_eq!(bytes(&all) - bytes(&without), taken, "{feature}");
+    }
+}
+
+#[test]
+fn the_order_of_the_lights_changes_nothing() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = interior();
+    let outcome = small(&[], &[]);
+    let mut lights = lights_of(&scene);
+    assert!(lights.len() > 5);
+    let first = Host::new(&gpu, &outcome, &scene).picture(&lit_by(&scene, lights.clone()));
+    for _ in 0..3 {
+        lights.rotate_left(2);
+        lights.swap(0, 3);
+        let again = Host::new(&gpu, &outcome, &scene).picture(&lit_by(&scene, lights.clone()));
+        assert_eq!(differing(&first, &again, 0), 0);
+    }
+}
+
+#[test]
+fn every_light_throws_a_shadow_of_its_own() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = interior();
+    let outcome = small(&[], &[]);
+    let mut host = Host::new(&gpu, &outcome, &scene);
+    let lights = lights_of(&scene);
+    let all = host.picture(&lit_by(&scene, lights.clone()));
+    for at in 0..lights.len() {
+        let mut fewer = lights.clone();
+        fewer[at].cast_shadow = false;
+        let without = host.picture(&lit_by(&scene, fewer));
+        let differing = differing(&all, &without, 2);
+        assert!(differing > 20, "{}: {differing} pixels", lights[at].name);
+    }
+}
+
+#[test]
+fn unusable_lights_and_cameras_change_no_pixel_to_something_that_is_none() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = interior();
+    let outcome = small(&[], &[]);
+    let mut host = Host::new(&gpu, &outcome, &scene);
+    let plain = host.picture(&lit_by(&scene, lights_of(&scene)));
+    let mut lights = lights_of(&scene);
+    lights.push(Light { position: DVec3::NAN, ..lamp("nowhere", [0.0; 3]) });
+    lights.push(Light { direction: DVec3::ZERO, ..spot("nothing", [0.0; 3]) });
+    lights.push(Light { range: 0.0, ..lamp("short", [0.0, 2.0, 4.0]) });
+    lights.push(Light { intensity: f32::NAN, ..lamp("nan", [0.0, 2.0, 4.0]) });
+    let with = host.picture(&lit_by(&scene, lights));
+    assert_eq!(differing(&plain, &with, 0), 0);
+    for kind in [
+        LightKind::Spot { inner_angle: 0.0, outer_angle: 0.0 },
+        LightKind::Spot { inner_angle: 1.0, outer_angle: std::f32::consts::PI },
+        LightKind::Spot { inner_angle: f32::NAN, outer_angle: f32::NAN },
+    ] {
+        let lights = vec![
+            light("odd", kind, [0.0, 2.0, 1.0]),
+            Light { range: f32::INFINITY, ..lamp("far", [0.0, 2.0, 1.0]) },
+        ];
+        let picture = host.picture(&lit_by(&scene, lights));
+        assert!(picture.rgba_pixels().all(|pixel| pixel[3] == 255), "{kind:?}");
+    }
+    let mut broken = lit_by(&scene, lights_of(&scene));
+    broken.camera.rotation = glam::DQuat::from_xyzw(f64::NAN, 0.0, 0.0, 0.0);
+    host.picture(&broken);
+    broken.caster_bounds = umbragraph::frame::Bounds::EMPTY;
+    broken.scene_bounds = umbragraph::frame::Bounds::EMPTY;
+    host.picture(&broken);
+}
+
+#[test]
+fn wide_filters_see_nothing_of_the_neighbouring_tile() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = interior();
+    for filter in ["\"grid\"", "\"poisson64\"", "\"vogel\""] {
+        let outcome = small(
+            &[("filter_radius", "4"), ("greatest_radius", "40"), ("grid_side", "7")],
+            &[("light_filter", filter)],
+        );
+        // The neighbour shines on nothing, since it has no color; its tile is full of blockers, or empty.
+        let picture = |direction: DVec3| {
+            let dark = Light { color: Vec3::ZERO, direction, ..spot("dark", [-0.3, 1.6, -0.6]) };
+            let lights =
+                vec![spot("a", [0.6, 2.6, 0.6]), dark.clone(), Light { name: "z".to_owned(), ..dark }];
+            Host::new(&gpu, &outcome, &scene).picture(&lit_by(&scene, lights))
+        };
+        let (full, empty) = (picture(DVec3::NEG_Y), picture(DVec3::Y));
+        assert_eq!(differing(&full, &empty, 0), 0, "{filter}");
+    }
+}
+
+#[test]
+fn more_lights_than_there_is_room_for_are_reduced_and_left_out_by_importance_and_named() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = interior();
+    let outcome = small(
+        &[
+            ("light_capacity", "256"),
+            ("view_capacity", "300"),
+            ("cube_capacity", "12"),
+            ("cube_side", "32"),
+            ("atlas_greatest_side", "256"),
+            ("tile_least_side", "16"),
+            ("tile_greatest_side", "64"),
+        ],
+        &[("light_filter", "\"hard\"")],
+    );
+    let grid = |at: usize| [(at % 20) as f64 * 0.36 - 3.5, 2.5, (at / 20) as f64 * 0.6 - 3.0];
+    let mut lights: Vec<Light> = (0..200).map(|at| spot(&format!("spot {at}"), grid(at))).collect();
+    lights.extend((0..40).map(|at| lamp(&format!("lamp {at}"), grid(at * 5))));
+    let mut host = Host::new(&gpu, &outcome, &scene);
+    host.picture(&lit_by(&scene, lights.clone()));
+    let notices = host.notices().join("\n");
+    println!("{notices}");
+    assert!(notices.contains("\"lamp ") && notices.contains("28"), "28 of 40 lamps have no cube: {notices}");
+    // What is removed makes room within a frame.
+    lights.retain(|light| !light.name.starts_with("spot 1") && !light.name.starts_with("lamp"));
+    lights.truncate(16);
+    host.picture(&lit_by(&scene, lights));
+    assert!(host.notices().is_empty(), "{:?}", host.notices());
+}
