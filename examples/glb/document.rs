@@ -32,6 +32,8 @@ pub(crate) struct Material<'a> {
     /// Draws only where alpha is at least this.
     pub(crate) alpha_cutoff: Option<f64>,
     pub(crate) double_sided: bool,
+    /// Below 1 it is blended with what is behind it.
+    pub(crate) opacity: f64,
 }
 
 impl Default for Material<'_> {
@@ -43,6 +45,7 @@ impl Default for Material<'_> {
             texture: None,
             alpha_cutoff: None,
             double_sided: false,
+            opacity: 1.0,
         }
     }
 }
@@ -104,7 +107,7 @@ impl Document {
         self.is_textured.push(texture.is_some());
         let [red, green, blue] = material.color;
         let surface = Object::default()
-            .with("baseColorFactor", numbers(&[red, green, blue, 1.0]))
+            .with("baseColorFactor", numbers(&[red, green, blue, material.opacity]))
             .with_some("baseColorTexture", texture)
             .with("metallicFactor", 0)
             .with("roughnessFactor", 1);
@@ -114,6 +117,7 @@ impl Document {
             .with("pbrMetallicRoughness", surface.json())
             .with_some("emissiveFactor", emits.then(|| numbers(&material.emissive)))
             .with_some("alphaMode", material.alpha_cutoff.map(|_| string("MASK")))
+            .with_some("alphaMode", (material.opacity < 1.0).then(|| string("BLEND")))
             .with_some("alphaCutoff", material.alpha_cutoff.map(number))
             .with_some("doubleSided", material.double_sided.then_some(true));
         self.materials.push(json.json());
