@@ -2,13 +2,14 @@
 //!
 //! An example program builds [`Shape`]s from a few solids, gives them materials, places them in a tree of nodes and
 //! writes everything as one binary glTF ([`Document::glb`]). The same program always writes the same bytes: random
-//! numbers come from a hash of integers ([`noise`]), and every coordinate is rounded to a grid far coarser than the last
-//! bits in which the trigonometry of two platforms may differ.
+//! numbers come from a hash of integers ([`noise`]), sines and powers from additions and multiplications ([`functions`]), and
+//! every coordinate is rounded to a grid.
 //!
 //! Conventions are glTF's: right-handed, metres, Y up; faces are counter-clockwise seen from outside.
 #![allow(dead_code, reason = "each example uses its own part of it")]
 
 pub(crate) mod document;
+pub(crate) mod functions;
 pub(crate) mod json;
 pub(crate) mod noise;
 pub(crate) mod png;

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
+use super::functions::{angle_of, cos, sin, sin_cos};
 use super::shape::Shape;
 use super::vector::{Placement, Vec3, vec3};
 
@@ -52,7 +53,7 @@ pub(crate) fn lathe(profile: &[(f64, f64)], segments: u32) -> Shape {
         })
         .collect();
     let blend = |a: (f64, f64), b: Option<&(f64, f64)>| match b {
-        Some(b) if a.0 * b.0 + a.1 * b.1 > (40.0_f64).to_radians().cos() => (a.0 + b.0, a.1 + b.1),
+        Some(b) if a.0 * b.0 + a.1 * b.1 > cos(40.0_f64.to_radians()) => (a.0 + b.0, a.1 + b.1),
         _ => a,
     };
     for (at, slope) in slopes.iter().enumerate() {
@@ -61,7 +62,7 @@ pub(crate) fn lathe(profile: &[(f64, f64)], segments: u32) -> Shape {
         let ring = |(radius, height): (f64, f64), (out, up): (f64, f64)| -> Vec<(Vec3, Vec3)> {
             (0..=segments)
                 .map(|segment| {
-                    let (sin, cos) = (TAU * f64::from(segment % segments) / f64::from(segments)).sin_cos();
+                    let (sin, cos) = sin_cos(TAU * f64::from(segment % segments) / f64::from(segments));
                     (vec3(radius * sin, height, radius * cos), vec3(out * sin, up, out * cos).normalized())
                 })
                 .collect()
@@ -79,7 +80,7 @@ pub(crate) fn lathe(profile: &[(f64, f64)], segments: u32) -> Shape {
 pub(crate) fn ball(rings: u32, segments: u32) -> Shape {
     let profile: Vec<(f64, f64)> = (0..=rings)
         .map(|ring| {
-            let (sin, cos) = (PI * f64::from(ring) / f64::from(rings)).sin_cos();
+            let (sin, cos) = sin_cos(PI * f64::from(ring) / f64::from(rings));
             (if ring == 0 || ring == rings { 0.0 } else { sin }, -cos)
         })
         .collect();
@@ -115,7 +116,7 @@ pub(crate) fn tube(path: &[(Vec3, f64)], sides: u32, closed: bool) -> Shape {
         let other = along.cross(side);
         let radius = path[at % count].1;
         let ring = (0..=sides).map(|step| {
-            let (sin, cos) = (TAU * f64::from(step % sides) / f64::from(sides)).sin_cos();
+            let (sin, cos) = sin_cos(TAU * f64::from(step % sides) / f64::from(sides));
             let normal = side * cos + other * sin;
             (point(at) + normal * radius, normal)
         });
@@ -130,7 +131,7 @@ pub(crate) fn tube(path: &[(Vec3, f64)], sides: u32, closed: bool) -> Shape {
 pub(crate) fn ring(radius: f64, thickness: f64, segments: u32, sides: u32) -> Shape {
     let path: Vec<(Vec3, f64)> = (0..segments)
         .map(|at| {
-            let (sin, cos) = (TAU * f64::from(at) / f64::from(segments)).sin_cos();
+            let (sin, cos) = sin_cos(TAU * f64::from(at) / f64::from(segments));
             (vec3(radius * cos, radius * sin, 0.0), thickness)
         })
         .collect();
@@ -152,7 +153,7 @@ pub(crate) fn arch_panel(
     let mut shape = Shape::new();
     let (half, front) = (0.5 * width, 0.5 * depth);
     let arc = |at: u32| {
-        let (sin, cos) = (PI * f64::from(at) / f64::from(segments)).sin_cos();
+        let (sin, cos) = sin_cos(PI * f64::from(at) / f64::from(segments));
         (radius * cos, rise + radius * sin)
     };
     // Where the ray from the arch's centre through a point of the arc meets the outline of the panel, seen as a
@@ -167,11 +168,11 @@ pub(crate) fn arch_panel(
         (0..=segments).map(|at| (arc(at), outline(at))).collect();
     // The panel's upper corners lie between two rays; without points there the outline would cut them off.
     for corner in [(half, height), (-half, height)] {
-        let angle = (corner.1 - rise).atan2(corner.0);
-        let foot = (radius * angle.cos(), rise + radius * angle.sin());
+        let angle = angle_of(corner.1 - rise, corner.0);
+        let foot = (radius * cos(angle), rise + radius * sin(angle));
         let at = stations
             .iter()
-            .position(|(arc, _)| (arc.1 - rise).atan2(arc.0) > angle)
+            .position(|(arc, _)| angle_of(arc.1 - rise, arc.0) > angle)
             .unwrap_or(stations.len());
         stations.insert(at, (foot, corner));
     }

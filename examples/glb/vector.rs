@@ -1,5 +1,6 @@
 //! Vectors and affine placements in `f64`.
 
+use super::functions::sin_cos;
 use std::ops::{Add, Mul, Neg, Sub};
 
 /// A point or direction, in metres.
@@ -113,21 +114,21 @@ impl Placement {
 
     /// First turned about its own X axis, by degrees.
     pub(crate) fn turned_x(self, degrees: f64) -> Self {
-        let (sin, cos) = degrees.to_radians().sin_cos();
+        let (sin, cos) = sin_cos(degrees.to_radians());
         let [x, y, z] = self.axes;
         Self { axes: [x, y * cos + z * sin, z * cos - y * sin], ..self }
     }
 
     /// First turned about its own Y axis, by degrees.
     pub(crate) fn turned_y(self, degrees: f64) -> Self {
-        let (sin, cos) = degrees.to_radians().sin_cos();
+        let (sin, cos) = sin_cos(degrees.to_radians());
         let [x, y, z] = self.axes;
         Self { axes: [x * cos - z * sin, y, z * cos + x * sin], ..self }
     }
 
     /// First turned about its own Z axis, by degrees.
     pub(crate) fn turned_z(self, degrees: f64) -> Self {
-        let (sin, cos) = degrees.to_radians().sin_cos();
+        let (sin, cos) = sin_cos(degrees.to_radians());
         let [x, y, z] = self.axes;
         Self { axes: [x * cos + y * sin, y * cos - x * sin, z], ..self }
     }

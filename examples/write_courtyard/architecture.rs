@@ -1,5 +1,6 @@
 //! Columns, arches, walls, towers and stairs.
 
+use crate::glb::functions::sin_cos;
 use crate::glb::solids::{arch_panel, block, lathe, prism, standing};
 use crate::glb::{Placement, Shape, vec3};
 
@@ -55,7 +56,7 @@ pub(crate) fn archivolts() -> Shape {
 /// Half a ring around the origin in the XY plane, standing `depth` out of the wall towards +Z.
 fn archivolt(inner: f64, outer: f64, depth: f64, segments: u32) -> Shape {
     let mut band = Shape::new();
-    let at = |step: u32| (std::f64::consts::PI * f64::from(step) / f64::from(segments)).sin_cos();
+    let at = |step: u32| sin_cos(std::f64::consts::PI * f64::from(step) / f64::from(segments));
     for step in 0..segments {
         let ((s0, c0), (s1, c1)) = (at(step), at(step + 1));
         let point = |radius: f64, (s, c): (f64, f64), z: f64| vec3(radius * c, radius * s, z);

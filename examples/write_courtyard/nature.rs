@@ -1,5 +1,6 @@
 //! Plants, cloth and the land around.
 
+use crate::glb::functions::{power, sin, sin_cos};
 use crate::glb::noise::{between, fractal, unit};
 use crate::glb::solids::rod;
 use crate::glb::{Placement, Shape, Vec3, vec3};
@@ -42,14 +43,14 @@ pub(crate) fn cypress() -> Shape {
     let point = |ring: u32, segment: u32| {
         let (t, segment) = (f64::from(ring) / f64::from(RINGS), segment % SEGMENTS);
         let angle = std::f64::consts::TAU * f64::from(segment) / f64::from(SEGMENTS);
-        let bulge = 0.095 * (1.0 - t).powf(0.75) * (t * 4.0).min(1.0).powf(0.6);
+        let bulge = 0.095 * power(1.0 - t, 0.75) * power((t * 4.0).min(1.0), 0.6);
         let ragged = if ring == 0 || ring == RINGS {
             1.0
         } else {
             1.0 + 0.36 * (unit(ring.into(), i64::from(segment) + 77) - 0.5)
         };
         let lift = 0.03 * (unit(segment.into(), i64::from(ring) + 177) - 0.5);
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = sin_cos(angle);
         vec3(
             bulge * ragged * sin,
             0.06 + 0.94 * t + if ring == 0 || ring == RINGS { 0.0 } else { lift },
@@ -79,7 +80,7 @@ pub(crate) fn hanging_banner() -> Shape {
     const ROWS: u32 = 10;
     let height = |column: u32, row: u32| {
         let (u, v) = (f64::from(column) / f64::from(COLUMNS), f64::from(row) / f64::from(ROWS));
-        vec3(u - 0.5, -3.0 * v, v * (0.10 * (u * 7.0 + v * 4.0).sin() + 0.06 * (v * 9.0).sin()))
+        vec3(u - 0.5, -3.0 * v, v * (0.10 * sin(u * 7.0 + v * 4.0) + 0.06 * sin(v * 9.0)))
     };
     let mut shape = Shape::new();
     let rows: Vec<Vec<(Vec3, Vec3)>> = (0..=ROWS)
@@ -114,7 +115,7 @@ pub(crate) fn streamer() -> Shape {
     let mut shape = Shape::new();
     let edge = |t: f64, upper: bool| {
         let half = 0.34 * (1.0 - 0.75 * t);
-        vec3(2.2 * t, if upper { half } else { -half } - 0.25 * t * t, 0.16 * (t * 6.0).sin())
+        vec3(2.2 * t, if upper { half } else { -half } - 0.25 * t * t, 0.16 * sin(t * 6.0))
     };
     let row = |upper: bool| -> Vec<(Vec3, Vec3)> {
         (0..=8)

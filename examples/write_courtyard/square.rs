@@ -1,6 +1,7 @@
 //! What stands on the square: the fountain, and what people have left there.
 
 use crate::glb::document::NodeId;
+use crate::glb::functions::{cos, sin};
 use crate::glb::noise::between;
 use crate::glb::solids::ring;
 use crate::glb::{Document, Placement, Shape, vec3};
@@ -19,12 +20,12 @@ pub(crate) fn fountain(document: &mut Document, surfaces: &Surfaces) {
     document.place("figure", Some(group), figure, place);
     // A fence of ten sides, the one to the south left open.
     let (radius, angle) = (3.6, 36.0_f64);
-    let half = radius * (0.5 * angle).to_radians().sin();
+    let half = radius * sin((0.5 * angle).to_radians());
     let panel = things::railing(vec3(-half, 0.0, 0.0), vec3(half, 0.0, 0.0), 0.8);
     let panel = document.mesh("fence panel", &[(surfaces.iron, &panel)]);
     for side in 1..10 {
         let turned = Placement::IDENTITY.turned_y(angle * f64::from(side));
-        let origin = turned.direction(vec3(0.0, 0.0, radius * (0.5 * angle).to_radians().cos()));
+        let origin = turned.direction(vec3(0.0, 0.0, radius * cos((0.5 * angle).to_radians())));
         document.place(&format!("fence panel {side}"), Some(group), panel, Placement { origin, ..turned });
     }
 }

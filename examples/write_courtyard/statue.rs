@@ -1,5 +1,6 @@
 //! The statue in the middle: a draped figure with a staff, on a pedestal in a round basin.
 
+use crate::glb::functions::{cos, sin_cos};
 use crate::glb::solids::{ball, lathe, ring, rod, standing, tube};
 use crate::glb::{Placement, Shape, Vec3, vec3};
 
@@ -81,9 +82,9 @@ fn robe() -> Shape {
         let (radius, height) = profile[row];
         let angle = std::f64::consts::TAU * f64::from(segment % SEGMENTS) / f64::from(SEGMENTS);
         let depth = 0.085 * (1.0 - height / 1.1);
-        let fold = (angle * 12.0 + 1.6 * height).cos() * 0.6 + (angle * 7.0 - height).cos() * 0.4;
+        let fold = cos(angle * 12.0 + 1.6 * height) * 0.6 + cos(angle * 7.0 - height) * 0.4;
         let radius = radius + depth * fold - if height < 0.01 { 0.02 } else { 0.0 };
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = sin_cos(angle);
         vec3(radius * sin, height, radius * cos * 0.82)
     };
     let last = profile.len() - 1;

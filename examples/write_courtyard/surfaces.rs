@@ -1,6 +1,7 @@
 //! Materials and procedural textures of the courtyard.
 
 use crate::glb::document::MaterialId;
+use crate::glb::functions::{angle_of, cos, power, sin, sin_cos};
 use crate::glb::noise::{fractal, unit};
 use crate::glb::png::{Color, paletted, ramp};
 use crate::glb::{Document, Material};
@@ -143,7 +144,7 @@ fn tiles() -> Vec<u8> {
     paletted(SIDE, SIDE, &palette, |x, y| {
         let (column, row) = (x / 16, y / 32);
         let across = f64::from(x % 16) / 15.0;
-        let round = (across * std::f64::consts::PI).sin();
+        let round = sin(across * std::f64::consts::PI);
         let overlap = if y % 32 < 3 { 0.45 } else { 1.0 };
         let tone = 0.42 + 0.28 * unit(column.into(), i64::from(row) + 70);
         let grain = unit(x.into(), i64::from(y) + 900) - 0.5;
@@ -165,13 +166,15 @@ fn leaves() -> Vec<u8> {
             let (a, b) = (unit(leaf, 301), unit(leaf, 302));
             let angle = std::f64::consts::TAU * (leaf as f64 / 15.0 * 2.0 + 0.3 * a);
             let distance = if leaf < 5 { 8.0 } else { 27.0 + 14.0 * b };
-            let (cx, cy) = (64.0 + distance * angle.cos(), 64.0 + distance * angle.sin());
-            let (sin, cos) = (angle + 1.2 * (a - 0.5)).sin_cos();
-            let (along, across) =
-                (((px - cx) * cos + (py - cy) * sin) / 17.0, ((py - cy) * cos - (px - cx) * sin) / 11.5);
+            let (cx, cy) = (64.0 + distance * cos(angle), 64.0 + distance * sin(angle));
+            let (sine, cosine) = sin_cos(angle + 1.2 * (a - 0.5));
+            let (along, across) = (
+                ((px - cx) * cosine + (py - cy) * sine) / 17.0,
+                ((py - cy) * cosine - (px - cx) * sine) / 11.5,
+            );
             // Broad at the stem, pointed at the tip, with a toothed edge.
             let width =
-                (1.0 - along.abs().powf(2.2)).max(0.0) * (0.78 - 0.3 * along) + 0.05 * (along * 21.0).sin();
+                (1.0 - power(along.abs(), 2.2)).max(0.0) * (0.78 - 0.3 * along) + 0.05 * sin(along * 21.0);
             if along.abs() < 1.0 && across.abs() < width {
                 let vein = if across.abs() < 0.07 { 0.16 } else { 0.0 };
                 value = Some(0.28 + 0.4 * b + 0.18 * across + vein + 0.1 * (unit(x.into(), y.into()) - 0.5));
@@ -193,8 +196,8 @@ fn banner() -> Vec<u8> {
             return 3;
         }
         let (dx, dy) = (f64::from(x) - 31.5, f64::from(y) - 70.0);
-        let (radius, angle) = ((dx * dx + dy * dy).sqrt(), dy.atan2(dx));
-        let rays = 13.0 + 9.0 * (angle * 6.0).cos().abs().powf(1.5);
+        let (radius, angle) = ((dx * dx + dy * dy).sqrt(), angle_of(dy, dx));
+        let rays = 13.0 + 9.0 * power(cos(angle * 6.0).abs(), 1.5);
         let border = x.min(WIDTH - 1 - x) < 5 || y < 6 || f64::from(y) > foot - 7.0;
         let inner = x.min(WIDTH - 1 - x) == 7 || y == 8;
         match () {

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::glb::functions::sin_cos;
 use crate::glb::solids::{ball, beam, block, lathe, ring, rod, standing, tube};
 use crate::glb::{Placement, Shape, Vec3, vec3};
 
@@ -88,7 +89,7 @@ pub(crate) fn wheel() -> Shape {
     let hub = rod(vec3(0.0, 0.0, -0.13), vec3(0.0, 0.0, 0.13), 0.085, 12);
     wheel.add(&hub, &Placement::IDENTITY);
     for spoke in 0..12 {
-        let (sin, cos) = (TAU * f64::from(spoke) / 12.0).sin_cos();
+        let (sin, cos) = sin_cos(TAU * f64::from(spoke) / 12.0);
         wheel.add(
             &rod(vec3(0.06 * cos, 0.06 * sin, 0.0), vec3(0.58 * cos, 0.58 * sin, 0.0), 0.02, 6),
             &Placement::IDENTITY,

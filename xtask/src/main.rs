@@ -1,6 +1,6 @@
-//! The project's own commands: `cargo xtask demo` and `cargo xtask test`.
+//! The project's own commands: `cargo xtask demo`, `cargo xtask test` and `cargo xtask scenes`.
 //!
-//! Both work on a fresh clone with nothing but cargo: what else is needed is installed where that is possible, and
+//! They work on a fresh clone with nothing but cargo: what else is needed is installed where that is possible, and
 //! named where it is not. There are no dependencies, so that the command itself is built in a second.
 //!
 //! Exit status: 0 where all went well, 1 where a step failed, 2 for a command line that is not understood.
@@ -10,6 +10,7 @@ mod demo;
 mod distribution;
 mod driver_search;
 mod process;
+mod scenes;
 mod skips;
 mod steps;
 mod summary;
@@ -25,9 +26,11 @@ usage: cargo xtask COMMAND
 
   demo   render the pipeline `nebula` on the project's own scene to target/demo/courtyard.png
   test   check formatting and lints, run all tests and doc tests, build the documentation
+  scenes [--check]
+         write the scenes in examples/scenes again, or compare them with what their programs write
   help   print this
 
-Both need a graphics adapter. On Linux without a Vulkan driver they install Mesa's software driver (Debian and
+demo and test need a graphics adapter. On Linux without a Vulkan driver they install Mesa's software driver (Debian and
 Ubuntu, with apt and the rights to do so) or say what to install.
 
 environment:
@@ -42,6 +45,7 @@ environment:
 enum Command {
     Demo,
     Test,
+    Scenes { check: bool },
     Help,
 }
 
@@ -50,6 +54,7 @@ fn main() -> ExitCode {
     match parse(&arguments) {
         Ok(Command::Demo) => demo::run(),
         Ok(Command::Test) => test::run(),
+        Ok(Command::Scenes { check }) => scenes::run(check),
         Ok(Command::Help) => {
             print!("{HELP}");
             ExitCode::SUCCESS
@@ -66,11 +71,13 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
     let command = match name.as_str() {
         "demo" => Command::Demo,
         "test" => Command::Test,
+        "scenes" => Command::Scenes { check: false },
         "help" | "--help" | "-h" => return Ok(Command::Help),
         other => return Err(format!("there is no command `{other}`")),
     };
     match rest {
         [] => Ok(command),
+        [check] if name == "scenes" && check == "--check" => Ok(Command::Scenes { check: true }),
         [help] if help == "--help" || help == "-h" => Ok(Command::Help),
         [extra, ..] => Err(format!("`{name}` takes no argument `{extra}`")),
     }
@@ -88,6 +95,8 @@ mod tests {
     fn each_command_is_understood() {
         assert_eq!(parsed("demo"), Ok(Command::Demo));
         assert_eq!(parsed("test"), Ok(Command::Test));
+        assert_eq!(parsed("scenes"), Ok(Command::Scenes { check: false }));
+        assert_eq!(parsed("scenes --check"), Ok(Command::Scenes { check: true }));
         for help in ["help", "--help", "-h", "test --help"] {
             assert_eq!(parsed(help), Ok(Command::Help), "{help}");
         }
@@ -98,5 +107,6 @@ mod tests {
         assert!(parsed("").is_err());
         assert!(parsed("tset").unwrap_err().contains("`tset`"));
         assert!(parsed("test --fast").unwrap_err().contains("`--fast`"));
+        assert!(parsed("test --check").unwrap_err().contains("`--check`"));
     }
 }

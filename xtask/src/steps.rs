@@ -52,6 +52,7 @@ pub(crate) fn steps(nextest: bool) -> Vec<Step> {
         )
         .needs(Clippy),
         Step::cargo("tests", tests),
+        Step::cargo("scenes", "run --quiet --package xtask -- scenes --check"),
         Step::cargo("doc tests", "test --workspace --doc --no-fail-fast").needs(Rustdoc),
         // The command and the front door are both called `umbragraph`, and would overwrite each other's pages.
         Step::cargo("documentation", "doc --workspace --lib --no-deps --keep-going")
