@@ -69,7 +69,7 @@ impl Channel {
         match self.interpolation {
             Interpolation::Step => self.finished(self.value(before)),
             Interpolation::Linear if self.property == Property::Rotation => {
-                let rotation = |key| DQuat::from_vec4(self.value(key)).normalize();
+                let rotation = |key| DQuat::from_vec4(self.finished(self.value(key)));
                 DVec4::from(rotation(before).slerp(rotation(after), t))
             }
             Interpolation::Linear => self.value(before).lerp(self.value(after), t),

@@ -42,7 +42,7 @@ umbragraph_graph::codes! {
         "A position, normal, texture coordinate, matrix or key frame is NaN or infinite. No bounds, and so no shadow map, could be fitted around it.";
     /// A transform that places nothing anywhere.
     BAD_TRANSFORM = "UG0713", "unusable transform",
-        "A node's transform is not finite, is no affine transform, has a rotation of length zero, or places geometry farther than a million kilometres from the origin.";
+        "A node's transform is not finite, is no affine transform, has a rotation of length zero, or places geometry, a camera or a light farther than a million kilometres from the origin.";
     /// The node hierarchy has a cycle or a node with two parents.
     NOT_A_TREE = "UG0714", "node hierarchy is not a tree",
         "Every node has at most one parent, and no node is its own ancestor.";
@@ -54,7 +54,7 @@ umbragraph_graph::codes! {
         "A perspective camera needs a vertical field of view above 0 and below π, and a near plane above 0; an orthographic one a height above 0. The far plane must lie beyond the near plane.";
     /// A light that cannot be computed.
     BAD_LIGHT = "UG0717", "unusable light",
-        "A light needs a colour and intensity that are finite and not negative, a range above 0 (none means infinite), and, unless it is a point, a direction: the −Z axis of its node, which a scale of zero destroys. A spot's cone has 0 ≤ inner < outer ≤ π/2.";
+        "A light needs a colour and intensity that are finite and not negative (so is their product), a range above 0 (none means infinite), and, unless it is a point, a direction: the −Z axis of its node, which a scale of zero destroys. A spot's cone has 0 ≤ inner < outer ≤ π/2.";
     /// An image that cannot be decoded.
     BAD_IMAGE = "UG0718", "image cannot be decoded",
         "Images are PNG or JPEG, in a buffer view, in a file beside the document, or in a `data:` URI.";
@@ -63,10 +63,10 @@ umbragraph_graph::codes! {
         "Colour factors must be finite and not negative; the alpha cutoff must be finite and not negative.";
     /// A skin that does not fit its mesh.
     BAD_SKIN = "UG0720", "unusable skin",
-        "A skin lists its joints (at least one, all existing nodes) and has one inverse bind matrix for each joint, or none at all. A mesh drawn with it may name only those joints.";
+        "A skin lists its joints (at least one, all existing nodes) and has one inverse bind matrix (affine) for each joint, or none at all. A mesh drawn with it may name only those joints.";
     /// An animation that cannot be played.
     BAD_ANIMATION = "UG0721", "unusable animation",
-        "Key times must increase strictly and not be negative, and there is one value (three for cubic splines) for each.";
+        "Key times must increase strictly and not be negative, and there is one value (three for cubic splines) for each. Rotations are unit quaternions; one of length zero turns nowhere.";
     /// Something that is left out of the picture.
     LEFT_OUT = "UG0722", "part of the scene is left out",
         "The document has something that is valid, but not drawn: points, lines, morph targets, a further animation, an incomplete last triangle.";

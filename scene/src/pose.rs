@@ -2,11 +2,15 @@
 //!
 //! World transforms are products along the hierarchy, computed parents first in `f64` without recursion. A pose belongs
 //! to the scene that made it.
+//!
+//! Key frames are finite, but what a spline or a chain of scales makes of them need not be: a node that an animation
+//! takes farther than a million kilometres, or makes as large, stays with its parent at that time.
 
 use glam::{DMat4, DVec3, Mat4};
 use umbragraph_graph::frame::Bounds;
 
 use crate::animation::Property;
+use crate::load::limits::MAXIMUM_DISTANCE;
 use crate::node::{LocalTransform, NodeId};
 use crate::scene::{Draw, Scene};
 
@@ -73,7 +77,10 @@ impl Scene {
         for id in &self.order {
             let at = id.index();
             let parent = self.nodes[at].parent.map_or(DMat4::IDENTITY, |parent| pose.world[parent.index()]);
-            pose.world[at] = parent * pose.local[at].matrix();
+            let world = parent * pose.local[at].matrix();
+            let is_usable = !self.nodes[at].animated
+                || world.to_cols_array().into_iter().all(|value| value.abs() <= MAXIMUM_DISTANCE);
+            pose.world[at] = if is_usable { world } else { parent };
         }
     }
 

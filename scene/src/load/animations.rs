@@ -1,5 +1,6 @@
 //! Animations: key times and values of every channel, checked.
 
+use glam::DVec4;
 use gltf::json::animation::{
     Animation as JsonAnimation, Channel as JsonChannel, Interpolation as JsonInterpolation,
     Property as JsonProperty,
@@ -134,6 +135,18 @@ impl Reader<'_> {
                 &output,
                 format!("value {first} is not finite"),
                 "export the animation again",
+            );
+            return None;
+        }
+        let is_key = |place: &usize| interpolation != Interpolation::CubicSpline || place % 3 == 1;
+        let length = |place: &usize| DVec4::from_array(values[*place].map(f64::from)).length();
+        let mut turned_nowhere = (0..values.len()).filter(is_key).filter(|place| length(place) < 1e-6);
+        if let (Property::Rotation, Some(first)) = (property, turned_nowhere.next()) {
+            report.error(
+                codes::BAD_ANIMATION,
+                &output,
+                format!("value {first} is a rotation of length zero"),
+                "it has to be a unit quaternion",
             );
             return None;
         }

@@ -1,6 +1,6 @@
 //! Cameras and lights, where nodes of the shown scene place them.
 
-use glam::{DVec3, Vec3};
+use glam::{DMat4, DVec3, Vec3};
 use gltf::json::Root;
 use gltf::json::camera::Type;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
@@ -9,6 +9,7 @@ use std::f32::consts::FRAC_PI_2;
 use umbragraph_graph::frame::{Bounds, Light, LightKind, Projection};
 
 use super::extras::ObjectExtras;
+use super::limits::MAXIMUM_DISTANCE;
 use super::report::Report;
 use crate::codes;
 use crate::light::{SceneLight, direction};
@@ -50,9 +51,25 @@ pub(super) fn cameras(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut 
                     help,
                 );
             }
+            None if is_out_of_reach(&world, &format!("camera {}", index.value()), &node_at, report) => {}
             None => scene.cameras.push(camera),
         }
     }
+}
+
+/// Finds what stands farther from the origin than geometry may lie.
+fn is_out_of_reach(world: &DMat4, noun: &str, at: &str, report: &mut Report) -> bool {
+    let farthest = world.w_axis.truncate().abs().max_element();
+    let is_near = farthest <= MAXIMUM_DISTANCE;
+    if !is_near {
+        report.error(
+            codes::BAD_TRANSFORM,
+            at,
+            format!("{noun} stands farther than {MAXIMUM_DISTANCE:.0} metres from the origin"),
+            "check the units: glTF is in metres",
+        );
+    }
+    !is_near
 }
 
 fn projection(json: &gltf::json::Camera, at: &str, report: &mut Report) -> Option<Projection> {
@@ -112,6 +129,9 @@ pub(super) fn lights(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut R
                 continue;
             }
         }
+        if is_out_of_reach(&pose.world(node), &format!("light {:?}", light.name), &node_at, report) {
+            continue;
+        }
         scene.lights.push(SceneLight { node, light });
     }
 }
@@ -146,6 +166,13 @@ fn one(
         fine(json.intensity),
         "intensity",
         "its intensity is negative or not finite",
+        "use candela, or lux for a sun",
+    );
+    let brightness = json.color.map(|part| part * json.intensity);
+    check(
+        !fine(json.intensity) || !json.color.into_iter().all(fine) || brightness.into_iter().all(fine),
+        "intensity",
+        "its intensity times its colour is beyond what numbers of 32 bits hold",
         "use candela, or lux for a sun",
     );
     let range_is_usable = json.range.is_none_or(|range| range.is_finite() && range > 0.0);

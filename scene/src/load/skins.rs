@@ -8,6 +8,9 @@ use crate::codes;
 use crate::node::NodeId;
 use crate::skin::Skin;
 
+/// How far the last row of an inverse bind matrix may be from 0, 0, 0, 1: what rounding in an exporter leaves.
+const AFFINE_TOLERANCE: f32 = 1e-4;
+
 /// All skins. One that cannot be read has no joints, after a finding.
 pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Skin> {
     let root = accessors.root;
@@ -55,5 +58,14 @@ fn check(index: usize, joints: usize, matrices: &[[f32; 16]], at: &str, report: 
             message,
             "mend the skin in the program that made it, and export it again",
         );
+        return;
+    }
+    let is_affine = |matrix: &[f32; 16]| {
+        let last_row = [matrix[3], matrix[7], matrix[11], matrix[15] - 1.0];
+        last_row.into_iter().all(|value| value.abs() <= AFFINE_TOLERANCE)
+    };
+    if let Some(first) = matrices.iter().position(|matrix| !is_affine(matrix)) {
+        let message = format!("the inverse bind matrix of joint {first} of skin {index} is not affine");
+        report.error(codes::BAD_SKIN, at, message, "its last row has to be 0, 0, 0, 1");
     }
 }

@@ -411,8 +411,10 @@ fn unusable_lights_are_found() {
             { "type": "directional", "extras": { "castShadow": "no", "angular_diameter_deg": -1 } },
             { "type": "area" },
             { "type": "directional" },
+            { "type": "point", "color": [1e30, 0, 0], "intensity": 1e30 },
+            { "type": "spot", "spot": { "innerConeAngle": 1e39, "outerConeAngle": 1e39 }, "range": 1e39 },
         ]);
-        for light in 0..7 {
+        for light in 0..9 {
             let scale = if light == 6 { 0 } else { 1 };
             document.node(json!({ "extensions": { "KHR_lights_punctual": { "light": light } }, "scale": [scale, scale, scale] }));
         }
@@ -431,7 +433,34 @@ fn unusable_lights_are_found() {
             format!("UG0724 {at}/4/extras/castShadow: castShadow has an unusable value (it is true or false)"),
             format!("UG0717 {at}/5/type: light \"light 5\": its type is unknown (it is directional, point or spot)"),
             "UG0717 /nodes/7: light \"light 6\" has no direction: its node is scaled to nothing (give the node a scale that is not 0)".to_owned(),
+            format!("UG0717 {at}/7/intensity: light \"light 7\": its intensity times its colour is beyond what numbers of 32 bits hold (use candela, or lux for a sun)"),
+            format!("UG0717 {at}/8/range: light \"light 8\": its range is not above zero (leave the range out where there is no limit)"),
+            format!("UG0717 {at}/8/spot: light \"light 8\": {cone}"),
         ]
+    );
+}
+
+#[test]
+fn lights_and_cameras_out_of_all_proportion_are_found() {
+    let found = triangle_with(|document| {
+        document.json["extensions"]["KHR_lights_punctual"]["lights"] =
+            json!([{ "type": "point", "name": "star" }]);
+        document
+            .push("cameras", json!({ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }));
+        let lamp = document.push(
+            "nodes",
+            json!({
+                "extensions": { "KHR_lights_punctual": { "light": 0 } }, "translation": [0, 3e38, 0],
+            }),
+        );
+        // Each of the two is finite; their product is not, in 32 bits.
+        document.node(json!({ "scale": [3e38, 3e38, 3e38], "children": [lamp] }));
+        document.node(json!({ "camera": 0, "translation": [2e9, 0, 0] }));
+    });
+    let far = "stands farther than 1000000000 metres from the origin (check the units: glTF is in metres)";
+    assert_eq!(
+        found,
+        [format!("UG0713 /nodes/3: camera 0 {far}"), format!("UG0713 /nodes/1: light \"star\" {far}"),]
     );
 }
 
@@ -477,6 +506,12 @@ fn skins_have_to_fit_their_meshes() {
         document.push("skins", json!({ "joints": [] }));
         let matrices = document.floats("MAT4", &[f32::NAN; 16]);
         document.push("skins", json!({ "joints": [0, 0], "inverseBindMatrices": matrices }));
+        let mut projection = [0.0; 16];
+        for at in [0, 5, 10, 11, 15] {
+            projection[at] = 1.0;
+        }
+        let matrices = document.floats("MAT4", &projection);
+        document.push("skins", json!({ "joints": [0], "inverseBindMatrices": matrices }));
     });
     assert_eq!(
         found,
@@ -487,6 +522,8 @@ fn skins_have_to_fit_their_meshes() {
              (there is one matrix for each joint, or none at all)",
             "UG0712 /skins/2/inverseBindMatrices: the inverse bind matrix of joint 0 of skin 2 is not finite \
              (mend the skin in the program that made it, and export it again)",
+            "UG0720 /skins/3/inverseBindMatrices: the inverse bind matrix of joint 0 of skin 3 is not affine \
+             (its last row has to be 0, 0, 0, 1)",
         ]
     );
     let found = triangle_with(|document| {
@@ -554,6 +591,34 @@ fn animations_need_increasing_times_and_matching_values() {
              (it is translation, rotation, scale or weights)",
         ]
     );
+}
+
+#[test]
+fn rotations_of_length_zero_between_which_nothing_can_be_turned_are_found() {
+    let keys = |interpolation: &str, values: &[f32]| {
+        let values = values.to_vec();
+        triangle_with(move |document| {
+            let times = document.floats("SCALAR", &[0.0, 1.0]);
+            let turns = document.floats("VEC4", &values);
+            document.push(
+                "animations",
+                json!({
+                    "samplers": [{ "input": times, "output": turns, "interpolation": interpolation }],
+                    "channels": [{ "sampler": 0, "target": { "node": 0, "path": "rotation" } }],
+                }),
+            );
+        })
+    };
+    let line = |value: usize| {
+        format!(
+            "UG0721 /animations/0/samplers/0/output: value {value} is a rotation of length zero (it has to be a unit quaternion)"
+        )
+    };
+    assert_eq!(keys("LINEAR", &[0., 0., 0., 1., 0., 0., 0., 0.]), [line(1)]);
+    // Tangents may be zero, keys may not.
+    let mut spline = [0.0; 24];
+    spline[7] = 1.0;
+    assert_eq!(keys("CUBICSPLINE", &spline), [line(4)]);
 }
 
 #[test]

@@ -148,6 +148,41 @@ fn a_huge_count_without_bytes_is_refused_before_it_is_allocated() {
 }
 
 #[test]
+fn key_frames_out_of_all_proportion_never_become_numbers_that_are_none() {
+    let mut document = Document::triangle();
+    let times = document.floats("SCALAR", &[0.0, 1.0e30]);
+    let moves = document.floats("VEC3", &[3e38; 18]);
+    let grows = document.floats("VEC3", &[0.0, 0.0, 0.0, 3e38, 3e38, 3e38]);
+    let animated = |node: usize, sampler: usize, path: &str| json!({ "sampler": sampler, "target": { "node": node, "path": path } });
+    // Every node of a chain grows: the products leave 64 bits as well.
+    let (mut channels, mut child) = (vec![animated(0, 0, "translation")], 0);
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([{ "type": "spot", "spot": {} }]);
+    document.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = json!(0);
+    document.push("cameras", json!({ "type": "perspective", "perspective": { "yfov": 1, "znear": 0.1 } }));
+    document.json["nodes"][0]["camera"] = json!(0);
+    for _ in 0..12 {
+        child = document.push("nodes", json!({ "children": [child] }));
+        channels.push(animated(child, 1, "scale"));
+    }
+    document.json["scenes"][0]["nodes"] = json!([child]);
+    document.push("animations", json!({
+        "samplers": [{ "input": times, "output": moves, "interpolation": "CUBICSPLINE" }, { "input": times, "output": grows }],
+        "channels": channels,
+    }));
+    let scene = document.load().unwrap();
+    for time in [0.0, 1.0, 1e15, 0.5e30, 0.999e30] {
+        let frame = scene.frame_input(1.0, time);
+        assert_eq!(frame.lights[0].check(), None, "at {time}");
+        assert_eq!(frame.camera.check(), None, "at {time}");
+        let pose = scene.pose(time);
+        for draw in scene.draws() {
+            assert!(pose.world(draw.node).as_mat4().is_finite(), "at {time}");
+            assert!(!scene.draw_bounds(draw, &pose).is_empty(), "at {time}");
+        }
+    }
+}
+
+#[test]
 fn too_many_objects_and_too_many_draws_are_refused() {
     let mut json = String::from("{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{}");
     json.extend(std::iter::repeat_n(",{}", limits::MAXIMUM_OBJECTS));
