@@ -94,6 +94,13 @@ pub(crate) struct CheckArguments {
     /// The form of the findings: human (on standard error), json or github (on standard output).
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: FindingsFormat,
+    /// Checks one configuration, that of the given settings or the defaults, instead of every one that the features which
+    /// are given no value can reach.
+    #[arg(long)]
+    pub(crate) config: bool,
+    /// Has each plan checked by a second algorithm that shares no code with what made it.
+    #[arg(long)]
+    pub(crate) verify: bool,
     #[command(flatten)]
     pub(crate) choices: Choices,
 }

@@ -1,39 +1,92 @@
 //! `umbragraph check`
 
+use std::path::Path;
+
 use umbragraph::diagnostic::render;
+use umbragraph::pipeline::{Cover, MAXIMUM_CONFIGURATIONS};
+use umbragraph::shader::permutations::Count;
 
 use crate::arguments::{CheckArguments, FindingsFormat};
-use crate::session::Session;
-use crate::streams::print;
+use crate::session::{Covered, Session};
+use crate::streams::{complain, print};
 
 /// Checks pipelines; whether there were no errors.
 pub(crate) fn run(arguments: &CheckArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref());
+    let mut is_sound = true;
+    let mut pipelines = Vec::new();
     for path in &arguments.pipelines {
         let before = session.findings.error_count();
-        let (checked, profiles) = session.check_all(path, &arguments.choices);
-        if session.findings.error_count() == before
-            && let Some(plan) = &checked.plan
-            && arguments.format != FindingsFormat::Json
-        {
-            let variants: usize = plan.pipeline.programs.iter().map(|program| program.variants.len()).sum();
-            print(&format!(
-                "{}: {} passes ({} culled), {} resources, {variants} shader variants, valid for {}\n",
-                path.display(),
-                plan.passes.len() + plan.culled.len(),
-                plan.culled.len(),
-                plan.resources.len(),
-                profiles.join(", ")
-            ));
+        let covered = session.check_all(path, &arguments.choices, arguments.config, arguments.verify);
+        let Some(covered) = covered else { continue };
+        pipelines.push(numbers(path, &covered));
+        for fault in &covered.coverage.faults {
+            complain(&format!("{}: fault: {fault}\nthis is a defect of the compiler\n", path.display()));
+            is_sound = false;
+        }
+        if session.findings.error_count() == before && arguments.format != FindingsFormat::Json {
+            print(&summary(path, &covered, arguments.verify));
         }
     }
-    match arguments.format {
+    report(&mut session, arguments.format, pipelines) && is_sound
+}
+
+/// What was covered of a pipeline, as data.
+fn numbers(path: &Path, covered: &Covered) -> serde_json::Value {
+    let configurations = &covered.configurations;
+    serde_json::json!({
+        "pipeline": path.display().to_string(),
+        "configurations": configurations.list.len(),
+        "reachable": configurations.number.number,
+        "cover": match configurations.cover {
+            Cover::All => "all",
+            Cover::Pairs => "pairs",
+            Cover::Some => "some",
+        },
+        "profiles": covered.profiles,
+    })
+}
+
+/// One line about a pipeline without errors; nothing where there is no plan.
+fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
+    let Some(plan) = &covered.coverage.first.plan else { return String::new() };
+    let checked = covered.configurations.list.len();
+    let configurations = match (checked, covered.configurations.cover) {
+        (1, _) => "1 configuration".to_owned(),
+        (_, Cover::All) => format!("{checked} configurations"),
+        (_, cover) => {
+            let Count { number, exact } = covered.configurations.number;
+            let least = if exact { "" } else { "at least " };
+            let what = if cover == Cover::Pairs {
+                "every value of a feature with every value of each other"
+            } else {
+                "not every pair of values"
+            };
+            format!(
+                "{checked} configurations of {least}{number} (more than {MAXIMUM_CONFIGURATIONS}, so {what})"
+            )
+        }
+    };
+    format!(
+        "{}: {} passes ({} culled), {} resources, {} shader variants, {configurations}{}, valid for {}\n",
+        path.display(),
+        plan.passes.len() + plan.culled.len(),
+        plan.culled.len(),
+        plan.resources.len(),
+        covered.coverage.variants.len(),
+        if verified { ", plans verified" } else { "" },
+        covered.profiles.join(", ")
+    )
+}
+
+fn report(session: &mut Session, format: FindingsFormat, pipelines: Vec<serde_json::Value>) -> bool {
+    match format {
         FindingsFormat::Human => return session.report(),
         FindingsFormat::Json => {
             session.arrange();
             let findings: Vec<_> =
                 session.findings.iter().map(|finding| render::json(finding, &session.sources)).collect();
-            print(&format!("{:#}\n", serde_json::json!({ "findings": findings })));
+            print(&format!("{:#}\n", serde_json::json!({ "findings": findings, "pipelines": pipelines })));
         }
         FindingsFormat::Github => {
             session.arrange();

@@ -1,5 +1,6 @@
 //! What the commands share: sources, findings, templates, and a pipeline with its choices.
 
+use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -7,12 +8,12 @@ use umbragraph::compiler::PlanOptions;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, Document, Value};
 use umbragraph::node::Registry;
-use umbragraph::pipeline::{self, Choice, ParameterFile, Pipeline, Setting};
+use umbragraph::pipeline::{self, Choice, FeatureConfigurations, ParameterFile, Setting};
 use umbragraph::scene::interface;
 use umbragraph::shader::permutations::{self, Request};
-use umbragraph::shader::{TargetProfile, TemplateSet};
+use umbragraph::shader::{AxisValues, TargetProfile, TemplateSet};
 use umbragraph::source::{Sources, Span};
-use umbragraph::{Checked, Job, compose, read_source};
+use umbragraph::{Checked, Coverage, Job, compose, read_source};
 
 use crate::arguments::{Choices, Settings};
 use crate::streams::complain;
@@ -24,6 +25,21 @@ pub(crate) struct Session {
     pub(crate) templates: Arc<TemplateSet>,
     /// The built-in node kinds, and glTF scenes as the host of the geometry that is theirs.
     pub(crate) registry: Registry,
+}
+
+/// A pipeline with the values and the profiles that it is checked with.
+struct Configured {
+    document: Document,
+    choice: Choice,
+    profiles: Vec<TargetProfile>,
+}
+
+/// What the configurations of a pipeline came to.
+pub(crate) struct Covered {
+    pub(crate) coverage: Coverage,
+    pub(crate) configurations: FeatureConfigurations,
+    /// The names of the profiles.
+    pub(crate) profiles: Vec<String>,
 }
 
 impl Session {
@@ -71,27 +87,43 @@ impl Session {
 
     /// Takes a pipeline all the way to a plan, for the profile asked for or the first that it claims.
     pub(crate) fn check(&mut self, path: &Path, choices: &Choices) -> Checked {
-        self.check_for(path, choices, 1).0
+        self.configured(path, choices)
+            .map(|configured| self.check_one(&configured, choices))
+            .unwrap_or_default()
     }
 
-    /// Takes a pipeline all the way to a plan for the profile asked for, or each that it claims, and compares it with
-    /// what scenes provide. The plan is that for the first; the names are those of all.
-    pub(crate) fn check_all(&mut self, path: &Path, choices: &Choices) -> (Checked, Vec<String>) {
-        let (checked, profiles) = self.check_for(path, choices, usize::MAX);
-        if let Some(pipeline) = &checked.pipeline {
-            self.prove_for(pipeline, &profiles);
-        }
-        (checked, profiles.into_iter().map(|profile| profile.name).collect())
+    fn check_one(&mut self, configured: &Configured, choices: &Choices) -> Checked {
+        let Some(profile) = configured.profiles.first() else { return Checked::default() };
+        let job = Job {
+            registry: &self.registry,
+            templates: &self.templates,
+            profile,
+            choice: &configured.choice,
+            options: &Self::options(choices),
+        };
+        let mut findings = Diagnostics::new();
+        let checked = umbragraph::check_document(&configured.document, &job, &self.sources, &mut findings);
+        self.add_new(findings);
+        checked
     }
 
-    fn check_for(&mut self, path: &Path, choices: &Choices, most: usize) -> (Checked, Vec<TargetProfile>) {
-        let asked: Vec<String> = choices.profile.iter().cloned().collect();
-        let Some(asked) = self.profiles_named(&asked) else { return Default::default() };
-        let Some(document) = self.open(path, &choices.extension) else { return Default::default() };
-        let choice = self.choice(&choices.settings, &document);
-        let profiles = profiles(&document, asked);
-        let mut first = None;
-        for profile in profiles.iter().take(most) {
+    /// Takes a pipeline all the way to a plan in every configuration (or, with `only_one`, in the one of the settings),
+    /// for the profile asked for or each that it claims, and compares it with what scenes provide.
+    pub(crate) fn check_all(
+        &mut self,
+        path: &Path,
+        choices: &Choices,
+        only_one: bool,
+        verified: bool,
+    ) -> Option<Covered> {
+        let Configured { document, choice, profiles } = self.configured(path, choices)?;
+        let configurations = if only_one {
+            FeatureConfigurations::one(&choice)
+        } else {
+            pipeline::feature_configurations(&document, &choice)
+        };
+        let mut first: Option<Coverage> = None;
+        for profile in &profiles {
             let job = Job {
                 registry: &self.registry,
                 templates: &self.templates,
@@ -100,37 +132,54 @@ impl Session {
                 options: &Self::options(choices),
             };
             let mut findings = Diagnostics::new();
-            let checked = umbragraph::check_document(&document, &job, &self.sources, &mut findings);
-            // What holds for every profile is said once.
-            let same = |a: &Diagnostic, b: &Diagnostic| {
-                (a.code, &a.place, &a.message) == (b.code, &b.place, &b.message)
-            };
-            let new: Vec<Diagnostic> = findings
-                .into_iter()
-                .filter(|new| !self.findings.iter().any(|known| same(known, new)))
-                .collect();
-            self.findings.extend(new);
-            first.get_or_insert(checked);
-        }
-        (first.unwrap_or_default(), profiles)
-    }
-
-    /// Holds the variants of a pipeline to the limits of each profile, and to the writers of its language.
-    fn prove_for(&mut self, pipeline: &Pipeline, profiles: &[TargetProfile]) {
-        let mut requests = Vec::new();
-        for program in &pipeline.programs {
-            for variant in &program.variants {
-                let template = &program.template;
-                requests.push(Request::one(&self.templates, template, &variant.module.axes, profiles));
+            let mut coverage = umbragraph::check_configurations(
+                &document,
+                &job,
+                &configurations,
+                verified,
+                &self.sources,
+                &mut findings,
+            );
+            self.add_new(findings);
+            match &mut first {
+                Some(first) => {
+                    first.variants.append(&mut coverage.variants);
+                    coverage.faults.retain(|fault| !first.faults.contains(fault));
+                    first.faults.append(&mut coverage.faults);
+                }
+                None => first = Some(coverage),
             }
         }
+        let coverage = first?;
+        self.prove_for(&coverage.variants, &profiles);
+        let profiles = profiles.into_iter().map(|profile| profile.name).collect();
+        Some(Covered { coverage, configurations, profiles })
+    }
+
+    fn configured(&mut self, path: &Path, choices: &Choices) -> Option<Configured> {
+        let asked: Vec<String> = choices.profile.iter().cloned().collect();
+        let asked = self.profiles_named(&asked)?;
+        let document = self.open(path, &choices.extension)?;
+        let choice = self.choice(&choices.settings, &document);
+        let profiles = profiles(&document, asked);
+        Some(Configured { document, choice, profiles })
+    }
+
+    /// Adds findings; what holds for several profiles is said once.
+    fn add_new(&mut self, findings: impl IntoIterator<Item = Diagnostic>) {
+        let key = |finding: &Diagnostic| (finding.code, finding.place.clone(), finding.message.clone());
+        let known: HashSet<_> = self.findings.iter().map(key).collect();
+        self.findings.extend(findings.into_iter().filter(|new| !known.contains(&key(new))));
+    }
+
+    /// Holds shader variants to the limits of each profile, and to the writers of its language.
+    fn prove_for(&mut self, variants: &BTreeSet<(String, AxisValues)>, profiles: &[TargetProfile]) {
+        let requests: Vec<Request> = variants
+            .iter()
+            .map(|(template, axes)| Request::one(&self.templates, template, axes, profiles))
+            .collect();
         let proven = permutations::check(&self.templates, &requests, &permutations::Options::default());
-        let same =
-            |a: &Diagnostic, b: &Diagnostic| (a.code, &a.place, &a.message) == (b.code, &b.place, &b.message);
-        let new =
-            proven.findings.into_iter().filter(|new| !self.findings.iter().any(|known| same(known, new)));
-        let new: Vec<Diagnostic> = new.collect();
-        self.findings.extend(new);
+        self.add_new(proven.findings);
     }
 
     /// What the choices say of the plan.

@@ -30,8 +30,10 @@ pub mod source;
 pub mod work;
 
 mod check;
+mod coverage;
 
 pub use check::{Checked, Job, check, check_document, read_source};
+pub use coverage::{Coverage, check_configurations};
 #[cfg(feature = "gpu")]
 pub use wgpu;
 pub use wgpu_types;

@@ -49,11 +49,11 @@ pub(super) struct Configurations {
 }
 
 /// A feature or parameter with the values that are tried, the default first.
-struct Varied {
-    name: String,
-    feature: Option<FeatureDeclaration>,
-    values: Vec<Value>,
-    exhaustive: bool,
+pub(super) struct Varied {
+    pub(super) name: String,
+    pub(super) feature: Option<FeatureDeclaration>,
+    pub(super) values: Vec<Value>,
+    pub(super) exhaustive: bool,
 }
 
 /// Where a text stands among passes.
@@ -101,7 +101,7 @@ pub(super) fn enumerate(document: &Document, templates: &TemplateSet) -> Configu
 }
 
 /// The number of all combinations of values that the features allow.
-fn count(varied: &[Varied]) -> Count {
+pub(super) fn count(varied: &[Varied]) -> Count {
     let name_of = |at: usize| AxisValue::Integer(at as i64);
     let values = varied
         .iter()
@@ -177,13 +177,9 @@ fn varied(document: &Document, mentions: &[Mention<'_>], axes: &BTreeSet<&str>) 
     }
     let mut varied = Vec::new();
     for (name, (declaration, value)) in features.iter().filter(|(name, _)| wanted.contains(**name)) {
-        let words = words(&declaration.values, value);
         varied.push(Varied {
             name: (*name).to_owned(),
-            values: default_first(
-                value.get("default"),
-                if words.is_empty() { booleans(value) } else { words },
-            ),
+            values: default_first(value.get("default"), feature_values(declaration, value)),
             feature: Some(declaration.clone()),
             exhaustive: true,
         });
@@ -211,6 +207,12 @@ fn varied(document: &Document, mentions: &[Mention<'_>], axes: &BTreeSet<&str>) 
     varied
 }
 
+/// The values that a feature can have.
+pub(super) fn feature_values(declaration: &FeatureDeclaration, value: &Value) -> Vec<Value> {
+    let words = words(&declaration.values, value);
+    if words.is_empty() { booleans(value) } else { words }
+}
+
 fn words(words: &[String], declaration: &Value) -> Vec<Value> {
     words.iter().map(|word| at(declaration, Kind::Text(word.clone()))).collect()
 }
@@ -223,7 +225,7 @@ fn at(declaration: &Value, kind: Kind) -> Value {
     Value { span: declaration.span, kind }
 }
 
-fn default_first(default: Option<&Value>, values: Vec<Value>) -> Vec<Value> {
+pub(super) fn default_first(default: Option<&Value>, values: Vec<Value>) -> Vec<Value> {
     let Some(default) = default else { return values };
     let json = default.to_json();
     std::iter::once(default.clone())
@@ -389,7 +391,7 @@ fn with_constraints(varied: &[Varied], mut group: BTreeSet<usize>) -> BTreeSet<u
 
 impl Varied {
     /// Whether a feature is on with this value; an enumeration is off with its first word.
-    fn is_on(&self, value: &Value) -> bool {
+    pub(super) fn is_on(&self, value: &Value) -> bool {
         let first = self.feature.as_ref().and_then(|declaration| declaration.values.first());
         match &value.kind {
             Kind::Bool(on) => *on,
@@ -415,7 +417,7 @@ fn is_allowed(varied: &[Varied], pick: &[usize]) -> bool {
     })
 }
 
-fn choice(varied: &[Varied], pick: &[usize]) -> Choice {
+pub(super) fn choice(varied: &[Varied], pick: &[usize]) -> Choice {
     let mut choice = Choice::default();
     for (each, at) in varied.iter().zip(pick).filter(|(_, at)| **at > 0) {
         let Some(value) = each.values.get(*at) else { continue };

@@ -19,6 +19,7 @@ mod configurations;
 mod dependence;
 mod environment;
 mod expand;
+mod feature_configurations;
 mod history;
 mod host_contract;
 mod load;
@@ -38,9 +39,14 @@ pub(crate) use binding::{element_type, member_runs};
 pub(crate) use builder::expression_finding;
 pub use builder::{Face, PartSettings, PassBuilder, Produced};
 pub use environment::Environment;
+pub use feature_configurations::{
+    Configuration, Cover, FeatureConfigurations, MAXIMUM as MAXIMUM_CONFIGURATIONS, feature_configurations,
+};
 pub use history::History;
 pub(crate) use load::evaluate_at;
 pub use load::load;
+pub(crate) use load::load_sharing;
+pub(crate) use modules::Modules;
 pub use part::{Aspect, Part, Run};
 pub use preset::{ParameterFile, of_preset};
 pub use profiles::{claimed_profiles, profile_named};

@@ -23,7 +23,7 @@ pub(super) struct Wanted {
 
 /// Modules by template and values, and what was asked for.
 #[derive(Debug, Default)]
-pub(super) struct Modules {
+pub(crate) struct Modules {
     known: BTreeMap<(String, AxisValues), Result<Arc<ShaderModule>, Vec<Diagnostic>>>,
     pub(super) wanted: Vec<Wanted>,
     proven_elsewhere: bool,

@@ -50,7 +50,7 @@ pub fn load(
 
 /// The same, with shader modules that earlier loads have made.
 #[allow(clippy::too_many_arguments)]
-pub(super) fn load_sharing(
+pub(crate) fn load_sharing(
     document: &Document,
     registry: &Registry,
     templates: &Arc<TemplateSet>,

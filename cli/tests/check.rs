@@ -1,0 +1,110 @@
+//! `umbragraph check`: which configurations it covers, and what it says of them.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use umbragraph_test_support::scratch::ScratchFolder;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn run(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_umbragraph"))
+        .args(arguments)
+        .current_dir(root())
+        .output()
+        .expect("the command")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// A pipeline whose features each add a pass over the picture; `more` passes beside them.
+fn pipeline(features: usize, more: &str) -> String {
+    let list = |each: &dyn Fn(usize) -> String| (0..features).map(each).collect::<Vec<_>>().join(",\n");
+    let declared = list(&|at| format!("\"f{at}\": {{ \"type\": \"bool\", \"default\": false }}"));
+    let passes = list(&|at| {
+        let after: String = (0..at).map(|before| format!(", \"add{before}\"")).collect();
+        format!(
+            "\"add{at}\": {{ \"when\": \"f{at}\", \"after\": [\"paint\"{after}], \"fullscreen\": \
+             {{ \"shader\": \"gradient.wgsl.jinja\", \"color\": [{{ \"to\": \"target\", \"blend\": \"add\" }}] }} }}"
+        )
+    });
+    format!(
+        r#"{{
+  "format": 1, "name": "features",
+  "features": {{ {declared} }},
+  "resources": {{
+    "spare": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }},
+    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}
+  }},
+  "passes": {{
+    "paint": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target", "clear": [0, 0, 0, 1] }}] }} }},
+    {passes}{more}
+  }}
+}}"#
+    )
+}
+
+const READS_NOTHING: &str = r#",
+    "copy": { "when": "f0 && f2", "after": ["paint", "add0", "add1", "add2"], "fullscreen": {
+      "shader": "resample.wgsl.jinja", "bind": { "source": "spare" }, "color": [{ "to": "target", "blend": "add" }] } }"#;
+
+#[test]
+fn every_configuration_of_the_features_is_covered_and_its_plan_verified() {
+    let folder = ScratchFolder::new("check-configurations");
+    let path = folder.join("features.json");
+    let path = path.to_str().unwrap();
+    std::fs::write(path, pipeline(6, "")).unwrap();
+    let output = run(&["check", "--verify", path]);
+    let said = text(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(said.contains("64 configurations, plans verified"), "{said}");
+    assert!(text(&run(&["check", path, "--feature", "f1=false"]).stdout).contains(", 32 configurations,"));
+    assert!(text(&run(&["check", path, "--config"]).stdout).contains(", 1 configuration,"));
+
+    std::fs::write(path, pipeline(12, "")).unwrap();
+    let said = text(&run(&["check", path]).stdout);
+    assert!(
+        said.contains("configurations of 4096 (more than 256, so every value of a feature with"),
+        "{said}"
+    );
+    let json = run(&["check", path, "--format", "json"]);
+    let json: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
+    assert_eq!(json["pipelines"][0]["cover"], "pairs");
+    assert_eq!(json["pipelines"][0]["reachable"], 4096);
+}
+
+#[test]
+fn what_some_configurations_show_is_said_once_with_the_choices_that_show_it() {
+    let folder = ScratchFolder::new("check-some");
+    let path = folder.join("features.json");
+    let path = path.to_str().unwrap();
+    std::fs::write(path, pipeline(3, READS_NOTHING)).unwrap();
+    let output = run(&["check", path]);
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert_eq!(errors.matches("UG0401").count(), 1, "{errors}");
+    let told = "in 2 of 8 configurations; the fewest choices that show it: f0=true, f2=true";
+    assert!(errors.contains(told), "{errors}");
+    assert_eq!(run(&["check", path, "--config"]).status.code(), Some(0), "the defaults are sound");
+    let chosen = run(&["check", path, "--config", "--feature", "f0", "--feature", "f2"]);
+    assert_eq!(chosen.status.code(), Some(1));
+    assert!(!text(&chosen.stderr).contains("configurations"), "{}", text(&chosen.stderr));
+}
+
+#[test]
+fn a_preset_is_a_configuration_of_its_own() {
+    let folder = ScratchFolder::new("check-presets");
+    let path = folder.join("features.json");
+    let path = path.to_str().unwrap();
+    let presets = r#""presets": { "all": { "features": { "f0": true, "f1": true } } }, "resources""#;
+    let constrained = pipeline(2, "")
+        .replace("\"resources\"", presets)
+        .replace("\"f1\": { ", "\"f1\": { \"excludes\": [\"f0\"], ");
+    std::fs::write(path, constrained).unwrap();
+    let errors = text(&run(&["check", path]).stderr);
+    assert!(errors.contains("UG0206") && errors.contains("with --preset all"), "{errors}");
+}
