@@ -273,3 +273,141 @@ fn more_lights_than_there_is_room_for_are_reduced_and_left_out_by_importance_and
     host.picture(&lit_by(&scene, lights));
     assert!(host.notices().is_empty(), "{:?}", host.notices());
 }
+
+#[test]
+fn no_filter_shows_the_seams_of_a_cube() {
+    let Some(truth) = TruthScene::find("room_point") else { return };
+    let Some(gpu) = gpu::device() else { return };
+    let (width, height) = truth.size();
+    let scene = scene(&truth.glb_path());
+    for (filter, side) in [
+        ("\"grid\"", "3"),
+        ("\"grid\"", "5"),
+        ("\"grid\"", "7"),
+        ("\"poisson9\"", "3"),
+        ("\"poisson16\"", "3"),
+        ("\"poisson64\"", "3"),
+        ("\"vogel\"", "3"),
+    ] {
+        let with = With {
+            parameters: &[SHADOW_TERM, ("filter_radius", "0.02"), ("least_radius", "1"), ("grid_side", side)],
+            features: &[("light_filter", filter)],
+            size: Some([width, height]),
+            ..With::default()
+        };
+        let outcome = check_file(AWSM, &with);
+        let picture = Host::new(&gpu, &outcome, &scene).picture(&scene.frame_input(1.0, 0.0));
+        let scores = truth::evaluate(&truth, &picture).expect("a picture of the scene's size");
+        // Away from the edges of shadows nothing is half lit, whatever face it lies on.
+        let away = scores.band(4).expect("pixels away from edges");
+        let iou = away.intersection_over_union().unwrap_or(0.0);
+        println!("{filter} {side}: {iou:.5}");
+        assert!(iou > 0.999, "{filter} {side}: {iou}");
+    }
+}
+
+#[test]
+fn a_figure_that_moves_takes_its_shadow_along() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = scene(&root().join("examples/scenes/figure.glb"));
+    let outcome = check_file(
+        AWSM,
+        &With {
+            parameters: &[SHADOW_TERM, ("far", "[4, 8, 16, 40]"), ("cascade_side", "512")],
+            features: &[("light_filter", "\"hard\"")],
+            size: Some([240, 240]),
+            ..With::default()
+        },
+    );
+    let mut host = Host::new(&gpu, &outcome, &scene);
+    // A low sun lays the shadow on the wall, to the left of the figure.
+    let frame = |time| {
+        let mut input = scene.frame_input(1.0, time);
+        input.lights.retain(|light| light.kind == LightKind::Directional);
+        input.lights[0].direction = DVec3::new(-0.7, -0.2, -1.0).normalize();
+        input
+    };
+    let rest = host.picture(&frame(0.0));
+    host.scene.update(&gpu.queue, &scene, &scene.pose(1.2));
+    let waving = host.picture(&frame(1.2));
+    // On the wall, which does not move itself, and where only shadows can differ.
+    let wall = |picture: &Picture| -> Vec<[u8; 4]> {
+        picture
+            .rgba_pixels()
+            .enumerate()
+            .filter(|(at, _)| at / 240 < 135 && at % 240 < 105)
+            .map(|(_, pixel)| pixel)
+            .collect()
+    };
+    let moved = wall(&rest).iter().zip(wall(&waving)).filter(|(a, b)| a[0].abs_diff(b[0]) > 60).count();
+    assert!(moved > 30, "{moved} pixels of the wall");
+    host.scene.update(&gpu.queue, &scene, &scene.pose(4.0));
+    let back = host.picture(&frame(4.0));
+    assert!(differing(&rest, &back, 8) < 60, "the animation ends where it began");
+}
+
+#[test]
+fn leaves_that_are_cut_out_let_light_through_and_water_receives_shadows() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = scene(&root().join("examples/scenes/foliage.glb"));
+    let size = Some([320, 208]);
+    let with = |parameters| With { parameters, size, ..With::default() };
+    let term = check_file(AWSM, &with(&[SHADOW_TERM, ("far", "[6, 12, 24, 60]")]));
+    let input = scene.frame_input(320.0 / 208.0, 0.0);
+    let picture = Host::new(&gpu, &term, &scene).picture(&input);
+    // Below the trees the lawn is speckled: neither all lit nor all dark.
+    let lawn: Vec<u8> = picture
+        .rgba_pixels()
+        .enumerate()
+        .filter(|(at, _)| (120..150).contains(&(at / 320)) && (30..110).contains(&(at % 320)))
+        .map(|(_, pixel)| pixel[0])
+        .collect();
+    let dark = lawn.iter().filter(|value| **value < 60).count();
+    let lit = lawn.iter().filter(|value| **value > 200).count();
+    assert!(dark > 40 && lit > 200, "{dark} dark and {lit} lit of {}", lawn.len());
+    let shaded = check_file(AWSM, &with(&[("far", "[6, 12, 24, 60]")]));
+    let mut host = Host::new(&gpu, &shaded, &scene);
+    let with_shadows = host.picture(&input);
+    let mut light = input.clone();
+    light.lights[0].cast_shadow = false;
+    let without = host.picture(&light);
+    let water = |at: usize| (160..185).contains(&(at / 320)) && (5..95).contains(&(at % 320));
+    let darker = (with_shadows.rgba_pixels().zip(without.rgba_pixels()).enumerate())
+        .filter(|(at, (a, b))| water(*at) && a[2] + 6 < b[2])
+        .count();
+    assert!(darker > 30, "{darker} pixels of the pool lie in a shadow");
+}
+
+#[test]
+fn several_samples_smooth_the_edges_and_nothing_else() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = interior();
+    let picture = |msaa| {
+        let outcome = small(&[], &[("msaa", msaa)]);
+        Host::new(&gpu, &outcome, &scene).picture(&lit_by(&scene, lights_of(&scene)))
+    };
+    let (one, four) = (picture("false"), picture("true"));
+    let edges = differing(&one, &four, 8);
+    assert!(edges > 300 && edges < 160 * 120 / 3, "{edges} pixels differ");
+}
+
+#[test]
+fn the_atlas_and_the_arrays_grow_with_the_lights_and_shrink_after_a_while() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = interior();
+    let outcome =
+        small(&[("tile_greatest_side", "256")], &[("light_filter", "\"hard\""), ("sun_shadows", "false")]);
+    let mut host = Host::new(&gpu, &outcome, &scene);
+    let sizes = |host: &Host<'_>| {
+        let plan = host.executor.plan();
+        (plan.resources["atlas"].size.unwrap().width, plan.resources["cubes"].size.unwrap().layers)
+    };
+    assert_eq!(sizes(&host), (256, 6), "little is taken before anything is seen");
+    host.picture(&lit_by(&scene, lights_of(&scene)));
+    assert_eq!(sizes(&host), (512, 18), "three lamps, and spots that want more than one small atlas");
+    let few: Vec<Light> = lights_of(&scene).into_iter().take(1).collect();
+    let calm = (0..200).take_while(|_| !host.frame(&lit_by(&scene, few.clone()))).count();
+    assert!((10..150).contains(&calm), "{calm} frames");
+    host.picture(&lit_by(&scene, few));
+    assert!(sizes(&host).0 <= 256 && sizes(&host).1 == 6, "{:?}", sizes(&host));
+}
