@@ -5,6 +5,7 @@ mod common;
 use std::path::PathBuf;
 
 use common::{With, check_with, root};
+use umbragraph::diagnostic::fix;
 
 struct Case {
     name: String,
@@ -79,6 +80,43 @@ fn every_broken_document_has_exactly_the_expected_findings() {
         "{}\n(UMBRAGRAPH_BLESS=1 cargo test --test broken accepts them)",
         failures.join("\n")
     );
+}
+
+#[test]
+fn fixes_never_make_a_document_worse_and_come_to_an_end() {
+    let mut mended = 0;
+    for case in &cases() {
+        let mut text = base();
+        for (old, new) in &case.replacements {
+            text = text.replacen(old.as_str(), new, 1);
+        }
+        let mut outcome = check_with("chain.json", &text, &With::default());
+        for round in 0.. {
+            let fixed = fix::apply(&outcome.findings, &outcome.sources, |name| name == "chain.json");
+            let Some(fixed) = fixed.into_iter().next() else { break };
+            assert!(round < 8, "{}: fixes lead in a circle: {}", case.name, fixed.text);
+            let after = check_with("chain.json", &fixed.text, &With::default());
+            assert!(!after.codes().contains(&"UG0101"), "{}: {}", case.name, after.text());
+            let (errors, left) = (outcome.findings.error_count(), after.findings.error_count());
+            // A document that does not parse shows the rest of its findings only when it does.
+            let is_read = !outcome.codes().contains(&"UG0103");
+            assert!(!is_read || left < errors, "{}: {}", case.name, after.text());
+            outcome = after;
+        }
+        mended += usize::from(!outcome.findings.has_errors());
+    }
+    assert!(mended >= 10, "only {mended} documents were mended in full");
+}
+
+#[test]
+fn a_key_that_says_the_same_twice_is_removed_once() {
+    let twice = base().replace("\"name\": \"chain\",", "\"name\": \"chain\",\n  \"name\": \"chain\",");
+    let outcome = check_with("chain.json", &twice, &With::default());
+    let fixed = fix::apply(&outcome.findings, &outcome.sources, |_| true);
+    assert_eq!(fixed[0].text, base());
+    let differing = twice.replacen("\"name\": \"chain\"", "\"name\": \"train\"", 1);
+    let outcome = check_with("chain.json", &differing, &With::default());
+    assert!(fix::apply(&outcome.findings, &outcome.sources, |_| true).is_empty());
 }
 
 #[test]

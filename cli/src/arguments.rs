@@ -91,7 +91,7 @@ pub(crate) struct CheckArguments {
     /// The pipelines.
     #[arg(required = true)]
     pub(crate) pipelines: Vec<PathBuf>,
-    /// The form of the findings: human (on standard error), json or github (on standard output).
+    /// The form of the findings: human (on standard error), json, github or sarif (on standard output).
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: FindingsFormat,
     /// Checks one configuration, that of the given settings or the defaults, instead of every one that the features which
@@ -101,6 +101,12 @@ pub(crate) struct CheckArguments {
     /// Has each plan checked by a second algorithm that shares no code with what made it.
     #[arg(long)]
     pub(crate) verify: bool,
+    /// Mends what can be mended in one way only, in all files that the pipelines are made of, and says what it changed.
+    #[arg(long)]
+    pub(crate) fix: bool,
+    /// Prints what --fix would change as a unified diff, and writes nothing.
+    #[arg(long, requires = "fix")]
+    pub(crate) dry_run: bool,
     #[command(flatten)]
     pub(crate) choices: Choices,
 }
@@ -137,7 +143,7 @@ pub(crate) struct PermutationsArguments {
     /// How long a further validator may take for one text.
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub(crate) also_time_limit: u64,
-    /// The form of the findings: human, json or github.
+    /// The form of the findings: human, json, github or sarif.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
     pub(crate) format: FindingsFormat,
     /// Puts the passes of an extension file at the pipeline's extension points. Several run in the order given.
@@ -158,6 +164,15 @@ pub(crate) enum FindingsFormat {
     Json,
     /// Annotations that GitHub shows on a pull request, then a summary.
     Github,
+    /// A SARIF 2.1.0 log, for code scanning and editors.
+    Sarif,
+}
+
+impl FindingsFormat {
+    /// Whether standard output is one JSON text.
+    pub(crate) fn is_data(self) -> bool {
+        matches!(self, Self::Json | Self::Sarif)
+    }
 }
 
 /// The command of a further validator, as it is written and as it is run.

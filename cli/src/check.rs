@@ -7,12 +7,21 @@ use umbragraph::pipeline::{Cover, MAXIMUM_CONFIGURATIONS};
 use umbragraph::shader::permutations::Count;
 
 use crate::arguments::{CheckArguments, FindingsFormat};
+use crate::mend::mend;
 use crate::session::{Covered, Session};
 use crate::streams::{complain, print};
 
-/// Checks pipelines; whether there were no errors.
+/// Checks pipelines, mends them first where that is asked; whether there were no errors.
 pub(crate) fn run(arguments: &CheckArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref());
+    if arguments.fix {
+        let mended = mend(arguments);
+        if arguments.dry_run {
+            mended.print_difference();
+            return true;
+        }
+        session.findings.extend(mended.write());
+    }
     let mut is_sound = true;
     let mut pipelines = Vec::new();
     for path in &arguments.pipelines {
@@ -24,7 +33,7 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
             complain(&format!("{}: fault: {fault}\nthis is a defect of the compiler\n", path.display()));
             is_sound = false;
         }
-        if session.findings.error_count() == before && arguments.format != FindingsFormat::Json {
+        if session.findings.error_count() == before && !arguments.format.is_data() {
             print(&summary(path, &covered, arguments.verify));
         }
     }
@@ -87,6 +96,10 @@ fn report(session: &mut Session, format: FindingsFormat, pipelines: Vec<serde_js
             let findings: Vec<_> =
                 session.findings.iter().map(|finding| render::json(finding, &session.sources)).collect();
             print(&format!("{:#}\n", serde_json::json!({ "findings": findings, "pipelines": pipelines })));
+        }
+        FindingsFormat::Sarif => {
+            session.arrange();
+            print(&format!("{:#}\n", render::sarif(&session.findings, &session.sources)));
         }
         FindingsFormat::Github => {
             session.arrange();

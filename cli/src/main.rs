@@ -12,6 +12,7 @@ mod device;
 mod diff;
 mod explain;
 mod graph;
+mod mend;
 #[cfg(feature = "gpu")]
 mod output;
 mod permutations;

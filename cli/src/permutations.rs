@@ -11,7 +11,7 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 use umbragraph::Job;
 use umbragraph::compiler::PlanOptions;
-use umbragraph::diagnostic::{Diagnostics, Place};
+use umbragraph::diagnostic::{Diagnostics, Place, render};
 use umbragraph::pipeline::{self, Choice, Configured};
 use umbragraph::shader::TargetProfile;
 use umbragraph::shader::permutations::{self, ExternalValidator, Options, Request};
@@ -51,6 +51,10 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         }
         FindingsFormat::Json => {
             print(&(outcome.json(&session.findings, &session.sources) + "\n"));
+            !session.findings.has_errors()
+        }
+        FindingsFormat::Sarif => {
+            print(&format!("{:#}\n", render::sarif(&session.findings, &session.sources)));
             !session.findings.has_errors()
         }
         FindingsFormat::Github => {
@@ -177,7 +181,7 @@ fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[R
     let names: Vec<String> = names.into_iter().cloned().collect();
     match arguments.format {
         FindingsFormat::Json => print(&format!("{:#}\n", axes::json(&session.templates, &names))),
-        FindingsFormat::Human | FindingsFormat::Github => {
+        FindingsFormat::Human | FindingsFormat::Github | FindingsFormat::Sarif => {
             print(&axes::human(&session.templates, &names));
         }
     }

@@ -1,10 +1,11 @@
 //! What the commands share: sources, findings, templates, and a pipeline with its choices.
 
-use std::collections::{BTreeSet, HashSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use umbragraph::compiler::PlanOptions;
+use umbragraph::compose::Files as _;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, Document, Value};
 use umbragraph::node::Registry;
@@ -12,7 +13,7 @@ use umbragraph::pipeline::{self, Choice, FeatureConfigurations, ParameterFile, S
 use umbragraph::scene::interface;
 use umbragraph::shader::permutations::{self, Request};
 use umbragraph::shader::{AxisValues, TargetProfile, TemplateSet};
-use umbragraph::source::{Sources, Span};
+use umbragraph::source::{FileId, Sources, Span};
 use umbragraph::{Checked, Coverage, Job, compose, read_source};
 
 use crate::arguments::{Choices, Settings};
@@ -25,6 +26,28 @@ pub(crate) struct Session {
     pub(crate) templates: Arc<TemplateSet>,
     /// The built-in node kinds, and glTF scenes as the host of the geometry that is theirs.
     pub(crate) registry: Registry,
+    /// Texts that stand for those of files, by the names of these.
+    pub(crate) texts: BTreeMap<String, String>,
+    /// The files that were read.
+    pub(crate) files: BTreeSet<String>,
+}
+
+/// The file system, but for the texts that stand for files.
+struct Overlaid<'s> {
+    texts: &'s BTreeMap<String, String>,
+    files: &'s mut BTreeSet<String>,
+}
+
+impl compose::Files for Overlaid<'_> {
+    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+        let name = path.display().to_string();
+        let file = match self.texts.get(&name) {
+            Some(text) => sources.add(name.as_str(), text.as_str()),
+            None => read_source(path, sources)?,
+        };
+        self.files.insert(name);
+        Ok(file)
+    }
 }
 
 /// A pipeline with the values and the profiles that it is checked with.
@@ -59,7 +82,7 @@ impl Session {
         };
         let mut registry = umbragraph::registry();
         registry.host(interface::GEOMETRY, interface::any_scene());
-        Self { sources, findings, templates, registry }
+        Self { sources, findings, templates, registry, texts: BTreeMap::new(), files: BTreeSet::new() }
     }
 
     /// The document of a pipeline, composed of its files, with the passes of extensions put in.
@@ -73,11 +96,10 @@ impl Session {
     }
 
     fn composed(&mut self, path: &Path) -> Option<Document> {
-        match read_source(path, &mut self.sources) {
-            Ok(file) => {
-                compose::compose(file, path, &mut compose::Disk, &mut self.sources, &mut self.findings)
-                    .map(|composed| composed.document)
-            }
+        let mut files = Overlaid { texts: &self.texts, files: &mut self.files };
+        match files.read(path, &mut self.sources) {
+            Ok(file) => compose::compose(file, path, &mut files, &mut self.sources, &mut self.findings)
+                .map(|composed| composed.document),
             Err(finding) => {
                 self.findings.push(finding);
                 None
@@ -221,7 +243,8 @@ impl Session {
     }
 
     fn parameter_file(&mut self, path: &Path) -> Option<ParameterFile> {
-        let document = read_source(path, &mut self.sources)
+        let document = Overlaid { texts: &self.texts, files: &mut self.files }
+            .read(path, &mut self.sources)
             .map_err(Diagnostics::from)
             .and_then(|file| document::parse(&self.sources, file));
         match document {

@@ -108,3 +108,54 @@ fn a_preset_is_a_configuration_of_its_own() {
     let errors = text(&run(&["check", path]).stderr);
     assert!(errors.contains("UG0206") && errors.contains("with --preset all"), "{errors}");
 }
+
+const MISSPELT: &str = r#"{
+  "format": 1, "name": "misspelt", "include": ["part.json"],
+  "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+  "passes": {
+    // The comment stays.
+    "fill": { "fulscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "targt" }] } }
+  }
+}
+"#;
+
+const PART: &str = r#"{ "parameters": { "near": { "type": "f32", "default": 1, "unti": "m" } } }
+"#;
+
+#[test]
+fn check_fix_mends_several_files_in_rounds_and_has_nothing_to_do_after() {
+    let folder = ScratchFolder::new("check-fix");
+    let (main, part) = (folder.join("main.json"), folder.join("part.json"));
+    std::fs::write(&main, MISSPELT).unwrap();
+    std::fs::write(&part, format!("\u{feff}{PART}")).unwrap();
+    let path = main.to_str().unwrap();
+    let dry = run(&["check", "--fix", "--dry-run", path]);
+    let difference = text(&dry.stdout);
+    assert_eq!(dry.status.code(), Some(0), "{}", text(&dry.stderr));
+    assert!(difference.contains("\n-    \"fill\": { \"fulscreen\""), "{difference}");
+    assert!(difference.contains("\"to\": \"target\" }] } }\n"), "{difference}");
+    assert!(difference.contains("+++ ") && difference.contains("\"unit\": \"m\""), "{difference}");
+    assert_eq!(std::fs::read_to_string(&main).unwrap(), MISSPELT, "a dry run writes nothing");
+
+    let output = run(&["check", "--fix", path]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("main.json:6:15: \"fulscreen\" now \"fullscreen\""), "{said}");
+    let fixed = MISSPELT.replace("fulscreen", "fullscreen").replace("targt", "target");
+    assert_eq!(std::fs::read_to_string(&main).unwrap(), fixed);
+    assert_eq!(std::fs::read_to_string(&part).unwrap(), format!("\u{feff}{}", PART.replace("unti", "unit")));
+    assert_eq!(std::fs::read_dir(&*folder).unwrap().count(), 2, "no temporary file is left");
+    let again = run(&["check", "--fix", path]);
+    assert!(!text(&again.stderr).contains("fixed "), "{}", text(&again.stderr));
+    assert_eq!(text(&run(&["check", "--fix", "--dry-run", path]).stdout), "");
+}
+
+#[test]
+fn check_gives_its_findings_as_sarif() {
+    let output = run(&["check", "pipelines/nebula.json", "--set", "far=[]", "--format", "sarif"]);
+    assert_eq!(output.status.code(), Some(1));
+    let log: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(log["version"], "2.1.0");
+    let results = log["runs"][0]["results"].as_array().unwrap();
+    assert!(!results.is_empty() && results.iter().all(|result| result["message"]["text"].is_string()));
+}

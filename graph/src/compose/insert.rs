@@ -92,8 +92,8 @@ fn extension_point(
             None => format!("the extension points are {}", names.join(", ")),
         };
         let message = format!("there is no extension point \"{}\"", point.key);
-        diagnostics
-            .push(Diagnostic::error(codes::UNKNOWN_EXTENSION_POINT, point.key_span, message).help(help));
+        let finding = Diagnostic::error(codes::UNKNOWN_EXTENSION_POINT, point.key_span, message).help(help);
+        diagnostics.push(finding.fix_name(point.key_span, &point.key, names));
         return None;
     };
     let names = |key: &str| -> Names {

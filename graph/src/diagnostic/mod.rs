@@ -7,6 +7,7 @@
 
 mod code;
 pub mod codes;
+pub mod fix;
 pub mod render;
 
 pub use code::Code;
@@ -59,9 +60,16 @@ pub struct Related {
     pub message: String,
 }
 
-/// A replacement of text that mends a finding, given only where there is exactly one sensible way.
+/// Replacements of text that together mend a finding, given only where there is exactly one sensible way.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Fix {
+    /// The replacements, perhaps in several files; they do not overlap.
+    pub edits: Vec<Edit>,
+}
+
+/// A replacement of text.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Edit {
     /// The text to replace.
     pub span: Span,
     /// What stands there afterwards.
@@ -140,11 +148,25 @@ impl Diagnostic {
         self
     }
 
-    /// Adds the machine-applicable fix.
+    /// Adds the machine-applicable fix, or one more edit to it.
     #[must_use]
     pub fn fix(mut self, span: Span, replacement: impl Into<String>) -> Self {
-        self.fix = Some(Fix { span, replacement: replacement.into() });
+        let edit = Edit { span, replacement: replacement.into() };
+        self.fix.get_or_insert_with(|| Fix { edits: Vec::new() }).edits.push(edit);
         self
+    }
+
+    /// Adds the fix that `name`, written as the whole text at `span`, was meant to be the one of `candidates` that is
+    /// closest to it; none where there is no such one, or two are equally close.
+    #[must_use]
+    pub fn fix_name<'a>(self, span: Span, name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Self {
+        match surely_meant(name, candidates) {
+            // A name with an escape would be another text in JSON.
+            Some(meant) if !meant.contains(['"', '\\']) && !meant.contains(char::is_control) => {
+                self.fix(span, format!("\"{meant}\""))
+            }
+            _ => self,
+        }
     }
 }
 
@@ -295,28 +317,50 @@ pub fn list_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
 /// Distance is Damerau–Levenshtein on the names as written; a candidate is close when it is within a third of the
 /// longer name's length (at least one edit). Ties go to the alphabetically first.
 pub fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // Longer names are not typed by people, and the distance costs the product of the lengths.
-    if name.len() > MAXIMUM_NAME {
-        return None;
+    distances(name, candidates).min().map(|(_, candidate)| candidate)
+}
+
+/// The same, or `None` where two candidates are equally close: only what this gives is fit for a fix.
+pub fn surely_meant<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let mut close: Vec<(usize, &str)> = distances(name, candidates).collect();
+    close.sort_unstable();
+    close.dedup();
+    match close.as_slice() {
+        [first, second, ..] if first.0 == second.0 => None,
+        [first, ..] => Some(first.1),
+        [] => None,
     }
+}
+
+/// The candidates that are close enough, with their distances.
+fn distances<'a>(
+    name: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> impl Iterator<Item = (usize, &'a str)> {
     let lower = name.to_lowercase();
+    let (bytes, characters) = (name.len(), name.chars().count());
     candidates
         .into_iter()
-        .filter(|candidate| {
-            candidate.len() <= MAXIMUM_NAME && candidate.len().abs_diff(name.len()) <= MAXIMUM_NAME / 3
+        // Longer names are not typed by people, and the distance costs the product of the lengths.
+        .filter(move |candidate| {
+            bytes.max(candidate.len()) <= MAXIMUM_NAME && candidate.len().abs_diff(bytes) <= MAXIMUM_NAME / 3
         })
-        .filter_map(|candidate| {
+        .filter_map(move |candidate| {
             let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
-            let allowed = (name.chars().count().max(candidate.chars().count()) / 3).max(1);
+            let allowed = (characters.max(candidate.chars().count()) / 3).max(1);
             (distance <= allowed).then_some((distance, candidate))
         })
-        .min()
-        .map(|(_, candidate)| candidate)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::did_you_mean;
+    use super::{did_you_mean, surely_meant};
+
+    #[test]
+    fn what_is_as_close_as_another_is_no_fix() {
+        assert_eq!(surely_meant("color_c", ["color_a", "color_b"]), None);
+        assert_eq!(surely_meant("colr", ["color", "colder"]), Some("color"));
+    }
 
     #[test]
     fn a_close_name_is_proposed_and_a_far_one_is_not() {

@@ -50,7 +50,7 @@ pub fn parse(sources: &Sources, file: FileId) -> Result<Document, Diagnostics> {
         .help("the smallest pipeline has \"format\", \"name\", \"resources\" and \"passes\"")
         .into());
     };
-    let mut reader = Reader { file, diagnostics: Diagnostics::new() };
+    let mut reader = Reader { file, text: &text, diagnostics: Diagnostics::new() };
     let root = reader.value(&root);
     if reader.diagnostics.is_empty() { Ok(Document { root }) } else { Err(reader.diagnostics) }
 }
@@ -62,12 +62,13 @@ fn lower_first(text: &str) -> String {
         .map_or_else(String::new, |first| first.to_lowercase().collect::<String>() + characters.as_str())
 }
 
-struct Reader {
+struct Reader<'t> {
     file: FileId,
+    text: &'t str,
     diagnostics: Diagnostics,
 }
 
-impl Reader {
+impl Reader<'_> {
     fn value(&mut self, value: &ast::Value<'_>) -> Value {
         let span = self.span(value);
         let kind = match value {
@@ -99,22 +100,30 @@ impl Reader {
     fn entries(&mut self, object: &ast::Object<'_>) -> Vec<Entry> {
         let mut entries: Vec<Entry> = Vec::with_capacity(object.properties.len());
         let mut seen = HashMap::with_capacity(object.properties.len());
+        let mut end_before = 0;
         for property in &object.properties {
             let key_span = self.span(&property.name);
             let key = property.name.as_str();
             let value = self.value(&property.value);
-            if let Some(first) = seen.insert(key.to_owned(), key_span) {
-                self.diagnostics.push(
-                    Diagnostic::error(
-                        codes::DUPLICATE_KEY,
-                        key_span,
-                        format!("the key \"{key}\" stands twice in one object"),
-                    )
-                    .related(first, "it stands here first")
-                    .help("remove one of the two, or rename it"),
-                );
+            let end = std::mem::replace(&mut end_before, value.span.end);
+            if let Some(first) = seen.get(key).and_then(|at: &usize| entries.get(*at)) {
+                let mut finding = Diagnostic::error(
+                    codes::DUPLICATE_KEY,
+                    key_span,
+                    format!("the key \"{key}\" stands twice in one object"),
+                )
+                .related(first.key_span, "it stands here first")
+                .help("remove one of the two, or rename it");
+                // From the end of the entry before, unless a comment would be lost.
+                let removed = Span { start: end, ..value.span };
+                let between = self.text.get(end as usize..key_span.start as usize).unwrap_or_default();
+                if between.trim() == "," && first.value.to_json() == value.to_json() {
+                    finding = finding.fix(removed, "");
+                }
+                self.diagnostics.push(finding);
                 continue;
             }
+            seen.insert(key.to_owned(), entries.len());
             entries.push(Entry { key: key.to_owned(), key_span, value });
         }
         entries

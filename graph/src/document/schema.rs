@@ -115,7 +115,12 @@ impl<'a> Checker<'a, '_> {
             } else if additional == Some(&Json::Bool(false)) {
                 let known: Vec<&str> =
                     properties.map(|map| map.keys().map(String::as_str).collect()).unwrap_or_default();
-                self.unknown_key(entry, &known, &at);
+                // A key that is there already is not what was meant: the fix would make it stand twice.
+                let free: Vec<&str> =
+                    known.iter().copied().filter(|name| value.get(name).is_none()).collect();
+                let mut finding = unknown_key(entry, &known);
+                finding.fix = unknown_key(entry, &free).fix.filter(|fix| Some(fix) == finding.fix.as_ref());
+                self.push(finding, &at);
             } else if let Some(rule @ Json::Object(_)) = additional {
                 self.value(&entry.value, rule, &at, depth + 1);
             }
@@ -325,7 +330,8 @@ pub fn unknown_key(entry: &super::Entry, known: &[&str]) -> Diagnostic {
         Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, format!("unknown key \"{}\"", entry.key));
     match did_you_mean(&entry.key, known.iter().copied()) {
         Some(meant) => {
-            finding.help(format!("did you mean \"{meant}\"?")).fix(entry.key_span, format!("\"{meant}\""))
+            let finding = finding.help(format!("did you mean \"{meant}\"?"));
+            finding.fix_name(entry.key_span, &entry.key, known.iter().copied())
         }
         None if known.is_empty() => finding.help("no keys are known here"),
         None => finding.help(format!("the keys known here are {}", known.join(", "))),
@@ -338,7 +344,8 @@ pub fn unknown_word(value: &Value, words: &[&str]) -> Diagnostic {
     let finding = Diagnostic::error(codes::UNKNOWN_WORD, value.span, format!("{found} is not known here"));
     match value.text().and_then(|text| did_you_mean(text, words.iter().copied())) {
         Some(meant) => {
-            finding.help(format!("did you mean \"{meant}\"?")).fix(value.span, format!("\"{meant}\""))
+            let finding = finding.help(format!("did you mean \"{meant}\"?"));
+            finding.fix_name(value.span, value.text().unwrap_or_default(), words.iter().copied())
         }
         None if words.len() <= 24 => finding.help(format!("known are {}", words.join(", "))),
         None => finding.help("see the schema for the words known here"),

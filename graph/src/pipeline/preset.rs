@@ -104,6 +104,7 @@ pub(super) fn check(
         let at = pointer_join("/presets", &preset.key);
         let values =
             |section: &str| preset.value.get(section).and_then(document::Value::entries).unwrap_or_default();
+        let is_free = |section: &str, name: &str| !values(section).iter().any(|entry| entry.key == name);
         for entry in values("parameters").iter().filter(|entry| !is_chosen(entry)) {
             let pointer = pointer_join(&format!("{at}/parameters"), &entry.key);
             match parameters.get(&entry.key) {
@@ -115,6 +116,9 @@ pub(super) fn check(
                 None => {
                     let finding =
                         setting::not_there("parameter", &entry.key, parameters.keys(), entry.key_span);
+                    let free =
+                        parameters.keys().map(String::as_str).filter(|name| is_free("parameters", name));
+                    let finding = finding.fix_name(entry.key_span, &entry.key, free);
                     diagnostics.push(finding.pointer(pointer));
                 }
             }
@@ -124,7 +128,9 @@ pub(super) fn check(
             let finding = match features.get(&entry.key) {
                 Some(declaration) => setting::decode_feature(&entry.key, declaration, &entry.value).err(),
                 None => {
-                    Some(Box::new(setting::not_there("feature", &entry.key, features.keys(), entry.key_span)))
+                    let finding = setting::not_there("feature", &entry.key, features.keys(), entry.key_span);
+                    let free = features.keys().map(String::as_str).filter(|name| is_free("features", name));
+                    Some(Box::new(finding.fix_name(entry.key_span, &entry.key, free)))
                 }
             };
             diagnostics.extend(finding.map(|finding| finding.pointer(pointer)));

@@ -31,6 +31,8 @@ pub fn profile_named(name: &str, place: Span) -> Result<TargetProfile, Diagnosti
             || format!("the profiles are {}", TargetProfile::NAMES.join(", ")),
             |meant| format!("did you mean \"{meant}\"?"),
         );
-        Diagnostic::error(codes::UNKNOWN_PROFILE, place, format!("there is no profile \"{name}\"")).help(help)
+        Diagnostic::error(codes::UNKNOWN_PROFILE, place, format!("there is no profile \"{name}\""))
+            .help(help)
+            .fix_name(place, name, TargetProfile::NAMES)
     })
 }

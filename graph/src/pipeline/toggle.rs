@@ -197,7 +197,10 @@ fn unknown(document: &Document, diagnostics: &mut Diagnostics) {
             None => format!("the toggles are {}", list_of(names.iter().copied())),
         };
         let message = format!("there is no toggle \"{name}\"");
-        let finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, value.span, message);
+        let mut finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, value.span, message);
+        if name == text {
+            finding = finding.fix_name(value.span, name, names.iter().copied());
+        }
         diagnostics.push(finding.pointer(format!("{pointer}/toggle")).help(help));
     }
 }

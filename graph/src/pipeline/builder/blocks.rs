@@ -36,16 +36,11 @@ impl PassBuilder<'_> {
             if self.shared.is_mentioned(template, name) {
                 continue;
             }
-            let help = match did_you_mean(name, names.iter().copied()) {
-                Some(meant) => format!("did you mean \"{meant}\"?"),
-                None => format!("its members are {}", names.join(", ")),
-            };
-            self.report(
-                codes::UNKNOWN_BINDING,
-                &document::pointer_join(at, name),
-                format!("the block has no member \"{name}\""),
-                help,
-            );
+            let message = format!("the block has no member \"{name}\"");
+            let place = document::pointer_join(at, name);
+            self.report_unknown(codes::UNKNOWN_BINDING, &place, message, name, &names, || {
+                format!("its members are {}", names.join(", "))
+            });
             unknown.push(name);
             fine = false;
         }

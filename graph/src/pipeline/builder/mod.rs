@@ -56,6 +56,36 @@ impl PassBuilder<'_> {
         self.shared.diagnostics.push(finding);
     }
 
+    /// Reports a name that is none of `known`: as a value, or as a key of an object, at a setting. The help is what was
+    /// probably meant, or else `otherwise`; where the name is written there as it is, that is a fix too.
+    pub(in crate::pipeline) fn report_unknown(
+        &mut self,
+        code: Code,
+        pointer: &str,
+        message: impl Into<String>,
+        name: &str,
+        known: &[&str],
+        otherwise: impl FnOnce() -> String,
+    ) {
+        let help = did_you_mean(name, known.iter().copied())
+            .map_or_else(otherwise, |meant| format!("did you mean \"{meant}\"?"));
+        let mut finding =
+            Diagnostic::error(code, self.place(pointer), message).help(help).pointer(self.absolute(pointer));
+        let above = pointer.rsplit_once('/').map_or("", |(above, _)| above);
+        let object = self.settings.nearest(above);
+        let key = object.entry(name).filter(|_| document::pointer_join(above, name) == pointer);
+        // Inside a subgraph names are other ones than outside.
+        let reads_alike = |known: &&&str| self.environment.resource(known) == ***known;
+        if let Some(entry) = key {
+            let free = known.iter().filter(|known| object.get(known).is_none()).copied();
+            finding = finding.fix_name(entry.key_span, name, free);
+        } else if self.settings.nearest(pointer).text() == Some(name) {
+            let known = known.iter().filter(reads_alike).copied();
+            finding = finding.fix_name(self.place(pointer), name, known);
+        }
+        self.shared.diagnostics.push(finding);
+    }
+
     /// Finishes the pass.
     pub fn produce(&self, work: Work) -> Produced {
         Produced(work)
@@ -67,14 +97,14 @@ impl PassBuilder<'_> {
             return Some(());
         }
         let names: Vec<String> = self.shared.geometry.keys().cloned().collect();
-        let help = match did_you_mean(name, names.iter().map(String::as_str)) {
-            Some(meant) => format!("did you mean \"{meant}\"?"),
-            None => format!(
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let message = format!("there is no geometry \"{name}\"");
+        self.report_unknown(codes::UNKNOWN_GEOMETRY, pointer, message, name, &names, || {
+            format!(
                 "\"geometry\" declares {}",
                 if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
-            ),
-        };
-        self.report(codes::UNKNOWN_GEOMETRY, pointer, format!("there is no geometry \"{name}\""), help);
+            )
+        });
         None
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::PassBuilder;
-use crate::diagnostic::{codes, did_you_mean};
+use crate::diagnostic::codes;
 use crate::document;
 use crate::expression::{Scope as _, Value};
 use crate::language::Expr;
@@ -37,11 +37,10 @@ impl PassBuilder<'_> {
             let at = document::pointer_join(&format!("{pointer}/axes"), name);
             if known.get(name).is_none() {
                 let names: Vec<&str> = known.iter().map(|axis| axis.name.as_str()).collect();
-                let help = match did_you_mean(name, names.iter().copied()) {
-                    Some(meant) => format!("did you mean \"{meant}\"?"),
-                    None => format!("the axes of {template} are {}", names.join(", ")),
-                };
-                self.report(codes::UNKNOWN_AXIS, &at, format!("{template} has no axis \"{name}\""), help);
+                let message = format!("{template} has no axis \"{name}\"");
+                self.report_unknown(codes::UNKNOWN_AXIS, &at, message, name, &names, || {
+                    format!("the axes of {template} are {}", names.join(", "))
+                });
                 fine = false;
                 continue;
             }

@@ -2,7 +2,7 @@
 
 use super::PassBuilder;
 use super::parts::normal;
-use crate::diagnostic::{Diagnostic, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, codes};
 use crate::language::Reference;
 use crate::pipeline::{Part, ResourceKind, Usage, Use, Version, history};
 use crate::work::ResourceHandle;
@@ -103,15 +103,15 @@ impl PassBuilder<'_> {
         let Some(handle) = found else {
             let names: Vec<String> =
                 self.shared.resources.iter().map(|resource| resource.name.clone()).collect();
-            let help = match did_you_mean(reference.resource, names.iter().map(String::as_str)) {
-                Some(meant) => format!("did you mean \"{meant}\"?"),
-                None => "declare it under \"resources\"".to_owned(),
-            };
-            self.report(
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let message = format!("there is no resource \"{}\"", reference.resource);
+            self.report_unknown(
                 codes::UNKNOWN_RESOURCE,
                 pointer,
-                format!("there is no resource \"{}\"", reference.resource),
-                help,
+                message,
+                reference.resource,
+                &names,
+                || "declare it under \"resources\"".to_owned(),
             );
             return None;
         };

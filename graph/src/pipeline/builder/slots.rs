@@ -26,12 +26,11 @@ impl PassBuilder<'_> {
         for name in bind.keys() {
             if program.binding(name).is_none() && !self.shared.is_mentioned(&program.template, name) {
                 let names: Vec<&str> = program.bindings.iter().map(|binding| binding.name.as_str()).collect();
-                let help = match did_you_mean(name, names.iter().copied()) {
-                    Some(meant) => format!("did you mean \"{meant}\"?"),
-                    None => format!("its bindings are {}", names.join(", ")),
-                };
                 let message = format!("{} has no binding \"{name}\"", program.template);
-                self.report(codes::UNKNOWN_BINDING, &document::pointer_join(&at, name), message, help);
+                let place = document::pointer_join(&at, name);
+                self.report_unknown(codes::UNKNOWN_BINDING, &place, message, name, &names, || {
+                    format!("its bindings are {}", names.join(", "))
+                });
                 unknown.push(name);
                 fine = false;
             }

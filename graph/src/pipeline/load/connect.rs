@@ -68,11 +68,12 @@ pub(super) fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>,
             Some(meant) => format!("did you mean \"{meant}\"?"),
             None => "a host pass, such as a cascade fit, has to publish it".to_owned(),
         };
-        shared.diagnostics.push(
-            Diagnostic::error(codes::NOT_PUBLISHED, place, format!("no pass publishes the data \"{name}\""))
-                .help(help)
-                .pointer(pointer),
-        );
+        let message = format!("no pass publishes the data \"{name}\"");
+        let mut finding = Diagnostic::error(codes::NOT_PUBLISHED, place, message).help(help).pointer(pointer);
+        if shared.sources.text(place) == format!("\"{name}\"") {
+            finding = finding.fix_name(place, &name, published);
+        }
+        shared.diagnostics.push(finding);
     }
 }
 

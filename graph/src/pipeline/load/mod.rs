@@ -250,7 +250,11 @@ pub(crate) fn load_sharing(
             };
             if members.is_empty() && !is_absent(&absent, &name) && !is_gap(&gaps, &name) {
                 let all: Vec<String> = instances.iter().map(|instance| instance.name.clone()).collect();
-                shared.diagnostics.push(unknown_pass(&name, &all, value.span).pointer(pointer));
+                let mut finding = unknown_pass(&name, &all, value.span);
+                if *written == name {
+                    finding = finding.fix_name(value.span, &name, all.iter().map(String::as_str));
+                }
+                shared.diagnostics.push(finding.pointer(pointer));
             }
             passes[at].after.extend(members.into_iter().map(|index| PassHandle(index as u32)));
         }

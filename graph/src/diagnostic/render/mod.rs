@@ -2,6 +2,10 @@
 //!
 //! The layout for people is codespan's. Output has no colours here; a caller that writes to a terminal adds them.
 
+mod sarif;
+
+pub use sarif::sarif;
+
 use codespan_reporting::diagnostic as report;
 use codespan_reporting::files::{Error, Files};
 use codespan_reporting::term;
@@ -167,7 +171,8 @@ pub fn github(diagnostic: &Diagnostic, sources: &Sources) -> String {
 }
 
 /// One finding as a JSON object: `code`, `severity`, `message`, `place` (`file`, `line`, `column`, `end_line`,
-/// `end_column`, `pointer`), `related`, `help`, `fix`.
+/// `end_column`, `pointer`), `related`, `help`, `fix` (a list of edits, each with
+/// `place` and `replacement`).
 pub fn json(diagnostic: &Diagnostic, sources: &Sources) -> serde_json::Value {
     serde_json::json!({
         "code": diagnostic.code.id,
@@ -180,10 +185,10 @@ pub fn json(diagnostic: &Diagnostic, sources: &Sources) -> serde_json::Value {
             "message": related.message,
         })).collect::<Vec<_>>(),
         "help": diagnostic.help,
-        "fix": diagnostic.fix.as_ref().map(|fix| serde_json::json!({
-            "place": json_place(&Place::Span(fix.span), "", sources),
-            "replacement": fix.replacement,
-        })),
+        "fix": diagnostic.fix.as_ref().map(|fix| fix.edits.iter().map(|edit| serde_json::json!({
+            "place": json_place(&Place::Span(edit.span), "", sources),
+            "replacement": edit.replacement,
+        })).collect::<Vec<_>>()),
     })
 }
 

@@ -1,0 +1,114 @@
+//! `umbragraph check --fix`: applies fixes until none is left, and writes what changed.
+//!
+//! All rounds go over texts in memory; files are written once, at the end, each as a whole: to a temporary file beside it,
+//! which is then renamed. A file that somebody else changed meanwhile is left alone.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::ErrorKind;
+use std::path::Path;
+
+use similar::TextDiff;
+use umbragraph::diagnostic::{Diagnostic, codes, fix};
+
+use crate::arguments::CheckArguments;
+use crate::session::Session;
+use crate::streams::{complain, print};
+
+/// The most rounds; each mends at least one finding.
+const MAXIMUM_ROUNDS: usize = 64;
+
+/// What was mended.
+#[derive(Default)]
+pub(crate) struct Mended {
+    /// The new texts by file.
+    pub(crate) texts: BTreeMap<String, String>,
+    /// The texts as they were read.
+    originals: BTreeMap<String, String>,
+    /// One line for each edit.
+    edits: Vec<String>,
+}
+
+/// Applies the fixes of pipelines and of the files that they are made of, in memory.
+pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
+    let mut mended = Mended::default();
+    // Texts that were there before: no fix leads back to one.
+    let mut seen = BTreeSet::new();
+    for _ in 0..MAXIMUM_ROUNDS {
+        let mut session = Session::new(arguments.choices.templates.as_deref());
+        session.texts.clone_from(&mended.texts);
+        for path in &arguments.pipelines {
+            session.check_all(path, &arguments.choices, arguments.config, false);
+        }
+        session.arrange();
+        let fixed = fix::apply(&session.findings, &session.sources, |name| session.files.contains(name));
+        let texts: BTreeMap<&String, &String> = fixed.iter().map(|one| (&one.name, &one.text)).collect();
+        if fixed.is_empty() || !seen.insert(format!("{texts:?}")) {
+            break;
+        }
+        for one in fixed {
+            let Some(file) = session.sources.get(one.file) else { continue };
+            for edit in &one.edits {
+                let at = file.line_column(edit.span.start);
+                let (old, new) = (session.sources.text(edit.span).trim(), edit.replacement.as_str());
+                let what = if new.is_empty() { "removed".to_owned() } else { format!("now {new}") };
+                mended.edits.push(format!("{}:{}:{}: {old} {what}\n", one.name, at.line, at.column));
+            }
+            mended.originals.entry(one.name.clone()).or_insert_with(|| file.text().to_string());
+            mended.texts.insert(one.name, one.text);
+        }
+    }
+    mended
+}
+
+impl Mended {
+    /// Prints what would change, as a unified diff.
+    pub(crate) fn print_difference(&self) {
+        for (name, original) in &self.originals {
+            let Some(text) = self.texts.get(name) else { continue };
+            let difference = TextDiff::from_lines(original.as_str(), text.as_str());
+            print(&difference.unified_diff().header(name, name).to_string());
+        }
+    }
+
+    /// Writes the files and says what changed in them; findings for those that cannot be written.
+    pub(crate) fn write(&self) -> Vec<Diagnostic> {
+        let mut findings = Vec::new();
+        for (name, original) in &self.originals {
+            let Some(text) = self.texts.get(name) else { continue };
+            match write(Path::new(name), original, text) {
+                Ok(()) => {
+                    let of_file = |line: &&String| line.starts_with(&format!("{name}:"));
+                    self.edits.iter().filter(of_file).for_each(|line| complain(&format!("fixed {line}")));
+                }
+                Err(error) => {
+                    let message = format!("\"{name}\" cannot be written: {error}");
+                    let finding = Diagnostic::in_file(codes::FILE_UNWRITABLE, name, "", message);
+                    findings.push(finding.help("check that the file may be written to, and run this again"));
+                }
+            }
+        }
+        findings
+    }
+}
+
+fn write(path: &Path, original: &str, text: &str) -> std::io::Result<()> {
+    // A link stays one; what it leads to is written.
+    let path = path.canonicalize()?;
+    let present = std::fs::read(&path)?;
+    let (mark, rest) = match present.strip_prefix("\u{feff}".as_bytes()) {
+        Some(rest) => ("\u{feff}", rest),
+        None => ("", present.as_slice()),
+    };
+    if rest != original.as_bytes() {
+        return Err(std::io::Error::new(ErrorKind::InvalidData, "it was changed meanwhile"));
+    }
+    let mut temporary = path.clone().into_os_string();
+    temporary.push(format!(".{}.part", std::process::id()));
+    let result = std::fs::write(&temporary, format!("{mark}{text}"))
+        .and_then(|()| std::fs::set_permissions(&temporary, std::fs::metadata(&path)?.permissions()))
+        .and_then(|()| std::fs::rename(&temporary, &path));
+    if result.is_err() {
+        let _ = std::fs::remove_file(&temporary);
+    }
+    result
+}
