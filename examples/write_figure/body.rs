@@ -1,6 +1,7 @@
 //! The figure: joints, the mesh around them, and how they move.
 
 use crate::glb::document::{MaterialId, NodeId};
+use crate::glb::functions::sin_cos;
 use crate::glb::solids::ball;
 use crate::glb::streams::Weight;
 use crate::glb::{Document, Placement, Shape, Vec3, vec3};
@@ -99,7 +100,7 @@ fn mesh(joints: &[Joint]) -> (Shape, Vec<Weight>) {
 
 /// A rotation about an axis, in degrees, as glTF writes it: x, y, z, w.
 fn turn(axis: Vec3, degrees: f64) -> [f64; 4] {
-    let (sin, cos) = (0.5 * degrees.to_radians()).sin_cos();
+    let (sin, cos) = sin_cos(0.5 * degrees.to_radians());
     [axis.x * sin, axis.y * sin, axis.z * sin, cos]
 }
 

@@ -12,6 +12,7 @@ mod glb;
 mod plants;
 
 use glb::document::MaterialId;
+use glb::functions::sin;
 use glb::noise::between;
 use glb::solids::{beam, block, rod};
 use glb::{Document, Light, Material, Placement, Shape, Vec3, vec3};
@@ -90,7 +91,7 @@ fn ground() -> Shape {
 fn path() -> Shape {
     let mut shape = Shape::new();
     for at in 0..7_i64 {
-        let (x, z) = (0.5 + 0.5 * (at as f64 * 0.9).sin(), 4.6 - 0.75 * at as f64);
+        let (x, z) = (0.5 + 0.5 * sin(at as f64 * 0.9), 4.6 - 0.75 * at as f64);
         let stone = block(vec3(-0.26, 0.0, -0.2), vec3(0.26, 0.035, 0.2));
         shape.add(&stone, &Placement::at(x, 0.0, z).turned_y(between(-20.0, 20.0, at, 7)));
     }

@@ -2,6 +2,7 @@
 
 use std::f64::consts::TAU;
 
+use crate::glb::functions::{cos, power, sin, sin_cos};
 use crate::glb::noise::{between, unit};
 use crate::glb::png::{Color, paletted, ramp};
 use crate::glb::solids::tube;
@@ -15,13 +16,13 @@ pub(crate) fn leaf_texture() -> Vec<u8> {
         (0..7_i64).find_map(|leaf| {
             let (a, b) = (unit(leaf, 11), unit(leaf, 12));
             let angle = TAU * (leaf as f64 / 7.0 + 0.05 * a);
-            let (sin, cos) = angle.sin_cos();
+            let (sine, cosine) = sin_cos(angle);
             let (x, y) = (px - 0.5, py - 0.5);
             // 0 at the stem, 1 at the tip.
-            let along = (x * cos + y * sin) / (0.40 + 0.08 * b);
-            let across = (y * cos - x * sin) / 0.12;
+            let along = (x * cosine + y * sine) / (0.40 + 0.08 * b);
+            let across = (y * cosine - x * sine) / 0.12;
             let width =
-                if (0.0..1.0).contains(&along) { (along * (1.0 - along) * 4.0).powf(0.8) } else { 0.0 };
+                if (0.0..1.0).contains(&along) { power(along * (1.0 - along) * 4.0, 0.8) } else { 0.0 };
             let vein = if across.abs() < 0.06 { 0.2 } else { 0.0 };
             (across.abs() < width && along > 0.02).then_some(0.35 + 0.3 * b + vein - 0.15 * across.abs())
         })
@@ -84,7 +85,7 @@ pub(crate) fn cards(count: i64, low: Vec3, high: Vec3, size: f64, seed: i64) -> 
 
 /// A trunk with boughs, and a crown of cards.
 pub(crate) fn tree(height: f64, seed: i64) -> (Shape, Shape) {
-    let bend = |t: f64| vec3(0.18 * (2.0 * t + seed as f64).sin(), t * height, 0.12 * (3.0 * t).sin());
+    let bend = |t: f64| vec3(0.18 * sin(2.0 * t + seed as f64), t * height, 0.12 * sin(3.0 * t));
     let path = |from: f64, to: f64, thick: f64| -> Vec<(Vec3, f64)> {
         (0..=6)
             .map(|step| {
@@ -100,7 +101,7 @@ pub(crate) fn tree(height: f64, seed: i64) -> (Shape, Shape) {
         let from = bend(t);
         let angle = TAU * (0.38 * bough as f64 + unit(bough, 70 + seed));
         let reach = 0.30 * height * (1.05 - 0.5 * t);
-        let tip = from + vec3(reach * angle.cos(), 0.14 * height, reach * angle.sin());
+        let tip = from + vec3(reach * cos(angle), 0.14 * height, reach * sin(angle));
         let middle = from.lerp(tip, 0.5) + vec3(0.0, -0.02 * height, 0.0);
         trunk.add(&tube(&[(from, 0.05), (middle, 0.036), (tip, 0.012)], 6, false), &Placement::IDENTITY);
         let around = 0.17 * height;
