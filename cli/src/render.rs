@@ -56,7 +56,9 @@ fn render(
             return Ok(None);
         }
     };
+    session.findings.extend(scene.warnings.clone());
     let Some(plan) = checked.plan.clone() else { return Ok(None) };
+    session.findings.extend(umbragraph::scene::filter::left_out(&scene, &plan));
     if session.findings.has_errors() {
         return Ok(None);
     }

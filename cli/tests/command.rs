@@ -268,6 +268,27 @@ fn render_writes_a_whole_picture_and_says_on_what_and_how_fast() {
 }
 
 #[test]
+fn render_says_which_transparent_things_a_pipeline_leaves_out() {
+    if umbragraph_test_support::gpu::device().is_none() {
+        skip::skipped("no adapter to render with");
+        return;
+    }
+    let folder = ScratchFolder::new("command-transparent");
+    let out = folder.join("x.png");
+    let render = |pipeline: &str| {
+        let scene = "examples/scenes/foliage.glb";
+        let output =
+            run(&["render", pipeline, "--scene", scene, "--size", "32x32", "--out", out.to_str().unwrap()]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        text(&output.stderr)
+    };
+    let said = render("pipelines/nebula.json");
+    assert!(said.contains("UG0722") && said.contains("1 transparent draw is left out"), "{said}");
+    let said = render("pipelines/awsm.json");
+    assert!(!said.contains("UG0722"), "{said}");
+}
+
+#[test]
 fn without_the_gpu_feature_nothing_of_wgpu_core_is_built() {
     for package in ["umbragraph", "umbragraph-cli"] {
         let output = Command::new(env!("CARGO"))

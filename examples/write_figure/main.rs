@@ -2,7 +2,8 @@
 //!
 //! The scene is made to show shadows of what moves. The figure is one skinned mesh over eleven joints; its animation lifts
 //! an arm, waves it and shifts the weight from foot to foot, for four seconds, and ends where it began. It stands on a
-//! round plinth with steps, so that the shadow bends.
+//! round plinth with steps, so that the shadow bends; the low sun draws it out over the floor to the right, the spot to
+//! the left.
 //!
 //! `cargo run --example write_figure [FILE]`
 
@@ -31,7 +32,7 @@ fn figure() -> Document {
         cone: None,
         size: Some(("angular_diameter_deg", 0.53)),
     };
-    document.light(None, Placement::looking_at(vec3(4.0, 6.0, 5.0), Vec3::ZERO), &sun);
+    document.light(None, Placement::looking_at(vec3(-5.0, 3.6, 3.4), Vec3::ZERO), &sun);
     let spot = Light {
         name: "stage spot",
         kind: "spot",
@@ -41,7 +42,7 @@ fn figure() -> Document {
         cone: Some((16.0, 24.0)),
         size: Some(("radius", 0.05)),
     };
-    document.light(None, Placement::looking_at(vec3(-3.6, 3.6, 3.4), vec3(0.0, 0.9, 0.0)), &spot);
+    document.light(None, Placement::looking_at(vec3(3.6, 3.4, 3.0), vec3(0.0, 0.9, 0.0)), &spot);
     let plain = |document: &mut Document, name, color| {
         document.material(Material { name, color, ..Material::default() })
     };

@@ -69,7 +69,7 @@ umbragraph_graph::codes! {
         "Key times must increase strictly and not be negative, and there is one value (three for cubic splines) for each. Rotations are unit quaternions; one of length zero turns nowhere.";
     /// Something that is left out of the picture.
     LEFT_OUT = "UG0722", "part of the scene is left out",
-        "The document has something that is valid, but not drawn: points, lines, morph targets, a further animation, an incomplete last triangle.";
+        "The document has something that is valid, but not drawn: points, lines, morph targets, a further animation, an incomplete last triangle; or transparent surfaces (alpha mode `BLEND`), where the pipeline has no pass that draws them.";
     /// Nothing to draw.
     EMPTY_SCENE = "UG0723", "nothing to draw",
         "The scene that the document shows by default has no triangles. The picture will be empty.";

@@ -24,10 +24,6 @@ pub const ALPHA_MASKED: &str = "alpha_masked";
 /// Bytes from one block to the next: what every device accepts as the alignment of an offset.
 pub const BLOCK_STRIDE: u32 = 256;
 
-/// The words that a pipeline may write under `filter`.
-pub const FILTERS: &[&str] =
-    &["all", "opaque", "transparent", "casters", "static_casters", "dynamic_casters"];
-
 /// A vertex stream of scenes: its name, its format, and the bytes of a vertex.
 pub(crate) const STREAMS: [(&str, VertexFormat, u64); 3] = [
     ("position", VertexFormat::Float32x3, 12),

@@ -32,6 +32,7 @@
 pub mod animation;
 pub mod codes;
 pub mod default_view;
+pub mod filter;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod interface;

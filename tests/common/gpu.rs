@@ -99,8 +99,8 @@ pub fn render(gpu: &Gpu, outcome: &Outcome, scene: &Scene) -> Picture {
 /// The picture that a plan makes of a scene as a frame sees it.
 #[track_caller]
 pub fn render_frame(gpu: &Gpu, plan: &Plan, scene: &Scene, input: &FrameInput) -> Picture {
-    let resources =
-        SceneResources::new(&gpu.device, &gpu.queue, scene, &scene.pose(0.0)).expect("a scene that fits");
+    let resources = SceneResources::new(&gpu.device, &gpu.queue, scene, &scene.pose(input.time))
+        .expect("a scene that fits");
     let target = import(gpu, plan, "target");
     let mut executor = executor(gpu, plan, Some(&resources));
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

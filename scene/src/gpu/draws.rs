@@ -10,6 +10,7 @@ use umbragraph_graph::work::DrawOrder;
 
 use super::geometry::{Geometry, Part};
 use super::objects::world_from_object;
+use crate::filter::wants_draw;
 use crate::interface::properties;
 use crate::material::AlphaMode;
 use crate::pose::Pose;
@@ -38,19 +39,6 @@ impl Item {
 
     fn indices(&self) -> Range<u32> {
         if self.is_mirrored { self.part.mirrored.clone() } else { self.part.indices.clone() }
-    }
-
-    /// Whether a pass with this filter wants the draw.
-    fn passes(&self, filter: &str) -> bool {
-        match filter {
-            "all" => true,
-            "opaque" => !self.is_blended,
-            "transparent" => self.is_blended,
-            "casters" => self.draw.cast_shadow,
-            "static_casters" => self.draw.cast_shadow && !self.draw.dynamic,
-            "dynamic_casters" => self.draw.cast_shadow && self.draw.dynamic,
-            _ => false,
-        }
     }
 }
 
@@ -94,7 +82,8 @@ pub(super) fn record(
     geometry.bind(pass.render_pass());
     let (view, mut state) = (*pass.view(), State::default());
     let wanted = |item: &Item, pass: &dyn DrawPass| {
-        item.passes(pass.filter()) && may_be_visible(&item.bounds, &view.clip_from_world)
+        wants_draw(pass.filter(), item.draw, item.is_blended)
+            && may_be_visible(&item.bounds, &view.clip_from_world)
     };
     // Opaque draws come first in the list.
     let first_blended = items.partition_point(|item| !item.is_blended);

@@ -22,7 +22,8 @@ use umbragraph_graph::diagnostic::Diagnostics;
 use umbragraph_graph::draw::{DrawPass, DrawSource, HostInterface};
 use umbragraph_graph::wgpu;
 
-use crate::interface::{FILTERS, GEOMETRY, interface};
+use crate::filter::FILTERS;
+use crate::interface::{GEOMETRY, interface};
 use crate::pose::Pose;
 use crate::scene::Scene;
 use draws::Item;

@@ -1,0 +1,66 @@
+//! Which draws a pass wants: the words that a pipeline may write under `filter`.
+//!
+//! `all`, `opaque` (alpha-masked ones included) and `transparent` (alpha mode `BLEND`) are for what is seen; `casters`,
+//! `static_casters` and `dynamic_casters` for shadow maps. Transparent draws cast no shadows, and are issued from back to
+//! front whatever order a pass asks for. A pipeline without a pass that wants them leaves them out; [`left_out`] counts
+//! them, so that nobody has to find out by looking.
+
+use std::collections::BTreeSet;
+use umbragraph_graph::compiler::Plan;
+use umbragraph_graph::diagnostic::{Diagnostic, Severity};
+use umbragraph_graph::work::{Draw as PassDraw, Work};
+
+use crate::codes;
+use crate::interface::GEOMETRY;
+use crate::material::AlphaMode;
+use crate::scene::{Draw, Scene};
+
+/// The words that a pipeline may write under `filter`.
+pub const FILTERS: &[&str] =
+    &["all", "opaque", "transparent", "casters", "static_casters", "dynamic_casters"];
+
+/// Whether a pass with a filter wants a draw of a scene; none where the filter is not in [`FILTERS`].
+pub fn wants(filter: &str, scene: &Scene, draw: Draw) -> bool {
+    wants_draw(filter, draw, scene.material(draw).alpha_mode == AlphaMode::Blend)
+}
+
+/// As [`wants`], where it is known already whether the draw is blended.
+pub(crate) fn wants_draw(filter: &str, draw: Draw, is_blended: bool) -> bool {
+    match filter {
+        "all" => true,
+        "opaque" => !is_blended,
+        "transparent" => is_blended,
+        "casters" => draw.cast_shadow,
+        "static_casters" => draw.cast_shadow && !draw.dynamic,
+        "dynamic_casters" => draw.cast_shadow && draw.dynamic,
+        _ => false,
+    }
+}
+
+/// A warning where a plan draws the scene, but has no pass that wants its transparent draws.
+pub fn left_out(scene: &Scene, plan: &Plan) -> Option<Diagnostic> {
+    let filters: BTreeSet<&str> = plan
+        .passes
+        .iter()
+        .filter_map(|planned| match &plan.pipeline.pass(planned.handle).work {
+            Work::Render(render) => match &render.draw {
+                PassDraw::Scene(draw) if draw.geometry == GEOMETRY => Some(draw.filter.as_str()),
+                _ => None,
+            },
+            _ => None,
+        })
+        .collect();
+    let is_drawn = |draw: Draw| filters.iter().any(|filter| wants(filter, scene, draw));
+    let is_blended = |draw: Draw| scene.material(draw).alpha_mode == AlphaMode::Blend;
+    let count = scene.draws().filter(|draw| is_blended(*draw) && !is_drawn(*draw)).count();
+    if filters.is_empty() || count == 0 {
+        return None;
+    }
+    let (draws, are) = if count == 1 { ("draw", "is") } else { ("draws", "are") };
+    let message = format!(
+        "{count} transparent {draws} {are} left out: no pass of the pipeline has the filter \"transparent\" or \"all\""
+    );
+    let finding = Diagnostic::in_file(codes::LEFT_OUT, &*scene.name, "", message)
+        .help("add a pass that blends over the opaque ones, or use a pipeline that has one");
+    Some(Diagnostic { severity: Severity::Warning, ..finding })
+}
