@@ -1,14 +1,15 @@
 //! The cost of the graph and the plan of pipelines of several shapes and sizes, reports off.
 //!
 //! Lines `ratio NAME VALUE` are ours divided by the bound that is aimed at: 3 µs a pass, a log-log slope of 1.1, and
-//! 100 MiB for 10,000 passes. Rivals are in `benches/peers`, a package of its own. Times are the least of several runs
+//! 100 MiB for 10,000 passes. `ratio .../resize/full VALUE` is the time of planning for another size divided by that of
+//! planning from scratch, at 1,000 passes. Rivals are in `benches/peers`, a package of its own. Times are the least of several runs
 //! in a row; memory is the peak of a process that does nothing else.
 
 use std::process::Command;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use umbragraph::compiler::{Assembly, PlanOptions, build, plan, verify};
+use umbragraph::compiler::{Assembly, Plan, PlanOptions, build, plan, verify};
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::pipeline::{Part, Pipeline};
 use umbragraph::source::Sources;
@@ -46,6 +47,7 @@ fn main() {
         println!("{line} {slope:>7.3} {:>10.1} ms", verify_time(&shape(1_000)).as_secs_f64() * 1e3);
         println!("ratio compile/{name}/time_of_10000_passes_to_3us_each {:.3}", last / 3.0);
         println!("ratio compile/{name}/slope_to_1.1 {:.3}", slope / 1.1);
+        println!("ratio compile/{name}/resize/full {:.3}", resize_ratio(&shape(1_000)));
     }
     for (name, _) in SHAPES {
         match memory(name) {
@@ -102,6 +104,33 @@ fn least(pipeline: &Arc<Pipeline>, sources: &Sources, runs: usize) -> Duration {
         start.elapsed()
     };
     (0..runs).map(|_| run()).min().unwrap_or_default()
+}
+
+/// The time of planning for another size divided by that of planning from scratch, both without building the graph.
+fn resize_ratio(graph: &Graph) -> f64 {
+    let (pipeline, sources) = pipeline(graph);
+    let (mut findings, options) = (Diagnostics::new(), PlanOptions::new(64, 64));
+    let graph = build(&pipeline, &mut findings).expect("a graph");
+    let other = PlanOptions::new(65, 64);
+    let scratch = || {
+        let mut findings = Diagnostics::new();
+        plan(&pipeline, &graph, &other, &sources, &mut findings).expect("a plan")
+    };
+    let first = plan(&pipeline, &graph, &options, &sources, &mut findings).expect("a plan");
+    let time = |run: &dyn Fn() -> Plan| {
+        let start = Instant::now();
+        let made = std::hint::black_box(run());
+        let time = start.elapsed();
+        drop(made);
+        time.as_secs_f64()
+    };
+    let resize = || first.resized(&graph, &other, &sources).expect("a plan");
+    let (mut resized, mut full) = (f64::INFINITY, f64::INFINITY);
+    for _ in 0..25 {
+        resized = resized.min(time(&resize));
+        full = full.min(time(&scratch));
+    }
+    resized / full
 }
 
 fn verify_time(graph: &Graph) -> Duration {

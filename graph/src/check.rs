@@ -24,13 +24,17 @@ pub struct Checked {
 
 impl Checked {
     /// Plans the same pipeline with other options: another viewport, or sizes that host data wants
-    /// ([`PlanOptions::data_sizes`]).
+    /// ([`PlanOptions::data_sizes`]). Where nothing but sizes changes, the rest of the plan is taken over
+    /// ([`Plan::resized`]).
     ///
     /// # Errors
     /// The findings of the plan; nothing but warnings where there is no graph to plan.
     pub fn plan_again(&self, options: &PlanOptions, sources: &Sources) -> Result<Plan, Diagnostics> {
         let mut findings = Diagnostics::new();
         let (Some(pipeline), Some(graph)) = (&self.pipeline, &self.graph) else { return Err(findings) };
+        if let Some(plan) = &self.plan {
+            return plan.resized(graph, options, sources);
+        }
         compiler::plan(pipeline, graph, options, sources, &mut findings).ok_or(findings)
     }
 }

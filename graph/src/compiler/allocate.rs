@@ -8,7 +8,7 @@
 use super::facts::{Descriptor, Facts};
 use super::history;
 use super::lifetime::{Want, assign};
-use super::plan::{Physical, PhysicalBuffer, PhysicalTexture, Plan, PlannedResource};
+use super::plan::{Fixed, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlannedResource};
 use crate::language::Lifetime;
 use crate::pipeline::ResourceKind;
 use crate::work::ResourceHandle;
@@ -16,15 +16,10 @@ use crate::work::ResourceHandle;
 /// The most bytes that a label grows to before the rest of its names is left out.
 const LABEL_BYTES: usize = 120;
 
-/// Fills the resources of a plan. `spans` has the first and last use of each resource, `conditional` says of each whether
-/// its first write can be off.
-pub(super) fn allocate(
-    plan: &mut Plan,
-    facts: &Facts<'_>,
-    spans: &[Option<(usize, usize)>],
-    conditional: &[bool],
-    aliasing: bool,
-) {
+/// Fills the resources of a plan.
+pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>) {
+    let fixed = plan.fixed.clone();
+    let Fixed { spans, conditional, aliasing, .. } = &*fixed;
     let pipeline = plan.pipeline.clone();
     let (mut textures, mut buffers) = (Kind::default(), Kind::default());
     let mut peak = Peak::new(facts.classes, plan.passes.len());
@@ -37,7 +32,7 @@ pub(super) fn allocate(
         let (Some(class), Some(descriptor)) = (fact.class, fact.descriptor) else { continue };
         plan.bytes_without_aliasing += fact.bytes;
         // What outlives the frame holds its bytes all the time.
-        let lives = pipeline.resource(handle).lifetime() != Lifetime::Transient || !aliasing;
+        let lives = pipeline.resource(handle).lifetime() != Lifetime::Transient || !*aliasing;
         let (from, to) = if lives { (0, end) } else { (first, last) };
         peak.add(class, fact.bytes, from, to);
         let kind = if matches!(descriptor, Descriptor::Texture(_)) { &mut textures } else { &mut buffers };

@@ -1,4 +1,5 @@
-//! Attachments: what each loads and stores, and whether they fit one another, the views and the shader.
+//! Attachments: what each loads and stores, and whether they fit the shader. Whether their sizes fit one another, the
+//! passes' sizes (`pass_sizes`) say.
 //!
 //! Load comes from the pass. Store is per use: an attachment is stored if a later live pass reads a part of it before
 //! another clears all of that part, or if it outlives the frame. Only an attachment that clears or discards, of one
@@ -13,10 +14,9 @@ use super::plan::{PlannedAttachment, PlannedPass, StoreOperation};
 use super::planner::Planner;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{Aspect, Part, ResourceKind};
+use crate::pipeline::{Aspect, Part};
 use crate::shader::{ScalarKind, Stage};
-use crate::source::Span;
-use crate::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, RenderWork, ResourceHandle};
+use crate::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, RenderWork};
 
 impl Planner<'_> {
     /// Plans an attachment of the pass at a position.
@@ -55,93 +55,8 @@ impl Planner<'_> {
         PlannedAttachment { resource: resource.name.clone(), load, store, transient_attachment, target }
     }
 
-    /// Where a pass says that it attaches a resource.
-    fn place_of(&self, handle: PassHandle, resource: ResourceHandle) -> (Span, String) {
-        let pass = self.pipeline.pass(handle);
-        let found = pass.uses.iter().find(|one| one.resource == resource && one.usage.is_attachment());
-        found.map_or((pass.place, pass.pointer.clone()), |one| (one.place, one.pointer.clone()))
-    }
-
-    /// Finds attachments that do not fit one another, the views, or the shader's outputs.
-    pub(super) fn check_attachments(
-        &self,
-        handle: PassHandle,
-        planned: &PlannedPass,
-        render: &RenderWork,
-        findings: &mut Vec<Diagnostic>,
-    ) {
-        let mut first: Option<(&PlannedAttachment, [u32; 3])> = None;
-        for attachment in planned.attachments() {
-            let Some(TextureFacts { size, .. }) = self.facts.texture(attachment.target.resource) else {
-                return;
-            };
-            let mip = attachment.target.mip.min(31);
-            let own = [(size.width >> mip).max(1), (size.height >> mip).max(1), size.samples];
-            match first {
-                None => first = Some((attachment, own)),
-                Some((other, wanted)) if wanted != own => {
-                    let (place, pointer) = self.place_of(handle, attachment.target.resource);
-                    let words =
-                        |size: [u32; 3]| format!("{} by {} with {} samples", size[0], size[1], size[2]);
-                    findings.push(
-                        Diagnostic::error(
-                            codes::ATTACHMENTS,
-                            place,
-                            format!(
-                                "\"{}\" is {}, but \"{}\" of the same pass is {}",
-                                attachment.resource,
-                                words(own),
-                                other.resource,
-                                words(wanted)
-                            ),
-                        )
-                        .pointer(pointer)
-                        .help("attachments of one pass have one size and sample count"),
-                    );
-                }
-                Some(_) => {}
-            }
-        }
-        self.check_views(handle, planned, render, findings);
-        self.check_outputs(handle, planned, render, findings);
-    }
-
-    /// Finds attachments with fewer layers than there are views.
-    fn check_views(
-        &self,
-        handle: PassHandle,
-        planned: &PlannedPass,
-        render: &RenderWork,
-        findings: &mut Vec<Diagnostic>,
-    ) {
-        if let Draw::Scene(scene) = &render.draw
-            && let ResourceKind::Data(Some(shape)) = &self.pipeline.resource(scene.views).kind
-        {
-            for attachment in planned.attachments().filter(|attachment| attachment.target.layer.is_none()) {
-                let Some(TextureFacts { size, .. }) = self.facts.texture(attachment.target.resource) else {
-                    continue;
-                };
-                if size.layers > 1 && size.layers < shape.maximum_views && !shape.views_choose_layers {
-                    let (place, pointer) = self.place_of(handle, attachment.target.resource);
-                    findings.push(
-                        Diagnostic::error(
-                            codes::ATTACHMENTS,
-                            place,
-                            format!(
-                                "\"{}\" has {} layers for {} views",
-                                attachment.resource, size.layers, shape.maximum_views
-                            ),
-                        )
-                        .pointer(pointer)
-                        .help("give the texture a layer for each view"),
-                    );
-                }
-            }
-        }
-    }
-
     /// Finds color attachments that the fragment shader does not write as they are, and outputs that go nowhere.
-    fn check_outputs(
+    pub(super) fn check_outputs(
         &self,
         handle: PassHandle,
         planned: &PlannedPass,

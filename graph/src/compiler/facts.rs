@@ -16,11 +16,11 @@ use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 
 use super::format;
 use super::history;
-use super::plan::PlanOptions;
+use super::plan::{Import, PlanOptions};
 use super::size::{Size, Sizes, TextureSize};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Part, Pipeline, ResourceKind};
+use crate::pipeline::{Part, Pipeline, Resource, ResourceKind};
 use crate::source::Sources;
 use crate::work::{PassHandle, ResourceHandle};
 
@@ -81,40 +81,23 @@ impl<'a> Facts<'a> {
         conditional: &[bool],
         findings: &mut Vec<Diagnostic>,
     ) -> Self {
-        let told =
-            |name: &str, lifetime| options.imports.get(name).filter(|_| lifetime == Lifetime::Imported);
-        let imported: Vec<_> = pipeline
-            .resources
-            .iter()
-            .map(|one| told(&one.name, one.lifetime()).map(|import| import.size))
-            .collect();
-        let mut facts = Self {
-            pipeline,
-            sizes: Sizes::new(pipeline, sources, options.viewport, imported, &options.data_sizes),
-            list: vec![None; pipeline.resources.len()],
-            classes: 0,
-        };
+        let mut facts = Self::empty(pipeline, options, sources);
         let mut formats = format::Formats::default();
-        let mut classes: HashMap<(Descriptor, Option<ResourceHandle>), usize> = HashMap::new();
+        let mut classes =
+            Classes { pipeline, known: HashMap::new(), conditional, aliasing: options.aliasing };
         let wants = format::wants(pipeline, live);
         for handle in pipeline.resource_handles() {
             let resource = pipeline.resource(handle);
             if let Some(history) = resource.history.filter(|history| history.back > 0) {
-                // As this frame's, which comes before it, but for its class: each is one of its own.
-                facts.list[handle.index()] = facts.list[history.of.index()].map(|fact| {
-                    let next = classes.len();
-                    let class = fact
-                        .descriptor
-                        .map(|descriptor| *classes.entry((descriptor, Some(handle))).or_insert(next));
-                    Fact { class, ..fact }
-                });
+                // As this frame's, which comes before it.
+                let now = facts.list[history.of.index()];
+                facts.list[handle.index()] = now.map(|now| classes.fact(handle, now.descriptor));
                 continue;
             }
             let wants = &wants[handle.index()];
             if wants.uses.is_empty() {
                 continue;
             }
-            let lifetime = resource.lifetime();
             let descriptor = match (&resource.kind, facts.sizes.of(handle)) {
                 (ResourceKind::Texture(texture), Some(Size::Texture(size))) => {
                     let usages = wants
@@ -122,7 +105,7 @@ impl<'a> Facts<'a> {
                         .iter()
                         .fold(TextureUsages::empty(), |all, (_, one)| all | one.usage.texture_usages());
                     facts.check_import(handle, usages, wants, options, findings);
-                    let format = match told(&resource.name, lifetime) {
+                    let format = match told(options, resource) {
                         Some(import) => Some(import.format),
                         None => {
                             format::choose(pipeline, &mut formats, resource, texture, wants, size.samples)
@@ -150,24 +133,62 @@ impl<'a> Facts<'a> {
                 Some(_) => descriptor.map(history::clearing),
                 None => descriptor,
             };
-            let created = descriptor.filter(|_| lifetime != Lifetime::Imported);
-            let shares = lifetime == Lifetime::Transient && options.aliasing && !conditional[handle.index()];
-            let alone = (!shares).then_some(handle);
-            let class = created.map(|descriptor| {
-                let next = classes.len();
-                *classes.entry((descriptor, alone)).or_insert(next)
-            });
-            let bytes = match descriptor {
-                Some(Descriptor::Texture(texture)) => texture_bytes(&texture),
-                Some(Descriptor::Buffer { bytes, .. }) => bytes,
-                None => 0,
-            };
-            facts.list[handle.index()] = Some(Fact { descriptor, class, bytes });
+            facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
         }
-        facts.classes = classes.len();
+        facts.classes = classes.known.len();
         facts.check_parts(findings);
         history::check_initial(&facts, findings);
         facts
+    }
+
+    /// The same resources in other sizes; `None` where more than sizes changes: a size is not possible any more, or the
+    /// number of samples, which formats depend on, or whether there are layers, which render passes depend on.
+    pub(super) fn resized(
+        pipeline: &'a Pipeline,
+        options: &'a PlanOptions,
+        sources: &'a Sources,
+        before: &[Option<Fact>],
+        conditional: &[bool],
+        findings: &mut Vec<Diagnostic>,
+    ) -> Option<Self> {
+        let mut facts = Self::empty(pipeline, options, sources);
+        let mut classes =
+            Classes { pipeline, known: HashMap::new(), conditional, aliasing: options.aliasing };
+        for handle in pipeline.resource_handles() {
+            let Some(fact) = before[handle.index()] else { continue };
+            let descriptor = match (fact.descriptor, facts.sizes.of(handle)?) {
+                (Some(Descriptor::Texture(texture)), Size::Texture(size)) => {
+                    let layered = |size: TextureSize| size.layers != 1;
+                    let alike =
+                        texture.size.samples == size.samples && layered(texture.size) == layered(size);
+                    Some(Descriptor::Texture(TextureFacts { size, ..texture })).filter(|_| alike)
+                }
+                (Some(Descriptor::Buffer { usages, .. }), Size::Buffer(bytes)) => {
+                    Some(Descriptor::Buffer { bytes, usages })
+                }
+                _ => None,
+            };
+            if descriptor.is_none() && fact.descriptor.is_some() {
+                return None;
+            }
+            facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
+        }
+        facts.classes = classes.known.len();
+        facts.check_parts(findings);
+        history::check_initial(&facts, findings);
+        Some(facts)
+    }
+
+    /// Nothing known yet.
+    fn empty(pipeline: &'a Pipeline, options: &'a PlanOptions, sources: &'a Sources) -> Self {
+        let imported =
+            pipeline.resources.iter().map(|one| told(options, one).map(|import| import.size)).collect();
+        Self {
+            pipeline,
+            sizes: Sizes::new(pipeline, sources, options.viewport, imported, &options.data_sizes),
+            list: vec![None; pipeline.resources.len()],
+            classes: 0,
+        }
     }
 
     /// What a resource is, if a live pass uses it.
@@ -275,6 +296,39 @@ impl<'a> Facts<'a> {
                     )),
             );
         }
+    }
+}
+
+/// What the host has told of a resource that stands for a texture of its own.
+fn told<'a>(options: &'a PlanOptions, resource: &Resource) -> Option<&'a Import> {
+    options.imports.get(&resource.name).filter(|_| resource.lifetime() == Lifetime::Imported)
+}
+
+/// Numbers the classes of resources.
+struct Classes<'a> {
+    pipeline: &'a Pipeline,
+    /// What is alike, and of what stands for nothing else the handle.
+    known: HashMap<(Descriptor, Option<ResourceHandle>), usize>,
+    conditional: &'a [bool],
+    aliasing: bool,
+}
+
+impl Classes<'_> {
+    fn fact(&mut self, handle: ResourceHandle, descriptor: Option<Descriptor>) -> Fact {
+        let lifetime = self.pipeline.resource(handle).lifetime();
+        let created = descriptor.filter(|_| lifetime != Lifetime::Imported);
+        let shares = lifetime == Lifetime::Transient && self.aliasing && !self.conditional[handle.index()];
+        let alone = (!shares).then_some(handle);
+        let class = created.map(|descriptor| {
+            let next = self.known.len();
+            *self.known.entry((descriptor, alone)).or_insert(next)
+        });
+        let bytes = match descriptor {
+            Some(Descriptor::Texture(texture)) => texture_bytes(&texture),
+            Some(Descriptor::Buffer { bytes, .. }) => bytes,
+            None => 0,
+        };
+        Fact { descriptor, class, bytes }
     }
 }
 

@@ -24,12 +24,14 @@ mod lifetime;
 mod merge;
 mod order;
 mod order_memory;
+mod pass_sizes;
 mod plan;
 mod planner;
 #[cfg(test)]
 mod property_tests;
 #[cfg(test)]
 mod property_tests_toggles;
+mod resize;
 mod sharing;
 mod size;
 mod toggles;

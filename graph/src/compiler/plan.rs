@@ -5,7 +5,8 @@
 //! It is serialisable and the same from run to run. An executor realizes it; nothing in it knows a device.
 //!
 //! Steps, each in a file of its own: what is kept (`cull`), what each resource is (`facts`), the order (`order`), load
-//! and store operations (`attachments`), dispatches, which resources share memory (`allocate`).
+//! and store operations (`attachments`), dispatches and blocks (`pass_sizes`), which resources share memory
+//! (`allocate`). Planning again for another size (`resize`) repeats only the steps that sizes change.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -16,7 +17,7 @@ use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 use super::allocate;
 use super::cull::{self, CullReason, KeepReason};
 use super::device_rules;
-use super::facts::Facts;
+use super::facts::{Fact, Facts};
 use super::graph::Graph;
 use super::history::PlannedHistory;
 use super::merge::Merger;
@@ -114,9 +115,35 @@ pub struct Plan {
     /// The pipeline.
     #[serde(skip)]
     pub pipeline: Arc<Pipeline>,
-    /// For each pass of the pipeline its position among the live ones.
+    /// What planning for another size takes over.
     #[serde(skip)]
+    pub(super) fixed: Arc<Fixed>,
+}
+
+/// What a plan knows beside its text that no size changes.
+#[derive(Debug)]
+pub(super) struct Fixed {
+    /// For each pass of the pipeline its position among the live ones.
     pub(super) positions: Vec<Option<usize>>,
+    /// For each resource the positions of its first and its last use.
+    pub(super) spans: Vec<Option<(usize, usize)>>,
+    /// For each resource whether some part of it is first written by a pass that can be off.
+    pub(super) conditional: Vec<bool>,
+    /// What each resource was where the plan was made.
+    pub(super) facts: Vec<Option<Fact>>,
+    /// The formats of the host's own textures.
+    pub(super) import_formats: BTreeMap<String, TextureFormat>,
+    /// The usages of the host's own textures.
+    pub(super) import_usages: BTreeMap<String, TextureUsages>,
+    /// Whether transient resources may share memory.
+    pub(super) aliasing: bool,
+}
+
+impl PlanOptions {
+    /// The formats of the host's own textures.
+    pub(super) fn import_formats(&self) -> BTreeMap<String, TextureFormat> {
+        self.imports.iter().map(|(name, import)| (name.clone(), import.format)).collect()
+    }
 }
 
 /// A live pass.
@@ -323,7 +350,6 @@ pub fn plan(
         planned.group = passes.last().map_or(0, |last| last.group + usize::from(!joins));
         passes.push(planned);
     }
-    let spans = planner.spans();
     facts.check_all_sizes();
     diagnostics.extend(facts.take_findings());
     diagnostics.extend(findings);
@@ -331,6 +357,10 @@ pub fn plan(
         return None;
     }
     let culled = pipeline.pass_handles().filter(|pass| kept[pass.index()].is_none());
+    let mut positions = vec![None; pipeline.passes.len()];
+    for (at, pass) in passes.iter().enumerate() {
+        positions[pass.handle.index()] = Some(at);
+    }
     let mut plan = Plan {
         name: pipeline.name.clone(),
         viewport: options.viewport,
@@ -349,13 +379,18 @@ pub fn plan(
         toggles: pipeline.toggles.iter().map(|one| (one.name.clone(), one.default)).collect(),
         order: report,
         pipeline: pipeline.clone(),
-        positions: vec![None; pipeline.passes.len()],
         passes,
+        fixed: Arc::new(Fixed {
+            positions,
+            spans: planner.spans(),
+            conditional,
+            facts: facts.list.clone(),
+            import_formats: options.import_formats(),
+            import_usages: options.import_usages.clone(),
+            aliasing: options.aliasing,
+        }),
     };
-    for (at, pass) in plan.passes.iter().enumerate() {
-        plan.positions[pass.handle.index()] = Some(at);
-    }
-    allocate::allocate(&mut plan, &facts, &spans, &conditional, options.aliasing);
+    allocate::allocate(&mut plan, &facts);
     let broken = device_rules::check(&plan);
     let fine = broken.is_empty();
     diagnostics.extend(broken);
@@ -386,7 +421,7 @@ impl Plan {
 
     /// The position of a pass among the live ones; `None` for a culled pass.
     pub fn position(&self, handle: PassHandle) -> Option<usize> {
-        self.positions.get(handle.index()).copied().flatten()
+        self.fixed.positions.get(handle.index()).copied().flatten()
     }
 
     /// Whether the usage of a resource by a pass writes it.

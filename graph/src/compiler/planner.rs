@@ -1,12 +1,11 @@
-//! One live pass after the other, in their order: attachments, dispatch sizes, shader variants, constant blocks.
+//! One live pass after the other, in their order: attachments, shader variants, and what its sizes
+//! come to.
 
 use super::attachments;
 use super::cull::KeepReason;
-use super::dispatch;
 use super::facts::Facts;
 use super::format;
-use super::plan::{Kept, PlannedPass};
-use super::values::{self, PackedBlock};
+use super::plan::{Kept, PlannedAttachment, PlannedPass};
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::{Aspect, Condition, Pipeline, Usage, Use};
 use crate::work::{PassHandle, Work};
@@ -76,7 +75,7 @@ impl<'a> Planner<'a> {
             handle,
             reason,
         };
-        if let Some((program, slots)) = format::slots(self.pipeline, handle) {
+        if let Some((program, _)) = format::slots(self.pipeline, handle) {
             planned.variants = program
                 .variants
                 .iter()
@@ -89,41 +88,33 @@ impl<'a> Planner<'a> {
                     format!("{} [{axes}] {hash}{constants}", program.template)
                 })
                 .collect();
-            for slot in slots {
-                if let Some(block) = slot.source.values()
-                    && let Some(bytes) =
-                        values::pack(&block.layout, &block.expressions, &self.facts.sizes, findings)
-                {
-                    planned.blocks.push(PackedBlock { group: slot.group, binding: slot.binding, bytes });
-                }
+        }
+        if let Work::Render(render) = &pass.work {
+            for color in &render.color {
+                let load = attachments::load_kind(&color.load);
+                planned.color.push(self.attachment(at, color.target, Aspect::All, load));
+            }
+            let aspect = |of: fn(Usage) -> bool| {
+                let found = pass.uses.iter().find(|one| of(one.usage));
+                found.map_or(Aspect::All, |one| one.part.aspect)
+            };
+            if let Some(depth) = &render.depth {
+                let load = attachments::load_kind(&depth.load);
+                let aspect = aspect(Usage::is_depth);
+                planned.depth = Some(self.attachment(at, depth.target, aspect, load));
+            }
+            if let Some(stencil) = &render.stencil {
+                let load = attachments::load_kind(&stencil.load);
+                let aspect = aspect(Usage::is_stencil);
+                planned.stencil = Some(self.attachment(at, stencil.target, aspect, load));
             }
         }
-        match &pass.work {
-            Work::Render(render) => {
-                for color in &render.color {
-                    let load = attachments::load_kind(&color.load);
-                    planned.color.push(self.attachment(at, color.target, Aspect::All, load));
-                }
-                let aspect = |of: fn(Usage) -> bool| {
-                    let found = pass.uses.iter().find(|one| of(one.usage));
-                    found.map_or(Aspect::All, |one| one.part.aspect)
-                };
-                if let Some(depth) = &render.depth {
-                    let load = attachments::load_kind(&depth.load);
-                    let aspect = aspect(Usage::is_depth);
-                    planned.depth = Some(self.attachment(at, depth.target, aspect, load));
-                }
-                if let Some(stencil) = &render.stencil {
-                    let load = attachments::load_kind(&stencil.load);
-                    let aspect = aspect(Usage::is_stencil);
-                    planned.stencil = Some(self.attachment(at, stencil.target, aspect, load));
-                }
-                self.check_attachments(handle, &planned, render, findings);
-            }
-            Work::Compute(compute) => {
-                planned.workgroups = dispatch::workgroups(self, compute, handle, findings);
-            }
-            Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => {}
+        self.facts.size_pass(&mut planned, findings);
+        let known = |attachment: &PlannedAttachment| self.facts.texture(attachment.target.resource).is_some();
+        if let Work::Render(render) = &pass.work
+            && planned.attachments().all(known)
+        {
+            self.check_outputs(handle, &planned, render, findings);
         }
         planned
     }

@@ -5,13 +5,15 @@
 //! of a history, which may be one that it writes itself.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
 
 use proptest::prelude::*;
 
 use super::{Assembly, Objective, Plan, PlanOptions, build, plan, verify};
 use crate::diagnostic::Diagnostics;
 use crate::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
-use crate::pipeline::{Part, Usage, Version};
+use crate::pipeline::{Part, Pipeline, Usage, Version};
+use crate::source::Sources;
 use crate::work::{LoadOperation, PassHandle, ResourceHandle};
 
 /// What a random pass does: resources by number, each modulo what there is.
@@ -62,11 +64,27 @@ fn with_unrelated(
     options: &PlanOptions,
     unrelated: Option<(usize, bool)>,
 ) -> Plan {
+    let (pipeline, sources) = pipeline(passes, count, unrelated);
+    let mut findings = Diagnostics::new();
+    let planned = build(&pipeline, &mut findings)
+        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
+    planned.unwrap_or_else(|| panic!("{findings:#?}"))
+}
+
+/// The pipeline itself.
+fn pipeline(
+    passes: &[RandomPass],
+    count: usize,
+    unrelated: Option<(usize, bool)>,
+) -> (Arc<Pipeline>, Sources) {
     let mut assembly = Assembly::new("random");
     let resources: Vec<ResourceHandle> = (0..count)
         .map(|at| {
             let describe = |texture: &mut TextureDeclaration| {
                 texture.mips = Some(Expr::from(3.0));
+                if at % 5 == 4 {
+                    texture.layers = Some(Expr::from("max(1, floor(viewport.width / 64))"));
+                }
                 texture.format = FormatCandidates::One(["rgba8unorm", "rgba16float"][at % 2].to_owned());
                 if at % 7 == 6 {
                     texture.lifetime = Lifetime::Persistent;
@@ -154,11 +172,7 @@ fn with_unrelated(
         }
     }
     let _ = end;
-    let (pipeline, sources) = assembly.finish();
-    let mut findings = Diagnostics::new();
-    let planned = build(&pipeline, &mut findings)
-        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
-    planned.unwrap_or_else(|| panic!("{findings:#?}"))
+    assembly.finish()
 }
 
 fn options(objective: Objective, aliasing: bool) -> PlanOptions {
@@ -192,6 +206,39 @@ proptest! {
         prop_assert!(memory.bound <= memory.chosen && memory.chosen <= memory.declaration);
         let groups = |plan: &Plan| plan.passes.last().map_or(0, |last| last.group);
         prop_assert!(groups(&plans[2]) <= groups(&plans[0]));
+    }
+
+    #[test]
+    fn a_plan_resized_is_the_plan_made_from_scratch(
+        passes in passes(), count in 1usize..9, sizes in proptest::collection::vec((1u32..300, 1u32..300), 1..4)
+    ) {
+        let (pipeline, sources) = pipeline(&passes, count, None);
+        let graph = build(&pipeline, &mut Diagnostics::new()).expect("a graph");
+        for objective in Objective::ALL {
+            let scratch = |options: &PlanOptions| {
+                let mut findings = Diagnostics::new();
+                plan(&pipeline, &graph, options, &sources, &mut findings).ok_or(findings)
+            };
+            let mut resized = scratch(&options(objective, true)).expect("a plan");
+            for (width, height) in &sizes {
+                let options = PlanOptions { objective, ..PlanOptions::new(*width, *height) };
+                match (resized.resized(&graph, &options, &sources), scratch(&options)) {
+                    (Ok(again), Ok(scratch)) => {
+                        let json = |plan: &Plan| serde_json::to_string(plan).expect("text");
+                        prop_assert_eq!(json(&again), json(&scratch));
+                        prop_assert_eq!(verify(&again, &options), Vec::new());
+                        resized = again;
+                    }
+                    (Err(again), Err(scratch)) => {
+                        let words = |findings: &Diagnostics| -> Vec<String> {
+                            findings.iter().map(|one| format!("{one:?}")).collect()
+                        };
+                        prop_assert_eq!(words(&again), words(&scratch));
+                    }
+                    (again, scratch) => prop_assert!(false, "{:?} {:?}", again.err(), scratch.err()),
+                }
+            }
+        }
     }
 
     #[test]

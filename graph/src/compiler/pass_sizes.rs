@@ -1,0 +1,124 @@
+//! What sizes change about a pass: the number of workgroups, the bytes of its blocks, and whether attachments fit.
+//!
+//! Planning a pass ends here, and planning it again for another size is nothing else.
+
+use super::dispatch;
+use super::facts::{Facts, TextureFacts};
+use super::format;
+use super::plan::{PlannedAttachment, PlannedPass};
+use super::values::{self, PackedBlock};
+use crate::diagnostic::{Diagnostic, codes};
+use crate::pipeline::ResourceKind;
+use crate::source::Span;
+use crate::work::{Draw, PassHandle, RenderWork, ResourceHandle, Work};
+
+impl Facts<'_> {
+    /// Fills in, or makes again, what depends on sizes.
+    ///
+    /// Findings: values that do not fit their block, impossible dispatches, attachments that do not fit together.
+    pub(super) fn size_pass(&self, planned: &mut PlannedPass, findings: &mut Vec<Diagnostic>) {
+        let handle = planned.handle;
+        planned.blocks.clear();
+        if let Some((_, slots)) = format::slots(self.pipeline, handle) {
+            for slot in slots {
+                if let Some(block) = slot.source.values()
+                    && let Some(bytes) =
+                        values::pack(&block.layout, &block.expressions, &self.sizes, findings)
+                {
+                    planned.blocks.push(PackedBlock { group: slot.group, binding: slot.binding, bytes });
+                }
+            }
+        }
+        match &self.pipeline.pass(handle).work {
+            Work::Render(render) => self.check_attachments(handle, planned, render, findings),
+            Work::Compute(compute) => {
+                planned.workgroups = dispatch::workgroups(self, compute, handle, findings);
+            }
+            Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => {}
+        }
+    }
+
+    /// Where a pass says that it attaches a resource.
+    fn place_of(&self, handle: PassHandle, resource: ResourceHandle) -> (Span, String) {
+        let pass = self.pipeline.pass(handle);
+        let found = pass.uses.iter().find(|one| one.resource == resource && one.usage.is_attachment());
+        found.map_or((pass.place, pass.pointer.clone()), |one| (one.place, one.pointer.clone()))
+    }
+
+    /// Finds attachments that do not fit one another or the views.
+    fn check_attachments(
+        &self,
+        handle: PassHandle,
+        planned: &PlannedPass,
+        render: &RenderWork,
+        findings: &mut Vec<Diagnostic>,
+    ) {
+        let mut first: Option<(&PlannedAttachment, [u32; 3])> = None;
+        for attachment in planned.attachments() {
+            let Some(TextureFacts { size, .. }) = self.texture(attachment.target.resource) else {
+                return;
+            };
+            let mip = attachment.target.mip.min(31);
+            let own = [(size.width >> mip).max(1), (size.height >> mip).max(1), size.samples];
+            match first {
+                None => first = Some((attachment, own)),
+                Some((other, wanted)) if wanted != own => {
+                    let (place, pointer) = self.place_of(handle, attachment.target.resource);
+                    let words =
+                        |size: [u32; 3]| format!("{} by {} with {} samples", size[0], size[1], size[2]);
+                    findings.push(
+                        Diagnostic::error(
+                            codes::ATTACHMENTS,
+                            place,
+                            format!(
+                                "\"{}\" is {}, but \"{}\" of the same pass is {}",
+                                attachment.resource,
+                                words(own),
+                                other.resource,
+                                words(wanted)
+                            ),
+                        )
+                        .pointer(pointer)
+                        .help("attachments of one pass have one size and sample count"),
+                    );
+                }
+                Some(_) => {}
+            }
+        }
+        self.check_views(handle, planned, render, findings);
+    }
+
+    /// Finds attachments with fewer layers than there are views.
+    fn check_views(
+        &self,
+        handle: PassHandle,
+        planned: &PlannedPass,
+        render: &RenderWork,
+        findings: &mut Vec<Diagnostic>,
+    ) {
+        if let Draw::Scene(scene) = &render.draw
+            && let ResourceKind::Data(Some(shape)) = &self.pipeline.resource(scene.views).kind
+        {
+            for attachment in planned.attachments().filter(|attachment| attachment.target.layer.is_none()) {
+                let Some(TextureFacts { size, .. }) = self.texture(attachment.target.resource) else {
+                    continue;
+                };
+                if size.layers > 1 && size.layers < shape.maximum_views && !shape.views_choose_layers {
+                    let (place, pointer) = self.place_of(handle, attachment.target.resource);
+                    findings.push(
+                        Diagnostic::error(
+                            codes::ATTACHMENTS,
+                            place,
+                            format!(
+                                "\"{}\" has {} layers for {} views",
+                                attachment.resource, size.layers, shape.maximum_views
+                            ),
+                        )
+                        .pointer(pointer)
+                        .help("give the texture a layer for each view"),
+                    );
+                }
+            }
+        }
+    }
+}
