@@ -133,7 +133,7 @@ mod tests {
     #[test]
     fn angles_and_powers_are_those_of_the_platform_within_their_last_bits() {
         for step in 0..4000 {
-            let angle = f64::from(step) * 0.001_57 - 3.14;
+            let angle = (f64::from(step) - 1999.5) / 1999.5 * PI;
             assert!((angle_of(angle.sin() * 7.0, angle.cos() * 7.0) - angle).abs() < 2e-15, "{angle}");
             let (base, exponent) = (f64::from(step) * 0.013, f64::from(step % 7) * 0.4 + 0.2);
             let expected = base.powf(exponent);
