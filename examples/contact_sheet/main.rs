@@ -25,8 +25,11 @@ const CELL: [u32; 2] = [200, 170];
 /// The height of a label.
 const LABEL: u32 = 16;
 
+/// A parameter with its value.
+type Setting = (&'static str, &'static str);
+
 /// The filters: a label, the feature, and the taps that go with it.
-const FILTERS: [(&str, &str, Option<(&str, &str)>); 8] = [
+const FILTERS: [(&str, &str, Option<Setting>); 8] = [
     ("HARD", "hard", None),
     ("GRID 3", "grid", Some(("grid_side", "3"))),
     ("GRID 5", "grid", Some(("grid_side", "5"))),
