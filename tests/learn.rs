@@ -28,7 +28,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 17, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 18, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -54,6 +54,13 @@ fn toggles_are_in_one_plan_with_what_stands_in() {
     assert_eq!(pass("quarter").toggle.as_deref(), Some("softer"));
     assert_eq!(pass("soften").bypass["soft"], "color");
     assert_eq!(outcome.plan().resources["color"].last, 4);
+}
+
+#[test]
+fn vertices_and_how_many_there_are_come_from_a_pass() {
+    let outcome = lesson("18-mesh");
+    assert_eq!(outcome.order(), ["no_points", "no_arguments", "wave", "draw"]);
+    assert_eq!(outcome.plan().resources["points"].bytes, 64 * 2 * 16);
 }
 
 #[test]

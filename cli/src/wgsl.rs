@@ -76,10 +76,7 @@ fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {
 
 fn program_of(work: &Work) -> Option<ProgramHandle> {
     match work {
-        Work::Render(render) => Some(match &render.draw {
-            Draw::Fullscreen { program, .. } => *program,
-            Draw::Scene(scene) => scene.program,
-        }),
+        Work::Render(render) => Some(render.draw.bound().0),
         Work::Compute(compute) => Some(compute.program),
         Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => None,
     }

@@ -186,8 +186,89 @@ pub enum Draw {
         /// What its bindings are.
         bindings: Vec<BoundSlot>,
     },
+    /// Vertices from the pipeline's own buffers.
+    Buffers(Box<BufferDraw>),
     /// The host's draws.
     Scene(SceneDraw),
+}
+
+impl Draw {
+    /// The shader, and what its bindings are; those of groups 2 and 3 are the host's where its meshes are drawn.
+    pub fn bound(&self) -> (ProgramHandle, &Vec<BoundSlot>) {
+        match self {
+            Draw::Fullscreen { program, bindings } => (*program, bindings),
+            Draw::Buffers(draw) => (draw.program, &draw.bindings),
+            Draw::Scene(scene) => (scene.program, &scene.bindings),
+        }
+    }
+
+    pub(crate) fn bound_mut(&mut self) -> (ProgramHandle, &mut Vec<BoundSlot>) {
+        match self {
+            Draw::Fullscreen { program, bindings } => (*program, bindings),
+            Draw::Buffers(draw) => (draw.program, &mut draw.bindings),
+            Draw::Scene(scene) => (scene.program, &mut scene.bindings),
+        }
+    }
+}
+
+/// Vertices from the pipeline's own buffers.
+#[derive(Clone, Debug)]
+pub struct BufferDraw {
+    /// The shader.
+    pub program: ProgramHandle,
+    /// What its bindings are.
+    pub bindings: Vec<BoundSlot>,
+    /// The vertex buffers in the order of their slots.
+    pub vertices: Vec<VertexStream>,
+    /// The indices, if vertices are drawn by them.
+    pub indices: Option<IndexStream>,
+    /// How many are drawn.
+    pub counts: DrawCounts,
+    /// What vertices make.
+    pub topology: wgpu_types::PrimitiveTopology,
+    /// Which faces are not drawn.
+    pub cull: Option<wgpu_types::Face>,
+}
+
+/// A buffer of vertices, or of what changes from instance to instance.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VertexStream {
+    /// The buffer.
+    pub resource: ResourceHandle,
+    /// Bytes from one element to the next.
+    pub stride: u64,
+    /// Whether elements belong to vertices or to instances.
+    pub step: wgpu_types::VertexStepMode,
+    /// The attributes, by the locations of the shader.
+    pub attributes: Vec<wgpu_types::VertexAttribute>,
+}
+
+/// A buffer of indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IndexStream {
+    /// The buffer.
+    pub resource: ResourceHandle,
+    /// Their format.
+    pub format: wgpu_types::IndexFormat,
+}
+
+/// How many vertices, or indices, and instances are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DrawCounts {
+    /// So many.
+    Direct {
+        /// Vertices, or indices.
+        count: u32,
+        /// Instances.
+        instances: u32,
+    },
+    /// As many as a buffer says: four `u32`, or five where there are indices, as WebGPU lays them out.
+    Indirect {
+        /// The buffer.
+        resource: ResourceHandle,
+        /// The first byte of the counts.
+        offset: u64,
+    },
 }
 
 /// The host's draws, once for each view.

@@ -44,6 +44,9 @@ impl Node for Fullscreen {
     fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let program = pass.program(&self.shader, &self.axes, None, "");
         let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
+        if let Some(program) = program {
+            pass.check_vertex_inputs(program, &[], "/shader")?;
+        }
         // What depth or stencil keeps from being drawn stays as it was.
         let covers = self.depth.is_none() && self.stencil.is_none();
         let color: Vec<_> = (self.color.iter().enumerate())

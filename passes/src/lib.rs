@@ -6,6 +6,7 @@
 //! | [`cascades`] | fits cascades of a directional light to the camera |
 //! | [`draw`] | draws the host's meshes, once for each view |
 //! | [`fullscreen`] | runs a fragment shader over its attachments |
+//! | [`mesh`] | draws vertices from the pipeline's own buffers |
 //! | [`compute`] | dispatches a compute shader |
 //! | [`copy`] | copies a texture or a buffer, clears a buffer |
 //! | [`lights`] | places the shadows of all lights, and publishes lights and shadow descriptors |
@@ -21,6 +22,7 @@ pub mod draw;
 pub mod fullscreen;
 pub mod importance;
 pub mod lights;
+pub mod mesh;
 pub mod views;
 
 pub use codes::ALL as CODES;
@@ -41,6 +43,7 @@ pub fn registry() -> Registry {
         .register::<lights::cubes::CubeShadows>()
         .register::<lights::list::LightList>()
         .register::<lights::placement::ShadowAtlas>()
-        .register::<lights::spots::SpotShadows>();
+        .register::<lights::spots::SpotShadows>()
+        .register::<mesh::Mesh>();
     registry
 }

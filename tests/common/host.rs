@@ -4,7 +4,7 @@ use umbragraph::compiler::Plan;
 use umbragraph::data::HostData;
 use umbragraph::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
 use umbragraph::pipeline::ResourceKind;
-use umbragraph::work::{BoundSlot, Draw, HostContext, SlotSource, Work};
+use umbragraph::work::{BoundSlot, HostContext, SlotSource, Work};
 
 /// A camera at eye level under a sun, over ten metres of things on a plain.
 pub fn sunny_frame() -> FrameInput {
@@ -120,10 +120,7 @@ pub fn floats(data: &HostData, name: &str) -> Vec<f32> {
 /// The slots of a pass.
 pub fn slots(work: &Work) -> &[BoundSlot] {
     match work {
-        Work::Render(render) => match &render.draw {
-            Draw::Fullscreen { bindings, .. } => bindings,
-            Draw::Scene(scene) => &scene.bindings,
-        },
+        Work::Render(render) => render.draw.bound().1,
         Work::Compute(compute) => &compute.bindings,
         Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => &[],
     }

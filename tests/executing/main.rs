@@ -14,6 +14,7 @@ mod history;
 mod hosts;
 mod layers;
 mod merging;
+mod meshes;
 mod misuse;
 mod parts;
 mod plans;

@@ -63,11 +63,7 @@ impl Planner<'_> {
         render: &RenderWork,
         findings: &mut Vec<Diagnostic>,
     ) {
-        let program = match &render.draw {
-            Draw::Fullscreen { program, .. } => *program,
-            Draw::Scene(scene) => scene.program,
-        };
-        let program = self.pipeline.program(program);
+        let program = self.pipeline.program(render.draw.bound().0);
         for variant in &program.variants {
             let Some(fragment) = variant.entry_point(Stage::Fragment) else {
                 if !planned.color.is_empty() {

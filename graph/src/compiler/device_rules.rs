@@ -13,8 +13,8 @@ use crate::language::TextureShape;
 use crate::pipeline::{Pass, Program};
 use crate::source::Span;
 use crate::work::{
-    AttachmentTarget, BoundSlot, BufferView, ColorAttachment, CopyWork, Draw, ResourceHandle, SlotSource,
-    TransferEnd, TransferWork, Work,
+    AttachmentTarget, BoundSlot, BufferDraw, BufferView, ColorAttachment, CopyWork, Draw, DrawCounts,
+    ResourceHandle, SlotSource, TransferEnd, TransferWork, Work,
 };
 
 /// The findings of a plan; a plan with errors among them must not be realized.
@@ -32,9 +32,12 @@ pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
             Work::Copy(copy) => findings.extend(rules.copy(copy)),
             Work::Transfer(transfer) => findings.extend(rules.transfer(transfer)),
             Work::Render(render) => {
-                let fullscreen = matches!(render.draw, Draw::Fullscreen { .. });
+                let fullscreen = !matches!(render.draw, Draw::Scene(_));
                 findings.extend(rules.attachments(planned, fullscreen));
                 findings.extend(render.color.iter().filter_map(|color| rules.resolve(color)));
+                if let Draw::Buffers(draw) = &render.draw {
+                    findings.extend(rules.buffer_draw(draw));
+                }
             }
             _ => {}
         }
@@ -48,6 +51,35 @@ struct Rules<'a> {
 }
 
 impl Rules<'_> {
+    /// Vertex and index buffers hold all that is drawn of them, as far as that is known.
+    fn buffer_draw(&self, draw: &BufferDraw) -> Vec<Diagnostic> {
+        let DrawCounts::Direct { count, instances } = draw.counts else { return Vec::new() };
+        let (count, instances) = (u64::from(count), u64::from(instances));
+        let streams = draw.vertices.iter().filter_map(|stream| {
+            let elements = match (stream.step, draw.indices) {
+                (wgpu_types::VertexStepMode::Instance, _) => instances,
+                (_, None) => count,
+                // Which vertices indices name is not known.
+                (_, Some(_)) => return None,
+            };
+            let end = stream.attributes.iter().map(|one| one.offset + one.format.size()).max().unwrap_or(0);
+            Some((stream.resource, if elements == 0 { 0 } else { (elements - 1) * stream.stride + end }))
+        });
+        let indices = draw.indices.map(|indices| {
+            let size = if indices.format == wgpu_types::IndexFormat::Uint16 { 2 } else { 4 };
+            (indices.resource, count * size)
+        });
+        let too_short = |(resource, wanted): (ResourceHandle, u64)| {
+            let bytes = self.planned(resource)?.bytes;
+            let (place, pointer) = self.place(resource);
+            let message =
+                format!("\"{}\" has {bytes} bytes, but {wanted} of it are drawn", self.name(resource));
+            let finding = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer);
+            (bytes < wanted).then(|| finding.help("make the buffer larger, or draw less"))
+        };
+        streams.chain(indices).filter_map(too_short).collect()
+    }
+
     fn planned(&self, resource: ResourceHandle) -> Option<&PlannedResource> {
         self.plan.resource(resource)
     }

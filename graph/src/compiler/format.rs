@@ -8,7 +8,7 @@ use crate::diagnostic::{Diagnostic, codes, did_you_mean};
 use crate::language::TextureDeclaration;
 use crate::pipeline::{Aspect, Pipeline, Program, Resource, Usage, Use};
 use crate::shader::TargetProfile;
-use crate::work::{BoundSlot, Draw, PassHandle, SlotSource, TextureView, Work};
+use crate::work::{BoundSlot, PassHandle, SlotSource, TextureView, Work};
 
 /// What the live passes want of the format of one texture.
 #[derive(Default)]
@@ -53,10 +53,7 @@ pub(crate) fn format_name(format: TextureFormat) -> String {
 /// The slots of a pass and the program that they belong to.
 pub(super) fn slots(pipeline: &Pipeline, pass: PassHandle) -> Option<(&Program, &[BoundSlot])> {
     let (program, slots) = match &pipeline.pass(pass).work {
-        Work::Render(render) => match &render.draw {
-            Draw::Fullscreen { program, bindings } => (*program, bindings),
-            Draw::Scene(scene) => (scene.program, &scene.bindings),
-        },
+        Work::Render(render) => render.draw.bound(),
         Work::Compute(compute) => (compute.program, &compute.bindings),
         Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => return None,
     };

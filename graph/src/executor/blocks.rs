@@ -132,10 +132,7 @@ impl Blocks {
 /// The slots of a pass that the module fills.
 pub(super) fn slots(work: &Work) -> &[BoundSlot] {
     match work {
-        Work::Render(render) => match &render.draw {
-            Draw::Fullscreen { bindings, .. } => bindings,
-            Draw::Scene(scene) => &scene.bindings,
-        },
+        Work::Render(render) => render.draw.bound().1,
         Work::Compute(compute) => &compute.bindings,
         Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => &[],
     }
@@ -144,10 +141,7 @@ pub(super) fn slots(work: &Work) -> &[BoundSlot] {
 /// The program that a pass runs.
 pub(super) fn program(work: &Work) -> Option<ProgramHandle> {
     match work {
-        Work::Render(render) => Some(match &render.draw {
-            Draw::Fullscreen { program, .. } => *program,
-            Draw::Scene(scene) => scene.program,
-        }),
+        Work::Render(render) => Some(render.draw.bound().0),
         Work::Compute(compute) => Some(compute.program),
         Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => None,
     }
@@ -158,7 +152,7 @@ fn scene_views(work: &Work) -> Option<ResourceHandle> {
     match work {
         Work::Render(render) => match &render.draw {
             Draw::Scene(scene) => Some(scene.views),
-            Draw::Fullscreen { .. } => None,
+            Draw::Fullscreen { .. } | Draw::Buffers(_) => None,
         },
         _ => None,
     }

@@ -15,7 +15,7 @@
 //! - `groups`, `host_groups`: bind groups of what the module binds, and of the host's materials and objects;
 //! - `switches`: the toggles of a frame, which passes they leave out, and what stands in for what those write;
 //! - `inputs`: what a frame brings, checked, and the host passes;
-//! - `record`, `attachments`, `scene`: render passes, and the host's draws in them;
+//! - `record`, `attachments`, `scene`, `buffer_draw`: render passes, and the draws in them;
 //! - `times`: how long the processor works on each pass.
 //!
 //! Whatever happens, an error is a value, nothing is recorded, and the next frame is possible. A device that is lost is
@@ -25,6 +25,7 @@
 
 mod attachments;
 mod blocks;
+mod buffer_draw;
 mod cache;
 mod creation;
 mod groups;

@@ -24,8 +24,8 @@ pub(super) struct Objects {
     compute_pipelines: Cache<ComputeKey, wgpu::ComputePipeline>,
 }
 
-/// A vertex buffer: its stride and attributes.
-pub(super) type VertexBufferKey = (u64, Vec<wgpu::VertexAttribute>);
+/// A vertex buffer: its stride, what its elements belong to, and its attributes.
+pub(super) type VertexBufferKey = (u64, wgpu::VertexStepMode, Vec<wgpu::VertexAttribute>);
 
 /// Everything about a render pipeline but its label.
 #[derive(Clone, PartialEq, Eq, Hash)]
@@ -41,7 +41,17 @@ pub(super) struct RenderKey {
     pub(super) targets: Vec<Option<wgpu::ColorTargetState>>,
     pub(super) depth_stencil: Option<wgpu::DepthStencilState>,
     pub(super) samples: u32,
+    pub(super) primitive: Primitive,
+}
+
+/// What vertices make.
+#[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
+pub(super) struct Primitive {
+    pub(super) topology: wgpu::PrimitiveTopology,
+    /// Which faces are not drawn.
     pub(super) cull: Option<wgpu::Face>,
+    /// The format of the indices of a strip.
+    pub(super) strip_indices: Option<wgpu::IndexFormat>,
 }
 
 /// Everything about a compute pipeline but its label.
@@ -178,9 +188,8 @@ fn create_render_pipeline(creation: &mut Creation<'_>, label: &str, key: &Render
         .buffers
         .iter()
         .map(|buffer| {
-            let (array_stride, attributes) = buffer.as_ref()?;
-            let step_mode = wgpu::VertexStepMode::Vertex;
-            Some(wgpu::VertexBufferLayout { array_stride: *array_stride, step_mode, attributes })
+            let (array_stride, step_mode, attributes) = buffer.as_ref()?;
+            Some(wgpu::VertexBufferLayout { array_stride: *array_stride, step_mode: *step_mode, attributes })
         })
         .collect();
     creation.render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -192,7 +201,12 @@ fn create_render_pipeline(creation: &mut Creation<'_>, label: &str, key: &Render
             compilation_options: options(&constants),
             buffers: &buffers,
         },
-        primitive: wgpu::PrimitiveState { cull_mode: key.cull, ..wgpu::PrimitiveState::default() },
+        primitive: wgpu::PrimitiveState {
+            topology: key.primitive.topology,
+            strip_index_format: key.primitive.strip_indices,
+            cull_mode: key.primitive.cull,
+            ..wgpu::PrimitiveState::default()
+        },
         depth_stencil: key.depth_stencil.clone(),
         multisample: wgpu::MultisampleState { count: key.samples, ..wgpu::MultisampleState::default() },
         fragment: key.fragment.as_ref().map(|entry_point| wgpu::FragmentState {

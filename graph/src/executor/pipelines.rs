@@ -12,12 +12,12 @@ use std::collections::BTreeSet;
 
 use super::blocks;
 use super::creation::Creation;
-use super::objects::{ComputeKey, Objects, RenderKey, VertexBufferKey};
+use super::objects::{ComputeKey, Objects, Primitive, RenderKey, VertexBufferKey};
 use crate::compiler::Plan;
 use crate::draw::{DOUBLE_SIDED, HostAttribute, HostInterface, PropertySet};
 use crate::pipeline::{Program, ProgramVariant};
 use crate::shader::{ShaderModule, Stage};
-use crate::work::{Draw, RenderWork, ResourceHandle, SceneDraw, SlotSource, Work};
+use crate::work::{BufferDraw, Draw, RenderWork, ResourceHandle, SceneDraw, SlotSource, Work};
 
 /// The bind group of the host's materials.
 pub(super) const MATERIAL: u32 = 2;
@@ -98,7 +98,26 @@ impl Pipelines<'_, '_> {
         layouts: &Layouts,
     ) -> Option<wgpu::RenderPipeline> {
         let variant = self.program.variants.first()?;
-        Some(self.render(render, variant, layouts, Vec::new(), None))
+        Some(self.render(render, variant, layouts, Vec::new(), Primitive::default()))
+    }
+
+    /// The pipeline of a pass that draws from the pipeline's own buffers.
+    pub(super) fn buffers(
+        &mut self,
+        render: &RenderWork,
+        draw: &BufferDraw,
+        layouts: &Layouts,
+    ) -> Option<wgpu::RenderPipeline> {
+        let variant = self.program.variants.first()?;
+        let streams = draw.vertices.iter();
+        let buffers = streams.map(|stream| Some((stream.stride, stream.step, stream.attributes.clone())));
+        let is_strip = draw.topology.is_strip();
+        let primitive = Primitive {
+            topology: draw.topology,
+            cull: draw.cull,
+            strip_indices: draw.indices.filter(|_| is_strip).map(|indices| indices.format),
+        };
+        Some(self.render(render, variant, layouts, buffers.collect(), primitive))
     }
 
     /// The pipelines of a pass that draws the host's meshes, by the properties of meshes.
@@ -115,7 +134,8 @@ impl Pipelines<'_, '_> {
             let cull = scene.cull.filter(|_| !properties.contains(&DOUBLE_SIDED));
             let variant = self.program.variant(&properties);
             let buffers = vertex_buffers(variant, interface);
-            pipelines.push((*set, self.render(render, variant, layouts, buffers, cull)));
+            let primitive = Primitive { cull, ..Primitive::default() };
+            pipelines.push((*set, self.render(render, variant, layouts, buffers, primitive)));
         }
         pipelines
     }
@@ -126,7 +146,7 @@ impl Pipelines<'_, '_> {
         variant: &ProgramVariant,
         layouts: &Layouts,
         buffers: Vec<Option<VertexBufferKey>>,
-        cull: Option<wgpu::Face>,
+        primitive: Primitive,
     ) -> wgpu::RenderPipeline {
         let format =
             |resource: ResourceHandle| self.plan.resource(resource).and_then(|resource| resource.format);
@@ -168,7 +188,7 @@ impl Pipelines<'_, '_> {
             targets: targets.collect(),
             depth_stencil,
             samples,
-            cull,
+            primitive,
             module: self.objects.module(self.creation, &variant.module),
         };
         self.objects.render_pipeline(self.creation, self.name, key)
@@ -191,7 +211,7 @@ fn vertex_buffers(variant: &ProgramVariant, interface: &HostInterface) -> Vec<Op
             })
         });
         let attributes: Vec<_> = attributes.collect();
-        (!attributes.is_empty()).then_some((buffer.stride, attributes))
+        (!attributes.is_empty()).then_some((buffer.stride, wgpu::VertexStepMode::Vertex, attributes))
     });
     let mut buffers: Vec<_> = buffers.collect();
     while buffers.last().is_some_and(Option::is_none) {

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use super::attachments::Attachments;
 use super::blocks::{self, Blocks};
+use super::buffer_draw::RealizedDraw;
 use super::creation::Creation;
 use super::groups::{Bound, Group};
 use super::histories::Histories;
@@ -66,6 +67,8 @@ pub(super) enum RealizedWork {
     Fullscreen {
         pipeline: wgpu::RenderPipeline,
         attachments: Attachments,
+        /// Vertices from buffers; without it one triangle.
+        draw: Option<RealizedDraw>,
     },
     Scene {
         scene: RealizedScene,
@@ -215,7 +218,12 @@ impl Realized {
                 match &render.draw {
                     Draw::Fullscreen { .. } => {
                         let pipeline = pipelines.fullscreen(render, layouts)?;
-                        Some(RealizedWork::Fullscreen { pipeline, attachments })
+                        Some(RealizedWork::Fullscreen { pipeline, attachments, draw: None })
+                    }
+                    Draw::Buffers(draw) => {
+                        let pipeline = pipelines.buffers(render, draw, layouts)?;
+                        let draw = Some(RealizedDraw::new(&self.resources, &plan, draw));
+                        Some(RealizedWork::Fullscreen { pipeline, attachments, draw })
                     }
                     Draw::Scene(scene) => {
                         let (_, interface) =

@@ -154,11 +154,18 @@ impl Recording<'_> {
             }
             set_stencil(self.realized, planned, &mut render_pass);
             match &pass.work {
-                RealizedWork::Fullscreen { pipeline, attachments } => {
+                RealizedWork::Fullscreen { pipeline, attachments, draw } => {
                     let [width, height] = attachments.extent;
                     render_pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 1.0);
                     render_pass.set_scissor_rect(0, 0, width, height);
-                    fullscreen(pass, pipeline, &mut render_pass);
+                    render_pass.set_pipeline(pipeline);
+                    groups::bind_render(&pass.groups, &mut render_pass, 0);
+                    match draw {
+                        Some(draw) => {
+                            draw.record(resources, &self.realized.switches, &mut render_pass);
+                        }
+                        None => render_pass.draw(0..3, 0..1),
+                    }
                 }
                 RealizedWork::Scene { scene, .. } => {
                     let views = views_of(self.realized, scene);
@@ -236,16 +243,6 @@ fn set_stencil(realized: &Realized, planned: &PlannedPass, render_pass: &mut wgp
     {
         render_pass.set_stencil_reference(stencil.reference);
     }
-}
-
-fn fullscreen(
-    pass: &RealizedPass,
-    pipeline: &wgpu::RenderPipeline,
-    render_pass: &mut wgpu::RenderPass<'static>,
-) {
-    render_pass.set_pipeline(pipeline);
-    groups::bind_render(&pass.groups, render_pass, 0);
-    render_pass.draw(0..3, 0..1);
 }
 
 fn record_copy(

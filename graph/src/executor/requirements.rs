@@ -231,7 +231,7 @@ pub(super) fn scenes(plan: &Plan) -> impl Iterator<Item = (&Pass, &SceneDraw)> {
         match &pass.work {
             Work::Render(render) => match &render.draw {
                 Draw::Scene(scene) => Some((pass, scene)),
-                Draw::Fullscreen { .. } => None,
+                Draw::Fullscreen { .. } | Draw::Buffers(_) => None,
             },
             _ => None,
         }

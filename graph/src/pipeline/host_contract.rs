@@ -118,13 +118,13 @@ pub(crate) fn parse_format(name: &str) -> Option<wgpu_types::VertexFormat> {
     serde_json::from_value(name.into()).ok()
 }
 
-fn format_name(format: wgpu_types::VertexFormat) -> String {
+pub(crate) fn format_name(format: wgpu_types::VertexFormat) -> String {
     serde_json::to_value(format).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
 /// Whether a buffer of format `have` can feed a shader input whose natural format is `want`: the same component type
 /// in the shader. A missing component is filled with 0 (alpha: 1), a surplus one is dropped, as WebGPU has it.
-fn compatible(have: wgpu_types::VertexFormat, want: wgpu_types::VertexFormat) -> bool {
+pub(crate) fn compatible(have: wgpu_types::VertexFormat, want: wgpu_types::VertexFormat) -> bool {
     let class = |format: wgpu_types::VertexFormat| {
         let name = format_name(format);
         if name.starts_with("uint") {

@@ -11,6 +11,7 @@ mod parts;
 mod programs;
 mod references;
 mod slots;
+mod vertices;
 
 pub(crate) use expressions::expression_finding;
 pub use parts::{Face, PartSettings};

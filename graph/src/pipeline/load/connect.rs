@@ -7,7 +7,7 @@ use crate::data::ValueType;
 use crate::diagnostic::{Diagnostic, codes, did_you_mean, list_of};
 use crate::pipeline::{Pass, ResourceKind, binding};
 use crate::source::Span;
-use crate::work::{BoundSlot, Draw, ProgramHandle, ResourceHandle, SlotSource, Work};
+use crate::work::{BoundSlot, ProgramHandle, ResourceHandle, SlotSource, Work};
 
 /// Lays host data out in the blocks that it is bound to, now that all of it is published.
 pub(super) fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &mut Shared) {
@@ -105,10 +105,7 @@ fn check_expected(shared: &mut Shared) {
 
 pub(super) fn slots_mut(work: &mut Work) -> Option<(ProgramHandle, &mut Vec<BoundSlot>)> {
     match work {
-        Work::Render(render) => match &mut render.draw {
-            Draw::Fullscreen { program, bindings } => Some((*program, bindings)),
-            Draw::Scene(scene) => Some((scene.program, &mut scene.bindings)),
-        },
+        Work::Render(render) => Some(render.draw.bound_mut()),
         Work::Compute(compute) => Some((compute.program, &mut compute.bindings)),
         Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => None,
     }

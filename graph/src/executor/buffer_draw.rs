@@ -1,0 +1,64 @@
+//! Draws from the pipeline's own buffers, with everything that they need on the device.
+
+use super::resources::Resources;
+use super::switches::Switches;
+use super::transfer::Counts;
+use crate::compiler::Plan;
+use crate::work::{BufferDraw, DrawCounts};
+
+/// A draw.
+pub(super) struct RealizedDraw {
+    vertices: Vec<Counts>,
+    indices: Option<(Counts, wgpu::IndexFormat)>,
+    counts: RealizedCounts,
+}
+
+enum RealizedCounts {
+    Direct { count: u32, instances: u32 },
+    Indirect(Counts),
+}
+
+impl RealizedDraw {
+    /// The draw with the buffers that stand for its resources.
+    pub(super) fn new(resources: &Resources, plan: &Plan, draw: &BufferDraw) -> Self {
+        let whole = |resource| Counts::new(resources, plan, resource, 0);
+        Self {
+            vertices: draw.vertices.iter().map(|stream| whole(stream.resource)).collect(),
+            indices: draw.indices.map(|indices| (whole(indices.resource), indices.format)),
+            counts: match draw.counts {
+                DrawCounts::Direct { count, instances } => RealizedCounts::Direct { count, instances },
+                DrawCounts::Indirect { resource, offset } => {
+                    RealizedCounts::Indirect(Counts::new(resources, plan, resource, offset))
+                }
+            },
+        }
+    }
+
+    /// Records the draw; nothing where a buffer is missing, which is an error that is reported elsewhere.
+    pub(super) fn record(
+        &self,
+        resources: &Resources,
+        switches: &Switches,
+        pass: &mut wgpu::RenderPass<'static>,
+    ) -> Option<()> {
+        for (slot, stream) in (0..).zip(&self.vertices) {
+            pass.set_vertex_buffer(slot, stream.buffer(resources, switches)?.slice(..));
+        }
+        if let Some((indices, format)) = &self.indices {
+            pass.set_index_buffer(indices.buffer(resources, switches)?.slice(..), *format);
+        }
+        match (&self.counts, &self.indices) {
+            (RealizedCounts::Direct { count, instances }, None) => pass.draw(0..*count, 0..*instances),
+            (RealizedCounts::Direct { count, instances }, Some(_)) => {
+                pass.draw_indexed(0..*count, 0, 0..*instances);
+            }
+            (RealizedCounts::Indirect(counts), None) => {
+                pass.draw_indirect(counts.buffer(resources, switches)?, counts.offset);
+            }
+            (RealizedCounts::Indirect(counts), Some(_)) => {
+                pass.draw_indexed_indirect(counts.buffer(resources, switches)?, counts.offset);
+            }
+        }
+        Some(())
+    }
+}

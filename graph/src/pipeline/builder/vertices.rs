@@ -1,0 +1,111 @@
+//! Vertex attributes of the pipeline's own buffers, matched with the shader's vertex inputs by name.
+
+use wgpu_types::VertexAttribute;
+
+use super::PassBuilder;
+use crate::diagnostic::{codes, did_you_mean, list_of};
+use crate::pipeline::host_contract::{compatible, format_name, parse_format};
+use crate::shader::{Stage, VertexInput};
+use crate::work::ProgramHandle;
+
+impl PassBuilder<'_> {
+    /// What the vertex stage of a program reads, by location.
+    pub fn vertex_inputs(&self, program: ProgramHandle) -> Vec<VertexInput> {
+        let variant = self.shared.programs[program.index()].variants.first();
+        let vertex = variant.and_then(|variant| variant.entry_point(Stage::Vertex));
+        vertex.map(|entry| entry.inputs.clone()).unwrap_or_default()
+    }
+
+    /// The attributes of one buffer: each with its name, its vertex format, and its first byte (without it, behind the
+    /// one before), and the bytes of all. `pointer` is that of the list. An attribute that the shader does not read is a
+    /// finding; so is a format that does not fit the shader's type.
+    pub fn vertex_attributes(
+        &mut self,
+        program: ProgramHandle,
+        attributes: &[(&str, &str, Option<u64>)],
+        pointer: &str,
+    ) -> Option<(Vec<VertexAttribute>, u64)> {
+        let inputs = self.vertex_inputs(program);
+        let mut found = Vec::with_capacity(attributes.len());
+        let mut end = 0;
+        let mut sound = true;
+        for (at, (name, format, offset)) in attributes.iter().enumerate() {
+            let here = format!("{pointer}/{at}");
+            let Some(parsed) = parse_format(format) else {
+                let message = format!("\"{format}\" is no vertex format");
+                self.report(
+                    codes::HOST_CONTRACT,
+                    &format!("{here}/format"),
+                    message,
+                    "vertex formats have the names of the WebGPU specification, such as \"float32x3\"",
+                );
+                sound = false;
+                continue;
+            };
+            let offset = offset.unwrap_or(end);
+            end = end.max(offset + parsed.size());
+            let Some(input) = inputs.iter().find(|input| input.name == *name) else {
+                let names: Vec<&str> = inputs.iter().map(|input| input.name.as_str()).collect();
+                let help = match did_you_mean(name, names.iter().copied()) {
+                    Some(meant) => format!("did you mean \"{meant}\"?"),
+                    None if names.is_empty() => "its vertex stage reads no attributes".to_owned(),
+                    None => format!("it reads {}", list_of(names)),
+                };
+                let message = format!("the shader reads no attribute \"{name}\"");
+                self.report(codes::UNKNOWN_BINDING, &format!("{here}/name"), message, help);
+                sound = false;
+                continue;
+            };
+            if !compatible(parsed, input.format) {
+                let wanted = format_name(input.format);
+                let message = format!("\"{name}\" is {format}, which the shader cannot read as {wanted}");
+                self.report(
+                    codes::HOST_CONTRACT,
+                    &format!("{here}/format"),
+                    message,
+                    format!("store {wanted}"),
+                );
+                sound = false;
+                continue;
+            }
+            if offset % parsed.size().clamp(1, 4) != 0 {
+                let message = format!("\"{name}\" begins at byte {offset}");
+                let help = format!("begin at a multiple of {}", parsed.size().clamp(1, 4));
+                self.report(codes::DEVICE_RULE, &format!("{here}/offset"), message, help);
+                sound = false;
+                continue;
+            }
+            found.push(VertexAttribute { format: parsed, offset, shader_location: input.location });
+        }
+        sound.then_some((found, end))
+    }
+
+    /// Finds vertex inputs of a program for which nothing is given, and those for which something is given twice.
+    pub fn check_vertex_inputs(
+        &mut self,
+        program: ProgramHandle,
+        given: &[&str],
+        pointer: &str,
+    ) -> Option<()> {
+        let mut sound = true;
+        for input in self.vertex_inputs(program) {
+            let count = given.iter().filter(|name| **name == input.name).count();
+            if count == 1 {
+                continue;
+            }
+            sound = false;
+            let (code, message) = match count {
+                0 => (
+                    codes::UNBOUND,
+                    format!("the shader reads the attribute \"{}\", which no buffer has", input.name),
+                ),
+                _ => (
+                    codes::UNKNOWN_BINDING,
+                    format!("the attribute \"{}\" is given {count} times", input.name),
+                ),
+            };
+            self.report(code, pointer, message, "give each attribute in one buffer");
+        }
+        sound.then_some(())
+    }
+}

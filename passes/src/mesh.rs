@@ -1,0 +1,329 @@
+//! The node kind `mesh`: vertices from the pipeline's own buffers, without the host.
+//!
+//! The attributes of vertex buffers are matched with the shader's vertex inputs by name, so that what a compute pass has
+//! written can be drawn without any Rust. How much is drawn is said by numbers, or by a buffer.
+//!
+//! Limits: at most eight vertex buffers; buffers are drawn from their beginning.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_graph::diagnostic::codes;
+use umbragraph_graph::language::{Expr, Word};
+use umbragraph_graph::node::Node;
+use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced, Run, Usage};
+use umbragraph_graph::wgpu_types::{self, IndexFormat, PrimitiveTopology, VertexStepMode};
+use umbragraph_graph::work::{
+    BufferDraw, Draw, DrawCounts, IndexStream, ProgramHandle, RenderWork, VertexStream, Work,
+};
+
+use crate::attachment::{self, ColorSettings, DepthSettings, StencilSettings};
+use crate::compute::IndirectSettings;
+use crate::draw::Cull;
+
+/// The most vertex buffers, which WebGPU guarantees.
+const LARGEST_STREAMS: usize = 8;
+
+/// The greatest stride, which WebGPU guarantees, in bytes.
+const LARGEST_STRIDE: u64 = 2048;
+
+/// Draws vertices from the pipeline's own buffers.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Mesh {
+    /// The template.
+    pub shader: String,
+    /// Values for axes of the template; an axis that is not named takes the feature or parameter of its name.
+    #[serde(default)]
+    pub axes: BTreeMap<String, Expr>,
+    /// What stands behind the shader's bindings.
+    #[serde(default)]
+    pub bind: BTreeMap<String, Bind>,
+    /// The vertex buffers; none for a shader that makes its vertices itself.
+    #[serde(default)]
+    pub vertices: Vec<VertexSettings>,
+    /// Draws vertices by indices.
+    #[serde(default)]
+    pub indices: Option<IndexSettings>,
+    /// The number of vertices, or of indices where there are some.
+    #[serde(default)]
+    pub count: Option<Expr>,
+    /// The number of instances; 1 without it.
+    #[serde(default)]
+    pub instances: Option<Expr>,
+    /// A buffer that says how much is drawn, instead of "count" and "instances": four u32 (vertices, instances, first
+    /// vertex, first instance), or five with indices (indices, instances, first index, base vertex, first instance).
+    #[serde(default)]
+    pub indirect: Option<IndirectSettings>,
+    /// What vertices make: "triangle-list" without it.
+    #[serde(default)]
+    pub topology: Option<Word<Topology>>,
+    /// Which faces are not drawn: "none" without it.
+    #[serde(default)]
+    pub cull: Option<Word<Cull>>,
+    /// The color attachments, in the order of the shader's locations.
+    #[serde(default)]
+    pub color: Vec<ColorSettings>,
+    /// The depth attachment.
+    #[serde(default)]
+    pub depth: Option<DepthSettings>,
+    /// The stencil attachment.
+    #[serde(default)]
+    pub stencil: Option<StencilSettings>,
+}
+
+/// A buffer of vertices, or of what changes from instance to instance.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VertexSettings {
+    /// The buffer: a reference.
+    pub buffer: String,
+    /// Bytes from one element to the next, a multiple of 4; without it as many as the attributes have.
+    #[serde(default)]
+    pub stride: Option<Expr>,
+    /// Whether elements belong to vertices or to instances: "vertex" without it.
+    #[serde(default)]
+    pub step: Option<Word<Step>>,
+    /// The attributes, by the names of the shader's vertex inputs.
+    #[schemars(length(min = 1))]
+    pub attributes: Vec<AttributeSettings>,
+}
+
+/// An attribute of a vertex buffer.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AttributeSettings {
+    /// The shader's name for it.
+    pub name: String,
+    /// Its vertex format, by WebGPU's name, such as "float32x3".
+    pub format: String,
+    /// Its first byte in an element; behind the attribute before without it.
+    #[serde(default)]
+    pub offset: Option<Expr>,
+}
+
+/// A buffer of indices.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct IndexSettings {
+    /// The buffer: a reference.
+    pub buffer: String,
+    /// Their format: "uint32" without it.
+    #[serde(default)]
+    pub format: Option<Word<IndexWord>>,
+}
+
+/// What the elements of a vertex buffer belong to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Step {
+    /// Vertices.
+    Vertex,
+    /// Instances.
+    Instance,
+}
+
+/// The format of indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum IndexWord {
+    /// Two bytes each.
+    Uint16,
+    /// Four bytes each.
+    Uint32,
+}
+
+/// What vertices make, by WebGPU's names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Topology {
+    /// Points of one pixel.
+    PointList,
+    /// A line of every two.
+    LineList,
+    /// A line on from each.
+    LineStrip,
+    /// A triangle of every three.
+    TriangleList,
+    /// A triangle on from each.
+    TriangleStrip,
+}
+
+impl Node for Mesh {
+    const NAME: &'static str = "mesh";
+    const SUMMARY: &'static str = "Draws vertices from the pipeline's own buffers.";
+
+    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        let program = pass.program(&self.shader, &self.axes, None, "");
+        let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
+        let vertices = program.and_then(|program| self.vertices(program, pass));
+        let indices = match &self.indices {
+            Some(settings) => Some(indices(settings, pass)),
+            None => None,
+        };
+        let counts = self.counts(pass);
+        let topology = match &self.topology {
+            Some(word) => pass.word(word, "/topology")?,
+            None => Topology::TriangleList,
+        };
+        let cull = match &self.cull {
+            Some(word) => pass.word(word, "/cull")?,
+            None => Cull::None,
+        };
+        let color: Vec<_> = (self.color.iter().enumerate())
+            .map(|(at, settings)| attachment::color(pass, settings, &format!("/color/{at}"), false))
+            .collect();
+        let depth = self.depth.as_ref().map(|settings| attachment::depth(pass, settings, "/depth"));
+        let stencil = self.stencil.as_ref().map(|settings| attachment::stencil(pass, settings, "/stencil"));
+        if color.is_empty() && depth.is_none() && stencil.is_none() {
+            let help = "add \"color\", \"depth\" or \"stencil\"";
+            pass.report(codes::MISSING_KEY, "", "a pass without attachments draws nothing", help);
+            return None;
+        }
+        let indices = match indices {
+            Some(indices) => Some(indices?),
+            None => None,
+        };
+        let draw = Draw::Buffers(Box::new(BufferDraw {
+            program: program?,
+            bindings: bindings?,
+            vertices: vertices?,
+            indices,
+            counts: counts?,
+            topology: match topology {
+                Topology::PointList => PrimitiveTopology::PointList,
+                Topology::LineList => PrimitiveTopology::LineList,
+                Topology::LineStrip => PrimitiveTopology::LineStrip,
+                Topology::TriangleList => PrimitiveTopology::TriangleList,
+                Topology::TriangleStrip => PrimitiveTopology::TriangleStrip,
+            },
+            cull: match cull {
+                Cull::None => None,
+                Cull::Front => Some(wgpu_types::Face::Front),
+                Cull::Back => Some(wgpu_types::Face::Back),
+            },
+        }));
+        let color = color.into_iter().collect::<Option<_>>()?;
+        let depth = match depth {
+            Some(depth) => Some(depth?),
+            None => None,
+        };
+        let stencil = match stencil {
+            Some(stencil) => Some(stencil?),
+            None => None,
+        };
+        attachment::same_target(pass, depth.as_ref(), stencil.as_ref())?;
+        Some(pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw }))))
+    }
+}
+
+impl Mesh {
+    fn vertices(&self, program: ProgramHandle, pass: &mut PassBuilder<'_>) -> Option<Vec<VertexStream>> {
+        if self.vertices.len() > LARGEST_STREAMS {
+            let message =
+                format!("{} vertex buffers are more than a device needs to have", self.vertices.len());
+            let help = format!("use at most {LARGEST_STREAMS}: several attributes can lie in one buffer");
+            pass.report(codes::DEVICE_RULE, "/vertices", message, help);
+            return None;
+        }
+        let streams: Vec<Option<VertexStream>> =
+            self.vertices.iter().enumerate().map(|(at, stream)| stream.declare(at, program, pass)).collect();
+        let streams: Vec<VertexStream> = streams.into_iter().collect::<Option<_>>()?;
+        let given: Vec<&str> = self
+            .vertices
+            .iter()
+            .flat_map(|stream| &stream.attributes)
+            .map(|attribute| attribute.name.as_str())
+            .collect();
+        pass.check_vertex_inputs(program, &given, "/vertices")?;
+        Some(streams)
+    }
+
+    fn counts(&self, pass: &mut PassBuilder<'_>) -> Option<DrawCounts> {
+        match (&self.count, &self.indirect) {
+            (Some(count), None) => {
+                let count = pass.count(count, "/count");
+                let instances = match &self.instances {
+                    Some(expr) => pass.count(expr, "/instances"),
+                    None => Some(1),
+                };
+                Some(DrawCounts::Direct { count: count?, instances: instances? })
+            }
+            (None, Some(settings)) if self.instances.is_none() => {
+                let offset = match &settings.offset {
+                    Some(expr) => pass.count(expr, "/indirect/offset")?,
+                    None => 0,
+                };
+                if offset % 4 != 0 {
+                    let message = format!("counts begin at byte {offset}");
+                    pass.report(codes::DEVICE_RULE, "/indirect/offset", message, "begin at a multiple of 4");
+                    return None;
+                }
+                let offset = u64::from(offset);
+                let count = if self.indices.is_some() { 20 } else { 16 };
+                let bytes = Some(Run { first: offset, count });
+                let resource =
+                    pass.buffer_part(&settings.buffer, bytes, Usage::Indirect, "/indirect/buffer")?;
+                Some(DrawCounts::Indirect { resource, offset })
+            }
+            _ => {
+                let help = "\"count\", perhaps with \"instances\", or \"indirect\": a buffer";
+                pass.report(codes::MISSING_KEY, "", "a mesh says how much is drawn in one way", help);
+                None
+            }
+        }
+    }
+}
+
+impl VertexSettings {
+    fn declare(&self, at: usize, program: ProgramHandle, pass: &mut PassBuilder<'_>) -> Option<VertexStream> {
+        let here = format!("/vertices/{at}");
+        let mut attributes = Vec::with_capacity(self.attributes.len());
+        for (position, attribute) in self.attributes.iter().enumerate() {
+            let offset = match &attribute.offset {
+                Some(expr) => {
+                    Some(u64::from(pass.count(expr, &format!("{here}/attributes/{position}/offset"))?))
+                }
+                None => None,
+            };
+            attributes.push((attribute.name.as_str(), attribute.format.as_str(), offset));
+        }
+        let found = pass.vertex_attributes(program, &attributes, &format!("{here}/attributes"));
+        let step = match &self.step {
+            Some(word) => pass.word(word, &format!("{here}/step"))?,
+            None => Step::Vertex,
+        };
+        let stride = match &self.stride {
+            Some(expr) => Some(u64::from(pass.count(expr, &format!("{here}/stride"))?)),
+            None => None,
+        };
+        let resource = pass.buffer(&self.buffer, Usage::Vertex, &format!("{here}/buffer"));
+        let (attributes, end) = found?;
+        let stride = stride.unwrap_or(end.next_multiple_of(4));
+        if stride % 4 != 0 || stride < end || stride > LARGEST_STRIDE {
+            let message = format!("elements of {end} bytes cannot follow one another every {stride} bytes");
+            let help = format!("write a multiple of 4 from {} to {LARGEST_STRIDE}", end.next_multiple_of(4));
+            pass.report(codes::DEVICE_RULE, &format!("{here}/stride"), message, help);
+            return None;
+        }
+        let step = match step {
+            Step::Vertex => VertexStepMode::Vertex,
+            Step::Instance => VertexStepMode::Instance,
+        };
+        Some(VertexStream { resource: resource?, stride, step, attributes })
+    }
+}
+
+fn indices(settings: &IndexSettings, pass: &mut PassBuilder<'_>) -> Option<IndexStream> {
+    let format = match &settings.format {
+        Some(word) => pass.word(word, "/indices/format")?,
+        None => IndexWord::Uint32,
+    };
+    let resource = pass.buffer(&settings.buffer, Usage::Index, "/indices/buffer")?;
+    let format = match format {
+        IndexWord::Uint16 => IndexFormat::Uint16,
+        IndexWord::Uint32 => IndexFormat::Uint32,
+    };
+    Some(IndexStream { resource, format })
+}
