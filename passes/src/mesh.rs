@@ -158,10 +158,7 @@ impl Node for Mesh {
         let program = pass.program(&self.shader, &self.axes, None, "");
         let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
         let vertices = program.and_then(|program| self.vertices(program, pass));
-        let indices = match &self.indices {
-            Some(settings) => Some(indices(settings, pass)),
-            None => None,
-        };
+        let indices = self.indices.as_ref().map(|settings| indices(settings, pass));
         let counts = self.counts(pass);
         let topology = match &self.topology {
             Some(word) => pass.word(word, "/topology")?,
