@@ -4,7 +4,7 @@ use umbragraph::diagnostic::{Diagnostic, codes, did_you_mean};
 use umbragraph::pipeline::{Pipeline, ProgramVariant};
 use umbragraph::shader::{self, Emitted, ShaderModule, TargetLanguage};
 use umbragraph::source::Span;
-use umbragraph::work::{Draw, ProgramHandle, Work};
+use umbragraph::work::{ProgramHandle, Work};
 
 use crate::arguments::WgslArguments;
 use crate::session::Session;

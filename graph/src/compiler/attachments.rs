@@ -16,7 +16,7 @@ use crate::diagnostic::{Diagnostic, codes};
 use crate::language::Lifetime;
 use crate::pipeline::{Aspect, Part};
 use crate::shader::{ScalarKind, Stage};
-use crate::work::{AttachmentTarget, Draw, LoadOperation, PassHandle, RenderWork};
+use crate::work::{AttachmentTarget, LoadOperation, PassHandle, RenderWork};
 
 impl Planner<'_> {
     /// Plans an attachment of the pass at a position.
