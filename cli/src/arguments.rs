@@ -24,6 +24,8 @@ pub(crate) enum Command {
     Permutations(PermutationsArguments),
     /// Prints the plan of a pipeline as JSON: passes in order, resources, what is culled and why.
     Plan(PlanArguments),
+    /// Tells what a name in a pipeline is, which file and line set each of its values, and what the compiler made of it.
+    Why(WhyArguments),
     /// Draws the graph of a pipeline: as a picture, a page to explore, or text for other tools.
     Graph(GraphArguments),
     /// Says in words what differs between the plans of two pipelines.
@@ -191,6 +193,32 @@ pub(crate) struct PlanArguments {
     pub(crate) verify: bool,
     #[command(flatten)]
     pub(crate) choices: Choices,
+}
+
+#[derive(Args)]
+pub(crate) struct WhyArguments {
+    /// The pipeline.
+    pub(crate) pipeline: PathBuf,
+    /// A pass, resource, parameter, feature, toggle, preset, subgraph, extension point or geometry. What a use of a
+    /// subgraph or a loop makes is named after it: soft.down, down.0.
+    pub(crate) name: String,
+    /// A second resource: whether it shares memory with the first, and why.
+    pub(crate) other: Option<String>,
+    /// The form of the answer: human or json.
+    #[arg(long, value_enum, value_name = "NAME", default_value_t)]
+    pub(crate) format: AnswerFormat,
+    #[command(flatten)]
+    pub(crate) choices: Choices,
+}
+
+/// The form of an answer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum AnswerFormat {
+    /// For people.
+    #[default]
+    Human,
+    /// One JSON object.
+    Json,
 }
 
 #[derive(Args)]

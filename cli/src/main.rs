@@ -26,6 +26,7 @@ mod session;
 mod streams;
 mod variants;
 mod wgsl;
+mod why;
 
 use std::process::ExitCode;
 
@@ -45,6 +46,7 @@ fn main() -> ExitCode {
         Command::Check(arguments) => check::run(&arguments),
         Command::Permutations(arguments) => permutations::run(&arguments),
         Command::Plan(arguments) => plan::run(&arguments),
+        Command::Why(arguments) => why::run(&arguments),
         Command::Graph(arguments) => graph::run(&arguments),
         Command::Diff(arguments) => diff::run(&arguments),
         Command::Wgsl(arguments) => wgsl::run(&arguments),

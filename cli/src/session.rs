@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use umbragraph::compiler::PlanOptions;
-use umbragraph::compose::Files as _;
+use umbragraph::compose::{Composed, Files as _};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, Document, Value};
 use umbragraph::node::Registry;
@@ -52,7 +52,7 @@ impl compose::Files for Overlaid<'_> {
 
 /// A pipeline with the values and the profiles that it is checked with.
 struct Configured {
-    document: Document,
+    composed: Composed,
     choice: Choice,
     profiles: Vec<TargetProfile>,
 }
@@ -87,19 +87,23 @@ impl Session {
 
     /// The document of a pipeline, composed of its files, with the passes of extensions put in.
     pub(crate) fn open(&mut self, path: &Path, extensions: &[PathBuf]) -> Option<Document> {
-        let mut document = self.composed(path)?;
-        for extension in extensions {
-            let extension = self.composed(extension)?;
-            compose::insert(&mut document.root, extension.root, &mut self.findings);
-        }
-        Some(document)
+        Some(self.compose(path, extensions)?.document)
     }
 
-    fn composed(&mut self, path: &Path) -> Option<Document> {
+    /// The same, with what its files replaced of one another.
+    fn compose(&mut self, path: &Path, extensions: &[PathBuf]) -> Option<Composed> {
+        let mut composed = self.composed(path)?;
+        for extension in extensions {
+            let extension = self.composed(extension)?;
+            composed.insert(extension, &mut self.findings);
+        }
+        Some(composed)
+    }
+
+    fn composed(&mut self, path: &Path) -> Option<Composed> {
         let mut files = Overlaid { texts: &self.texts, files: &mut self.files };
         match files.read(path, &mut self.sources) {
-            Ok(file) => compose::compose(file, path, &mut files, &mut self.sources, &mut self.findings)
-                .map(|composed| composed.document),
+            Ok(file) => compose::compose(file, path, &mut files, &mut self.sources, &mut self.findings),
             Err(finding) => {
                 self.findings.push(finding);
                 None
@@ -114,6 +118,13 @@ impl Session {
             .unwrap_or_default()
     }
 
+    /// The same, with everything that is known of where its values come from.
+    pub(crate) fn trace(&mut self, path: &Path, choices: &Choices) -> Option<(Composed, Choice, Checked)> {
+        let configured = self.configured(path, choices)?;
+        let checked = self.check_one(&configured, choices);
+        Some((configured.composed, configured.choice, checked))
+    }
+
     fn check_one(&mut self, configured: &Configured, choices: &Choices) -> Checked {
         let Some(profile) = configured.profiles.first() else { return Checked::default() };
         let job = Job {
@@ -124,7 +135,8 @@ impl Session {
             options: &Self::options(choices),
         };
         let mut findings = Diagnostics::new();
-        let checked = umbragraph::check_document(&configured.document, &job, &self.sources, &mut findings);
+        let checked =
+            umbragraph::check_document(&configured.composed.document, &job, &self.sources, &mut findings);
         self.add_new(findings);
         checked
     }
@@ -138,11 +150,11 @@ impl Session {
         only_one: bool,
         verified: bool,
     ) -> Option<Covered> {
-        let Configured { document, choice, profiles } = self.configured(path, choices)?;
+        let Configured { composed, choice, profiles } = self.configured(path, choices)?;
         let configurations = if only_one {
             FeatureConfigurations::one(&choice)
         } else {
-            pipeline::feature_configurations(&document, &choice)
+            pipeline::feature_configurations(&composed.document, &choice)
         };
         let mut first: Option<Coverage> = None;
         for profile in &profiles {
@@ -155,7 +167,7 @@ impl Session {
             };
             let mut findings = Diagnostics::new();
             let mut coverage = umbragraph::check_configurations(
-                &document,
+                &composed.document,
                 &job,
                 &configurations,
                 verified,
@@ -181,10 +193,10 @@ impl Session {
     fn configured(&mut self, path: &Path, choices: &Choices) -> Option<Configured> {
         let asked: Vec<String> = choices.profile.iter().cloned().collect();
         let asked = self.profiles_named(&asked)?;
-        let document = self.open(path, &choices.extension)?;
-        let choice = self.choice(&choices.settings, &document);
-        let profiles = profiles(&document, asked);
-        Some(Configured { document, choice, profiles })
+        let composed = self.compose(path, &choices.extension)?;
+        let choice = self.choice(&choices.settings, &composed.document);
+        let profiles = profiles(&composed.document, asked);
+        Some(Configured { composed, choice, profiles })
     }
 
     /// Adds findings; what holds for several profiles is said once.

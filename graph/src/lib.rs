@@ -27,6 +27,7 @@ pub mod pipeline;
 pub mod report;
 pub mod shader;
 pub mod source;
+pub mod why;
 pub mod work;
 
 mod check;

@@ -19,19 +19,34 @@ const SECTIONS: &[&str] = &[
     "subgraphs",
 ];
 
+/// What became of values that another file changed, by their JSON pointers.
+#[derive(Debug, Default)]
+pub(super) struct Changes {
+    /// The places of the older values, the newest first.
+    pub(super) replaced: BTreeMap<String, Vec<Span>>,
+    /// The places of the `null`s that deleted them.
+    pub(super) deleted: BTreeMap<String, Span>,
+}
+
+impl Changes {
+    fn remember(&mut self, pointer: &str, span: Span) {
+        self.replaced.entry(pointer.to_owned()).or_default().insert(0, span);
+    }
+}
+
 /// The base with the other value laid over it.
 pub(super) fn over(
     base: Value,
     value: Value,
     pointer: &str,
-    replaced: &mut BTreeMap<String, Vec<Span>>,
+    changes: &mut Changes,
     diagnostics: &mut Diagnostics,
 ) -> Value {
     let (mut entries, newer) = match (base.kind, value.kind) {
         (Kind::Object(entries), Kind::Object(newer)) => (entries, newer),
         (base_kind, kind) => {
             // What stood below an object goes with it.
-            remember(replaced, pointer, Value { span: base.span, kind: base_kind }.span);
+            changes.remember(pointer, Value { span: base.span, kind: base_kind }.span);
             let value = Value { span: value.span, kind };
             refuse_deletions(&value, pointer, diagnostics);
             return value;
@@ -43,7 +58,8 @@ pub(super) fn over(
         match (known, &entry.value.kind) {
             (Some(index), Kind::Null) => {
                 let gone = entries.remove(index);
-                remember(replaced, &at, gone.value.span);
+                changes.remember(&at, gone.value.span);
+                changes.deleted.insert(at, entry.value.span);
             }
             (None, Kind::Null) => {
                 let finding = Diagnostic::error(
@@ -61,7 +77,7 @@ pub(super) fn over(
             (Some(index), _) => {
                 let span = entries[index].value.span;
                 let below = std::mem::replace(&mut entries[index].value, Value { span, kind: Kind::Null });
-                entries[index].value = over(below, entry.value, &at, replaced, diagnostics);
+                entries[index].value = over(below, entry.value, &at, changes, diagnostics);
                 entries[index].key_span = entry.key_span;
             }
             (None, _) => {
@@ -157,8 +173,4 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
             }
         }
     }
-}
-
-fn remember(replaced: &mut BTreeMap<String, Vec<Span>>, pointer: &str, span: Span) {
-    replaced.entry(pointer.to_owned()).or_default().insert(0, span);
 }

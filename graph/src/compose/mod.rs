@@ -73,8 +73,43 @@ pub struct Composed {
     pub document: Document,
     /// For each JSON pointer whose value was replaced or deleted, the places of the older values, the newest first.
     pub replaced: BTreeMap<String, Vec<Span>>,
+    /// For each JSON pointer whose value was deleted, the place of the `null` that did it.
+    pub deleted: BTreeMap<String, Span>,
+    /// How each file comes in.
+    pub layers: BTreeMap<FileId, Layer>,
     /// The files that it is made of, the first is the pipeline's own.
     pub files: Vec<FileId>,
+}
+
+/// How a file comes into a document.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Layer {
+    /// It is the pipeline's own.
+    Pipeline,
+    /// Another extends it.
+    Extended,
+    /// Another includes it.
+    Included,
+    /// The host names it.
+    Extension,
+}
+
+impl Composed {
+    /// Puts an extension in, and remembers which of its files said what.
+    pub fn insert(&mut self, extension: Composed, diagnostics: &mut Diagnostics) {
+        let inserted = |pointer: String| match pointer.strip_prefix("/inserts/") {
+            Some(below) => format!("/passes/{}", below.split_once('/').map_or("", |(_, pass)| pass)),
+            None => pointer,
+        };
+        for (pointer, older) in extension.replaced {
+            self.replaced.entry(inserted(pointer)).or_default().extend(older);
+        }
+        self.deleted.extend(extension.deleted.into_iter().map(|(pointer, place)| (inserted(pointer), place)));
+        self.layers.extend(extension.files.iter().map(|file| (*file, Layer::Extension)));
+        self.files.extend(extension.files);
+        insert(&mut self.document.root, extension.document.root, diagnostics);
+    }
 }
 
 /// Composes the document of a registered file, which stands at `path`.
@@ -91,10 +126,13 @@ pub fn compose(
         diagnostics,
         seen: Vec::new(),
         chain: Vec::new(),
-        replaced: BTreeMap::new(),
+        changes: merge::Changes::default(),
+        layers: BTreeMap::from([(file, Layer::Pipeline)]),
     };
     let root = composer.file(file, path)?;
-    Some(Composed { document: Document { root }, replaced: composer.replaced, files: composer.seen })
+    let merge::Changes { replaced, deleted } = composer.changes;
+    let (layers, files) = (composer.layers, composer.seen);
+    Some(Composed { document: Document { root }, replaced, deleted, layers, files })
 }
 
 struct Composer<'a> {
@@ -104,7 +142,8 @@ struct Composer<'a> {
     seen: Vec<FileId>,
     /// The paths that lead to the file at hand, each with the place that names the next.
     chain: Vec<(PathBuf, Option<Span>)>,
-    replaced: BTreeMap<String, Vec<Span>>,
+    changes: merge::Changes,
+    layers: BTreeMap<FileId, Layer>,
 }
 
 impl Composer<'_> {
@@ -132,11 +171,11 @@ impl Composer<'_> {
         let mut fine = true;
         let mut below: Option<Value> = None;
         for (name, place) in bases {
-            match self.follow(&name, place, path) {
+            match self.follow(&name, place, path, Layer::Extended) {
                 Some(value) => {
                     below = Some(match below {
                         None => value,
-                        Some(lower) => merge::over(lower, value, "", &mut self.replaced, self.diagnostics),
+                        Some(lower) => merge::over(lower, value, "", &mut self.changes, self.diagnostics),
                     });
                 }
                 None => fine = false,
@@ -147,10 +186,10 @@ impl Composer<'_> {
                 merge::refuse_deletions(&root, "", self.diagnostics);
                 root
             }
-            Some(base) => merge::over(base, root, "", &mut self.replaced, self.diagnostics),
+            Some(base) => merge::over(base, root, "", &mut self.changes, self.diagnostics),
         };
         for (name, place) in parts {
-            match self.follow(&name, place, path) {
+            match self.follow(&name, place, path, Layer::Included) {
                 Some(value) => merge::beside(&mut merged, value, self.diagnostics),
                 None => fine = false,
             }
@@ -182,7 +221,7 @@ impl Composer<'_> {
         names
     }
 
-    fn follow(&mut self, name: &str, place: Span, from: &Path) -> Option<Value> {
+    fn follow(&mut self, name: &str, place: Span, from: &Path, layer: Layer) -> Option<Value> {
         let path = normalize(&from.parent().unwrap_or_else(|| Path::new("")).join(name));
         if let Some(at) = self.chain.iter().position(|(known, _)| normalize(known) == path) {
             let mut finding =
@@ -205,6 +244,7 @@ impl Composer<'_> {
         }
         match self.files.read(&path, self.sources) {
             Ok(file) => {
+                self.layers.insert(file, layer);
                 if let Some((_, named)) = self.chain.last_mut() {
                     *named = Some(place);
                 }

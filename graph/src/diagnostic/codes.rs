@@ -31,6 +31,9 @@ crate::codes! {
     /// A target profile that does not exist.
     UNKNOWN_PROFILE = "UG0006", "unknown profile",
         "A target profile that does not exist is asked for, or claimed by a pipeline. The profiles are webgpu, webgpu-compat, vulkan, metal, dx12 and gles.";
+    /// A name that nothing in a pipeline has.
+    UNKNOWN_NAME = "UG0008", "unknown name",
+        "`umbragraph why PIPELINE NAME` explains passes, resources, parameters, features, toggles, presets, subgraphs, extension points and geometry by name; what a use of a subgraph or a round of a loop makes is named after it: `soft.down`, `down.0`. Nothing in the pipeline has the name that is asked for. With two names both are resources.";
     /// A text that is not JSON.
     SYNTAX = "UG0101", "not JSON",
         "Pipelines are strict JSON (RFC 8259) with `//` and `/* */` comments. Trailing commas, single quotes, bare keys, hexadecimal numbers, NaN and nesting beyond 512 levels are refused. The parser stops at the first such place.";

@@ -1,0 +1,45 @@
+//! `umbragraph why`
+
+use serde_json::json;
+use umbragraph::source::Span;
+use umbragraph::why::{Subject, human, why, why_memory};
+
+use crate::arguments::{AnswerFormat, WhyArguments};
+use crate::session::Session;
+use crate::streams::print;
+
+/// Tells of a name, or of the memory of two; whether there is such a name, and no error in the pipeline.
+pub(crate) fn run(arguments: &WhyArguments) -> bool {
+    let mut session = Session::new(arguments.choices.templates.as_deref());
+    let Some((composed, choice, checked)) = session.trace(&arguments.pipeline, &arguments.choices) else {
+        return session.report();
+    };
+    let mut asked = |name: &str| {
+        let file = session.sources.add("<command line>", name);
+        Span::new(file, 0..name.len())
+    };
+    let place = asked(&arguments.name);
+    let other = arguments.other.as_deref().map(|other| (other, asked(other)));
+    let subject =
+        Subject { composed: &composed, choice: &choice, checked: &checked, sources: &session.sources };
+    let answer = match other {
+        None => match why(&subject, &arguments.name, place) {
+            Ok(things) => Ok(match arguments.format {
+                AnswerFormat::Human => human(&things),
+                AnswerFormat::Json => format!("{:#}\n", json!({ "things": things })),
+            }),
+            Err(finding) => Err(vec![*finding]),
+        },
+        Some(other) => {
+            why_memory(&subject, [(&arguments.name, place), other]).map(|memory| match arguments.format {
+                AnswerFormat::Human => memory.reasons.iter().map(|reason| format!("{reason}\n")).collect(),
+                AnswerFormat::Json => format!("{:#}\n", json!({ "memory": memory })),
+            })
+        }
+    };
+    match answer {
+        Ok(text) => print(&text),
+        Err(findings) => session.findings.extend(findings),
+    }
+    session.report()
+}

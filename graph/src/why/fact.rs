@@ -1,0 +1,369 @@
+//! What the compiler made of a thing, in words.
+
+use serde::Serialize;
+
+use super::find::{Found, Use};
+use super::origin::{Location, location};
+use super::{Kind, Subject, given};
+use crate::compiler::{Physical, Plan, format_name};
+use crate::document::{Entry, Value, pointer_join};
+use crate::expression;
+use crate::language::Lifetime;
+use crate::pipeline::Pipeline;
+use crate::source::Span;
+use crate::work::PassHandle;
+
+/// One thing to know.
+#[derive(Clone, Debug, Serialize)]
+pub struct Fact {
+    /// What it is about: `runs`, `kept`, `memory`.
+    pub about: &'static str,
+    /// In words.
+    pub text: String,
+    /// Where it is said, if somebody said it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<Location>,
+}
+
+fn fact(about: &'static str, text: impl Into<String>) -> Fact {
+    Fact { about, text: text.into(), at: None }
+}
+
+/// What kind of thing it is, more closely than its kind.
+pub(super) fn what(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> String {
+    let value = &found.entry.value;
+    let pipeline = subject.checked.pipeline.as_deref();
+    match found.kind {
+        Kind::Pass => {
+            if let Some(used) = value.get("use").and_then(Value::text) {
+                return format!("a use of the subgraph {used}");
+            }
+            let pass = instances(subject, name);
+            let kind = pipeline
+                .and_then(|pipeline| pipeline.passes.iter().find(|one| pass.contains(&one.name.as_str())))
+                .map(|pass| pass.kind.as_str());
+            let kind = kind.or_else(|| kind_of(value));
+            let is_loop = pass.iter().any(|instance| *instance != name);
+            let passes = if is_loop { "a loop of passes" } else { "a pass" };
+            kind.map_or_else(|| passes.to_owned(), |kind| format!("{passes} of kind {kind}"))
+        }
+        Kind::Resource => {
+            let resource = pipeline
+                .and_then(|pipeline| Some(pipeline.resource(pipeline.find_resource(name)?).kind_name()))
+                .filter(|kind| *kind != "broken");
+            let written = ["texture", "buffer", "data"].into_iter().find(|key| value.get(key).is_some());
+            match (resource, written) {
+                (Some(kind), _) => kind.to_owned(),
+                (None, Some("texture")) => "a texture".to_owned(),
+                (None, Some("buffer")) => "a buffer".to_owned(),
+                _ => found.kind.name().to_owned(),
+            }
+        }
+        kind => match found.uses.last() {
+            Some(used) => format!("{} of {}", kind.name(), used.name),
+            None => kind.name().to_owned(),
+        },
+    }
+}
+
+/// The node kind that an entry names, where no pipeline says so: the one key that holds an object and is no setting
+/// that all passes have.
+fn kind_of(value: &Value) -> Option<&str> {
+    const COMMON: &[&str] = &["for_each", "bypass", "with", "parameters"];
+    let entries = value.entries()?.iter();
+    let mut kinds =
+        entries.filter(|entry| entry.value.entries().is_some() && !COMMON.contains(&entry.key.as_str()));
+    kinds.next().map(|entry| entry.key.as_str()).filter(|_| kinds.next().is_none())
+}
+
+/// The passes of the pipeline that a name stands for: itself, the rounds of a loop, what a use of a subgraph makes.
+pub(super) fn instances<'a>(subject: &Subject<'a>, name: &str) -> Vec<&'a str> {
+    let passes = subject.checked.pipeline.as_deref().map(|pipeline| pipeline.passes.as_slice());
+    let is_of =
+        |pass: &str| pass == name || pass.strip_prefix(name).is_some_and(|behind| behind.starts_with('.'));
+    passes.unwrap_or_default().iter().map(|pass| pass.name.as_str()).filter(|pass| is_of(pass)).collect()
+}
+
+/// What became of a pass, of a loop, or of a use of a subgraph.
+pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Vec<Fact> {
+    let mut facts = used(subject, &found.uses);
+    let Some(pipeline) = subject.checked.pipeline.as_deref() else {
+        facts.push(fact("runs", "not known: the pipeline has errors"));
+        return facts;
+    };
+    let passes = instances(subject, name);
+    if passes.is_empty() {
+        off(subject, found, &mut facts);
+        return facts;
+    }
+    let plan = subject.checked.plan.as_ref();
+    if passes != [name] {
+        facts.push(fact("stands for", crate::diagnostic::list_of(passes.iter().copied())));
+        let Some(plan) = plan else { return facts };
+        for pass in passes.iter().take(MOST) {
+            // The first step of the way; the whole of it is told of the pass itself.
+            let words = state(pipeline, plan, pass).into_iter().take(2).map(|fact| fact.text);
+            facts.push(fact("runs", format!("{pass}: {}", words.collect::<Vec<_>>().join(", "))));
+        }
+        return facts;
+    }
+    match plan {
+        Some(plan) => facts.extend(state(pipeline, plan, name)),
+        None => facts.push(fact("runs", "not known: the pipeline has errors")),
+    }
+    let Some(handle) = pipeline.find_pass(name) else { return facts };
+    let pass = pipeline.pass(handle);
+    if let Some(condition) = pass.condition {
+        let on = pipeline.condition_name(condition);
+        facts.push(fact("toggle", format!("runs in frames with {on}")));
+    }
+    for before in &pass.after {
+        facts.push(fact("after", &*pipeline.pass(*before).name));
+    }
+    for one in &pass.uses {
+        let resource = &pipeline.resource(one.resource).name;
+        let about = match (one.usage.reads(), one.usage.writes()) {
+            (true, true) => "reads, writes",
+            (false, true) => "writes",
+            _ => "reads",
+        };
+        let text = format!("{resource} ({})", one.usage.name());
+        facts.push(Fact { about, text, at: Some(location(subject.sources, one.place)) });
+    }
+    facts
+}
+
+/// The longest list of a fact's own lines.
+const MOST: usize = 64;
+
+/// Where a pass runs and why, or why it does not.
+fn state(pipeline: &Pipeline, plan: &Plan, name: &str) -> Vec<Fact> {
+    let Some(handle) = pipeline.find_pass(name) else { return Vec::new() };
+    match plan.position(handle) {
+        Some(position) => {
+            let runs = fact("runs", format!("as number {} of {}", position + 1, plan.passes.len()));
+            std::iter::once(runs).chain(kept(plan, name, handle)).collect()
+        }
+        None => {
+            let mut facts = vec![fact("runs", "never: it is culled")];
+            facts.extend(plan.why_culled(name).into_iter().map(|step| fact("culled", step)));
+            facts
+        }
+    }
+}
+
+/// The way from a pass to an output. The last step speaks of the pass that the one before leads to.
+fn kept(plan: &Plan, name: &str, handle: PassHandle) -> Vec<Fact> {
+    let mut at = name.to_owned();
+    let mut facts = Vec::new();
+    for step in plan.why_kept(handle) {
+        let (reader, words) = match (step.split_once(" reads "), step.strip_prefix("it ")) {
+            (Some((reader, _)), _) => (reader.to_owned(), step.clone()),
+            (None, Some(rest)) => (at.clone(), format!("{at} {rest}")),
+            (None, None) => (at.clone(), format!("{at} {step}")),
+        };
+        facts.push(fact("kept", format!("{} {words}", if facts.is_empty() { "because" } else { "and" })));
+        at = reader;
+    }
+    facts
+}
+
+/// Why a pass is not in the pipeline: a `when` that is false, on it or on a use of a subgraph around it.
+fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<Fact>) {
+    let own = (found.entry, String::new());
+    let outer = found.uses.iter().map(|used| (used.entry, format!(" of {}", used.name)));
+    let conditions: Vec<(&Value, String)> =
+        outer.chain([own]).filter_map(|(entry, of_what)| Some((entry.value.get("when")?, of_what))).collect();
+    if conditions.is_empty() {
+        let text = if subject.checked.plan.is_some() {
+            "never: its loop has no round"
+        } else {
+            "not known: it has errors"
+        };
+        facts.push(fact("runs", text));
+        return;
+    }
+    facts.push(fact("runs", "never: it is switched off in this configuration"));
+    for (when, of_what) in conditions {
+        let expression = when.text().map_or_else(|| super::origin::json(when), str::to_owned);
+        let at = Some(location(subject.sources, when.span));
+        facts.push(Fact { about: "when", text: format!("\"when\"{of_what} is {expression}"), at });
+        let root = &subject.composed.document.root;
+        for name in words(&expression) {
+            for (section, kind) in [("features", Kind::Feature), ("parameters", Kind::Parameter)] {
+                let Some(entry) = root.get(section).and_then(|all| all.entry(name)) else { continue };
+                let pointer = pointer_join(&format!("/{section}"), name);
+                if let Some(last) = given::given(subject, kind, entry, &pointer).pop() {
+                    let text = format!("{name} is {}, by {}", last.value, last.by);
+                    facts.push(Fact { about: "when", text, at: Some(last.at) });
+                }
+            }
+        }
+    }
+}
+
+/// The names in an expression, each once.
+fn words(text: &str) -> Vec<&str> {
+    let mut words: Vec<&str> = Vec::new();
+    if expression::parse(text).is_err() {
+        return words;
+    }
+    for word in text.split(|letter: char| !letter.is_ascii_alphanumeric() && letter != '_') {
+        if !words.contains(&word) {
+            words.push(word);
+        }
+    }
+    words
+}
+
+fn used(subject: &Subject<'_>, uses: &[Use<'_>]) -> Vec<Fact> {
+    let one = |used: &Use<'_>| {
+        let subgraph = used.entry.value.get("use").and_then(Value::text).unwrap_or_default();
+        Fact {
+            about: "part of",
+            text: format!("{}, a use of the subgraph {subgraph}", used.name),
+            at: Some(location(subject.sources, used.entry.key_span)),
+        }
+    };
+    uses.iter().rev().map(one).collect()
+}
+
+/// Who uses a resource, and what stands for it on the device.
+pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[Use<'_>]) -> Vec<Fact> {
+    let mut facts = used(subject, uses);
+    let Some(pipeline) = subject.checked.pipeline.as_deref() else {
+        facts.push(fact("memory", "not known: the pipeline has errors"));
+        return facts;
+    };
+    let Some(handle) = pipeline.find_resource(name) else {
+        facts.push(fact("memory", "none: the use of the subgraph is switched off, or has errors"));
+        return facts;
+    };
+    let plan = subject.checked.plan.as_ref();
+    for pass in &pipeline.passes {
+        for one in pass.uses.iter().filter(|one| one.resource == handle) {
+            let about = if one.usage.writes() { "written by" } else { "read by" };
+            let culled = plan.is_some_and(|plan| plan.culled.contains_key(&pass.name));
+            let culled = if culled { ", culled" } else { "" };
+            let text = format!("{} ({}{culled})", pass.name, one.usage.name());
+            facts.push(Fact { about, text, at: Some(location(subject.sources, one.place)) });
+        }
+    }
+    // Writers before readers, each in the order of the document.
+    facts.sort_by_key(|fact| match fact.about {
+        "part of" => 0,
+        "written by" => 1,
+        _ => 2,
+    });
+    let lifetime = match pipeline.resource(handle).lifetime() {
+        Lifetime::Transient => None,
+        Lifetime::Imported => Some("imported: it is the host's own"),
+        _ => Some("it outlives the frame"),
+    };
+    facts.extend(lifetime.map(|text| fact("lifetime", text)));
+    let Some(plan) = plan else {
+        facts.push(fact("memory", "not known: the pipeline has errors"));
+        return facts;
+    };
+    let Some(planned) = plan.resources.get(name) else {
+        facts.push(fact("memory", "none: no pass that runs uses it"));
+        return facts;
+    };
+    let pass = |at: usize| plan.passes.get(at).map_or("", |pass| pass.name.as_str());
+    facts.push(fact("alive", format!("from {} to {}", pass(planned.first), pass(planned.last))));
+    if let (Some(format), Some(size)) = (planned.format, planned.size) {
+        let mut text = format!("{}, {} by {} texels", format_name(format), size.width, size.height);
+        for (count, what) in [(size.layers, "layers"), (size.mips, "mips"), (size.samples, "samples")] {
+            if count > 1 {
+                text += &format!(", {count} {what}");
+            }
+        }
+        facts.push(fact("texture", format!("{text}, {} bytes", planned.bytes)));
+    } else if planned.bytes > 0 {
+        facts.push(fact("buffer", format!("{} bytes", planned.bytes)));
+    }
+    let shares = plan
+        .resources
+        .iter()
+        .filter(|(other, resource)| *other != name && resource.physical == planned.physical)
+        .map(|(other, _)| other.as_str());
+    let text = match planned.physical {
+        Physical::Imported => "the host's own".to_owned(),
+        Physical::Host => "data on the CPU".to_owned(),
+        Physical::Texture(index) | Physical::Buffer(index) => {
+            let kind = if matches!(planned.physical, Physical::Texture(_)) { "texture" } else { "buffer" };
+            match crate::diagnostic::list_of(shares) {
+                none if none.is_empty() => format!("{kind} {index} of the plan, for itself"),
+                others => format!("{kind} {index} of the plan, shared with {others}"),
+            }
+        }
+    };
+    facts.push(fact("memory", text));
+    facts
+}
+
+/// Who uses a toggle or a subgraph; whether a preset is taken.
+pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Vec<Fact> {
+    let root = &subject.composed.document.root;
+    match found.kind {
+        Kind::Preset => {
+            let places: Vec<Span> = settings(&found.entry.value).map(|entry| entry.key_span).collect();
+            let chosen = &subject.choice;
+            let taken = chosen.parameters.iter().chain(&chosen.features);
+            let taken = taken.filter(|setting| places.contains(&setting.place)).count() > 0;
+            vec![fact("taken", if taken { "yes" } else { "no" })]
+        }
+        Kind::Subgraph => users(subject, root, |entry| {
+            entry.value.get("use").and_then(Value::text).is_some_and(|used| used == name)
+        }),
+        Kind::Toggle => {
+            let mut facts = Vec::new();
+            if let Some(pipeline) = subject.checked.pipeline.as_deref() {
+                let of_toggle = |condition: &crate::pipeline::Condition| {
+                    pipeline.toggles.get(condition.toggle).is_some_and(|toggle| toggle.name == name)
+                };
+                for pass in
+                    pipeline.passes.iter().filter(|pass| pass.condition.as_ref().is_some_and(of_toggle))
+                {
+                    let without = pass.condition.is_some_and(|condition| !condition.on);
+                    let text = format!("{}{}", pass.name, if without { ", while it is off" } else { "" });
+                    facts.push(Fact {
+                        about: "switches",
+                        text,
+                        at: Some(location(subject.sources, pass.place)),
+                    });
+                }
+            }
+            facts
+        }
+        Kind::Feature | Kind::Parameter if found.uses.is_empty() => users(subject, root, |entry| {
+            entry.value.get("when").and_then(Value::text).is_some_and(|when| words(when).contains(&name))
+        }),
+        _ => used(subject, &found.uses),
+    }
+}
+
+fn settings(preset: &Value) -> impl Iterator<Item = &Entry> {
+    let of = |section: &str| preset.get(section).and_then(Value::entries).unwrap_or_default();
+    of("parameters").iter().chain(of("features"))
+}
+
+/// The passes of the document and of its subgraphs for which something holds.
+fn users(subject: &Subject<'_>, root: &Value, holds: impl Fn(&Entry) -> bool) -> Vec<Fact> {
+    let mut facts = Vec::new();
+    let passes = |owner: &Value| -> Vec<(String, Span)> {
+        let entries = owner.get("passes").and_then(Value::entries).unwrap_or_default();
+        let fitting = entries.iter().filter(|entry| holds(entry));
+        fitting.map(|entry| (entry.key.clone(), entry.key_span)).collect()
+    };
+    let mut push = |(text, place): (String, Span)| {
+        facts.push(Fact { about: "used by", text, at: Some(location(subject.sources, place)) });
+    };
+    passes(root).into_iter().for_each(&mut push);
+    for subgraph in root.get("subgraphs").and_then(Value::entries).unwrap_or_default() {
+        for (pass, place) in passes(&subgraph.value) {
+            push((format!("{pass} of the subgraph {}", subgraph.key), place));
+        }
+    }
+    facts
+}

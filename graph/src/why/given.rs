@@ -1,0 +1,82 @@
+//! Everything that gives a parameter or feature a value, the lowest first.
+
+use serde::Serialize;
+
+use super::origin::{self, Location, as_json, json, location};
+use super::{Kind, Subject};
+use crate::compose::Layer;
+use crate::document::{Entry, Value, pointer_join};
+use crate::pipeline::Setting;
+
+/// One value that was given.
+#[derive(Clone, Debug, Serialize)]
+pub struct Given {
+    /// By what: `default`, `preset NAME`, `parameter file`, `--set` or `--feature`, `with`.
+    pub by: String,
+    /// The value as JSON text.
+    #[serde(serialize_with = "as_json")]
+    pub value: String,
+    /// Where.
+    pub at: Location,
+    /// How the file comes in, of a default or a preset.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layer: Option<Layer>,
+}
+
+/// What gives the pipeline's parameter or feature its value.
+pub(super) fn given(subject: &Subject<'_>, kind: Kind, entry: &Entry, pointer: &str) -> Vec<Given> {
+    let (section, settings, option) = match kind {
+        Kind::Feature => ("features", &subject.choice.features, "--feature"),
+        _ => ("parameters", &subject.choice.parameters, "--set"),
+    };
+    let mut list = Vec::new();
+    if let Some(value) = entry.value.get("default") {
+        of_document(subject, "default", value, &format!("{pointer}/default"), &mut list);
+    }
+    for setting in settings.iter().filter(|setting| setting.name == entry.key) {
+        let preset = preset_of(subject, section, setting);
+        if let Some(preset) = preset {
+            let at = pointer_join(&format!("{}/{section}", pointer_join("/presets", &preset)), &entry.key);
+            of_document(subject, &format!("preset {preset}"), &setting.value, &at, &mut list);
+            continue;
+        }
+        let at = location(subject.sources, setting.place);
+        let by = if at.file.starts_with('<') { option } else { "parameter file" };
+        list.push(Given {
+            by: by.to_owned(),
+            value: json(&setting.value),
+            at: location(subject.sources, setting.value.span),
+            layer: None,
+        });
+    }
+    list
+}
+
+/// A value of the document, above what it was laid over.
+pub(super) fn of_document(
+    subject: &Subject<'_>,
+    by: &str,
+    value: &Value,
+    pointer: &str,
+    list: &mut Vec<Given>,
+) {
+    for older in origin::older(subject, pointer).into_iter().rev() {
+        list.push(Given { by: by.to_owned(), value: older.value, at: older.at, layer: Some(older.layer) });
+    }
+    list.push(Given {
+        by: by.to_owned(),
+        value: json(value),
+        at: location(subject.sources, value.span),
+        layer: Some(origin::layer(subject, value.span)),
+    });
+}
+
+/// The preset that a setting stands in.
+fn preset_of(subject: &Subject<'_>, section: &str, setting: &Setting) -> Option<String> {
+    let presets = subject.composed.document.root.get("presets").and_then(Value::entries).unwrap_or_default();
+    let stands_in = |preset: &&Entry| {
+        let values = preset.value.get(section).and_then(Value::entries).unwrap_or_default();
+        values.iter().any(|entry| entry.key_span == setting.place)
+    };
+    presets.iter().find(stands_in).map(|preset| preset.key.clone())
+}

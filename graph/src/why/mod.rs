@@ -1,0 +1,206 @@
+//! Where does this come from? What a name of a pipeline stands for, which file and line set each of its values, and what
+//! the compiler made of it.
+//!
+//! [`why`] looks a name up among everything that a pipeline names (one name may be that of a pass and of a feature:
+//! both are told), and tells of each thing
+//!
+//! - its values with the places that set them, and what those places replaced ([`origin`]): a value of a document
+//!   made of several files knows where it was written, and [`crate::compose::Composed`] keeps what it was laid over;
+//! - for parameters and features everything that gave a value, the lowest first: default, preset, parameter files,
+//!   command line;
+//! - for passes and resources what the plan says of them ([`fact`]): why they are kept or culled, and what shares memory.
+//!
+//! [`why_memory`] says why two resources share memory or do not.
+//!
+//! A pipeline with errors is told of as far as it goes: names and values need only the documents. Values that nobody
+//! writes, the defaults of the language, are not listed.
+
+mod fact;
+mod find;
+mod given;
+mod human;
+mod origin;
+
+pub use fact::Fact;
+pub use given::Given;
+pub use human::human;
+pub use origin::{Location, Older, Origin};
+
+use std::collections::BTreeSet;
+
+use serde::Serialize;
+
+use crate::check::Checked;
+use crate::compiler::{Physical, why_apart};
+use crate::compose::Composed;
+use crate::diagnostic::{Diagnostic, codes, did_you_mean};
+use crate::pipeline::Choice;
+use crate::source::{Sources, Span};
+
+/// A pipeline that is asked about.
+#[derive(Clone, Copy, Debug)]
+pub struct Subject<'a> {
+    /// Its document.
+    pub composed: &'a Composed,
+    /// What gives its parameters and features their values, the last over the first.
+    pub choice: &'a Choice,
+    /// What it came to.
+    pub checked: &'a Checked,
+    /// The texts.
+    pub sources: &'a Sources,
+}
+
+/// What a name can stand for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kind {
+    /// A pass, a loop of passes, or a use of a subgraph.
+    Pass,
+    /// A resource.
+    Resource,
+    /// A parameter, of the pipeline or of one use of a subgraph.
+    Parameter,
+    /// A feature.
+    Feature,
+    /// A toggle.
+    Toggle,
+    /// A preset.
+    Preset,
+    /// A subgraph.
+    Subgraph,
+    /// What a use of a subgraph passes in.
+    Input,
+    /// A point for extensions.
+    ExtensionPoint,
+    /// A contract with the host's draws.
+    Geometry,
+}
+
+impl Kind {
+    /// The word, with its article.
+    pub fn name(self) -> &'static str {
+        match self {
+            Kind::Pass => "a pass",
+            Kind::Resource => "a resource",
+            Kind::Parameter => "a parameter",
+            Kind::Feature => "a feature",
+            Kind::Toggle => "a toggle",
+            Kind::Preset => "a preset",
+            Kind::Subgraph => "a subgraph",
+            Kind::Input => "an input",
+            Kind::ExtensionPoint => "an extension point",
+            Kind::Geometry => "a geometry",
+        }
+    }
+}
+
+/// What there is to say of one thing.
+#[derive(Clone, Debug, Serialize)]
+pub struct Thing {
+    /// Its name.
+    pub name: String,
+    /// What kind of thing it is.
+    pub kind: Kind,
+    /// The same in words, more closely: "a fullscreen pass".
+    pub what: String,
+    /// What its author says of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
+    /// Where it is declared.
+    pub declared: Location,
+    /// The value that counts, of a parameter or feature.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub value: Option<String>,
+    /// Everything that gave a parameter or feature a value, the lowest first: the last counts.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub given: Vec<Given>,
+    /// What the compiler made of it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub facts: Vec<Fact>,
+    /// Its values as they are written, each with the places that set it.
+    pub values: Vec<Origin>,
+}
+
+/// Whether two resources share memory.
+#[derive(Clone, Debug, Serialize)]
+pub struct Memory {
+    /// The first resource.
+    pub first: String,
+    /// The second resource.
+    pub second: String,
+    /// Whether they share; `None` for a pipeline with errors, which has no plan.
+    pub shared: Option<bool>,
+    /// Why, or every reason why not.
+    pub reasons: Vec<String>,
+}
+
+/// Everything that has a name.
+///
+/// # Errors
+/// Nothing has it; the finding stands at `place`, where it is asked for.
+pub fn why(subject: &Subject<'_>, name: &str, place: Span) -> Result<Vec<Thing>, Box<Diagnostic>> {
+    let things = find::things(subject, name);
+    if !things.is_empty() {
+        return Ok(things);
+    }
+    let names = find::names(subject);
+    let mut finding = unknown("nothing in this pipeline is named", name, place, &names);
+    // What a file deleted has left its name behind.
+    for (pointer, null) in &subject.composed.deleted {
+        if pointer.matches('/').count() == 2 && pointer.ends_with(&format!("/{name}")) {
+            for older in subject.composed.replaced.get(pointer).into_iter().flatten() {
+                finding = Box::new(finding.related(*older, "it stood here"));
+            }
+            finding = Box::new(finding.related(*null, "and is deleted here"));
+        }
+    }
+    Err(finding)
+}
+
+/// Whether two resources share memory, and why.
+///
+/// # Errors
+/// A name that no resource has; the finding stands at its place.
+pub fn why_memory(
+    subject: &Subject<'_>,
+    [first, second]: [(&str, Span); 2],
+) -> Result<Memory, Vec<Diagnostic>> {
+    let names = find::resource_names(subject);
+    let mut findings = Vec::new();
+    for (name, place) in [first, second] {
+        if !names.contains(name) {
+            findings.push(*unknown("there is no resource", name, place, &names));
+        }
+    }
+    if !findings.is_empty() {
+        return Err(findings);
+    }
+    let (first, second) = (first.0, second.0);
+    let mut memory =
+        Memory { first: first.to_owned(), second: second.to_owned(), shared: None, reasons: Vec::new() };
+    let Some(plan) = &subject.checked.plan else {
+        memory.reasons.push("the pipeline has errors, so there is no plan, and no memory".to_owned());
+        return Ok(memory);
+    };
+    if first == second {
+        memory.shared = Some(true);
+        memory.reasons.push(format!("{first} is one resource"));
+        return Ok(memory);
+    }
+    let physical = |name: &str| plan.resources.get(name).map(|resource| resource.physical);
+    memory.shared = Some(
+        matches!(physical(first), Some(Physical::Texture(_) | Physical::Buffer(_)))
+            && physical(first) == physical(second),
+    );
+    memory.reasons = why_apart(plan, first, second);
+    Ok(memory)
+}
+
+fn unknown(what: &str, name: &str, place: Span, known: &BTreeSet<String>) -> Box<Diagnostic> {
+    let finding = Diagnostic::error(codes::UNKNOWN_NAME, place, format!("{what} \"{name}\""));
+    Box::new(match did_you_mean(name, known.iter().map(String::as_str)) {
+        Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
+        None => finding
+            .help(format!("the names are {}", crate::diagnostic::list_of(known.iter().map(String::as_str)))),
+    })
+}

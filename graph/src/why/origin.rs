@@ -1,0 +1,194 @@
+//! The places that set the values of a thing.
+//!
+//! The values of a thing are the leaves below its JSON pointer: whatever is no object, and lists whole where they come
+//! from one file. Each leaf knows its place; what it replaced hangs below the same pointer. Values that a file deleted
+//! have no leaf, and are listed behind with the place of the `null`.
+
+use serde::{Serialize, Serializer};
+
+use super::Subject;
+use crate::compose::Layer;
+use crate::document::{self, Kind, Value, pointer_join};
+use crate::source::{Sources, Span};
+
+/// A place as people read it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Location {
+    /// The file, as findings show it.
+    pub file: String,
+    /// The line, from 1.
+    pub line: u32,
+    /// The column in characters, from 1.
+    pub column: u32,
+}
+
+impl std::fmt::Display for Location {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}:{}:{}", self.file, self.line, self.column)
+    }
+}
+
+/// One value with the place that set it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Origin {
+    /// Which value: keys joined by dots.
+    pub path: String,
+    /// The value as JSON text; for a value that was deleted, "null".
+    #[serde(serialize_with = "as_json")]
+    pub value: String,
+    /// Where it is written.
+    pub at: Location,
+    /// How the file comes in.
+    pub layer: Layer,
+    /// What it was laid over, the newest first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub replaced: Vec<Older>,
+}
+
+/// A value that another file replaced or deleted.
+#[derive(Clone, Debug, Serialize)]
+pub struct Older {
+    /// The value as JSON text.
+    #[serde(serialize_with = "as_json")]
+    pub value: String,
+    /// Where it is written.
+    pub at: Location,
+    /// How the file comes in.
+    pub layer: Layer,
+}
+
+/// JSON text as the value that it is.
+pub(super) fn as_json<S: Serializer>(text: &str, serializer: S) -> Result<S::Ok, S::Error> {
+    match serde_json::from_str::<serde_json::Value>(text) {
+        Ok(value) => value.serialize(serializer),
+        Err(_) => serializer.serialize_str(text),
+    }
+}
+
+/// The position of a place.
+pub(super) fn location(sources: &Sources, span: Span) -> Location {
+    match sources.get(span.file) {
+        Some(file) => {
+            let position = file.line_column(span.start);
+            Location { file: file.name().to_owned(), line: position.line, column: position.column }
+        }
+        None => Location { file: String::new(), line: 1, column: 1 },
+    }
+}
+
+/// A value as JSON on one line.
+pub(super) fn json(value: &Value) -> String {
+    match &value.kind {
+        Kind::Array(elements) => {
+            let list: Vec<String> = elements.iter().map(json).collect();
+            format!("[{}]", list.join(", "))
+        }
+        Kind::Object(entries) if entries.is_empty() => "{}".to_owned(),
+        Kind::Object(entries) => {
+            let list: Vec<String> = entries
+                .iter()
+                .map(|entry| {
+                    format!("{}: {}", serde_json::Value::from(entry.key.as_str()), json(&entry.value))
+                })
+                .collect();
+            format!("{{ {} }}", list.join(", "))
+        }
+        _ => value.to_json().to_string(),
+    }
+}
+
+/// Everything below a pointer, with `prefix` before each path.
+pub(super) fn origins(subject: &Subject<'_>, pointer: &str, value: &Value, prefix: &str) -> Vec<Origin> {
+    let mut origins = Vec::new();
+    let mut leaves = Vec::new();
+    leaf(subject, pointer, value, prefix, &mut origins, &mut leaves);
+    let below = format!("{pointer}/");
+    for (deleted, place) in subject.composed.deleted.range(below.clone()..) {
+        let Some(rest) = deleted.strip_prefix(&below) else { break };
+        // A higher file may have put it back.
+        if leaves.iter().any(|leaf: &String| leaf == deleted || leaf.starts_with(&format!("{deleted}/"))) {
+            continue;
+        }
+        origins.push(Origin {
+            path: join(prefix, &rest.replace('/', ".")),
+            value: "null".to_owned(),
+            at: location(subject.sources, *place),
+            layer: layer(subject, *place),
+            replaced: older(subject, deleted),
+        });
+    }
+    origins
+}
+
+fn leaf(
+    subject: &Subject<'_>,
+    pointer: &str,
+    value: &Value,
+    path: &str,
+    origins: &mut Vec<Origin>,
+    leaves: &mut Vec<String>,
+) {
+    match &value.kind {
+        Kind::Object(entries) if !entries.is_empty() => {
+            for entry in entries {
+                let at = pointer_join(pointer, &entry.key);
+                leaf(subject, &at, &entry.value, &join(path, &entry.key), origins, leaves);
+            }
+        }
+        Kind::Array(elements) if is_mixed(value) => {
+            for (at, element) in elements.iter().enumerate() {
+                let below = format!("{pointer}/{at}");
+                leaf(subject, &below, element, &join(path, &at.to_string()), origins, leaves);
+            }
+        }
+        _ => {
+            leaves.push(pointer.to_owned());
+            origins.push(Origin {
+                path: path.to_owned(),
+                value: json(value),
+                at: location(subject.sources, value.span),
+                layer: layer(subject, value.span),
+                replaced: older(subject, pointer),
+            });
+        }
+    }
+}
+
+/// Whether a list is worth a line for each element: it holds objects, or comes from several files.
+fn is_mixed(value: &Value) -> bool {
+    value.elements().unwrap_or_default().iter().any(|element| {
+        element.span.file != value.span.file || element.entries().is_some_and(|entries| !entries.is_empty())
+    })
+}
+
+/// What stood at a pointer before.
+pub(super) fn older(subject: &Subject<'_>, pointer: &str) -> Vec<Older> {
+    let places = subject.composed.replaced.get(pointer).map(Vec::as_slice).unwrap_or_default();
+    places
+        .iter()
+        .map(|place| Older {
+            value: text(subject.sources, *place),
+            at: location(subject.sources, *place),
+            layer: layer(subject, *place),
+        })
+        .collect()
+}
+
+/// The value at a place, as JSON on one line.
+fn text(sources: &Sources, place: Span) -> String {
+    let mut scratch = Sources::new();
+    let file = scratch.add("", sources.text(place));
+    match document::parse(&scratch, file) {
+        Ok(document) => json(&document.root),
+        Err(_) => sources.text(place).split_whitespace().collect::<Vec<_>>().join(" "),
+    }
+}
+
+/// How the file of a place comes in.
+pub(super) fn layer(subject: &Subject<'_>, place: Span) -> Layer {
+    subject.composed.layers.get(&place.file).copied().unwrap_or(Layer::Pipeline)
+}
+
+fn join(path: &str, key: &str) -> String {
+    if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") }
+}
