@@ -377,6 +377,15 @@ fn a_buffer_that_is_too_small_is_caught() {
 }
 
 #[test]
+fn a_buffer_larger_than_the_largest_of_its_class_is_caught() {
+    caught(FaultKind::ClassMismatch, |plan| {
+        plan.buffers[0].bytes += 4;
+        plan.bytes += 4;
+        plan.bytes_bound += 4;
+    });
+}
+
+#[test]
 fn a_missing_usage_is_caught() {
     caught(FaultKind::UsageMissing, |plan| {
         let index = texture_of(plan, "a");

@@ -367,3 +367,55 @@ fn writers_of_common_bytes_and_reads_beyond_the_buffer_are_refused() {
     assert_eq!(refused(bytes(&[Part::WHOLE], Part::bytes(512, 1024))), ["UG0405"]);
     assert_eq!(refused(bytes(&[Part::bytes(0, 512)], Part::bytes(512, 512))), ["UG0401"]);
 }
+
+/// A chain of passes over buffers of so many bytes: each is written by one and read by the next.
+fn buffers(sizes: &[u32]) -> Assembly {
+    let mut assembly = Assembly::new("buffers");
+    let mut previous: Option<umbragraph::work::ResourceHandle> = None;
+    for (at, bytes) in sizes.iter().enumerate() {
+        let buffer = assembly.buffer(&format!("b{at}"), *bytes, Lifetime::Transient);
+        let mut pass = assembly.pass(&format!("p{at}")).side_effect();
+        if let Some(previous) = previous {
+            pass = pass.uses(previous, Part::WHOLE, Usage::StorageRead, Version::Newest);
+        }
+        let _ = pass.uses(buffer, Part::WHOLE, Usage::StorageWrite, Version::Newest);
+        previous = Some(buffer);
+    }
+    assembly
+}
+
+#[test]
+fn buffers_share_up_to_the_same_power_of_two() {
+    let plan = planned(buffers(&[1000, 64, 900]), Objective::Declaration);
+    assert_eq!(plan.resources["b0"].physical, plan.resources["b2"].physical);
+    assert_eq!((plan.buffers.len(), plan.bytes, plan.bytes_without_aliasing), (2, 1064, 1964));
+    assert_eq!((plan.resources["b0"].bytes, plan.resources["b2"].bytes), (1000, 900));
+    // 1025 bytes round up to 2048.
+    let plan = planned(buffers(&[1000, 64, 1028]), Objective::Declaration);
+    assert_eq!((plan.buffers.len(), plan.bytes), (3, 1000 + 64 + 1028));
+    assert!(why_apart(&plan, "b0", "b2").iter().any(|reason| reason.contains("power of two")));
+}
+
+#[test]
+fn each_class_of_buffers_has_as_many_as_are_alive_at_once() {
+    let sizes: Vec<u32> = (0..200u32).map(|at| 4 * (1 + at.wrapping_mul(2_654_435_761) % 500)).collect();
+    for objective in Objective::ALL {
+        let plan = planned(buffers(&sizes), objective);
+        let class = |bytes: u64| bytes.next_power_of_two();
+        let mut classes: Vec<u64> = plan.buffers.iter().map(|buffer| class(buffer.bytes)).collect();
+        classes.sort_unstable();
+        classes.dedup();
+        for one in classes {
+            let members = plan.resources.values().filter(|resource| class(resource.bytes) == one);
+            let alive =
+                |at: usize| members.clone().filter(|one| (one.first..=one.last).contains(&at)).count();
+            let peak = (0..plan.passes.len()).map(alive).max();
+            let created = plan.buffers.iter().filter(|buffer| class(buffer.bytes) == one);
+            assert_eq!(Some(created.clone().count()), peak, "{one}");
+            let largest = members.clone().map(|one| one.bytes).max();
+            assert!(created.clone().all(|buffer| Some(buffer.bytes) == largest), "{one}");
+        }
+        assert_eq!(plan.bytes, plan.bytes_bound);
+        assert!(plan.bytes < plan.bytes_without_aliasing);
+    }
+}

@@ -60,3 +60,36 @@ fn samples_are_resolved_to_one_for_each_texel() {
     show(&gpu, &mut executor, Some(&squares), &picture, &frame(&["0"]));
     assert_eq!(color(&gpu, &picture, 0), [255, 0, 0, 255]);
 }
+
+#[test]
+fn a_shader_sees_the_length_of_its_buffer_whatever_it_shares_memory_with() {
+    let Some(gpu) = gpu::device() else { return };
+    let resources = format!(
+        r#"{}, "short": {{ "buffer": {{ "size": 900 }} }}, "long": {{ "buffer": {{ "size": 1000 }} }},
+           "lengths": {{ "buffer": {{ "size": 2048 }} }}"#,
+        target(1)
+    );
+    let tell = |name: &str, after: &str| {
+        format!(
+            r#""{name}_begins": {{ {after} "clear": {{ "buffer": "{name}" }} }},
+               "tell_{name}": {{ {after} "compute": {{ "shader": "length.wgsl.jinja",
+                   "bind": {{ "words": "{name}", "lengths": "lengths" }}, "workgroups": [1, 1, 1] }} }}"#
+        )
+    };
+    let passes = format!(
+        r#""none": {{ "clear": {{ "buffer": "lengths" }} }}, {}, {},
+           "shown": {{ "copy": {{ "from": {{ "name": "lengths" }}, "to": {{ "name": "target" }} }} }}"#,
+        tell("short", ""),
+        tell("long", r#""after": ["tell_short"],"#)
+    );
+    let plan = plan(&resources, &passes);
+    assert_eq!(plan.resources["short"].physical, plan.resources["long"].physical);
+    let mut bytes: Vec<u64> = plan.buffers.iter().map(|buffer| buffer.bytes).collect();
+    bytes.sort_unstable();
+    assert_eq!(bytes, [1000, 2048]);
+    let mut executor = executor(&gpu, &plan, None);
+    let picture = import(&gpu, &plan, "target");
+    show(&gpu, &mut executor, None, &picture, &frame(&[]));
+    let words = texels(&gpu, &picture, 0).into_iter().map(u32::from_le_bytes);
+    assert_eq!(words.take(4).collect::<Vec<_>>(), [2, 900 / 4, 1000 / 4, 0]);
+}

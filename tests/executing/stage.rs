@@ -86,6 +86,15 @@ const COUNTS: &str = r#"@group(1) @binding(0) var<storage, read_write> words: ar
 @compute @workgroup_size(1) fn say() { words[0] = 3u; words[1] = 2u; words[2] = 1u; }
 "#;
 
+/// Adds the number of words that it sees to a list, which begins with the length of the list.
+const LENGTH: &str = r#"@group(1) @binding(0) var<storage, read> words: array<u32>;
+@group(1) @binding(1) var<storage, read_write> lengths: array<u32>;
+@compute @workgroup_size(1) fn tell() {
+    lengths[0] += 1u;
+    lengths[lengths[0]] = arrayLength(&words);
+}
+"#;
+
 /// Counts its invocations.
 const COUNT: &str = r#"struct Sum { value: atomic<u32> }
 @group(1) @binding(0) var<storage, read_write> sum: Sum;
@@ -127,6 +136,7 @@ pub(crate) fn plan_of_text(text: String, side: u32) -> Arc<Plan> {
         ("words.wgsl.jinja", WORDS),
         ("counts.wgsl.jinja", COUNTS),
         ("count.wgsl.jinja", COUNT),
+        ("length.wgsl.jinja", LENGTH),
     ];
     let templates = common::templates(&own, &mut sources, &mut findings);
     let mut registry = umbragraph::registry();

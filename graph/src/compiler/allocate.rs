@@ -22,7 +22,7 @@ pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>) {
     let Fixed { spans, conditional, aliasing, .. } = &*fixed;
     let pipeline = plan.pipeline.clone();
     let (mut textures, mut buffers) = (Kind::default(), Kind::default());
-    let mut peak = Peak::new(facts.classes, plan.passes.len());
+    let mut peak = Peak::new(&facts.class_bytes, plan.passes.len());
     let end = plan.passes.len().saturating_sub(1);
     for handle in pipeline.resource_handles() {
         let Some(fact) = facts.get(handle) else { continue };
@@ -64,8 +64,10 @@ pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>) {
     }
     for (handle, index) in buffers.assigned() {
         physical[handle.index()] = Physical::Buffer(index);
-        if let Some(Descriptor::Buffer { bytes, usages }) = facts.get(handle).and_then(|fact| fact.descriptor)
-        {
+        let fact = facts.get(handle);
+        if let Some(Descriptor::Buffer { usages, .. }) = fact.and_then(|fact| fact.descriptor) {
+            let class = fact.and_then(|fact| fact.class);
+            let bytes = class.map_or(0, |class| facts.class_bytes[class]);
             if index == plan.buffers.len() {
                 plan.bytes += bytes;
                 plan.buffers.push(PhysicalBuffer { label: String::new(), bytes, usages });
@@ -127,12 +129,12 @@ struct Peak {
 }
 
 impl Peak {
-    fn new(classes: usize, passes: usize) -> Self {
-        Self { changes: vec![(0, Vec::new()); classes], all: vec![0; passes + 1] }
+    fn new(classes: &[u64], passes: usize) -> Self {
+        let changes = classes.iter().map(|bytes| (*bytes, Vec::new())).collect();
+        Self { changes, all: vec![0; passes + 1] }
     }
 
     fn add(&mut self, class: usize, bytes: u64, first: usize, last: usize) {
-        self.changes[class].0 = bytes;
         self.changes[class].1.extend([(first, 1), (last + 1, -1)]);
         self.all[first] += i128::from(bytes);
         self.all[last + 1] -= i128::from(bytes);

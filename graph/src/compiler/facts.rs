@@ -1,8 +1,9 @@
 //! What each resource is, whatever the order of the passes: its size, format, usages and class.
 //!
 //! Two resources of one class can stand for one another on a device: the same format, size, layers, mips, samples,
-//! dimension and usages, or, for buffers, the same bytes and usages. (Buffers of different sizes are kept apart since
-//! a shader can ask for the length of what is bound.) What outlives the frame is a class of its own, and so is what a
+//! dimension and usages, or, for buffers, the same usages and the same size class: the next power of two of their bytes.
+//! A buffer of a class is as large as its largest member; what is bound of it is as long as the resource, since a shader
+//! can ask for the length. What outlives the frame is a class of its own, and so is what a
 //! toggle can leave without its first write.
 //!
 //! Findings: parts that a texture does not have, formats that do not support their uses, imports used beyond the usage
@@ -67,8 +68,8 @@ pub(super) struct Facts<'a> {
     pub(super) sizes: Sizes<'a>,
     /// By handle; `None` for what no live pass uses.
     pub(super) list: Vec<Option<Fact>>,
-    /// The number of classes.
-    pub(super) classes: usize,
+    /// For each class the bytes of what stands for its members: those of the largest.
+    pub(super) class_bytes: Vec<u64>,
 }
 
 impl<'a> Facts<'a> {
@@ -83,8 +84,13 @@ impl<'a> Facts<'a> {
     ) -> Self {
         let mut facts = Self::empty(pipeline, options, sources);
         let mut formats = format::Formats::default();
-        let mut classes =
-            Classes { pipeline, known: HashMap::new(), conditional, aliasing: options.aliasing };
+        let mut classes = Classes {
+            pipeline,
+            known: HashMap::new(),
+            bytes: Vec::new(),
+            conditional,
+            aliasing: options.aliasing,
+        };
         let wants = format::wants(pipeline, live);
         for handle in pipeline.resource_handles() {
             let resource = pipeline.resource(handle);
@@ -135,7 +141,7 @@ impl<'a> Facts<'a> {
             };
             facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
         }
-        facts.classes = classes.known.len();
+        facts.class_bytes = classes.bytes;
         facts.check_parts(findings);
         history::check_initial(&facts, findings);
         facts
@@ -152,8 +158,13 @@ impl<'a> Facts<'a> {
         findings: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
         let mut facts = Self::empty(pipeline, options, sources);
-        let mut classes =
-            Classes { pipeline, known: HashMap::new(), conditional, aliasing: options.aliasing };
+        let mut classes = Classes {
+            pipeline,
+            known: HashMap::new(),
+            bytes: Vec::new(),
+            conditional,
+            aliasing: options.aliasing,
+        };
         for handle in pipeline.resource_handles() {
             let Some(fact) = before[handle.index()] else { continue };
             let descriptor = match (fact.descriptor, facts.sizes.of(handle)?) {
@@ -173,7 +184,7 @@ impl<'a> Facts<'a> {
             }
             facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
         }
-        facts.classes = classes.known.len();
+        facts.class_bytes = classes.bytes;
         facts.check_parts(findings);
         history::check_initial(&facts, findings);
         Some(facts)
@@ -187,7 +198,7 @@ impl<'a> Facts<'a> {
             pipeline,
             sizes: Sizes::new(pipeline, sources, options.viewport, imported, &options.data_sizes),
             list: vec![None; pipeline.resources.len()],
-            classes: 0,
+            class_bytes: Vec::new(),
         }
     }
 
@@ -309,6 +320,8 @@ struct Classes<'a> {
     pipeline: &'a Pipeline,
     /// What is alike, and of what stands for nothing else the handle.
     known: HashMap<(Descriptor, Option<ResourceHandle>), usize>,
+    /// The bytes of the largest of each.
+    bytes: Vec<u64>,
     conditional: &'a [bool],
     aliasing: bool,
 }
@@ -319,15 +332,26 @@ impl Classes<'_> {
         let created = descriptor.filter(|_| lifetime != Lifetime::Imported);
         let shares = lifetime == Lifetime::Transient && self.aliasing && !self.conditional[handle.index()];
         let alone = (!shares).then_some(handle);
-        let class = created.map(|descriptor| {
-            let next = self.known.len();
-            *self.known.entry((descriptor, alone)).or_insert(next)
-        });
         let bytes = match descriptor {
             Some(Descriptor::Texture(texture)) => texture_bytes(&texture),
             Some(Descriptor::Buffer { bytes, .. }) => bytes,
             None => 0,
         };
+        let class = created.map(|descriptor| {
+            let like = match descriptor {
+                Descriptor::Buffer { bytes, usages } => {
+                    Descriptor::Buffer { bytes: bytes.checked_next_power_of_two().unwrap_or(bytes), usages }
+                }
+                texture @ Descriptor::Texture(_) => texture,
+            };
+            let next = self.bytes.len();
+            let class = *self.known.entry((like, alone)).or_insert(next);
+            if class == next {
+                self.bytes.push(bytes);
+            }
+            self.bytes[class] = self.bytes[class].max(bytes);
+            class
+        });
         Fact { descriptor, class, bytes }
     }
 }

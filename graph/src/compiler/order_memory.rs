@@ -99,8 +99,8 @@ impl Model {
         let mut model = Self {
             uses: vec![Vec::new(); pipeline.passes.len()],
             resources: Vec::new(),
-            bytes: vec![0; facts.classes],
-            least: vec![0; facts.classes],
+            bytes: facts.class_bytes.clone(),
+            least: vec![0; facts.class_bytes.len()],
             fixed: 0,
         };
         let mut numbers = vec![None; pipeline.resources.len()];
@@ -110,7 +110,6 @@ impl Model {
                 continue;
             };
             if pipeline.resource(handle).lifetime() == Lifetime::Transient {
-                model.bytes[class] = bytes;
                 numbers[handle.index()] = Some(model.resources.len());
                 model.resources.push((class, 0));
             } else {

@@ -56,8 +56,11 @@ fn differences(
         }
     } else if a.format.is_some() != b.format.is_some() {
         reasons.push(format!("{first} and {second} are not both textures"));
-    } else if a.bytes != b.bytes {
-        reasons.push(format!("{first} has {} bytes, {second} has {}", a.bytes, b.bytes));
+    } else if a.bytes.checked_next_power_of_two() != b.bytes.checked_next_power_of_two() {
+        let (x, y) = (a.bytes, b.bytes);
+        reasons.push(format!(
+            "{first} has {x} bytes, {second} has {y}: buffers share up to the same power of two"
+        ));
     }
     if let (Some(x), Some(y)) = (a.size, b.size) {
         let pairs = [

@@ -39,7 +39,8 @@ pub(super) struct Group {
 pub(super) enum Bound {
     View(Viewed),
     Sampler(wgpu::Sampler),
-    Buffer(Buffer, Option<Run<u64>>),
+    /// The bytes of a buffer.
+    Buffer(Buffer, Run<u64>),
     Block(Place),
     /// A block `view`: one for each view.
     ViewBlock(Place),
@@ -158,8 +159,7 @@ impl Group {
                 Bound::Switched(_) => return None,
                 Bound::View(view) => wgpu::BindingResource::TextureView(view.get(resources)?),
                 Bound::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
-                Bound::Buffer(buffer, None) => buffer.get(resources)?.as_entire_binding(),
-                Bound::Buffer(buffer, Some(bytes)) => wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                Bound::Buffer(buffer, bytes) => wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                     buffer: buffer.get(resources)?,
                     offset: bytes.first,
                     size: wgpu::BufferSize::new(bytes.count),

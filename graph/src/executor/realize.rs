@@ -24,7 +24,7 @@ use crate::data::HostData;
 use crate::diagnostic::Diagnostic;
 use crate::draw::{HostInterface, PropertySet};
 use crate::language::TextureShape;
-use crate::pipeline::{Pass, Program, ResourceKind};
+use crate::pipeline::{Pass, Program, ResourceKind, Run};
 use crate::work::{
     AttachmentTarget, CopyWork, Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work,
 };
@@ -284,7 +284,9 @@ impl Realized {
                     SlotSource::Buffer(view) => {
                         let bound = |resource| {
                             let buffer = self.resources.buffer(&plan, resource)?;
-                            Some((resource, Bound::Buffer(buffer, view.bytes)))
+                            // What stands for it may be larger, and shaders can ask for the length.
+                            let all = Run { first: 0, count: plan.resource(resource)?.bytes };
+                            Some((resource, Bound::Buffer(buffer, view.bytes.unwrap_or(all))))
                         };
                         switched(plan.pipeline.stand_ins(view.resource).filter_map(bound).collect())
                     }

@@ -409,6 +409,10 @@ fn classes(plan: &Plan) -> Vec<ClassReport> {
             _ => None,
         };
         let Some(usages) = usages else { continue };
+        let bytes = match planned.physical {
+            Physical::Buffer(index) => plan.buffers.get(index).map_or(planned.bytes, |one| one.bytes),
+            _ => planned.bytes,
+        };
         let names: Vec<String> = usages
             .trim_start_matches("TextureUsages(")
             .trim_start_matches("BufferUsages(")
@@ -422,11 +426,11 @@ fn classes(plan: &Plan) -> Vec<ClassReport> {
             _ => ", kept from frame to frame",
         };
         let description =
-            format!("{} ({}{kept})", describe(planned.format, planned.size, planned.bytes), names.join(", "));
+            format!("{} ({}{kept})", describe(planned.format, planned.size, bytes), names.join(", "));
         let class = classes.entry(description).or_default();
         class.0.insert(planned.physical);
         class.1 += 1;
-        class.2 = planned.bytes;
+        class.2 = bytes;
     }
     let report =
         |(description, (places, resources, bytes_each)): (String, (BTreeSet<Physical>, usize, u64))| {

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use wgpu_types::{BufferUsages, TextureUsages};
 
 use super::{FaultKind, Faults};
-use crate::compiler::plan::{Physical, Plan, PlanOptions, PlannedResource};
+use crate::compiler::plan::{Physical, PhysicalBuffer, Plan, PlanOptions, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{Part, ResourceKind, Run, Usage};
 use crate::work::ResourceHandle;
@@ -180,7 +180,8 @@ fn check_place(
                 format!("\"{name}\" stands at buffer {index}, which is not there"),
             ),
             Some(buffer) => {
-                if buffer.bytes != planned.bytes {
+                let class = |bytes: u64| (0..64).find(|power| bytes <= 1u64 << power);
+                if planned.bytes > buffer.bytes || class(planned.bytes) != class(buffer.bytes) {
                     faults.add(
                         FaultKind::ClassMismatch,
                         format!("\"{name}\" is not of the class of buffer {index}"),
@@ -277,7 +278,53 @@ fn check_sharing(
             faults.add(FaultKind::PhysicalUnused, format!("{place:?} stands for nothing"));
         }
     }
+    check_buffer_bytes(plan, options, conditional, tenants, faults);
     check_minimal(plan, options, conditional, tenants, faults);
+}
+
+/// A buffer is as large as the largest resource of its class: of those with its usages that round up to the same power
+/// of two. What shares no memory is as large as it is.
+fn check_buffer_bytes(
+    plan: &Plan,
+    options: &PlanOptions,
+    conditional: &HashSet<ResourceHandle>,
+    tenants: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
+    faults: &mut Faults,
+) {
+    let mut largest: HashMap<(u32, u32), (u64, Vec<usize>)> = HashMap::new();
+    for (place, list) in tenants {
+        let Physical::Buffer(index) = place else { continue };
+        let Some(buffer) = plan.buffers.get(*index) else { continue };
+        let most = list.iter().map(|(.., name)| plan.resources[*name].bytes).max().unwrap_or(0);
+        let shares = options.aliasing
+            && list.iter().all(|(.., name)| {
+                let planned = &plan.resources[*name];
+                planned.lifetime == Lifetime::Transient && !conditional.contains(&planned.handle)
+            });
+        if shares {
+            let class = (buffer.usages.bits(), u64::BITS - most.saturating_sub(1).leading_zeros());
+            let entry = largest.entry(class).or_default();
+            entry.0 = entry.0.max(most);
+            entry.1.push(*index);
+        } else if buffer.bytes != most {
+            wrong_bytes(plan, *index, most, faults);
+        }
+    }
+    let mut classes: Vec<_> = largest.into_iter().collect();
+    classes.sort_unstable();
+    for (_, (most, list)) in classes {
+        for index in list.into_iter().filter(|index| plan.buffers[*index].bytes != most) {
+            wrong_bytes(plan, index, most, faults);
+        }
+    }
+}
+
+fn wrong_bytes(plan: &Plan, index: usize, right: u64, faults: &mut Faults) {
+    let bytes = plan.buffers[index].bytes;
+    faults.add(
+        FaultKind::ClassMismatch,
+        format!("buffer {index} has {bytes} bytes, and the largest of its class {right}"),
+    );
 }
 
 /// In each class as many physical resources as are alive at once.
@@ -297,7 +344,9 @@ fn check_minimal(
                 .get(*index)
                 .map(|one| (format!("{:?} {:?}", one.format, one.size), one.volume, one.usages.bits())),
             Physical::Buffer(index) => {
-                plan.buffers.get(*index).map(|one| (format!("{} bytes", one.bytes), false, one.usages.bits()))
+                let class = |bytes: u64| u64::BITS - bytes.saturating_sub(1).leading_zeros();
+                let class = |one: &PhysicalBuffer| format!("up to 2^{} bytes", class(one.bytes));
+                plan.buffers.get(*index).map(|one| (class(one), false, one.usages.bits()))
             }
             _ => None,
         };
