@@ -138,6 +138,17 @@ fn features_switch_passes_and_require_one_another() {
 }
 
 #[test]
+fn of_a_group_of_features_exactly_one_is_on() {
+    assert_eq!(lesson("18-feature-groups").order(), ["paint", "show"]);
+    let path = "pipelines/learn/18-feature-groups.json";
+    let with = |features| check_file(path, &With { features, ..With::default() });
+    assert_eq!(with(&[("bright", "true")]).order(), ["paint", "show", "again"]);
+    assert_eq!(with(&[("covered", "true")]).order(), ["paint", "show", "cover"]);
+    assert_eq!(with(&[("covered", "true"), ("bright", "true")]).codes(), ["UG0217", "UG0402"]);
+    assert_eq!(with(&[("plain", "false")]).codes(), ["UG0217"]);
+}
+
+#[test]
 fn an_extension_puts_its_passes_at_the_point() {
     assert_eq!(lesson("12-extension-point").order(), ["paint", "show"]);
     let extension = Some("pipelines/learn/parts/echo.json");

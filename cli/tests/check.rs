@@ -151,6 +151,20 @@ fn check_fix_mends_several_files_in_rounds_and_has_nothing_to_do_after() {
 }
 
 #[test]
+fn a_folder_is_no_file_to_include() {
+    let folder = ScratchFolder::new("check-include-folder");
+    let path = folder.join("main.json");
+    std::fs::write(&path, MISSPELT.replace("part.json", ".")).unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_umbragraph"))
+        .args(["check", "main.json"])
+        .current_dir(&*folder)
+        .output()
+        .unwrap();
+    let errors = text(&output.stderr);
+    assert!(errors.contains("the file \".\" cannot be read: it is a folder"), "{errors}");
+}
+
+#[test]
 fn check_gives_its_findings_as_sarif() {
     let output = run(&["check", "pipelines/nebula.json", "--set", "far=[]", "--format", "sarif"]);
     assert_eq!(output.status.code(), Some(1));
@@ -158,4 +172,17 @@ fn check_gives_its_findings_as_sarif() {
     assert_eq!(log["version"], "2.1.0");
     let results = log["runs"][0]["results"].as_array().unwrap();
     assert!(!results.is_empty() && results.iter().all(|result| result["message"]["text"].is_string()));
+}
+
+#[test]
+fn a_feature_of_a_group_that_is_switched_on_switches_the_default_off() {
+    let path = "pipelines/learn/18-feature-groups.json";
+    let said = text(&run(&["check", path]).stdout);
+    assert!(said.contains(", 3 configurations,"), "{said}");
+    let bright = run(&["plan", path, "--feature", "bright"]);
+    assert_eq!(bright.status.code(), Some(0), "{}", text(&bright.stderr));
+    assert!(text(&bright.stdout).contains("\"again\""));
+    let both = run(&["check", path, "--feature", "bright", "--feature", "covered"]);
+    let errors = text(&both.stderr);
+    assert!(errors.contains("UG0217") && errors.contains("<command line>:1:1"), "{errors}");
 }

@@ -335,7 +335,10 @@ impl<'a> Builder<'a> {
         };
         if own_memory && !pipeline.uncertain.contains(&resource) {
             if !fed {
-                diagnostics.push(never_written(pipeline, resource, reader, list));
+                // Data that nobody publishes has its finding from the load.
+                if !matches!(pipeline.resource(resource).kind, ResourceKind::Data(None)) {
+                    diagnostics.push(never_written(pipeline, resource, reader, list));
+                }
             } else if let Some((rank, condition)) = open.first() {
                 let writer = &list[writers.list[*rank]];
                 diagnostics.push(toggles::taken_away(pipeline, reader, writer, *condition));

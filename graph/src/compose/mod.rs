@@ -274,5 +274,6 @@ fn normalize(path: &Path) -> PathBuf {
             other => clean.push(other),
         }
     }
-    clean
+    // Nothing is left of the folder itself, and nothing would be a name to show.
+    if clean.as_os_str().is_empty() { PathBuf::from(".") } else { clean }
 }

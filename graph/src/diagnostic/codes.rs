@@ -101,6 +101,9 @@ crate::codes! {
     /// A bypass that cannot stand in.
     BYPASS = "UG0216", "impossible bypass",
         "`bypass` says what readers see instead of a resource in a frame without the passes that write it. That works for a resource that only passes of one and the same toggle write, and for one that is bound or copied from (not attached). What stands in has to be of the same kind: the same dimension, layers and samples, a format that the readers can use, buffers no smaller, host data of the same shape.\n\nA pass that loads what a toggled pass makes fresh, and adds to it, cannot be served by another resource: give it the same toggle, or let the toggled pass load what an earlier pass made, so that without it the earlier contents stay.";
+    /// A group of features of which not exactly one is on.
+    FEATURE_GROUP = "UG0217", "not one of a group",
+        "Features with the same name under `one_of` form a group, and exactly one of them is on.\n\n```json\n\"features\": {\n  \"hard\": { \"type\": \"bool\", \"default\": true, \"one_of\": \"filter\" },\n  \"soft\": { \"type\": \"bool\", \"default\": false, \"one_of\": \"filter\" }\n}\n```\n\nWhoever switches one on (`--feature soft`, a preset, a parameter file) thereby switches those off that are on by default alone. Two that are both chosen, a group of which none is on, and a group with a single feature are errors. An enumeration is often the simpler way to say the same.";
     /// A resource that is not there.
     UNKNOWN_RESOURCE = "UG0301", "unknown resource",
         "A reference names a resource that \"resources\" does not declare.";

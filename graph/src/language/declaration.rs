@@ -217,6 +217,10 @@ pub struct FeatureDeclaration {
     /// Features that have to be off where this one is on.
     #[serde(default)]
     pub excludes: Vec<String>,
+    /// The name of a group: exactly one of the features with the same name here is on. Switching one on switches those off
+    /// that are on by default alone.
+    #[serde(default)]
+    pub one_of: Option<String>,
     /// What it does, for people.
     #[serde(default)]
     pub description: Option<String>,

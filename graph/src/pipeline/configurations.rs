@@ -125,6 +125,23 @@ pub(super) fn count(varied: &[Varied]) -> Count {
         });
         constraints.push(Constraint { rule: Rule::Excludes { when, none }, span });
     }
+    let mut groups: BTreeMap<&str, Vec<&Varied>> = BTreeMap::new();
+    for each in varied {
+        if let Some(group) = each.group() {
+            groups.entry(group).or_default().push(each);
+        }
+    }
+    for members in groups.into_values() {
+        let on = |each: &&Varied| {
+            let off = each.values.iter().position(|value| !each.is_on(value));
+            // What has no value with which it is off is on.
+            let value = name_of(off.unwrap_or(each.values.len()));
+            Condition { axis: each.name.clone(), value, equal: false }
+        };
+        let span = members.first().and_then(|each| each.values.first()).map(|value| value.span);
+        let Some(span) = span else { continue };
+        constraints.push(Constraint { rule: Rule::OneOf(members.iter().map(on).collect()), span });
+    }
     Space::of(values.collect(), constraints).count(&AxisValues::new())
 }
 
@@ -160,12 +177,23 @@ fn varied(document: &Document, mentions: &[Mention<'_>], axes: &BTreeSet<&str>) 
     }
     let is_mentioned =
         |name: &str| axes.contains(name) || mentions.iter().any(|mention| has_word(mention.text, name));
-    // What a varied feature requires or excludes decides about it, so it varies too.
+    let mut groups: BTreeMap<String, Vec<&str>> = BTreeMap::new();
+    for (name, (declaration, _)) in &features {
+        if let Some(group) = &declaration.one_of {
+            groups.entry(group.clone()).or_default().push(name);
+        }
+    }
+    // What a varied feature requires or excludes, and its group, decide about it, so they vary too.
     let mut wanted: BTreeSet<&str> = features.keys().copied().filter(|name| is_mentioned(name)).collect();
     loop {
         let before = wanted.len();
         for (name, (declaration, _)) in &features {
-            let others = || declaration.requires.iter().chain(&declaration.excludes).map(String::as_str);
+            let group =
+                declaration.one_of.as_ref().map(|group| groups.get(group).into_iter().flatten().copied());
+            let others = || {
+                let named = declaration.requires.iter().chain(&declaration.excludes).map(String::as_str);
+                named.chain(group.clone().into_iter().flatten())
+            };
             if wanted.contains(name) || others().any(|other| wanted.contains(other)) {
                 wanted.insert(name);
                 wanted.extend(others().filter(|other| features.contains_key(other)));
@@ -375,7 +403,10 @@ fn with_constraints(varied: &[Varied], mut group: BTreeSet<usize>) -> BTreeSet<u
         let declaration = varied[at].feature.as_ref();
         declaration.into_iter().flat_map(|each| each.requires.iter().chain(&each.excludes))
     };
-    let tied = |one: usize, two: usize| others(one).any(|name| *name == varied[two].name);
+    let tied = |one: usize, two: usize| {
+        others(one).any(|name| *name == varied[two].name)
+            || (varied[one].group().is_some() && varied[one].group() == varied[two].group())
+    };
     loop {
         let more: Vec<usize> = (0..varied.len())
             .filter(|at| {
@@ -390,6 +421,11 @@ fn with_constraints(varied: &[Varied], mut group: BTreeSet<usize>) -> BTreeSet<u
 }
 
 impl Varied {
+    /// The group of features to which it belongs.
+    pub(super) fn group(&self) -> Option<&str> {
+        self.feature.as_ref()?.one_of.as_deref()
+    }
+
     /// Whether a feature is on with this value; an enumeration is off with its first word.
     pub(super) fn is_on(&self, value: &Value) -> bool {
         let first = self.feature.as_ref().and_then(|declaration| declaration.values.first());
@@ -410,6 +446,15 @@ fn is_allowed(varied: &[Varied], pick: &[usize]) -> bool {
             .find(|(each, _)| each.feature.is_some() && each.name == name)
             .is_some_and(|(each, at)| each.values.get(*at).is_some_and(|value| each.is_on(value)))
     };
+    let mut groups: BTreeMap<&str, usize> = BTreeMap::new();
+    for each in varied {
+        if let Some(group) = each.group() {
+            *groups.entry(group).or_default() += usize::from(is_on(&each.name));
+        }
+    }
+    if groups.into_values().any(|on| on != 1) {
+        return false;
+    }
     varied.iter().filter_map(|each| Some((&each.name, each.feature.as_ref()?))).all(|(name, declaration)| {
         !is_on(name)
             || (declaration.requires.iter().all(|other| is_on(other))

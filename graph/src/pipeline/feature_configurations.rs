@@ -178,13 +178,22 @@ struct Rules {
     /// Of each feature those that it requires; `None` for one that is not declared.
     requires: Vec<Vec<Option<usize>>>,
     excludes: Vec<Vec<usize>>,
+    /// Groups of which exactly one is on.
+    groups: Vec<Vec<usize>>,
 }
 
 impl Rules {
     fn new(varied: &[Varied]) -> Self {
         let position = |name: &String| varied.iter().position(|each| each.name == *name);
+        let mut groups: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+        for (at, each) in varied.iter().enumerate() {
+            if let Some(group) = each.group() {
+                groups.entry(group).or_default().push(at);
+            }
+        }
         let declarations = || varied.iter().filter_map(|each| each.feature.as_ref());
         Self {
+            groups: groups.into_values().collect(),
             on: varied
                 .iter()
                 .map(|each| each.values.iter().map(|value| each.is_on(value)).collect())
@@ -207,6 +216,14 @@ impl Rules {
 
     /// Whether the values chosen so far contradict one another.
     fn contradict(&self, pick: &[Option<usize>]) -> bool {
+        let not_one = |group: &Vec<usize>| {
+            let count =
+                |wanted: Option<bool>| group.iter().filter(|at| self.is_on(**at, pick) == wanted).count();
+            count(Some(true)) > 1 || count(Some(false)) == group.len()
+        };
+        if self.groups.iter().any(not_one) {
+            return true;
+        }
         (0..self.len()).filter(|at| self.is_on(*at, pick) == Some(true)).any(|at| {
             let is_off = |other: &Option<usize>| match other {
                 Some(other) => self.is_on(*other, pick) == Some(false),
@@ -380,6 +397,23 @@ mod tests {
         );
         assert_eq!((tied.list.len(), tied.cover), (5, Cover::All));
         assert_eq!(tied.number, Count { number: 5, exact: true });
+    }
+
+    #[test]
+    fn of_a_group_exactly_one_feature_is_on() {
+        let member = |name: &str, on: bool| {
+            format!("\"{name}\": {{ \"type\": \"bool\", \"default\": {on}, \"one_of\": \"g\" }}")
+        };
+        let text = [member("a", true), member("b", false), member("c", false), switches(1)].join(", ");
+        let grouped = configurations(&text);
+        assert_eq!((grouped.list.len(), grouped.number), (6, Count { number: 6, exact: true }));
+        let text = [text, switches(12).replace("\"f", "\"g")].join(", ");
+        let grouped = configurations(&text);
+        assert_eq!(grouped.cover, Cover::Pairs);
+        let ons = |each: &Configuration| {
+            each.pick[..3].iter().zip([1, 0, 0]).filter(|(a, b)| (**a == 0) == (*b == 1)).count()
+        };
+        assert!(grouped.list.iter().all(|each| ons(each) == 1));
     }
 
     #[test]

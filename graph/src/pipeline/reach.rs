@@ -158,8 +158,13 @@ impl Refused {
 fn is_about_values(finding: &Diagnostic) -> bool {
     let id = finding.code.id;
     let of_engine = codes::ALL.iter().chain(shader::codes::ALL).any(|code| code.id == id);
-    let of_values =
-        [codes::EXPRESSION_ARITHMETIC, codes::SETTING_RANGE, codes::SETTING_ORDER, codes::FEATURE_CONFLICT];
+    let of_values = [
+        codes::EXPRESSION_ARITHMETIC,
+        codes::SETTING_RANGE,
+        codes::SETTING_ORDER,
+        codes::FEATURE_CONFLICT,
+        codes::FEATURE_GROUP,
+    ];
     finding.severity == Severity::Error && (!of_engine || of_values.iter().any(|code| code.id == id))
 }
 

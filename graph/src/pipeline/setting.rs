@@ -146,6 +146,7 @@ pub(super) fn features(
             }
         }
     }
+    groups(declarations, entries, choice, &mut features, diagnostics);
     for (name, feature) in features.iter().filter(|(_, feature)| feature.is_on()) {
         let is_on = |other: &String| features.get(other).map(Feature::is_on);
         for (others, wanted, words) in [
@@ -180,6 +181,69 @@ pub(super) fn features(
         }
     }
     features
+}
+
+/// Sees to it that of each group exactly one feature is on: what is chosen switches off what is on by default alone.
+fn groups(
+    declarations: &BTreeMap<String, FeatureDeclaration>,
+    entries: &[Entry],
+    choice: &[Setting],
+    features: &mut BTreeMap<String, Feature>,
+    diagnostics: &mut Diagnostics,
+) {
+    let mut groups: BTreeMap<&str, Vec<&String>> = BTreeMap::new();
+    for (name, declaration) in declarations {
+        if let Some(group) = &declaration.one_of {
+            groups.entry(group).or_default().push(name);
+        }
+    }
+    for (group, members) in groups {
+        // What is wrong with a member has its finding.
+        if members.iter().any(|name| !features.contains_key(*name)) {
+            continue;
+        }
+        let is_chosen = |name: &String| choice.iter().any(|setting| setting.name == *name);
+        let on = |features: &BTreeMap<String, Feature>| -> Vec<&String> {
+            let is_on = |name: &&&String| features.get(**name).is_some_and(Feature::is_on);
+            members.iter().filter(is_on).copied().collect()
+        };
+        let chosen = on(features).into_iter().find(|name| is_chosen(name));
+        if let Some(setting) = chosen.and_then(|name| choice.iter().rev().find(|one| one.name == *name)) {
+            for name in on(features).into_iter().filter(|name| !is_chosen(name)) {
+                if let Some(feature) = features.get_mut(name) {
+                    feature.value = match feature.declaration.values.first() {
+                        Some(word) => Value::Text(word.clone()),
+                        None => Value::Bool(false),
+                    };
+                    feature.place = setting.place;
+                }
+            }
+        }
+        let on = on(features);
+        let Some(place) = on.last().copied().or(members.first().copied()).and_then(|name| features.get(name))
+        else {
+            continue;
+        };
+        let message = match on.as_slice() {
+            [_] if members.len() > 1 => continue,
+            _ if members.len() == 1 => format!("\"{}\" is alone in the group \"{group}\"", members[0]),
+            [] => format!("no feature of the group \"{group}\" is on"),
+            [first, .., last] => format!("\"{first}\" and \"{last}\" of the group \"{group}\" are both on"),
+            [_] => continue,
+        };
+        let help = match members.as_slice() {
+            [_] => "give another feature the same \"one_of\", or remove it".to_owned(),
+            _ => {
+                let names: Vec<&str> = members.iter().map(|name| name.as_str()).collect();
+                format!("switch on exactly one of {}", names.join(", "))
+            }
+        };
+        let mut finding = Diagnostic::error(codes::FEATURE_GROUP, place.place, message).help(help);
+        for entry in entries.iter().filter(|entry| members.contains(&&entry.key)) {
+            finding = finding.related(entry.key_span, format!("one of \"{group}\""));
+        }
+        diagnostics.push(finding);
+    }
 }
 
 fn unknown<'a>(
