@@ -176,7 +176,7 @@ fn check_gives_its_findings_as_sarif() {
 
 #[test]
 fn a_feature_of_a_group_that_is_switched_on_switches_the_default_off() {
-    let path = "pipelines/learn/18-feature-groups.json";
+    let path = "pipelines/learn/19-feature-groups.json";
     let said = text(&run(&["check", path]).stdout);
     assert!(said.contains(", 3 configurations,"), "{said}");
     let bright = run(&["plan", path, "--feature", "bright"]);
