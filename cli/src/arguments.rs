@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use umbragraph::compiler::Objective;
 use umbragraph::report::GraphFormat;
 use umbragraph::shader::TargetLanguage;
@@ -14,6 +14,23 @@ use umbragraph::shader::permutations::ExternalValidator;
 pub(crate) struct Arguments {
     #[command(subcommand)]
     pub(crate) command: Command,
+}
+
+impl Arguments {
+    /// The command line of this process.
+    ///
+    /// # Errors
+    /// A command line that cannot be understood, or one that asks for help.
+    pub(crate) fn of_process() -> Result<Self, clap::Error> {
+        let arguments = Self::try_parse()?;
+        if let Command::Fmt(FmtArguments { files, strict: true, .. }) = &arguments.command
+            && files.len() > 1
+        {
+            let message = "--strict prints one file; give it one";
+            return Err(Self::command().error(clap::error::ErrorKind::TooManyValues, message));
+        }
+        Ok(arguments)
+    }
 }
 
 #[derive(Subcommand)]
@@ -34,6 +51,8 @@ pub(crate) enum Command {
     Wgsl(WgslArguments),
     /// Explains the code of a finding.
     Explain(ExplainArguments),
+    /// Lays JSON files out in the canonical way; comments and values stay as they are.
+    Fmt(FmtArguments),
     /// Prints the JSON Schema of pipelines, with every node kind, for editors.
     Schema(SchemaArguments),
     /// Renders a scene through a pipeline to a PNG file.
@@ -266,6 +285,19 @@ pub(crate) struct WgslArguments {
     pub(crate) map: bool,
     #[command(flatten)]
     pub(crate) choices: Choices,
+}
+
+#[derive(Args)]
+pub(crate) struct FmtArguments {
+    /// The files; - takes standard input to standard output.
+    #[arg(required = true, value_name = "FILE")]
+    pub(crate) files: Vec<PathBuf>,
+    /// Lists the files that would change, and writes nothing; exits with 1 if there are any.
+    #[arg(long)]
+    pub(crate) check: bool,
+    /// Prints one file as strict JSON without comments, in a layout that depends on its values only; writes nothing.
+    #[arg(long, conflicts_with = "check")]
+    pub(crate) strict: bool,
 }
 
 #[derive(Args)]

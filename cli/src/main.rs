@@ -11,6 +11,7 @@ mod check;
 mod device;
 mod diff;
 mod explain;
+mod fmt;
 mod graph;
 mod mend;
 #[cfg(feature = "gpu")]
@@ -21,6 +22,7 @@ mod plan;
 mod progress;
 #[cfg(feature = "gpu")]
 mod render;
+mod replace;
 mod schema;
 mod session;
 mod streams;
@@ -30,12 +32,10 @@ mod why;
 
 use std::process::ExitCode;
 
-use clap::Parser as _;
-
 use arguments::{Arguments, Command};
 
 fn main() -> ExitCode {
-    let arguments = match Arguments::try_parse() {
+    let arguments = match Arguments::of_process() {
         Ok(arguments) => arguments,
         Err(error) => {
             let _ = error.print();
@@ -51,6 +51,7 @@ fn main() -> ExitCode {
         Command::Diff(arguments) => diff::run(&arguments),
         Command::Wgsl(arguments) => wgsl::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Fmt(arguments) => fmt::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
         #[cfg(feature = "gpu")]
         Command::Render(arguments) => render::run(&arguments),

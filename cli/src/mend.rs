@@ -11,6 +11,7 @@ use similar::TextDiff;
 use umbragraph::diagnostic::{Diagnostic, codes, fix};
 
 use crate::arguments::CheckArguments;
+use crate::replace::replace;
 use crate::session::Session;
 use crate::streams::{complain, print};
 
@@ -92,9 +93,7 @@ impl Mended {
 }
 
 fn write(path: &Path, original: &str, text: &str) -> std::io::Result<()> {
-    // A link stays one; what it leads to is written.
-    let path = path.canonicalize()?;
-    let present = std::fs::read(&path)?;
+    let present = std::fs::read(path)?;
     let (mark, rest) = match present.strip_prefix("\u{feff}".as_bytes()) {
         Some(rest) => ("\u{feff}", rest),
         None => ("", present.as_slice()),
@@ -102,13 +101,5 @@ fn write(path: &Path, original: &str, text: &str) -> std::io::Result<()> {
     if rest != original.as_bytes() {
         return Err(std::io::Error::new(ErrorKind::InvalidData, "it was changed meanwhile"));
     }
-    let mut temporary = path.clone().into_os_string();
-    temporary.push(format!(".{}.part", std::process::id()));
-    let result = std::fs::write(&temporary, format!("{mark}{text}"))
-        .and_then(|()| std::fs::set_permissions(&temporary, std::fs::metadata(&path)?.permissions()))
-        .and_then(|()| std::fs::rename(&temporary, &path));
-    if result.is_err() {
-        let _ = std::fs::remove_file(&temporary);
-    }
-    result
+    replace(path, &format!("{mark}{text}"))
 }

@@ -1,0 +1,95 @@
+//! `umbragraph fmt`
+
+use std::io::Read as _;
+use std::path::Path;
+
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
+use umbragraph::document::{self, format};
+use umbragraph::read_source;
+use umbragraph::source::{FileId, MAXIMUM_FILE_BYTES, Sources, Span};
+
+use crate::arguments::FmtArguments;
+use crate::replace::replace;
+use crate::streams::{complain, print};
+
+/// What findings call standard input.
+const STANDARD_INPUT: &str = "<standard input>";
+
+/// Formats every file that can be; whether there were no errors, and with `--check` nothing to change.
+pub(crate) fn run(arguments: &FmtArguments) -> bool {
+    let mut sources = Sources::new();
+    let mut findings = Diagnostics::new();
+    let mut canonical = true;
+    for path in &arguments.files {
+        match treat(path, arguments, &mut sources) {
+            Ok(is_canonical) => canonical &= is_canonical,
+            Err(of_file) => findings.extend(of_file),
+        }
+    }
+    complain(&render::human_all(&findings, &sources));
+    !findings.has_errors() && (canonical || !arguments.check)
+}
+
+/// Whether the file had its canonical layout already.
+fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result<bool, Diagnostics> {
+    let is_input = path.as_os_str() == "-";
+    let (file, bytes) = if is_input { read_input(sources) } else { read_file(path, sources) }?;
+    if arguments.strict {
+        print(&format::strict(&document::parse(sources, file)?));
+        return Ok(true);
+    }
+    let text = format::format(sources, file)?;
+    let is_canonical = bytes == text.as_bytes();
+    if arguments.check {
+        if !is_canonical {
+            print(&format!("{}\n", sources.get(file).map_or("", |file| file.name())));
+        }
+    } else if is_input {
+        print(&text);
+    } else if !is_canonical {
+        replace(path, &text).map_err(|error| {
+            let name = path.display().to_string();
+            let message = format!("\"{name}\" cannot be written: {error}");
+            Diagnostic::in_file(codes::FILE_UNWRITABLE, &name, "", message)
+                .help("check that its folder may be written to; the file is as it was")
+        })?;
+    }
+    Ok(is_canonical)
+}
+
+/// The text of a file, and its bytes: a byte-order mark is no part of the text.
+fn read_file(path: &Path, sources: &mut Sources) -> Result<(FileId, Vec<u8>), Diagnostics> {
+    let file = read_source(path, sources)?;
+    let text = sources.get(file).map_or_else(Vec::new, |file| file.text().as_bytes().to_vec());
+    let bytes = std::fs::read(path).unwrap_or_default();
+    let unmarked = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
+    if unmarked != text {
+        let name = path.display().to_string();
+        let message = format!("\"{name}\" changed while it was read");
+        let finding = Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", message);
+        return Err(finding.help("run this again").into());
+    }
+    Ok((file, bytes))
+}
+
+fn read_input(sources: &mut Sources) -> Result<(FileId, Vec<u8>), Diagnostics> {
+    let unreadable = |code, message: String| Diagnostic::in_file(code, STANDARD_INPUT, "", message);
+    let mut bytes = Vec::new();
+    let most = MAXIMUM_FILE_BYTES as u64;
+    std::io::stdin().lock().take(most + 1).read_to_end(&mut bytes).map_err(|error| {
+        unreadable(codes::FILE_UNREADABLE, format!("standard input cannot be read: {error}"))
+    })?;
+    if bytes.len() as u64 > most {
+        let message = format!("standard input has more than {most} bytes");
+        return Err(unreadable(codes::FILE_TOO_LARGE, message).into());
+    }
+    match std::str::from_utf8(&bytes) {
+        Ok(text) => Ok((sources.add(STANDARD_INPUT, text.strip_prefix('\u{feff}').unwrap_or(text)), bytes)),
+        Err(error) => {
+            let at = error.valid_up_to();
+            let file = sources.add(STANDARD_INPUT, String::from_utf8_lossy(&bytes).into_owned());
+            let place = Span::new(file, at..at + 1);
+            Err(Diagnostic::error(codes::FILE_NOT_UTF8, place, "standard input is not UTF-8").into())
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! The canonical layout of pipeline texts.
+//!
+//! A text is parsed first, so that only what the parser takes is ever touched. Then its raw tokens are read into a tree
+//! that keeps comments and the author's line breaks ([`scan`]), and the tree is printed ([`print`]). Keys and scalars are
+//! copied letter by letter: no value can change.
+//!
+//! As in gofmt the author decides where lines end, and the formatter everything else. A container that stands on one line
+//! stays on one if it fits into [`WIDTH`] characters; one that is broken stays broken, and its members that share a line
+//! go on sharing it while they fit. A container on one line that is too long is broken with one member per line, an array
+//! of scalars with as many as fit; where a container has one member, which is a container itself, the two open and close
+//! together: `[{ … }]`. At most one blank line stands between two members.
+//!
+//! Comments stay with what they are about: those behind an element on its line, those before the next. Between a key and
+//! its value there is no room for any; they go before the key.
+//!
+//! Formatting twice is formatting once.
+
+mod print;
+mod scan;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+use super::{Document, parse};
+use crate::diagnostic::Diagnostics;
+use crate::source::{FileId, Sources};
+
+/// The longest line, in characters, that members are gathered on. A key with its scalar, or a comment, may be longer.
+pub const WIDTH: usize = 140;
+
+/// The canonical layout of a registered text, comments kept.
+///
+/// # Errors
+/// The findings of [`parse`].
+pub fn format(sources: &Sources, file: FileId) -> Result<String, Diagnostics> {
+    parse(sources, file)?;
+    let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());
+    Ok(print::print(&scan::scan(&text)))
+}
+
+/// A document as strict JSON (RFC 8259): no comments, and one layout for equal values, however their text was written.
+pub fn strict(document: &Document) -> String {
+    print::print(&tree::Text::of_value(&document.root))
+}

@@ -1,0 +1,167 @@
+//! From raw tokens to the tree, comments shared out between the elements that they stand at.
+//!
+//! The text has been parsed before; nothing is checked again. What cannot be read nevertheless ends the tree early and
+//! without a panic.
+
+use jsonc_parser::tokens::Token;
+use jsonc_parser::{Scanner, ScannerOptions};
+
+use super::tree::{Comment, Container, Gap, Item, Node, Text, width};
+
+/// Reads a text that the parser takes.
+pub(super) fn scan(text: &str) -> Text<'_> {
+    let options = ScannerOptions {
+        allow_single_quoted_strings: false,
+        allow_hexadecimal_numbers: false,
+        allow_unary_plus_numbers: false,
+        allow_bare_decimal_point_numbers: false,
+        allow_non_finite_numbers: false,
+        allow_extended_string_escapes: false,
+    };
+    let mut reader = Reader { text, scanner: Scanner::new(text, &options), next: Lexeme::End, gap: Gap(0) };
+    reader.advance();
+    let leading = reader.comments();
+    let gap = reader.gap;
+    let root = reader.node();
+    let trailing = reader.comments();
+    Text { leading, gap, root, trailing }
+}
+
+enum Lexeme<'a> {
+    Open { is_object: bool },
+    Close,
+    Comma,
+    Colon,
+    Scalar(&'a str),
+    Comment { text: &'a str, column: Option<usize> },
+    End,
+}
+
+struct Reader<'a> {
+    text: &'a str,
+    scanner: Scanner<'a>,
+    /// The lexeme that comes next, and what separates it from the one before.
+    next: Lexeme<'a>,
+    gap: Gap,
+}
+
+impl<'a> Reader<'a> {
+    fn advance(&mut self) {
+        let before = self.scanner.token_end();
+        let token = self.scanner.scan().ok().flatten();
+        let (start, end) = (self.scanner.token_start(), self.scanner.token_end());
+        let space = self.text.get(before..start).unwrap_or("");
+        self.gap = Gap(line_ends(space));
+        let raw = self.text.get(start..end).unwrap_or("");
+        self.next = match token {
+            None => Lexeme::End,
+            Some(Token::OpenBrace) => Lexeme::Open { is_object: true },
+            Some(Token::OpenBracket) => Lexeme::Open { is_object: false },
+            Some(Token::CloseBrace | Token::CloseBracket) => Lexeme::Close,
+            Some(Token::Comma) => Lexeme::Comma,
+            Some(Token::Colon) => Lexeme::Colon,
+            Some(Token::CommentLine(_) | Token::CommentBlock(_)) => {
+                let begins_line = before == 0 || self.gap.is_line_end();
+                let indent = space.rsplit(['\n', '\r']).next().unwrap_or("");
+                Lexeme::Comment { text: raw, column: begins_line.then(|| width(indent)) }
+            }
+            Some(_) => Lexeme::Scalar(raw),
+        };
+    }
+
+    /// The comments that come next; what follows them is `next`.
+    fn comments(&mut self) -> Vec<Comment> {
+        let mut comments = Vec::new();
+        while let Lexeme::Comment { text, column } = self.next {
+            let lines: Vec<&str> = text.split('\n').map(str::trim_end).collect();
+            comments.push(Comment { text: lines.join("\n"), gap: self.gap, column });
+            self.advance();
+        }
+        comments
+    }
+
+    fn node(&mut self) -> Node<'a> {
+        match self.next {
+            Lexeme::Open { is_object } => {
+                self.advance();
+                Node::Container(self.container(is_object))
+            }
+            Lexeme::Scalar(text) => {
+                self.advance();
+                Node::Scalar(text.into())
+            }
+            _ => Node::Scalar("null".into()),
+        }
+    }
+
+    fn container(&mut self, is_object: bool) -> Container<'a> {
+        let comments = self.comments();
+        let (opening, mut leading) = self.share_out(comments);
+        let mut items: Vec<Item<'a>> = Vec::new();
+        while matches!(self.next, Lexeme::Open { .. } | Lexeme::Scalar(_)) {
+            let mut item = self.item(is_object, leading);
+            let mut after = self.comments();
+            if matches!(self.next, Lexeme::Comma) {
+                let blocks = after.iter().take_while(|comment| !comment.is_line()).count();
+                let rest = after.split_off(blocks);
+                item.before_comma = std::mem::replace(&mut after, rest);
+                // The line ends on both sides of a comma count as one gap.
+                let gap = self.gap.0;
+                self.advance();
+                let mut more = self.comments();
+                let next = more.first_mut().map_or(&mut self.gap, |comment| &mut comment.gap);
+                next.0 += gap;
+                after.append(&mut more);
+            }
+            (item.trailing, leading) = self.share_out(after);
+            items.push(item);
+        }
+        let end = self.gap;
+        self.advance();
+        Container::new(is_object, opening, items, leading, end)
+    }
+
+    fn item(&mut self, is_object: bool, mut leading: Vec<Comment>) -> Item<'a> {
+        let mut gap = self.gap;
+        let mut key = None;
+        if let Lexeme::Scalar(text) = self.next
+            && is_object
+        {
+            key = Some(text.into());
+            self.advance();
+            let mut inside = self.comments();
+            if matches!(self.next, Lexeme::Colon) {
+                self.advance();
+            }
+            inside.append(&mut self.comments());
+            if let Some(first) = inside.first_mut() {
+                first.gap = std::mem::take(&mut gap);
+                for comment in &mut inside[1..] {
+                    comment.gap = Gap(0);
+                }
+                for comment in &mut inside {
+                    comment.column = None;
+                }
+            }
+            leading.append(&mut inside);
+        }
+        Item { leading, gap, key, value: self.node(), before_comma: Vec::new(), trailing: Vec::new() }
+    }
+
+    /// Splits comments into those that end the line of what stands before, and those that belong to what follows.
+    fn share_out(&self, mut comments: Vec<Comment>) -> (Vec<Comment>, Vec<Comment>) {
+        let first = comments.iter().position(|comment| comment.gap.is_line_end());
+        let first = first.or_else(|| {
+            let ends =
+                self.gap.is_line_end() || !matches!(self.next, Lexeme::Open { .. } | Lexeme::Scalar(_));
+            ends.then_some(comments.len())
+        });
+        let following = comments.split_off(first.unwrap_or(0));
+        (comments, following)
+    }
+}
+
+/// The number of line ends in space, each written as `\n`, `\r\n` or `\r`.
+fn line_ends(space: &str) -> usize {
+    space.matches('\n').count() + space.matches('\r').count() - space.matches("\r\n").count()
+}
