@@ -334,6 +334,7 @@ pub(crate) struct RenderArguments {
     pub(crate) choices: Choices,
 }
 
+#[cfg(feature = "gpu")]
 fn parse_toggle(text: &str) -> Result<(String, bool), String> {
     let (name, state) = text.split_once('=').unwrap_or((text, "on"));
     match state {
