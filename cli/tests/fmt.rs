@@ -159,3 +159,25 @@ fn links_and_permissions_stay() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), PRETTY);
     assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
 }
+
+#[test]
+fn every_pipeline_of_the_tree_has_its_canonical_layout() {
+    fn collect(folder: &Path, files: &mut Vec<String>) {
+        for entry in std::fs::read_dir(folder).unwrap().flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                collect(&path, files);
+            } else if path.extension().is_some_and(|extension| extension == "json") {
+                files.push(path.to_str().unwrap().to_owned());
+            }
+        }
+    }
+    let mut files = vec!["--check".to_owned()];
+    collect(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../pipelines"), &mut files);
+    files.sort();
+    assert!(files.len() > 20);
+    let arguments: Vec<&str> = files.iter().map(String::as_str).collect();
+    let output = fmt(&arguments, b"");
+    gives(&output, 0, "");
+    assert!(output.stderr.is_empty(), "{}", text(&output.stderr));
+}
