@@ -4,11 +4,11 @@
 //! [`why`] looks a name up among everything that a pipeline names (one name may be that of a pass and of a feature:
 //! both are told), and tells of each thing
 //!
-//! - its values with the places that set them, and what those places replaced ([`origin`]): a value of a document
+//! - its values with the places that set them, and what those places replaced ([`Origin`]): a value of a document
 //!   made of several files knows where it was written, and [`crate::compose::Composed`] keeps what it was laid over;
 //! - for parameters and features everything that gave a value, the lowest first: default, preset, parameter files,
 //!   command line;
-//! - for passes and resources what the plan says of them ([`fact`]): why they are kept or culled, and what shares memory.
+//! - for passes and resources what the plan says of them ([`Fact`]): why they are kept or culled, and what shares memory.
 //!
 //! [`why_memory`] says why two resources share memory or do not.
 //!
