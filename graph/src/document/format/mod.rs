@@ -1,7 +1,7 @@
 //! The canonical layout of pipeline texts.
 //!
 //! A text is parsed first, so that only what the parser takes is ever touched. Then its raw tokens are read into a tree
-//! that keeps comments and the author's line breaks ([`scan`]), and the tree is printed ([`print`]). Keys and scalars are
+//! that keeps comments and the author's line breaks (`scan`), and the tree is printed (`print`). Keys and scalars are
 //! copied letter by letter: no value can change.
 //!
 //! As in gofmt the author decides where lines end, and the formatter everything else. A container that stands on one line
