@@ -292,6 +292,10 @@ impl FromIterator<Diagnostic> for Diagnostics {
     }
 }
 
+/// The number of findings after which a check stops to look for more: nobody reads on, and a text of a million faults
+/// must not cost a million findings.
+pub const MAXIMUM_FINDINGS: usize = 1_000;
+
 const MAXIMUM_NAME: usize = 64;
 
 /// A text for a message: the first characters of a long one.

@@ -7,7 +7,7 @@ use jsonc_parser::ast;
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
 use super::{Document, Entry, Kind, Value};
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes};
 use crate::source::{FileId, Sources, Span};
 
 const STRICT: ParseOptions = ParseOptions {
@@ -23,6 +23,30 @@ const STRICT: ParseOptions = ParseOptions {
     allow_extended_string_escapes: false,
 };
 
+/// The most values that a text may have. The largest pipelines have 65,536 passes of a dozen values each.
+const MAXIMUM_VALUES: usize = 1_500_000;
+
+/// Where a text has more values than are read, counted by what begins or parts them outside of strings: a scan of a
+/// hundredth of a second, where the tree of such a text would take seconds and gigabytes.
+fn beyond_the_values(text: &str) -> Option<usize> {
+    let (mut count, mut in_string, mut is_escaped) = (0, false, false);
+    for (at, byte) in text.bytes().enumerate() {
+        match byte {
+            _ if is_escaped => is_escaped = false,
+            b'\\' if in_string => is_escaped = true,
+            b'"' => in_string = !in_string,
+            b'{' | b'[' | b',' if !in_string => {
+                count += 1;
+                if count > MAXIMUM_VALUES {
+                    return Some(at);
+                }
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
 /// Parses a registered text.
 ///
 /// # Errors
@@ -30,6 +54,12 @@ const STRICT: ParseOptions = ParseOptions {
 /// that cannot be represented.
 pub fn parse(sources: &Sources, file: FileId) -> Result<Document, Diagnostics> {
     let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());
+    if let Some(at) = beyond_the_values(&text) {
+        let message = format!("from here on there are more than {MAXIMUM_VALUES} values");
+        return Err(Diagnostic::error(codes::FILE_TOO_LARGE, Span::new(file, at..at + 1), message)
+            .help("a pipeline has at most 65,536 passes: draw more in one pass, or split the pipeline")
+            .into());
+    }
     let parsed = parse_to_ast(&text, &CollectOptions::default(), &STRICT).map_err(|error| {
         let range = error.range();
         let end = range.end.max(range.start + 1).min(text.len().max(range.start));
@@ -77,6 +107,7 @@ impl Reader<'_> {
             ast::Value::StringLit(literal) => Kind::Text(literal.value.to_string()),
             ast::Value::NumberLit(literal) => match serde_json::Number::from_str(literal.value) {
                 Ok(number) => Kind::Number(number),
+                Err(_) if self.diagnostics.len() >= MAXIMUM_FINDINGS => Kind::Null,
                 Err(_) => {
                     self.diagnostics.push(
                         Diagnostic::error(
@@ -107,6 +138,9 @@ impl Reader<'_> {
             let value = self.value(&property.value);
             let end = std::mem::replace(&mut end_before, value.span.end);
             if let Some(first) = seen.get(key).and_then(|at: &usize| entries.get(*at)) {
+                if self.diagnostics.len() >= MAXIMUM_FINDINGS {
+                    continue;
+                }
                 let mut finding = Diagnostic::error(
                     codes::DUPLICATE_KEY,
                     key_span,

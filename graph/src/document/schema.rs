@@ -9,11 +9,13 @@
 //! Alternatives (`oneOf`, `anyOf`) give poor messages when every branch reports. Here the value chooses its branch
 //! first: by its JSON type, then by the one key that the branch requires, then by the fewest findings; only the
 //! chosen branch reports.
+//!
+//! Limits: it stops after [`MAXIMUM_FINDINGS`] findings.
 
 use serde_json::Value as Json;
 
 use super::{Kind, Value, pointer_join};
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes, did_you_mean};
 
 /// Checks `value`, which stands at `pointer`, against `schema`; `$ref`s are looked up in `root`.
 pub fn check<'a>(
@@ -46,7 +48,7 @@ impl<'a> Checker<'a, '_> {
     fn checked(&mut self, value: &Value, schema: &'a Json, pointer: &str, depth: usize) {
         let Some(schema) = resolve(schema, self.root) else { return };
         let Json::Object(rules) = schema else { return };
-        if depth > MAXIMUM_REFERENCES {
+        if depth > MAXIMUM_REFERENCES || self.diagnostics.len() >= MAXIMUM_FINDINGS {
             return;
         }
         for word in ["oneOf", "anyOf"] {
@@ -109,6 +111,9 @@ impl<'a> Checker<'a, '_> {
         let properties = rules.get("properties").and_then(Json::as_object);
         let additional = rules.get("additionalProperties");
         for entry in entries {
+            if self.diagnostics.len() >= MAXIMUM_FINDINGS {
+                return;
+            }
             let at = pointer_join(pointer, &entry.key);
             if let Some(rule) = properties.and_then(|properties| properties.get(&entry.key)) {
                 self.value(&entry.value, rule, &at, depth + 1);

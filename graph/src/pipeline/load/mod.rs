@@ -18,7 +18,7 @@ use super::profiles::claimed_profiles;
 use super::{
     Choice, Pass, Pipeline, Resource, ResourceKind, StaticScope, history, preset, schema, setting, toggle,
 };
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::draw::check_host;
 use crate::expression::{Expression, Value};
@@ -33,7 +33,8 @@ use versions::{check_versions, is_absent, is_gap, uncertain};
 
 /// Makes the pipeline that a document describes, in the configuration that `choice` names.
 ///
-/// Findings go to `diagnostics`; the result is `None` only where the document is too broken to have passes at all. A
+/// Findings go to `diagnostics`; the result is `None` only where the document is too broken to have passes at all, or has
+/// more faults than are looked for ([`MAXIMUM_FINDINGS`]). A
 /// pipeline with errors is good for further checks, not for use.
 pub fn load(
     document: &Document,
@@ -67,7 +68,11 @@ pub(crate) fn load_sharing(
         findings
     });
     let broken: BTreeSet<String> = schema_findings.iter().map(|finding| finding.pointer.clone()).collect();
+    let is_hopeless = schema_findings.len() >= MAXIMUM_FINDINGS;
     diagnostics.extend(schema_findings);
+    if is_hopeless {
+        return None;
+    }
     let is_broken = |pointer: &str| {
         let below = format!("{pointer}/");
         broken.contains(pointer)
@@ -159,6 +164,11 @@ pub(crate) fn load_sharing(
     let mut passes: Vec<Pass> = Vec::new();
     let mut after: Vec<(usize, Vec<String>, &Entry)> = Vec::new();
     for instance in &instances {
+        if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
+            diagnostics.extend(shared.diagnostics);
+            *modules = shared.modules;
+            return None;
+        }
         let (entry, pointer, environment) = (instance.entry, &instance.pointer, &instance.environment);
         if instance.is_broken {
             unreadable = true;
@@ -227,6 +237,9 @@ pub(crate) fn load_sharing(
     let positions: BTreeMap<String, usize> =
         passes.iter().enumerate().map(|(at, pass)| (pass.name.clone(), at)).collect();
     for (at, wanted, entry) in after {
+        if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
+            break;
+        }
         for (position, written) in wanted.iter().enumerate() {
             let environment = passes[at].environment.clone();
             let pointer = format!("{}/after/{position}", passes[at].pointer);

@@ -1,0 +1,199 @@
+//! The cost of the way from JSON text to a resolved pipeline: parsed, composed, checked against the schema, loaded.
+//!
+//! A chain of full-screen passes, each of which reads what the one before it wrote, is written out flat, and as one
+//! subgraph that is instanced. Lines `ratio NAME VALUE` are ours divided by the bound that is aimed at (10 ms for 1,000
+//! passes, a log-log slope of 1.1 to 10,000), by the flat pipeline (what instancing costs), or by `serde_json` making an
+//! untyped tree of the same text (the least that anything could do with it). The last lines are hopeless texts and how
+//! long each takes to be refused. Times are the least of several runs.
+
+use std::fmt::Write as _;
+use std::hint::black_box;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use umbragraph::compose::{self, Memory};
+use umbragraph::diagnostic::{Diagnostics, render};
+use umbragraph::pipeline::{self, Choice};
+use umbragraph::shader::{TargetProfile, TemplateSet};
+use umbragraph::source::Sources;
+
+#[path = "hopeless.rs"]
+mod hopeless;
+
+const SIZES: [usize; 4] = [10, 100, 1_000, 10_000];
+
+/// What does not change from one pipeline to the next.
+struct Bench {
+    templates: Arc<TemplateSet>,
+    sources: Sources,
+    registry: umbragraph::node::Registry,
+    profile: TargetProfile,
+}
+
+fn main() {
+    let mut sources = Sources::new();
+    let templates = umbragraph::templates(&mut sources, &mut Diagnostics::new());
+    let bench =
+        Bench { templates, sources, registry: umbragraph::registry(), profile: TargetProfile::webgpu() };
+    // Teaches the allocator to keep freed memory, as it does in a program that has run for a while.
+    drop(black_box(vec![1u8; 24 << 20]));
+    println!("{:<12} {:>8} {:>10} {:>12} {:>12}", "pipeline", "passes", "ms", "us a pass", "serde_json ms");
+    let flat_slope = bench.series("flat", flat);
+    let instanced_slope = bench.series("instanced", instanced);
+    let thousand = bench.least(&flat(1_000), 1_000, 25);
+    let ratio = |name: &str, value: f64| println!("ratio language/{name} {value:.3}");
+    ratio("time_of_1000_passes_to_10ms", thousand.as_secs_f64() / 0.010);
+    ratio("flat/slope_to_1.1", flat_slope / 1.1);
+    ratio("instanced/slope_to_1.1", instanced_slope / 1.1);
+    let instances = bench.least(&instanced(1_000), 1_000, 25);
+    ratio("instanced_1000_times_to_flat", instances.as_secs_f64() / thousand.as_secs_f64());
+    ratio("flat_1000_to_serde_json", thousand.as_secs_f64() / tree(&flat(1_000)).as_secs_f64());
+    bench.hopeless();
+}
+
+impl Bench {
+    /// Prints one pipeline at all sizes; the log-log slope from 100 passes on, where what is done once no longer shows.
+    fn series(&self, name: &str, text_of: fn(usize) -> String) -> f64 {
+        let mut points = Vec::new();
+        for count in SIZES {
+            let text = text_of(count);
+            let time = self.least(&text, count, if count > 1_000 { 5 } else { 25 }).as_secs_f64();
+            if count >= 100 {
+                points.push(((count as f64).ln(), time.ln()));
+            }
+            let (millis, micros) = (time * 1e3, time * 1e6 / count as f64);
+            println!(
+                "{name:<12} {count:>8} {millis:>10.3} {micros:>12.3} {:>12.3}",
+                tree(&text).as_secs_f64() * 1e3
+            );
+        }
+        slope(&points)
+    }
+
+    fn least(&self, text: &str, passes: usize, runs: usize) -> Duration {
+        let run = || {
+            let (time, found, findings) = self.resolve(text);
+            assert_eq!(found, passes, "{findings}");
+            time
+        };
+        (0..runs).map(|_| run()).min().unwrap_or_default()
+    }
+
+    /// The time, the number of passes, and the findings.
+    fn resolve(&self, text: &str) -> (Duration, usize, String) {
+        let mut sources = self.sources.clone();
+        let mut findings = Diagnostics::new();
+        let start = Instant::now();
+        let file = sources.add("bench.json", text);
+        let composed = compose::compose(
+            file,
+            Path::new("bench.json"),
+            &mut Memory::default(),
+            &mut sources,
+            &mut findings,
+        );
+        let pipeline = composed.and_then(|composed| {
+            let choice = Choice::default();
+            pipeline::load(
+                &composed.document,
+                &self.registry,
+                &self.templates,
+                &self.profile,
+                &choice,
+                &sources,
+                &mut findings,
+            )
+        });
+        let time = start.elapsed();
+        let first: Vec<_> = findings.iter().take(1).cloned().collect();
+        let text = first.iter().map(|finding| render::human(finding, &sources)).collect();
+        (time, pipeline.map_or(0, |pipeline| pipeline.passes.len()), text)
+    }
+
+    fn hopeless(&self) {
+        println!("\n{:<34} {:>10} {:>10}  first finding", "hopeless text", "MB", "ms");
+        for (name, text) in hopeless::texts() {
+            let (time, _, findings) = self.resolve(&text);
+            let first: String = findings.lines().next().unwrap_or("none").chars().take(60).collect();
+            println!(
+                "{name:<34} {:>10.3} {:>10.3}  {first}",
+                text.len() as f64 / 1e6,
+                time.as_secs_f64() * 1e3
+            );
+        }
+    }
+}
+
+/// Time for `serde_json` to make an untyped tree of a text.
+fn tree(text: &str) -> Duration {
+    let run = || {
+        let start = Instant::now();
+        black_box(serde_json::from_str::<serde_json::Value>(text).expect("JSON"));
+        start.elapsed()
+    };
+    (0..15).map(|_| run()).min().unwrap_or_default()
+}
+
+const TARGET: &str =
+    r#""target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }"#;
+const FIRST: &str = r#""shader": "gradient.wgsl.jinja""#;
+const NEXT: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" }"#;
+
+/// A chain of passes written out.
+fn flat(count: usize) -> String {
+    let (mut resources, mut passes) = (String::new(), String::new());
+    for at in 0..count {
+        let _ = write!(
+            resources,
+            "    \"r{at}\": {{ \"texture\": {{ \"format\": \"rgba8unorm\", \"size\": \"viewport\" }} }},\n"
+        );
+        let shader = match at.checked_sub(1) {
+            None => FIRST.to_owned(),
+            Some(before) => format!("{NEXT}, \"bind\": {{ \"source\": \"r{before}\" }}"),
+        };
+        let comma = if at + 1 < count { "," } else { "" };
+        let _ = write!(
+            passes,
+            "    \"p{at}\": {{ \"fullscreen\": {{ {shader}, \"color\": [{{ \"to\": \"r{at}\" }}] }} }}{comma}\n"
+        );
+    }
+    pipeline_text("", &resources, &passes)
+}
+
+/// The same chain, each pass but the first in an instance of a subgraph.
+fn instanced(count: usize) -> String {
+    let subgraph = format!(
+        r#"  "subgraphs": {{ "step": {{ "inputs": {{ "image": "what is shown" }},
+    "resources": {{ "out": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }} }},
+    "passes": {{ "show": {{ "fullscreen": {{ {NEXT}, "bind": {{ "source": "image" }}, "color": [{{ "to": "out" }}] }} }} }} }} }},
+"#
+    );
+    let resources =
+        "    \"first\": { \"texture\": { \"format\": \"rgba8unorm\", \"size\": \"viewport\" } },\n";
+    let mut passes =
+        format!("    \"fill\": {{ \"fullscreen\": {{ {FIRST}, \"color\": [{{ \"to\": \"first\" }}] }} }}");
+    for at in 1..count {
+        let image = if at == 1 { "first".to_owned() } else { format!("s{}.out", at - 1) };
+        let _ = write!(
+            passes,
+            ",\n    \"s{at}\": {{ \"use\": \"step\", \"with\": {{ \"image\": \"{image}\" }} }}"
+        );
+    }
+    pipeline_text(&subgraph, resources, &passes)
+}
+
+fn pipeline_text(before: &str, resources: &str, passes: &str) -> String {
+    format!(
+        "{{\n  \"format\": 1, \"name\": \"bench\",\n{before}  \"resources\": {{\n{resources}    {TARGET}\n  }},\n  \"passes\": {{\n{passes}\n  }}\n}}\n"
+    )
+}
+
+/// The slope of a line through the points, by least squares.
+fn slope(points: &[(f64, f64)]) -> f64 {
+    let count = points.len() as f64;
+    let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
+    let (x, y) = (mean(|point| point.0), mean(|point| point.1));
+    let up: f64 = points.iter().map(|point| (point.0 - x) * (point.1 - y)).sum();
+    up / points.iter().map(|point| (point.0 - x).powi(2)).sum::<f64>()
+}
