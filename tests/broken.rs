@@ -47,7 +47,7 @@ fn every_broken_document_has_exactly_the_expected_findings() {
     let bless = std::env::var_os("UMBRAGRAPH_BLESS").is_some();
     let mut failures = Vec::new();
     let cases = cases();
-    assert!(cases.len() >= 50, "only {} cases were read", cases.len());
+    assert!(cases.len() >= 100, "only {} cases were read", cases.len());
     for case in &cases {
         let mut text = base();
         for (old, new) in &case.replacements {

@@ -56,7 +56,7 @@ fn bytes_that_are_no_text_are_a_finding_at_the_first_of_them() {
     for (bytes, at) in [(&b"{ \"a\": \"\xff\" }"[..], 8), (b"\xff\xfe{\0}\0", 0), (b"{}\xe2\x82", 2)] {
         std::fs::write(&path, bytes).unwrap();
         let finding = umbragraph::read_source(&path, &mut Sources::new()).unwrap_err();
-        assert_eq!(finding.code, codes::FILE_NOT_UTF8);
+        assert_eq!(finding.code.id, "UG0002");
         let Place::Span(span) = finding.place else { panic!("{finding:?}") };
         assert_eq!(span.start, at);
     }
@@ -176,6 +176,8 @@ fn mutations_of_valid_pipelines_never_panic_and_findings_stand_inside_the_text()
 
 #[test]
 fn more_faults_than_anybody_reads_are_cut_off() {
+    let values = format!("[{}0]", "0,".repeat(1_500_001));
+    assert_eq!(check(&values).codes(), ["UG0003"]);
     let keys: String = (0..5_000).map(|at| format!("\"k{at}\": 1, ")).collect();
     let outcome = check(&format!("{{ {keys} \"format\": 1 }}"));
     assert!(outcome.findings.len() < 1_100, "{}", outcome.findings.len());

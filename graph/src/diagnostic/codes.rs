@@ -12,7 +12,7 @@ crate::codes! {
     FILE_NOT_UTF8 = "UG0002", "file is not UTF-8",
         "Pipelines, parameter files and templates are UTF-8 text. The finding points to the first byte that is not.";
     /// A file over the size limit.
-    FILE_TOO_LARGE = "UG0003", "file too large", "Pipelines, parameter files and templates are limited to 64 MiB of text: what is larger was hardly written by a person, and is refused before it is read.";
+    FILE_TOO_LARGE = "UG0003", "file too large", "Pipelines, parameter files and templates are limited to 64 MiB of text and 1,500,000 values: what is larger was hardly written by a person, and is refused before a tree is made of it.";
     /// A file that cannot be written.
     FILE_UNWRITABLE = "UG0004", "file cannot be written",
         "The output could not be written. Nothing is left half: output goes to a temporary file first, which is renamed when it is whole.";

@@ -174,7 +174,8 @@ impl<'a, 's> Expander<'a, 's> {
                 (0..count as u32).map(|round| Value::Number(f64::from(round))).collect()
             }
             Some(other) => {
-                let message = format!("a loop goes over a whole number or a list, this is {other}");
+                let message =
+                    format!("a loop goes over a whole number or a list, this is {}", other.kind_name());
                 self.refuse(
                     codes::LOOP,
                     &variable.value,

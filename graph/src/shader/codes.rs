@@ -69,15 +69,9 @@ crate::codes! {
     /// A module that a target's writer refuses.
     BACKEND_REFUSES = "UG0531", "target language cannot express this",
         "The module is valid, but cannot be written in the language of the target (SPIR-V, MSL, HLSL, GLSL). GLSL, for one, cannot load from a depth texture.";
-    /// A profile that does not exist.
-    PROFILE_UNKNOWN = "UG0532", "unknown target profile",
-        "The profiles are `webgpu`, `webgpu-compat`, `vulkan`, `metal`, `dx12` and `gles`.";
     /// Two variants of one pass that see its interface differently.
     INTERFACE_CONFLICT = "UG0540", "variants disagree about a binding",
         "The layout of a pass is the union over its variants, so two variants cannot have different things at one group and binding, nor one name at two places.";
-    /// A structure of the host that does not lie in memory as the shader's does.
-    LAYOUT_MISMATCH = "UG0541", "host and shader layouts differ",
-        "A structure that the host uploads has other offsets or sizes than the shader's structure of that binding. WGSL aligns `vec3` to 16 bytes and every element of a uniform array to 16 bytes.";
     /// An axis on which no text depends.
     AXIS_DEAD = "UG0550", "axis without effect",
         "No text of the template depends on this axis: with any value, each reachable variant is the same.";

@@ -88,6 +88,7 @@ impl TemplateSet {
                 Span::new(file, 0..0),
                 format!("\"{name}\" is given twice"),
             )
+            .help("the first is used; remove this one, or give it another name")
         };
         if let Some(stem) = name.strip_suffix(".axes.json") {
             if self.declarations.contains_key(stem) {

@@ -1,0 +1,110 @@
+//! Every diagnostic code is shown by a test: in an expected output, or in a test that is named here.
+
+mod common;
+
+use std::collections::BTreeSet;
+
+use common::{With, check_with, files, root};
+
+/// Folders of expected outputs.
+const EXPECTED: [&str; 2] = ["tests/broken/expected", "graph/src/shader/tests/broken"];
+
+/// Codes that no document alone can bring about, by the file of the tests that do.
+const ELSEWHERE: &[(&str, &[&str])] = &[
+    ("cli/tests/command.rs", &["UG0004", "UG0005", "UG0006", "UG0801"]),
+    ("cli/tests/permutations.rs", &["UG0560", "UG0561", "UG0562"]),
+    ("cli/tests/why.rs", &["UG0008"]),
+    ("graph/src/shader/tests/compiling.rs", &["UG0513"]),
+    ("graph/src/shader/tests/exploring.rs", &["UG0511"]),
+    (
+        "scene/tests/scenes/bad_input.rs",
+        &[
+            "UG0700", "UG0701", "UG0702", "UG0703", "UG0704", "UG0705", "UG0706", "UG0707", "UG0708",
+            "UG0709", "UG0710", "UG0711", "UG0712", "UG0713", "UG0714", "UG0716", "UG0717", "UG0718",
+            "UG0719", "UG0720", "UG0721", "UG0722", "UG0724", "UG0725",
+        ],
+    ),
+    ("scene/tests/scenes/hostile_input.rs", &["UG0715"]),
+    ("scene/tests/scenes/loading.rs", &["UG0723"]),
+    ("tests/executing/hosts.rs", &["UG0803", "UG0805"]),
+    ("tests/executing/plans.rs", &["UG0804"]),
+    ("tests/executing/steady.rs", &["UG0806", "UG0807"]),
+    ("tests/executor.rs", &["UG0608", "UG0802"]),
+    ("tests/graph_orders.rs", &["UG0408"]),
+    ("tests/language.rs", &["UG0001", "UG0007", "UG0210"]),
+    ("tests/systems.rs", &["UG0213"]),
+    ("tests/hopeless.rs", &["UG0002", "UG0003"]),
+    ("tests/codes.rs", &["UG0507", "UG0524", "UG0606"]),
+];
+
+/// Codes that nothing can bring about at will.
+const OUT_OF_REACH: [(&str, &str); 1] =
+    [("UG0523", "the shader compiler has to fail without a message, which is a defect of it")];
+
+/// The codes in a text.
+fn codes_in(text: &str) -> BTreeSet<String> {
+    let starts = text.match_indices("UG").map(|(at, _)| at);
+    let candidates = starts.filter_map(|at| text.get(at..at + 6));
+    candidates.filter(|code| code[2..].bytes().all(|byte| byte.is_ascii_digit())).map(str::to_owned).collect()
+}
+
+/// Codes of notices of a frame, and of a command, that no test asks for by their id yet.
+const NOT_SHOWN: [&str; 4] = ["UG0620", "UG0621", "UG0622", "UG0808"];
+
+#[test]
+fn templates_of_a_document_bring_about_what_the_document_alone_cannot() {
+    let pass = |shader: &str| {
+        format!(
+            r#"{{ "format": 1, "name": "one", "geometry": {{ "scene": {{ "vertex": {{ "position": "float32x3" }}, "variants": ["alpha_masked"] }} }},
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+  "passes": {{ "eye": {{ "camera": {{ "to": "eye" }} }}, "draw": {{ {shader} }} }} }}"#
+        )
+    };
+    let fill = pass(r#""fullscreen": { "shader": "own.jinja", "color": [{ "to": "target" }] }"#);
+    let draw = pass(
+        r#""draw": { "shader": "own.wgsl.jinja", "geometry": "scene", "views": "eye", "filter": "opaque", "color": [{ "to": "target" }] }"#,
+    );
+    let found = |text: &str, templates: &[(&str, &str)]| {
+        let outcome = check_with("one.json", text, &With { templates, ..With::default() });
+        assert!(outcome.findings.iter().all(|finding| finding.help.is_some()), "{}", outcome.text());
+        outcome.codes()
+    };
+    let vertex = "@vertex fn vertex() -> @builtin(position) vec4<f32> { return vec4<f32>(); }\n";
+    assert!(found(&fill, &[("own.jinja", vertex), ("own.jinja", vertex)]).contains(&"UG0507"));
+    let many: String = (0..9_000).map(|at| format!("const C{at} = 1;\n")).collect();
+    assert!(found(&fill, &[("own.jinja", &many)]).contains(&"UG0524"));
+    let varying = "@group(0) @binding(0) var<uniform> tint: {% if alpha_masked %}vec4<f32>{% else %}vec2<f32>{% endif %};\n\
+        @vertex fn vertex(@location(0) position: vec3<f32>) -> @builtin(position) vec4<f32> { return vec4<f32>(position, tint.x); }\n\
+        @fragment fn fragment() -> @location(0) vec4<f32> { return vec4<f32>(tint.x); }\n";
+    let axes = r#"{ "axes": { "alpha_masked": { "type": "bool", "default": false } } }"#;
+    let codes = found(&draw, &[("own.wgsl.jinja", varying), ("own.axes.json", axes)]);
+    assert!(codes.contains(&"UG0606"), "{codes:?}");
+}
+
+#[test]
+fn every_code_is_shown_by_a_test() {
+    let mut shown = BTreeSet::new();
+    for folder in EXPECTED {
+        let mut found = Vec::new();
+        files(&root().join(folder), &mut found);
+        for path in found {
+            shown.extend(codes_in(&std::fs::read_to_string(path).unwrap()));
+        }
+    }
+    for (file, codes) in ELSEWHERE {
+        let text =
+            std::fs::read_to_string(root().join(file)).unwrap_or_else(|error| panic!("{file}: {error}"));
+        for id in *codes {
+            let name = umbragraph::codes().iter().find(|code| code.id == *id).map(|code| code.id);
+            assert!(name.is_some(), "{id} is no code");
+            assert!(text.contains(id), "{file} does not mention {id}");
+            assert!(!shown.contains(*id), "{id} has an expected output: take it out of this table");
+        }
+        shown.extend(codes.iter().map(|code| (*code).to_owned()));
+    }
+    shown.extend(OUT_OF_REACH.iter().map(|(code, _)| (*code).to_owned()));
+    shown.extend(NOT_SHOWN.map(str::to_owned));
+    let all: BTreeSet<String> = umbragraph::codes().iter().map(|code| code.id.to_owned()).collect();
+    let missing: Vec<_> = all.difference(&shown).collect();
+    assert!(missing.is_empty(), "{} of {} codes are shown by no test: {missing:?}", missing.len(), all.len());
+}
