@@ -266,12 +266,36 @@ fn more_lights_than_there_is_room_for_are_reduced_and_left_out_by_importance_and
     host.picture(&lit_by(&scene, lights.clone()));
     let notices = host.notices().join("\n");
     println!("{notices}");
-    assert!(notices.contains("\"lamp ") && notices.contains("28"), "28 of 40 lamps have no cube: {notices}");
+    assert!(
+        notices.contains("UG0621") && notices.contains("\"lamp ") && notices.contains("28"),
+        "28 of 40 lamps have no cube: {notices}"
+    );
     // What is removed makes room within a frame.
     lights.retain(|light| !light.name.starts_with("spot 1") && !light.name.starts_with("lamp"));
     lights.truncate(16);
     host.picture(&lit_by(&scene, lights));
     assert!(host.notices().is_empty(), "{:?}", host.notices());
+}
+
+#[test]
+fn lights_beyond_the_capacity_and_bounded_filters_are_notices() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = interior();
+    let outcome = small(
+        &[("light_capacity", "4"), ("filter_radius", "0.5"), ("greatest_radius", "2"), ("far", "[4, 20]")],
+        &[("light_filter", "\"grid\"")],
+    );
+    let mut lights: Vec<Light> =
+        (0..8).map(|at| lamp(&format!("lamp {at}"), [at as f64 * 0.5 - 2.0, 2.0, 0.0])).collect();
+    let sun = Light { priority: 9.0, ..light("sun", LightKind::Directional, [0.0; 3]) };
+    lights.push(Light { direction: DVec3::new(0.2, -1.0, 0.1).normalize(), ..sun });
+    let mut host = Host::new(&gpu, &outcome, &scene);
+    host.picture(&lit_by(&scene, lights));
+    let notices = host.notices().join("\n");
+    for (code, words) in [("UG0620", "5 lights are left out"), ("UG0622", "of \"sun\"")] {
+        let found = notices.lines().find(|notice| notice.starts_with(code));
+        assert!(found.is_some_and(|notice| notice.contains(words)), "{code} {words}: {notices}");
+    }
 }
 
 #[test]

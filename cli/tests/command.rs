@@ -268,6 +268,24 @@ fn render_writes_a_whole_picture_and_says_on_what_and_how_fast() {
 }
 
 #[test]
+fn a_pipeline_that_makes_no_picture_is_not_rendered() {
+    if umbragraph_test_support::gpu::device().is_none() {
+        skip::skipped("no adapter to render with");
+        return;
+    }
+    let folder = ScratchFolder::new("command-no-picture");
+    let (pipeline, out) = (folder.join("none.json"), folder.join("x.png"));
+    std::fs::write(&pipeline, r#"{ "format": 1, "name": "none", "passes": {} }"#).unwrap();
+    let (pipeline, out) = (pipeline.to_str().unwrap(), out.to_str().unwrap());
+    refused(
+        &["render", pipeline, "--scene", "examples/scenes/figure.glb", "--size", "32x32", "--out", out],
+        1,
+        &["UG0808", "0 imported textures"],
+    );
+    assert!(!Path::new(out).exists());
+}
+
+#[test]
 fn render_says_which_transparent_things_a_pipeline_leaves_out() {
     if umbragraph_test_support::gpu::device().is_none() {
         skip::skipped("no adapter to render with");

@@ -163,7 +163,7 @@ impl<'a> Host<'a> {
 
     /// What host passes had to say of the last frame.
     pub fn notices(&self) -> Vec<String> {
-        self.executor.notices().map(|notice| notice.message.clone()).collect()
+        self.executor.notices().map(|notice| format!("{}: {}", notice.code.id, notice.message)).collect()
     }
 }
 

@@ -47,12 +47,12 @@ pub(super) fn over(
         (base_kind, kind) => {
             // What stood below an object goes with it.
             changes.remember(pointer, Value { span: base.span, kind: base_kind }.span);
-            let value = Value { span: value.span, kind };
-            refuse_deletions(&value, pointer, diagnostics);
+            let mut value = Value { span: value.span, kind };
+            refuse_deletions(&mut value, pointer, diagnostics);
             return value;
         }
     };
-    for entry in newer {
+    for mut entry in newer {
         let at = pointer_join(pointer, &entry.key);
         let known = entries.iter().position(|known| known.key == entry.key);
         match (known, &entry.value.kind) {
@@ -81,7 +81,7 @@ pub(super) fn over(
                 entries[index].key_span = entry.key_span;
             }
             (None, _) => {
-                refuse_deletions(&entry.value, &at, diagnostics);
+                refuse_deletions(&mut entry.value, &at, diagnostics);
                 entries.push(entry);
             }
         }
@@ -89,29 +89,28 @@ pub(super) fn over(
     Value { span: value.span, kind: Kind::Object(entries) }
 }
 
-/// Finds `null`s where there is nothing below that they could delete.
-pub(super) fn refuse_deletions(value: &Value, pointer: &str, diagnostics: &mut Diagnostics) {
-    match &value.kind {
-        Kind::Object(entries) => {
-            for entry in entries {
-                let at = pointer_join(pointer, &entry.key);
-                if matches!(entry.value.kind, Kind::Null) {
-                    diagnostics.push(
-                        Diagnostic::error(
-                            codes::DELETES_NOTHING,
-                            entry.value.span,
-                            format!("there is no \"{}\" to delete", entry.key),
-                        )
-                        .pointer(at)
-                        .help("null deletes what an extended file has under that key; leave the key out"),
-                    );
-                } else {
-                    refuse_deletions(&entry.value, &at, diagnostics);
-                }
+/// Takes out `null`s where there is nothing below that they could delete, so that nobody reads them as values.
+pub(super) fn refuse_deletions(value: &mut Value, pointer: &str, diagnostics: &mut Diagnostics) {
+    match &mut value.kind {
+        Kind::Object(entries) => entries.retain_mut(|entry| {
+            let at = pointer_join(pointer, &entry.key);
+            if !matches!(entry.value.kind, Kind::Null) {
+                refuse_deletions(&mut entry.value, &at, diagnostics);
+                return true;
             }
-        }
+            diagnostics.push(
+                Diagnostic::error(
+                    codes::DELETES_NOTHING,
+                    entry.value.span,
+                    format!("there is no \"{}\" to delete", entry.key),
+                )
+                .pointer(at)
+                .help("null deletes what an extended file has under that key; leave the key out"),
+            );
+            false
+        }),
         Kind::Array(elements) => {
-            for (at, element) in elements.iter().enumerate() {
+            for (at, element) in elements.iter_mut().enumerate() {
                 refuse_deletions(element, &format!("{pointer}/{at}"), diagnostics);
             }
         }

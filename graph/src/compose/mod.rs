@@ -183,7 +183,7 @@ impl Composer<'_> {
         }
         let mut merged = match below {
             None => {
-                merge::refuse_deletions(&root, "", self.diagnostics);
+                merge::refuse_deletions(&mut root, "", self.diagnostics);
                 root
             }
             Some(base) => merge::over(base, root, "", &mut self.changes, self.diagnostics),

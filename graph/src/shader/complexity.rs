@@ -124,5 +124,11 @@ pub(super) fn comment_end(bytes: &[u8], start: usize) -> usize {
 }
 
 fn refusal(message: &str, at: usize) -> Refusal {
-    Refusal { range: Some(at..at + 1), ..Refusal::new(Stage::Size, message, naga::Span::UNDEFINED) }
+    Refusal {
+        range: Some(at..at + 1),
+        help: Some(
+            "split the template into several passes, or let loops of WGSL do what is written out".to_owned(),
+        ),
+        ..Refusal::new(Stage::Size, message, naga::Span::UNDEFINED)
+    }
 }

@@ -110,3 +110,15 @@ pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Refusal>) -> Result<T,
         Err(Refusal::new(Stage::Panic, format!("the shader compiler failed: {message}"), Span::UNDEFINED))
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::guarded;
+
+    #[test]
+    fn a_defect_of_the_shader_compiler_is_a_finding() {
+        let refusal = guarded(|| -> Result<(), _> { panic!("a handle out of range") }).unwrap_err();
+        assert_eq!(refusal.stage.code().id, "UG0523");
+        assert_eq!(refusal.message, "the shader compiler failed: a handle out of range");
+    }
+}
