@@ -145,18 +145,18 @@ const NEXT: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'
 fn flat(count: usize) -> String {
     let (mut resources, mut passes) = (String::new(), String::new());
     for at in 0..count {
-        let _ = write!(
+        let _ = writeln!(
             resources,
-            "    \"r{at}\": {{ \"texture\": {{ \"format\": \"rgba8unorm\", \"size\": \"viewport\" }} }},\n"
+            "    \"r{at}\": {{ \"texture\": {{ \"format\": \"rgba8unorm\", \"size\": \"viewport\" }} }},"
         );
         let shader = match at.checked_sub(1) {
             None => FIRST.to_owned(),
             Some(before) => format!("{NEXT}, \"bind\": {{ \"source\": \"r{before}\" }}"),
         };
         let comma = if at + 1 < count { "," } else { "" };
-        let _ = write!(
+        let _ = writeln!(
             passes,
-            "    \"p{at}\": {{ \"fullscreen\": {{ {shader}, \"color\": [{{ \"to\": \"r{at}\" }}] }} }}{comma}\n"
+            "    \"p{at}\": {{ \"fullscreen\": {{ {shader}, \"color\": [{{ \"to\": \"r{at}\" }}] }} }}{comma}"
         );
     }
     pipeline_text("", &resources, &passes)
