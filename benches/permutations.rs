@@ -31,15 +31,32 @@ fn main() {
     let synthetic =
         set(&[("synthetic.wgsl.jinja", &synthetic_template()), ("synthetic.axes.json", &synthetic_axes(0))]);
     let project = set(umbragraph_shaders_templates::FILES);
-    threads(&synthetic);
-    wide_space();
-    everything(&project);
-    processes(&synthetic);
+    // `cargo bench ... -- overhead threads` runs these parts only.
+    let parts = ["threads", "wide_space", "everything", "processes", "memory", "overhead"];
+    let named: Vec<&String> =
+        arguments.iter().filter(|argument| parts.contains(&argument.as_str())).collect();
+    let wanted = |part: &str| named.is_empty() || named.iter().any(|name| *name == part);
+    if wanted("threads") {
+        threads(&synthetic);
+    }
+    if wanted("wide_space") {
+        wide_space();
+    }
+    if wanted("everything") {
+        everything(&project);
+    }
+    if wanted("processes") {
+        processes(&synthetic);
+    }
     // Before the rival of the last one keeps all texts in memory at once.
-    memory();
-    let parts = [overhead("overhead_synthetic", &synthetic), overhead("overhead_project", &project)];
-    let (ours, bare) = (parts[0].0 + parts[1].0, parts[0].1 + parts[1].1);
-    report("overhead", "at most 1.10", ours, bare, "of naga alone, on both");
+    if wanted("memory") {
+        memory();
+    }
+    if wanted("overhead") {
+        let parts = [overhead("overhead_synthetic", &synthetic), overhead("overhead_project", &project)];
+        let (ours, bare) = (parts[0].0 + parts[1].0, parts[0].1 + parts[1].1);
+        report("overhead", "at most 1.10", ours, bare, "of naga alone, on both");
+    }
 }
 
 fn set(files: &[(&str, &str)]) -> TemplateSet {

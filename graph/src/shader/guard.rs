@@ -67,6 +67,9 @@ pub(crate) fn prepare(text: &str, tags: &[Tag]) -> Prepared {
                     open_sets.push(names);
                     continue;
                 }
+                if is_literal(&tag.words[1..]) {
+                    continue;
+                }
                 names
             }
             Some("endset") => open_sets.pop().unwrap_or_default(),
@@ -107,6 +110,20 @@ fn identifiers<'t, 'w>(text: &'t str, words: impl Iterator<Item = &'w Word>) -> 
         .filter(|word| word.kind == WordKind::Identifier)
         .map(|word| Cow::Borrowed(slice(text, word)))
         .collect()
+}
+
+/// Whether what a `set` binds is written out in the template: it is no larger than the text of the tag, and a table of
+/// numbers need not be looked through in every rendering.
+fn is_literal(words: &[Word]) -> bool {
+    let is_equals = |word: &Word| word.kind == WordKind::Sign(b'=');
+    let Some(equals) = words.iter().position(is_equals) else { return false };
+    words[equals + 1..].iter().all(|word| match word.kind {
+        WordKind::Identifier => false,
+        WordKind::Text | WordKind::Number => true,
+        WordKind::Sign(sign) => {
+            matches!(sign, b'[' | b']' | b'{' | b'}' | b'(' | b')' | b',' | b':' | b'.' | b'-')
+        }
+    })
 }
 
 /// The targets of a `set`, attributes included, and whether it is the form with a block.

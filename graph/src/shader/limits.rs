@@ -37,8 +37,16 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn over(&mut self, span: Span, what: &str, found: u64, allowed: u64) {
+    /// Neither the place nor the words are worked out for what is within its limit.
+    fn over(
+        &mut self,
+        span: &dyn Fn(&Self) -> Span,
+        what: std::fmt::Arguments<'_>,
+        found: u64,
+        allowed: u64,
+    ) {
         if found > allowed {
+            let span = span(self);
             let message = format!("{what} is {found}, but only {allowed} is guaranteed");
             self.found.push(Refusal::new(Stage::Limit, message, span));
         }
@@ -75,17 +83,20 @@ impl Check<'_> {
         let (groups, bindings) = (limits.max_bind_groups, limits.max_bindings_per_bind_group);
         let (uniform, storage) =
             (limits.max_uniform_buffer_binding_size, limits.max_storage_buffer_binding_size);
-        let span = self.span_of_binding(binding);
+        let span = &|check: &Self| check.span_of_binding(binding);
         let name = &binding.name;
         let count = u64::from(binding.group) + 1;
-        self.over(span, &format!("the number of bind groups with \"{name}\""), count, u64::from(groups));
+        self.over(span, format_args!("the number of bind groups with \"{name}\""), count, u64::from(groups));
         let count = u64::from(binding.binding) + 1;
-        self.over(span, &format!("the number of bindings with \"{name}\""), count, u64::from(bindings));
+        self.over(span, format_args!("the number of bindings with \"{name}\""), count, u64::from(bindings));
         if let BindingType::Buffer { ty, min_binding_size: Some(size), .. } = binding.entry.ty {
-            let what = format!("the size of \"{name}\" in bytes");
             match ty {
-                BufferBindingType::Uniform => self.over(span, &what, size.get(), uniform),
-                BufferBindingType::Storage { .. } => self.over(span, &what, size.get(), storage),
+                BufferBindingType::Uniform => {
+                    self.over(span, format_args!("the size of \"{name}\" in bytes"), size.get(), uniform)
+                }
+                BufferBindingType::Storage { .. } => {
+                    self.over(span, format_args!("the size of \"{name}\" in bytes"), size.get(), storage)
+                }
             }
         }
     }
@@ -124,10 +135,10 @@ impl Check<'_> {
                 .map(|binding| binding.entry.count.map_or(1, |count| u64::from(count.get())))
                 .sum();
             let Some(beyond) = used.get(allowed as usize).or(used.last()) else { continue };
-            let span = self.span_of_binding(beyond);
+            let span = &|check: &Self| check.span_of_binding(beyond);
             self.over(
                 span,
-                &format!("the number of {what} in \"{}\"", entry_point.name),
+                format_args!("the number of {what} in \"{}\"", entry_point.name),
                 count,
                 u64::from(allowed),
             );
@@ -136,24 +147,40 @@ impl Check<'_> {
 
     fn entry_point(&mut self, entry_point: &EntryPoint) {
         let limits = &self.profile.limits;
-        let span = self.span_of_entry_point(entry_point);
+        let span = &|check: &Self| check.span_of_entry_point(entry_point);
         let name = &entry_point.name;
         let count = |length: usize| length as u64;
         let highest =
             |locations: &mut dyn Iterator<Item = u32>| locations.max().map_or(0, |at| u64::from(at) + 1);
         match entry_point.stage {
             ShaderStage::Vertex | ShaderStage::Fragment => {
-                let what = format!("the number of variables between stages in \"{name}\"");
                 let allowed = u64::from(limits.max_inter_stage_shader_variables);
-                self.over(span, &what, count(entry_point.varyings.len()), allowed);
-                let what = format!("the number of locations between stages in \"{name}\"");
-                self.over(span, &what, highest(&mut entry_point.varyings.iter().copied()), allowed);
-                let what = format!("the number of vertex attributes in \"{name}\"");
+                self.over(
+                    span,
+                    format_args!("the number of variables between stages in \"{name}\""),
+                    count(entry_point.varyings.len()),
+                    allowed,
+                );
+                self.over(
+                    span,
+                    format_args!("the number of locations between stages in \"{name}\""),
+                    highest(&mut entry_point.varyings.iter().copied()),
+                    allowed,
+                );
                 let locations = &mut entry_point.inputs.iter().map(|input| input.location);
-                self.over(span, &what, highest(locations), u64::from(limits.max_vertex_attributes));
-                let what = format!("the number of colour attachments in \"{name}\"");
+                self.over(
+                    span,
+                    format_args!("the number of vertex attributes in \"{name}\""),
+                    highest(locations),
+                    u64::from(limits.max_vertex_attributes),
+                );
                 let locations = &mut entry_point.outputs.iter().map(|output| output.location);
-                self.over(span, &what, highest(locations), u64::from(limits.max_color_attachments));
+                self.over(
+                    span,
+                    format_args!("the number of colour attachments in \"{name}\""),
+                    highest(locations),
+                    u64::from(limits.max_color_attachments),
+                );
             }
             ShaderStage::Compute => {
                 let [x, y, z] = entry_point.workgroup_size;
@@ -163,15 +190,27 @@ impl Check<'_> {
                     ("depth", z, limits.max_compute_workgroup_size_z),
                 ];
                 for (side, size, allowed) in sides {
-                    let what = format!("the {side} of the workgroup of \"{name}\"");
-                    self.over(span, &what, u64::from(size), u64::from(allowed));
+                    self.over(
+                        span,
+                        format_args!("the {side} of the workgroup of \"{name}\""),
+                        u64::from(size),
+                        u64::from(allowed),
+                    );
                 }
                 let invocations = u64::from(x).saturating_mul(u64::from(y)).saturating_mul(u64::from(z));
-                let what = format!("the number of invocations in the workgroup of \"{name}\"");
-                self.over(span, &what, invocations, u64::from(limits.max_compute_invocations_per_workgroup));
-                let what = format!("the workgroup memory of \"{name}\" in bytes");
+                self.over(
+                    span,
+                    format_args!("the number of invocations in the workgroup of \"{name}\""),
+                    invocations,
+                    u64::from(limits.max_compute_invocations_per_workgroup),
+                );
                 let allowed = u64::from(limits.max_compute_workgroup_storage_size);
-                self.over(span, &what, u64::from(entry_point.workgroup_storage), allowed);
+                self.over(
+                    span,
+                    format_args!("the workgroup memory of \"{name}\" in bytes"),
+                    u64::from(entry_point.workgroup_storage),
+                    allowed,
+                );
             }
         }
     }

@@ -8,8 +8,6 @@ use super::{Emitted, ShaderModule, TargetProfile, backend, wgsl};
 use crate::diagnostic::{Diagnostic, Place};
 use crate::source::Sources;
 
-use naga::back::pipeline_constants::process_overrides;
-
 impl ShaderModule {
     /// The module in the language of a target, its overrides set to [`ShaderModule::constants`].
     ///
@@ -27,11 +25,8 @@ impl ShaderModule {
             let module = wgsl::parse(&self.wgsl)?;
             let info = wgsl::validate(&module, profile.capabilities)?;
             let constants = self.constants.iter().map(|(name, value)| (name.clone(), *value)).collect();
-            wgsl::resolve_overrides(&module, &info, &constants)?;
-            match process_overrides(&module, &info, None, &constants) {
-                Ok((module, info)) => backend::emit(&module, &info, language),
-                Err(error) => Err(super::wgsl_error::overrides(&module, &error)),
-            }
+            let (module, info) = wgsl::resolve_overrides(&module, &info, &constants)?;
+            backend::emit(&module, &info, language)
         });
         written.map_err(|refusal| {
             let mut pieces = self.map.pieces();

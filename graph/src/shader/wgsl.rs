@@ -5,6 +5,7 @@
 //! fail only there. naga is not written to be fed with anything: a panic inside it becomes a finding, and it runs on a
 //! thread with a stack of its own, because it descends recursively into nested text.
 
+use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use naga::back::PipelineConstants;
@@ -52,23 +53,31 @@ pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<Mo
     })
 }
 
-/// Gives all overrides their values and validates the outcome; the answer is the workgroup sizes that come out.
+/// A module whose overrides have values, and what the validator says of it.
+pub(crate) type Resolved<'m> = (Cow<'m, Module>, Cow<'m, ModuleInfo>);
+
+/// Gives all overrides their values and validates the outcome.
 ///
 /// # Errors
 /// Why naga refuses it.
-pub(crate) fn resolve_overrides(
-    module: &Module,
-    info: &ModuleInfo,
+pub(crate) fn resolve_overrides<'m>(
+    module: &'m Module,
+    info: &'m ModuleInfo,
     constants: &PipelineConstants,
-) -> Result<WorkgroupSizes, Refusal> {
+) -> Result<Resolved<'m>, Refusal> {
     if module.overrides.is_empty() {
-        return Ok(WorkgroupSizes::new());
+        return Ok((Cow::Borrowed(module), Cow::Borrowed(info)));
     }
     guarded(|| {
-        let (resolved, _) = process_overrides(module, info, None, constants)
-            .map_err(|error| wgsl_error::overrides(module, &error))?;
-        Ok(resolved.entry_points.iter().map(|entry| (entry.name.clone(), entry.workgroup_size)).collect())
+        process_overrides(module, info, None, constants)
+            .map_err(|error| wgsl_error::overrides(module, &error))
     })
+}
+
+/// The workgroup sizes of a module, where overrides may have decided them.
+pub(crate) fn workgroup_sizes(resolved: &Resolved<'_>) -> WorkgroupSizes {
+    let (Cow::Owned(module), _) = resolved else { return WorkgroupSizes::new() };
+    module.entry_points.iter().map(|entry| (entry.name.clone(), entry.workgroup_size)).collect()
 }
 
 /// Parses, validates and resolves overrides.
@@ -83,7 +92,7 @@ pub(crate) fn check(
     let module = parse(text)?;
     let constants = constants(&module)?;
     let info = validate(&module, capabilities)?;
-    let workgroup_sizes = resolve_overrides(&module, &info, &constants)?;
+    let workgroup_sizes = workgroup_sizes(&resolve_overrides(&module, &info, &constants)?);
     Ok(Checked { module, info, workgroup_sizes })
 }
 

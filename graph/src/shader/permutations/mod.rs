@@ -3,6 +3,7 @@
 //! ```text
 //! requests ──explore──▶ paths, distinct texts ──prove──▶ refusals ──group──▶ findings, one per root cause
 //!              lazily, one rendering per path     once per text, on threads          with what provokes them
+//!              └───── on one thread, at the same time as ─────┘
 //! ```
 //!
 //! A [`Request`] names a template, the values that its axes can have (all, those that pipelines reach, or one
@@ -17,6 +18,8 @@ mod diagram;
 mod explore;
 mod external;
 mod failure;
+mod overrides;
+mod pool;
 mod prove;
 mod report;
 mod space;
@@ -27,12 +30,13 @@ pub use external::{CommandError, ExternalValidator};
 pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use cause::{Causes, Failure, Ground};
 use dead::Marked;
 use explore::{Exploration, Explorer, Source};
 use external::Opinion;
+use pool::Pool;
 use prove::{Proof, Task};
 pub(crate) use space::Space;
 
@@ -133,101 +137,85 @@ struct Proven {
     source: Option<Source>,
 }
 
-/// Texts on their way to a proof: once there are some, all that wait are proven on all threads and then forgotten, so
-/// that memory holds a batch of them, however many there are.
-struct Proving<'a> {
-    options: &'a Options<'a>,
+/// The bytes of text that wait for a proof at a time: memory holds them, however many texts there are.
+const WAITING_BYTES: usize = 8 << 20;
+
+/// Texts on their way to a proof.
+struct Proving<'p, 'w, 'a> {
+    pool: &'p Pool<'w, Task<'a>, Proven>,
     /// The distinct texts, by template, hash and profiles.
     known: HashMap<(&'a str, [u8; 32], Vec<&'a str>), usize>,
-    waiting: Vec<Task<'a>>,
-    waiting_bytes: usize,
-    proven: Vec<Proven>,
-    /// Texts have few distinct reflections.
-    reflections: HashSet<Arc<Reflection>>,
 }
 
-/// The bytes of text that are proven at once.
-const BATCH_BYTES: usize = 8 << 20;
-
-impl<'a> Proving<'a> {
-    fn new(options: &'a Options<'a>) -> Self {
-        Self {
-            options,
-            known: HashMap::new(),
-            waiting: Vec::new(),
-            waiting_bytes: 0,
-            proven: Vec::new(),
-            reflections: HashSet::new(),
-        }
-    }
-
+impl<'a> Proving<'_, '_, 'a> {
     /// Adds a text; its index among all distinct ones.
     fn add(&mut self, request: &'a Request, axes: &'a super::Axes, hash: [u8; 32], source: Source) -> usize {
         let profiles = request.profiles.iter().map(|profile| profile.name.as_str()).collect();
-        let next = self.proven.len() + self.waiting.len();
-        let at = *self.known.entry((&request.template, hash, profiles)).or_insert(next);
-        if at == next {
-            self.waiting_bytes += source.wgsl.len();
-            self.waiting.push(Task { source, axes, profiles: &request.profiles });
-            if self.waiting_bytes >= BATCH_BYTES {
-                self.prove();
+        *self.known.entry((&request.template, hash, profiles)).or_insert_with(|| {
+            self.pool.add(source.wgsl.len(), Task { source, axes, profiles: &request.profiles })
+        })
+    }
+}
+
+/// Takes all paths of the requests, and proves each distinct text while others are still being found. Findings are those
+/// about requests that cannot be explored.
+fn explore_and_prove<'a>(
+    templates: &'a TemplateSet,
+    placement: &Placement<'_>,
+    requests: &'a [Request],
+    options: &Options<'_>,
+) -> (Vec<Explored<'a>>, Vec<Diagnostic>, Vec<Proven>) {
+    // Texts have few distinct reflections. Equal ones are found where they are made, so that nothing small stays behind
+    // in the midst of what a proof frees.
+    let reflections: Mutex<HashSet<Arc<Reflection>>> = Mutex::default();
+    let work = |task: Task<'a>| {
+        let mut proof = prove::prove(&task);
+        if let Some(reflection) = &mut proof.reflection {
+            let mut known = reflections.lock().unwrap_or_else(PoisonError::into_inner);
+            match known.get(reflection) {
+                Some(known) => *reflection = known.clone(),
+                None => drop(known.insert(reflection.clone())),
             }
         }
-        at
-    }
-
-    /// Proves what waits.
-    fn prove(&mut self) {
-        let tasks = std::mem::take(&mut self.waiting);
-        self.waiting_bytes = 0;
-        let (before, all) = (self.proven.len(), self.proven.len() + tasks.len());
-        let Options { threads, external, progress, .. } = *self.options;
-        let progress = |done| progress(before + done, all);
-        let outcomes = prove::in_parallel(tasks.len(), threads, &progress, &|at| {
-            let proof = prove::prove(&tasks[at]);
-            let opinions = failure::judge(&tasks[at], &proof, external);
-            (proof, opinions)
-        });
-        for (task, (mut proof, opinions)) in tasks.into_iter().zip(outcomes) {
-            if let Some(reflection) = &mut proof.reflection {
-                match self.reflections.get(reflection) {
-                    Some(known) => *reflection = known.clone(),
-                    None => drop(self.reflections.insert(reflection.clone())),
+        let opinions = failure::judge(&task, &proof, options.external);
+        let accepted = proof.refusals.is_empty() && opinions.iter().all(|each| *each == Opinion::Accepts);
+        Proven { proof, opinions, source: (!accepted).then_some(task.source) }
+    };
+    let explore = |pool: &Pool<'_, Task<'a>, Proven>| {
+        let (mut explored, mut findings) = (Vec::new(), Vec::new());
+        let mut proving = Proving { pool, known: HashMap::new() };
+        for request in requests {
+            let space = match space_of(templates, request) {
+                Ok(space) => Arc::new(space),
+                Err(found) => {
+                    findings.extend(found);
+                    continue;
+                }
+            };
+            let Some(axes) = templates.axes(&request.template) else { continue };
+            let mut explorer =
+                Explorer::new(templates, placement, &request.template, &space, options.report_dead);
+            let mut tasks = Vec::new();
+            while let Some(source) = explorer.next_text() {
+                if let Some(text) = explorer.exploration.texts.last() {
+                    tasks.push(proving.add(request, axes, text.hash, source));
                 }
             }
-            let accepted = proof.refusals.is_empty() && opinions.iter().all(|each| *each == Opinion::Accepts);
-            self.proven.push(Proven { proof, opinions, source: (!accepted).then_some(task.source) });
+            explored.push(Explored { request, space, exploration: explorer.finish(), tasks });
         }
-    }
+        (explored, findings)
+    };
+    let ((explored, findings), proven) =
+        Pool::run(options.threads, WAITING_BYTES, &work, options.progress, explore);
+    (explored, findings, proven)
 }
 
 /// Proves every variant of the requests.
 pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_>) -> Permutations {
     let mut findings = Diagnostics::new();
     let placement = Placement::new(templates);
-    let mut explored = Vec::new();
-    let mut proving = Proving::new(options);
-    for request in requests {
-        let space = match space_of(templates, request) {
-            Ok(space) => Arc::new(space),
-            Err(found) => {
-                findings.extend(found);
-                continue;
-            }
-        };
-        let Some(axes) = templates.axes(&request.template) else { continue };
-        let mut explorer =
-            Explorer::new(templates, &placement, &request.template, &space, options.report_dead);
-        let mut tasks = Vec::new();
-        while let Some(source) = explorer.next_text() {
-            if let Some(text) = explorer.exploration.texts.last() {
-                tasks.push(proving.add(request, axes, text.hash, source));
-            }
-        }
-        explored.push(Explored { request, space, exploration: explorer.finish(), tasks });
-    }
-    proving.prove();
-    let proven = proving.proven;
+    let (explored, refused, proven) = explore_and_prove(templates, &placement, requests, options);
+    findings.extend(refused);
 
     let mut marked = None;
     let mut causes = Causes::default();

@@ -1,21 +1,16 @@
 //! Proving texts: each one parsed once, validated once per set of capabilities, written once per language.
 //!
-//! Texts are independent, so threads take them from a common counter and put the outcome at the text's own index: what
-//! comes out does not depend on their number or order.
+//! Texts are independent of one another, so any thread can prove any of them.
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex};
-
-use naga::back::PipelineConstants;
-use naga::back::pipeline_constants::process_overrides;
+use std::sync::Arc;
 
 use super::explore::Source;
-use crate::shader::axes::{Axes, AxisKind, AxisMode};
-use crate::shader::compile;
+use super::overrides;
+use crate::shader::axes::Axes;
 use crate::shader::profile::{TargetLanguage, TargetProfile};
 use crate::shader::reflection::{self, Reflection};
-use crate::shader::value::{AxisValue, AxisValues};
+use crate::shader::wgsl::Resolved;
 use crate::shader::wgsl_error::Refusal;
 use crate::shader::{backend, limits, wgsl};
 
@@ -48,45 +43,6 @@ impl Proof {
     }
 }
 
-/// Runs `work` for each index below `count` on `threads` threads; the answers are in the order of the indices.
-pub(crate) fn in_parallel<T: Send>(
-    count: usize,
-    threads: usize,
-    progress: &(dyn Fn(usize) + Sync),
-    work: &(dyn Fn(usize) -> T + Sync),
-) -> Vec<T> {
-    let next = AtomicUsize::new(0);
-    let done = AtomicUsize::new(0);
-    let answers: Mutex<BTreeMap<usize, T>> = Mutex::new(BTreeMap::new());
-    let run = || {
-        loop {
-            let at = next.fetch_add(1, Ordering::Relaxed);
-            if at >= count {
-                break;
-            }
-            let answer = work(at);
-            answers.lock().unwrap_or_else(std::sync::PoisonError::into_inner).insert(at, answer);
-            progress(done.fetch_add(1, Ordering::Relaxed) + 1);
-        }
-    };
-    let threads = threads.clamp(1, count.max(1));
-    if cfg!(target_family = "wasm") {
-        run();
-    } else {
-        std::thread::scope(|scope| {
-            let started = (0..threads)
-                .filter(|_| {
-                    std::thread::Builder::new().stack_size(wgsl::STACK_BYTES).spawn_scoped(scope, run).is_ok()
-                })
-                .count();
-            if started == 0 {
-                run();
-            }
-        });
-    }
-    answers.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner).into_values().collect()
-}
-
 /// Proves one text for all profiles of its task.
 pub(crate) fn prove(task: &Task<'_>) -> Proof {
     let mut proof = Proof::default();
@@ -98,11 +54,7 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
             return proof;
         }
     };
-    let constants: Vec<PipelineConstants> = match override_values(task.axes)
-        .iter()
-        .map(|values| compile::constants(task.axes, values, &module))
-        .collect::<Result<_, _>>()
-    {
+    let constants = match overrides::sets(task.axes, &module) {
         Ok(constants) => constants,
         Err(refusal) => {
             proof.refuse(refusal, all);
@@ -127,10 +79,15 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
             }
         };
         let mut sizes = Vec::new();
+        let mut defaults = None;
         let mut refused = false;
         for constants in &constants {
             match wgsl::resolve_overrides(&module, &info, constants) {
-                Ok(found) => sizes.push(found),
+                Ok(resolved) => {
+                    sizes.push(wgsl::workgroup_sizes(&resolved));
+                    // The first values are the defaults.
+                    defaults.get_or_insert(resolved);
+                }
                 Err(refusal) => {
                     refused = true;
                     proof.refuse(refusal, profiles.iter().copied());
@@ -138,9 +95,7 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
             }
         }
         sizes.dedup();
-        if refused {
-            continue;
-        }
+        let Some(defaults) = defaults.filter(|_| !refused) else { continue };
         for sizes in &sizes {
             let reflection = reflection::reflect(&module, &info, sizes);
             for at in profiles {
@@ -152,19 +107,12 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
             // The first sizes are those of the defaults.
             proof.reflection.get_or_insert_with(|| Arc::new(reflection));
         }
-        check_writers(task, profiles, &module, &info, constants.first(), &mut proof);
+        check_writers(task, profiles, &defaults, &mut proof);
     }
     proof
 }
 
-fn check_writers(
-    task: &Task<'_>,
-    profiles: &[usize],
-    module: &naga::Module,
-    info: &naga::valid::ModuleInfo,
-    constants: Option<&PipelineConstants>,
-    proof: &mut Proof,
-) {
+fn check_writers(task: &Task<'_>, profiles: &[usize], (module, info): &Resolved<'_>, proof: &mut Proof) {
     let mut by_language: BTreeMap<TargetLanguage, Vec<usize>> = BTreeMap::new();
     for at in profiles {
         // What the front end has read, a browser reads too; there is no writer to run.
@@ -173,41 +121,9 @@ fn check_writers(
             by_language.entry(language).or_default().push(*at);
         }
     }
-    if by_language.is_empty() {
-        return;
-    }
-    let none = PipelineConstants::default();
-    let Ok((module, info)) = process_overrides(module, info, None, constants.unwrap_or(&none)) else {
-        return;
-    };
     for (language, profiles) in by_language {
-        if let Err(refusal) = backend::emit(&module, &info, language) {
+        if let Err(refusal) = backend::emit(module, info, language) {
             proof.refuse(refusal, profiles);
         }
     }
-}
-
-/// The values with which overrides are tried: all defaults, all least, all largest.
-fn override_values(axes: &Axes) -> Vec<AxisValues> {
-    let overrides: Vec<_> = axes.iter().filter(|axis| axis.mode == AxisMode::Override).collect();
-    let defaults: AxisValues =
-        overrides.iter().map(|axis| (axis.name.clone(), axis.default.clone())).collect();
-    if overrides.is_empty() {
-        return vec![defaults];
-    }
-    let ends = |largest: bool| -> AxisValues {
-        overrides
-            .iter()
-            .map(|axis| {
-                let value = match axis.kind {
-                    AxisKind::Integer { min, max } => AxisValue::Integer(if largest { max } else { min }),
-                    _ => AxisValue::Bool(largest),
-                };
-                (axis.name.clone(), value)
-            })
-            .collect()
-    };
-    let mut values = vec![defaults, ends(false), ends(true)];
-    values.dedup();
-    values
 }
