@@ -92,10 +92,10 @@ impl Check<'_> {
         if let BindingType::Buffer { ty, min_binding_size: Some(size), .. } = binding.entry.ty {
             match ty {
                 BufferBindingType::Uniform => {
-                    self.over(span, format_args!("the size of \"{name}\" in bytes"), size.get(), uniform)
+                    self.over(span, format_args!("the size of \"{name}\" in bytes"), size.get(), uniform);
                 }
                 BufferBindingType::Storage { .. } => {
-                    self.over(span, format_args!("the size of \"{name}\" in bytes"), size.get(), storage)
+                    self.over(span, format_args!("the size of \"{name}\" in bytes"), size.get(), storage);
                 }
             }
         }

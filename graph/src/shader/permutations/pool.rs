@@ -113,7 +113,7 @@ impl<'w, T: Send, A: Send> Pool<'w, T, A> {
                     .count();
                 // Alone, the lead does each task at once, while its text is still in the cache.
                 pool.lock().allowed_weight = if helpers == 0 { 0 } else { allowed_weight };
-                let made = match start().spawn_scoped(scope, &lead) {
+                let made = match start().spawn_scoped(scope, lead) {
                     Ok(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
                     Err(_) => lead(),
                 };
