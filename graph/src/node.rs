@@ -49,11 +49,12 @@
 
 use std::collections::BTreeMap;
 use std::marker::PhantomData;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 
+use crate::document;
 use crate::draw::HostInterface;
 use crate::pipeline::{PassBuilder, Produced};
 
@@ -111,6 +112,8 @@ impl<N: Node> NodeKind for Typed<N> {
 pub struct Registry {
     kinds: BTreeMap<&'static str, Arc<dyn NodeKind>>,
     hosts: BTreeMap<String, HostInterface>,
+    /// The schema of pipelines of these kinds, once a pipeline was checked.
+    schema: OnceLock<Arc<document::schema::Schema>>,
 }
 
 impl Registry {
@@ -122,6 +125,7 @@ impl Registry {
     /// Adds a kind; one of the same name is replaced.
     pub fn register<N: Node + 'static>(&mut self) -> &mut Self {
         self.kinds.insert(N::NAME, Arc::new(Typed::<N>(PhantomData)));
+        self.schema = OnceLock::new();
         self
     }
 
@@ -141,6 +145,14 @@ impl Registry {
     /// The hosts that were stated, by the geometry contract that each fulfils.
     pub fn hosts(&self) -> impl Iterator<Item = (&str, &HostInterface)> {
         self.hosts.iter().map(|(geometry, interface)| (geometry.as_str(), interface))
+    }
+
+    /// The schema of pipelines that use these kinds, made when it is first wanted.
+    pub(crate) fn schema(&self) -> &document::schema::Schema {
+        self.schema.get_or_init(|| {
+            let json = crate::pipeline::schema(self);
+            Arc::new(document::schema::Schema::new(&json, &json))
+        })
     }
 
     /// All kinds by name.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
-use crate::document::{Kind, Value, pointer_join};
+use crate::document::{Kind, Pointer, Value};
 use crate::source::Span;
 
 /// The sections whose members an include may add to.
@@ -29,8 +29,8 @@ pub(super) struct Changes {
 }
 
 impl Changes {
-    fn remember(&mut self, pointer: &str, span: Span) {
-        self.replaced.entry(pointer.to_owned()).or_default().insert(0, span);
+    fn remember(&mut self, pointer: &Pointer<'_>, span: Span) {
+        self.replaced.entry(pointer.to_string()).or_default().insert(0, span);
     }
 }
 
@@ -38,7 +38,7 @@ impl Changes {
 pub(super) fn over(
     base: Value,
     value: Value,
-    pointer: &str,
+    pointer: &Pointer<'_>,
     changes: &mut Changes,
     diagnostics: &mut Diagnostics,
 ) -> Value {
@@ -53,13 +53,14 @@ pub(super) fn over(
         }
     };
     for mut entry in newer {
-        let at = pointer_join(pointer, &entry.key);
+        let key = entry.key.as_str();
+        let at = pointer.key(key);
         let known = entries.iter().position(|known| known.key == entry.key);
         match (known, &entry.value.kind) {
             (Some(index), Kind::Null) => {
                 let gone = entries.remove(index);
                 changes.remember(&at, gone.value.span);
-                changes.deleted.insert(at, entry.value.span);
+                changes.deleted.insert(at.to_string(), entry.value.span);
             }
             (None, Kind::Null) => {
                 let finding = Diagnostic::error(
@@ -90,10 +91,10 @@ pub(super) fn over(
 }
 
 /// Takes out `null`s where there is nothing below that they could delete, so that nobody reads them as values.
-pub(super) fn refuse_deletions(value: &mut Value, pointer: &str, diagnostics: &mut Diagnostics) {
+pub(super) fn refuse_deletions(value: &mut Value, pointer: &Pointer<'_>, diagnostics: &mut Diagnostics) {
     match &mut value.kind {
         Kind::Object(entries) => entries.retain_mut(|entry| {
-            let at = pointer_join(pointer, &entry.key);
+            let at = pointer.key(&entry.key);
             if !matches!(entry.value.kind, Kind::Null) {
                 refuse_deletions(&mut entry.value, &at, diagnostics);
                 return true;
@@ -111,7 +112,7 @@ pub(super) fn refuse_deletions(value: &mut Value, pointer: &str, diagnostics: &m
         }),
         Kind::Array(elements) => {
             for (at, element) in elements.iter_mut().enumerate() {
-                refuse_deletions(element, &format!("{pointer}/{at}"), diagnostics);
+                refuse_deletions(element, &pointer.element(at), diagnostics);
             }
         }
         _ => {}

@@ -21,11 +21,13 @@ use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::document::{self, Document, Kind, Value};
+use crate::document::{self, Document, Kind, Pointer, Value};
 use crate::source::{FileId, Sources, Span};
 
 const MAXIMUM_FILES: usize = 64;
 const MAXIMUM_LEVELS: usize = 32;
+/// The document as a whole.
+const TOP: Pointer<'_> = Pointer::Text("");
 
 /// Finds the texts that a document names.
 pub trait Files {
@@ -175,7 +177,7 @@ impl Composer<'_> {
                 Some(value) => {
                     below = Some(match below {
                         None => value,
-                        Some(lower) => merge::over(lower, value, "", &mut self.changes, self.diagnostics),
+                        Some(lower) => merge::over(lower, value, &TOP, &mut self.changes, self.diagnostics),
                     });
                 }
                 None => fine = false,
@@ -183,10 +185,10 @@ impl Composer<'_> {
         }
         let mut merged = match below {
             None => {
-                merge::refuse_deletions(&mut root, "", self.diagnostics);
+                merge::refuse_deletions(&mut root, &TOP, self.diagnostics);
                 root
             }
-            Some(base) => merge::over(base, root, "", &mut self.changes, self.diagnostics),
+            Some(base) => merge::over(base, root, &TOP, &mut self.changes, self.diagnostics),
         };
         for (name, place) in parts {
             match self.follow(&name, place, path, Layer::Included) {

@@ -9,9 +9,11 @@
 
 pub mod format;
 mod parse;
+mod pointer;
 pub mod schema;
 
 pub use parse::parse;
+pub use pointer::{Pointer, pointer_join};
 
 use crate::source::Span;
 
@@ -148,9 +150,4 @@ impl Value {
             _ => {}
         }
     }
-}
-
-/// Appends one key to a JSON pointer, escaped as RFC 6901 wants it.
-pub fn pointer_join(pointer: &str, key: &str) -> String {
-    format!("{pointer}/{}", key.replace('~', "~0").replace('/', "~1"))
 }

@@ -15,9 +15,7 @@ use super::builder::{PassBuilder, expression_finding};
 use super::expand::Expander;
 use super::modules::Modules;
 use super::profiles::claimed_profiles;
-use super::{
-    Choice, Pass, Pipeline, Resource, ResourceKind, StaticScope, history, preset, schema, setting, toggle,
-};
+use super::{Choice, Pass, Pipeline, Resource, ResourceKind, StaticScope, history, preset, setting, toggle};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::draw::check_host;
@@ -62,9 +60,8 @@ pub(crate) fn load_sharing(
     modules: &mut Modules,
 ) -> Option<Pipeline> {
     let schema_findings = modules.of_schema(|| {
-        let schema = schema(registry);
         let mut findings = Diagnostics::new();
-        document::schema::check(&document.root, &schema, &schema, "", &mut findings);
+        registry.schema().check(&document.root, "", &mut findings);
         findings
     });
     let broken: BTreeSet<String> = schema_findings.iter().map(|finding| finding.pointer.clone()).collect();

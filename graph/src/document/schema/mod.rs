@@ -1,0 +1,427 @@
+//! Checks a spanned tree against a JSON Schema and reports every finding at its place.
+//!
+//! The schemas come from `schemars`, that is, from the very types that the tree is decoded into afterwards; so what an
+//! editor is told, what is checked here and what the decoder accepts are one thing. The dialect is the part of JSON
+//! Schema 2020-12 that such schemas use: `type`, `properties`, `required`, `additionalProperties`,
+//! `propertyNames.pattern` (names only), `items`, `prefixItems`, `minItems`, `maxItems`, `enum`, `const`, `minimum`,
+//! `maximum`, `exclusiveMinimum`, `anyOf`, `oneOf`, `allOf`, `$ref` into `$defs`.
+//!
+//! Alternatives (`oneOf`, `anyOf`) give poor messages when every branch reports. Here the value chooses its branch
+//! first: by its JSON type, then by the one key that the branch requires, then by the fewest findings; only the
+//! chosen branch reports.
+//!
+//! What a schema says is looked up once, when a [`Schema`] is made of it; a document that fits costs no allocation.
+//!
+//! Limits: it stops after [`MAXIMUM_FINDINGS`] findings.
+
+mod rules;
+
+pub use rules::Schema;
+
+use serde_json::Value as Json;
+
+use super::{Entry, Kind, Pointer, Value};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes, did_you_mean};
+use rules::{Additional, Alternatives, Branch, Node, Rules};
+
+/// Checks `value`, which stands at `pointer`, against `schema`; `$ref`s are looked up in `root`.
+pub fn check(value: &Value, schema: &Json, root: &Json, pointer: &str, diagnostics: &mut Diagnostics) {
+    Schema::new(schema, root).check(value, pointer, diagnostics);
+}
+
+impl Schema {
+    /// Checks `value`, which stands at `pointer`.
+    pub fn check(&self, value: &Value, pointer: &str, diagnostics: &mut Diagnostics) {
+        let mut checker = Checker { schema: self, diagnostics, description: None };
+        checker.value(value, &self.start, &Pointer::Text(pointer), 0);
+    }
+}
+
+struct Checker<'a, 'd> {
+    schema: &'a Schema,
+    diagnostics: &'d mut Diagnostics,
+    /// What the schema says of the place at hand, or of the closest around it.
+    description: Option<&'a str>,
+}
+
+const MAXIMUM_REFERENCES: usize = 600;
+
+impl<'a> Checker<'a, '_> {
+    fn value(&mut self, value: &Value, node: &'a Node, pointer: &Pointer<'_>, depth: usize) {
+        let outer = self.description;
+        self.description = node.description.as_deref().or(outer);
+        if let Some(rules) = self.schema.rules(node) {
+            self.checked(value, rules, pointer, depth);
+        }
+        self.description = outer;
+    }
+
+    fn checked(&mut self, value: &Value, rules: &'a Rules, pointer: &Pointer<'_>, depth: usize) {
+        if depth > MAXIMUM_REFERENCES || self.diagnostics.len() >= MAXIMUM_FINDINGS {
+            return;
+        }
+        for keys in &rules.one_key {
+            self.exactly_one_key(value, rules, keys, pointer);
+        }
+        if let Some(alternatives) = &rules.alternatives {
+            self.alternatives(value, alternatives, pointer, depth);
+            return;
+        }
+        for part in &rules.all_of {
+            self.value(value, part, pointer, depth + 1);
+        }
+        if let Some(wanted) = &rules.types
+            && !wanted.types.have(value)
+        {
+            self.wrong_type(value, &wanted.names, pointer);
+            return;
+        }
+        if let Some(words) = &rules.words {
+            self.words(value, words, pointer);
+        }
+        match &value.kind {
+            Kind::Number(number) => self.bounds(value, number.as_f64().unwrap_or(0.0), rules, pointer),
+            Kind::Array(elements) => {
+                self.length(value, elements.len(), rules, pointer);
+                for (at, element) in elements.iter().enumerate() {
+                    if let Some(rule) = rules.prefix.get(at).or(rules.items.as_ref()) {
+                        self.value(element, rule, &pointer.element(at), depth + 1);
+                    }
+                }
+            }
+            Kind::Object(entries) => self.object(value, entries, rules, pointer, depth),
+            _ => {}
+        }
+    }
+
+    fn object(
+        &mut self,
+        value: &Value,
+        entries: &[Entry],
+        rules: &'a Rules,
+        pointer: &Pointer<'_>,
+        depth: usize,
+    ) {
+        let properties = rules.properties.as_ref();
+        for entry in entries {
+            if self.diagnostics.len() >= MAXIMUM_FINDINGS {
+                return;
+            }
+            let at = pointer.key(&entry.key);
+            if let Some(rule) = properties.and_then(|properties| properties.get(&entry.key)) {
+                self.value(&entry.value, rule, &at, depth + 1);
+                continue;
+            }
+            match &rules.additional {
+                Additional::Any => {}
+                Additional::Like(rule) => self.value(&entry.value, rule, &at, depth + 1),
+                Additional::None => {
+                    let known: Vec<&str> =
+                        properties.map(|properties| properties.keys().collect()).unwrap_or_default();
+                    // A key that is there already is not what was meant: the fix would make it stand twice.
+                    let free: Vec<&str> =
+                        known.iter().copied().filter(|name| value.get(name).is_none()).collect();
+                    let mut finding = unknown_key(entry, &known);
+                    finding.fix =
+                        unknown_key(entry, &free).fix.filter(|fix| Some(fix) == finding.fix.as_ref());
+                    self.push(finding, &at);
+                }
+            }
+        }
+        for required in rules.required.iter().filter(|required| value.get(&required.key).is_none()) {
+            // A misspelt key is reported as such; that the right one is missing only follows from it.
+            let misspelt = entries.iter().any(|entry| {
+                properties.is_some_and(|properties| properties.get(&entry.key).is_none())
+                    && did_you_mean(&entry.key, [required.key.as_str()]).is_some()
+            });
+            if !misspelt {
+                let key = &required.key;
+                let message = format!("the key \"{key}\" is missing here");
+                let mut finding = Diagnostic::error(codes::MISSING_KEY, value.span, message);
+                finding.help = required.description.as_ref().map(|text| format!("\"{key}\": {text}"));
+                self.push(finding, pointer);
+            }
+        }
+    }
+
+    /// Alternatives beside `properties` that each require one key: exactly one of them is there. Where a key is unknown
+    /// it is probably the one, misspelt, and reported as such.
+    fn exactly_one_key(&mut self, value: &Value, rules: &Rules, keys: &[String], pointer: &Pointer<'_>) {
+        let Some(entries) = value.entries() else { return };
+        let mut found = entries.iter().filter(|entry| keys.contains(&entry.key));
+        match (found.next(), found.next()) {
+            (Some(_), None) => {}
+            (Some(first), Some(second)) => {
+                let message = format!("\"{}\" and \"{}\" exclude one another", first.key, second.key);
+                let finding = Diagnostic::error(codes::UNKNOWN_KEY, second.key_span, message);
+                let finding =
+                    finding.related(first.key_span, "the first of the two").help("make it two, one for each");
+                self.push(finding, &pointer.key(&second.key));
+            }
+            (None, _) => {
+                let is_known = |entry: &Entry| {
+                    rules.properties.as_ref().is_some_and(|properties| properties.get(&entry.key).is_some())
+                };
+                if entries.iter().all(is_known) {
+                    let message = "the key that says what this is is missing here";
+                    let finding = Diagnostic::error(codes::MISSING_KEY, value.span, message);
+                    let known = format!("the keys that it can be are {}", keys.join(", "));
+                    self.push(finding.help(known), pointer);
+                }
+            }
+        }
+    }
+
+    fn wrong_type(&mut self, value: &Value, wanted: &str, pointer: &Pointer<'_>) {
+        let message = format!("{wanted} is wanted here, this is {}", value.kind_name());
+        self.push(Diagnostic::error(codes::WRONG_TYPE, value.span, message), pointer);
+    }
+
+    fn words(&mut self, value: &Value, words: &[Json], pointer: &Pointer<'_>) {
+        let is_known = match value.text() {
+            Some(text) => words.iter().any(|word| word.as_str() == Some(text)),
+            None => words.contains(&value.to_json()),
+        };
+        if !is_known {
+            let words: Vec<&str> = words.iter().filter_map(Json::as_str).collect();
+            self.push(unknown_word(value, &words), pointer);
+        }
+    }
+
+    fn bounds(&mut self, value: &Value, number: f64, rules: &Rules, pointer: &Pointer<'_>) {
+        let broken = match (rules.minimum, rules.maximum, rules.above) {
+            (Some(least), _, _) if number < least => Some(format!("at least {least}")),
+            (_, Some(most), _) if number > most => Some(format!("at most {most}")),
+            (_, _, Some(least)) if number <= least => Some(format!("above {least}")),
+            _ => None,
+        };
+        if let Some(limit) = broken {
+            let message = format!("{number} is out of bounds: {limit} is wanted");
+            self.push(Diagnostic::error(codes::OUT_OF_BOUNDS, value.span, message), pointer);
+        }
+    }
+
+    fn length(&mut self, value: &Value, length: usize, rules: &Rules, pointer: &Pointer<'_>) {
+        let broken = match (rules.fewest, rules.most) {
+            (Some(least), _) if (length as u64) < least => Some(format!("at least {least}")),
+            (_, Some(most)) if length as u64 > most => Some(format!("at most {most}")),
+            _ => None,
+        };
+        if let Some(limit) = broken {
+            let message = format!("this list has {length} elements: {limit} are wanted");
+            self.push(Diagnostic::error(codes::OUT_OF_BOUNDS, value.span, message), pointer);
+        }
+    }
+
+    fn alternatives(
+        &mut self,
+        value: &Value,
+        alternatives: &'a Alternatives,
+        pointer: &Pointer<'_>,
+        depth: usize,
+    ) {
+        if alternatives.takes_expressions && value.text().is_some_and(|text| text.starts_with('=')) {
+            return;
+        }
+        let typed = || alternatives.branches.iter().filter(|branch| branch.could_be.have(value));
+        let count = typed().count();
+        if count == 0 {
+            self.wrong_type(value, &alternatives.wanted, pointer);
+            return;
+        }
+        if let Some(text) = value.text() {
+            let words = || typed().flat_map(|branch| &branch.words);
+            if words().count() >= count {
+                if !words().any(|word| word == text) {
+                    let words: Vec<&str> = words().map(String::as_str).collect();
+                    self.push(unknown_word(value, &words), pointer);
+                }
+                return;
+            }
+        }
+        if let Some(entries) = value.entries()
+            && typed().all(|branch| branch.tag.is_some())
+        {
+            let tagged: Vec<(&str, &Branch)> =
+                typed().filter_map(|branch| Some((branch.tag.as_deref()?, branch))).collect();
+            self.tagged(value, entries, &tagged, pointer, depth);
+            return;
+        }
+        let mut best: Option<Diagnostics> = None;
+        for branch in typed() {
+            let mut findings = Diagnostics::new();
+            let mut checker =
+                Checker { schema: self.schema, diagnostics: &mut findings, description: self.description };
+            checker.value(value, &branch.node, pointer, depth + 1);
+            if findings.is_empty() {
+                return;
+            }
+            if best.as_ref().is_none_or(|best| findings.len() < best.len()) {
+                best = Some(findings);
+            }
+        }
+        self.diagnostics.extend(best.into_iter().flatten());
+    }
+
+    /// Alternatives that are told apart by the one key that each of them has.
+    fn tagged(
+        &mut self,
+        value: &Value,
+        entries: &[Entry],
+        tagged: &[(&str, &'a Branch)],
+        pointer: &Pointer<'_>,
+        depth: usize,
+    ) {
+        let mut chosen = tagged.iter().filter(|(tag, _)| value.get(tag).is_some());
+        match (chosen.next(), chosen.next(), entries.first()) {
+            (Some((_, branch)), None, _) => self.value(value, &branch.node, pointer, depth + 1),
+            (None, _, Some(entry)) => {
+                let known: Vec<&str> = tagged.iter().map(|(tag, _)| *tag).collect();
+                self.push(unknown_key(entry, &known), &pointer.key(&entry.key));
+            }
+            _ => {
+                let names: Vec<String> = tagged.iter().map(|(tag, _)| format!("\"{tag}\"")).collect();
+                let message = format!("exactly one of {} is wanted here", names.join(", "));
+                self.push(Diagnostic::error(codes::MISSING_KEY, value.span, message), pointer);
+            }
+        }
+    }
+
+    /// Reports a finding; one without a help of its own gets the first line of what the schema says of the place.
+    fn push(&mut self, diagnostic: Diagnostic, pointer: &Pointer<'_>) {
+        let mut diagnostic = diagnostic.pointer(pointer);
+        if diagnostic.help.is_none() {
+            let description = self.description.and_then(|text| text.lines().next());
+            diagnostic.help = Some(match description {
+                Some(text) => format!("what belongs here: {}", text.trim_end_matches('.')),
+                None => "the schema says what belongs here".to_owned(),
+            });
+        }
+        self.diagnostics.push(diagnostic);
+    }
+}
+
+/// The finding for a key that is none of the known ones.
+pub fn unknown_key(entry: &Entry, known: &[&str]) -> Diagnostic {
+    let finding =
+        Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, format!("unknown key \"{}\"", entry.key));
+    match did_you_mean(&entry.key, known.iter().copied()) {
+        Some(meant) => {
+            let finding = finding.help(format!("did you mean \"{meant}\"?"));
+            finding.fix_name(entry.key_span, &entry.key, known.iter().copied())
+        }
+        None if known.is_empty() => finding.help("no keys are known here"),
+        None => finding.help(format!("the keys known here are {}", known.join(", "))),
+    }
+}
+
+/// The finding for a text that is none of the known words.
+pub fn unknown_word(value: &Value, words: &[&str]) -> Diagnostic {
+    let found = value.text().map_or_else(|| value.kind_name().to_owned(), |text| format!("\"{text}\""));
+    let finding = Diagnostic::error(codes::UNKNOWN_WORD, value.span, format!("{found} is not known here"));
+    match value.text().and_then(|text| did_you_mean(text, words.iter().copied())) {
+        Some(meant) => {
+            let finding = finding.help(format!("did you mean \"{meant}\"?"));
+            finding.fix_name(value.span, value.text().unwrap_or_default(), words.iter().copied())
+        }
+        None if words.len() <= 24 => finding.help(format!("known are {}", words.join(", "))),
+        None => finding.help("see the schema for the words known here"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::Sources;
+    use schemars::JsonSchema;
+
+    #[derive(JsonSchema)]
+    #[serde(deny_unknown_fields)]
+    #[allow(dead_code)]
+    struct Texture {
+        format: Format,
+        #[schemars(range(min = 1, max = 4))]
+        layers: Option<u32>,
+        size: Size,
+    }
+
+    #[derive(JsonSchema)]
+    #[serde(untagged)]
+    #[allow(dead_code)]
+    enum Size {
+        Text(String),
+        Pair(#[schemars(length(min = 2, max = 2))] Vec<f64>),
+    }
+
+    #[derive(JsonSchema)]
+    #[serde(rename_all = "lowercase")]
+    #[allow(dead_code)]
+    enum Format {
+        Depth32float,
+        Rgba8unorm,
+    }
+
+    #[derive(JsonSchema)]
+    #[serde(rename_all = "lowercase")]
+    #[allow(dead_code)]
+    enum Resource {
+        Texture(Texture),
+        Buffer(Vec<u32>),
+    }
+
+    fn findings(text: &str) -> Vec<String> {
+        let mut sources = Sources::new();
+        let file = sources.add("t", text);
+        let document = crate::document::parse(&sources, file).unwrap();
+        let schema = schemars::schema_for!(Resource);
+        let mut diagnostics = Diagnostics::new();
+        check(&document.root, schema.as_value(), schema.as_value(), "", &mut diagnostics);
+        diagnostics
+            .iter()
+            .map(|d| {
+                format!("{} {} {} {}", d.code, d.pointer, d.message, d.help.clone().unwrap_or_default())
+                    .trim()
+                    .to_owned()
+            })
+            .collect()
+    }
+
+    #[test]
+    fn a_fitting_value_has_no_findings() {
+        assert_eq!(
+            findings(r#"{"texture": {"format": "depth32float", "size": [1, 2], "layers": 4}}"#),
+            Vec::<String>::new()
+        );
+        assert_eq!(
+            findings(r#"{"texture": {"format": "depth32float", "size": "viewport"}}"#),
+            Vec::<String>::new()
+        );
+    }
+
+    #[test]
+    fn all_findings_are_reported_at_once_and_a_misspelt_key_is_not_also_missing() {
+        assert_eq!(
+            findings(r#"{"texture": {"fromat": "depth32float", "size": true, "layers": 9}}"#),
+            [
+                "UG0102 /texture/fromat unknown key \"fromat\" did you mean \"format\"?",
+                "UG0105 /texture/size a string or an array is wanted here, this is a boolean the schema says what belongs here",
+                "UG0108 /texture/layers 9 is out of bounds: at most 4 is wanted the schema says what belongs here",
+            ]
+        );
+    }
+
+    #[test]
+    fn the_tag_chooses_the_branch() {
+        assert_eq!(
+            findings(r#"{"textur": {}}"#),
+            ["UG0102 /textur unknown key \"textur\" did you mean \"texture\"?"]
+        );
+        assert_eq!(
+            findings(r#"{"texture": {"format": "depth32flaot", "size": [1]}}"#),
+            [
+                "UG0107 /texture/format \"depth32flaot\" is not known here did you mean \"depth32float\"?",
+                "UG0108 /texture/size this list has 1 elements: at least 2 are wanted the schema says what belongs here",
+            ]
+        );
+    }
+}

@@ -1,0 +1,419 @@
+//! A schema made ready: references followed, types as sets, words and keys at hand, so that a check looks nothing up.
+
+use std::collections::HashMap;
+
+use serde_json::{Map, Value as Json};
+
+use super::{Kind, Value};
+
+/// A schema, ready to check documents with; made once, it serves any number of them.
+#[derive(Debug)]
+pub struct Schema {
+    rules: Vec<Rules>,
+    /// The rules for the document as a whole.
+    pub(super) start: Node,
+}
+
+/// What a place of the schema says.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Node {
+    /// What belongs there, for people; not that of the schema that it refers to.
+    pub(super) description: Option<String>,
+    /// The rules, at the end of all references.
+    rules: Option<usize>,
+}
+
+/// What one schema wants.
+#[derive(Debug, Default)]
+pub(super) struct Rules {
+    /// Beside `properties`: lists of keys, of each of which exactly one is there.
+    pub(super) one_key: Vec<Vec<String>>,
+    pub(super) alternatives: Option<Alternatives>,
+    pub(super) all_of: Vec<Node>,
+    pub(super) types: Option<Wanted>,
+    pub(super) words: Option<Vec<Json>>,
+    pub(super) minimum: Option<f64>,
+    pub(super) maximum: Option<f64>,
+    pub(super) above: Option<f64>,
+    pub(super) fewest: Option<u64>,
+    pub(super) most: Option<u64>,
+    pub(super) prefix: Vec<Node>,
+    pub(super) items: Option<Node>,
+    pub(super) properties: Option<Properties>,
+    pub(super) additional: Additional,
+    pub(super) required: Vec<Required>,
+}
+
+/// The types that a value can have, and their names.
+#[derive(Debug)]
+pub(super) struct Wanted {
+    pub(super) types: Types,
+    pub(super) names: String,
+}
+
+/// The known keys of an object.
+#[derive(Debug, Default)]
+pub(super) struct Properties {
+    list: Vec<(String, Node)>,
+    /// Indices into the list, sorted by key.
+    sorted: Vec<usize>,
+}
+
+/// What other keys an object can have.
+#[derive(Debug, Default)]
+pub(super) enum Additional {
+    #[default]
+    Any,
+    None,
+    Like(Node),
+}
+
+/// A key that has to be there.
+#[derive(Debug)]
+pub(super) struct Required {
+    pub(super) key: String,
+    /// The first line of what the schema says of it.
+    pub(super) description: Option<String>,
+}
+
+/// Schemas of which one has to fit.
+#[derive(Debug)]
+pub(super) struct Alternatives {
+    /// Whether an expression with an equals sign in front can stand for any of them.
+    pub(super) takes_expressions: bool,
+    pub(super) branches: Vec<Branch>,
+    /// The types of all of them, by name.
+    pub(super) wanted: String,
+}
+
+/// One of several schemas.
+#[derive(Debug)]
+pub(super) struct Branch {
+    pub(super) node: Node,
+    /// What a value can be, as far as its type says, for the branch to fit.
+    pub(super) could_be: Types,
+    /// The words that it accepts, if it is an enumeration of texts.
+    pub(super) words: Vec<String>,
+    /// The one key that it requires, if it is an externally tagged variant.
+    pub(super) tag: Option<String>,
+}
+
+/// A set of JSON types; whole numbers are told from others.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Types(u8);
+
+impl Schema {
+    /// Makes a schema ready; `$ref`s are looked up in `root`.
+    pub fn new(schema: &Json, root: &Json) -> Self {
+        let mut maker = Maker { root, rules: Vec::new(), known: HashMap::new() };
+        let start = maker.node(schema);
+        Self { rules: maker.rules, start }
+    }
+
+    pub(super) fn rules(&self, node: &Node) -> Option<&Rules> {
+        self.rules.get(node.rules?)
+    }
+}
+
+impl Properties {
+    pub(super) fn get(&self, key: &str) -> Option<&Node> {
+        let at = self.sorted.binary_search_by(|at| self.list[*at].0.as_str().cmp(key)).ok()?;
+        Some(&self.list[self.sorted[at]].1)
+    }
+
+    /// The keys in the order of the schema.
+    pub(super) fn keys(&self) -> impl Iterator<Item = &str> {
+        self.list.iter().map(|(key, _)| key.as_str())
+    }
+}
+
+impl Types {
+    const ALL: Types = Types(0x7f);
+    const WHOLE: Types = Types(1);
+    const FRACTION: Types = Types(2);
+
+    fn named(name: &str) -> Self {
+        match name {
+            "integer" => Self::WHOLE,
+            "number" => Self::WHOLE.or(Self::FRACTION),
+            "null" => Types(4),
+            "boolean" => Types(8),
+            "string" => Types(16),
+            "array" => Types(32),
+            "object" => Types(64),
+            _ => Types(0),
+        }
+    }
+
+    /// The types that the keyword `type` names.
+    fn listed(types: &Json) -> Self {
+        match types {
+            Json::String(name) => Self::named(name),
+            // An option's null stands for a key that is left out; written null is not meant.
+            Json::Array(names) => names
+                .iter()
+                .filter(|name| name.as_str() != Some("null"))
+                .fold(Types(0), |all, name| all.or(Self::listed(name))),
+            _ => Self::ALL,
+        }
+    }
+
+    fn or(self, other: Self) -> Self {
+        Types(self.0 | other.0)
+    }
+
+    /// Whether a value has one of the types.
+    pub(super) fn have(self, value: &Value) -> bool {
+        let found = match &value.kind {
+            Kind::Null => Self::named("null"),
+            Kind::Bool(_) => Self::named("boolean"),
+            Kind::Number(number) if number.as_f64().is_some_and(|number| number.fract() == 0.0) => {
+                Self::WHOLE
+            }
+            Kind::Number(_) => Self::FRACTION,
+            Kind::Text(_) => Self::named("string"),
+            Kind::Array(_) => Self::named("array"),
+            Kind::Object(_) => Self::named("object"),
+        };
+        self.0 & found.0 != 0
+    }
+}
+
+struct Maker<'a> {
+    root: &'a Json,
+    rules: Vec<Rules>,
+    /// Where the rules of a schema are, by its address.
+    known: HashMap<*const Json, usize>,
+}
+
+impl<'a> Maker<'a> {
+    fn node(&mut self, schema: &'a Json) -> Node {
+        let description = schema.get("description").and_then(Json::as_str).map(str::to_owned);
+        let rules = resolve(schema, self.root).and_then(|schema| match schema {
+            Json::Object(rules) => Some(self.rules_of(schema, rules)),
+            _ => None,
+        });
+        Node { description, rules }
+    }
+
+    fn rules_of(&mut self, schema: &'a Json, json: &'a Map<String, Json>) -> usize {
+        if let Some(known) = self.known.get(&std::ptr::from_ref(schema)) {
+            return *known;
+        }
+        let at = self.rules.len();
+        self.known.insert(schema, at);
+        // Schemas can contain themselves.
+        self.rules.push(Rules::default());
+        self.rules[at] = self.make(json);
+        at
+    }
+
+    fn make(&mut self, json: &'a Map<String, Json>) -> Rules {
+        let mut rules = Rules::default();
+        for word in ["oneOf", "anyOf"] {
+            match json.get(word) {
+                Some(Json::Array(branches)) if json.contains_key("properties") => {
+                    rules.one_key.push(branches.iter().filter_map(first_required).collect());
+                }
+                Some(Json::Array(branches)) if rules.alternatives.is_none() => {
+                    rules.alternatives = Some(self.alternatives(branches));
+                }
+                _ => {}
+            }
+        }
+        let number = |name: &str| json.get(name).and_then(Json::as_f64);
+        let count = |name: &str| json.get(name).and_then(Json::as_u64);
+        rules.types =
+            json.get("type").map(|types| Wanted { types: Types::listed(types), names: type_names(types) });
+        rules.words = match (json.get("enum"), json.get("const")) {
+            (Some(Json::Array(words)), _) => Some(words.clone()),
+            (_, Some(word)) => Some(vec![word.clone()]),
+            _ => None,
+        };
+        (rules.minimum, rules.maximum) = (number("minimum"), number("maximum"));
+        rules.above = number("exclusiveMinimum");
+        (rules.fewest, rules.most) = (count("minItems"), count("maxItems"));
+        rules.all_of = self.nodes(json.get("allOf"));
+        rules.prefix = self.nodes(json.get("prefixItems"));
+        rules.items = json.get("items").map(|items| self.node(items));
+        let properties = json.get("properties").and_then(Json::as_object);
+        rules.properties = properties.map(|properties| {
+            let list: Vec<(String, Node)> =
+                properties.iter().map(|(key, schema)| (key.clone(), self.node(schema))).collect();
+            let mut sorted: Vec<usize> = (0..list.len()).collect();
+            sorted.sort_by(|a, b| list[*a].0.cmp(&list[*b].0));
+            Properties { list, sorted }
+        });
+        rules.additional = match json.get("additionalProperties") {
+            Some(Json::Bool(false)) => Additional::None,
+            Some(schema @ Json::Object(_)) => Additional::Like(self.node(schema)),
+            _ => Additional::Any,
+        };
+        let required = json.get("required").and_then(Json::as_array).into_iter().flatten();
+        rules.required = required
+            .filter_map(Json::as_str)
+            .map(|key| Required {
+                key: key.to_owned(),
+                description: properties
+                    .and_then(|properties| properties.get(key))
+                    .and_then(|property| resolve(property, self.root).or(Some(property)))
+                    .and_then(|property| property.get("description"))
+                    .and_then(Json::as_str)
+                    .and_then(|text| text.lines().next())
+                    .map(str::to_owned),
+            })
+            .collect();
+        rules
+    }
+
+    fn nodes(&mut self, schemas: Option<&'a Json>) -> Vec<Node> {
+        let schemas = schemas.and_then(Json::as_array).into_iter().flatten();
+        schemas.map(|schema| self.node(schema)).collect()
+    }
+
+    fn alternatives(&mut self, branches: &'a [Json]) -> Alternatives {
+        let mut flat = Vec::new();
+        flatten(branches, self.root, &mut flat, 0);
+        let is_expression = |branch: &&&Json| branch.get("pattern").and_then(Json::as_str) == Some("^=");
+        let takes_expressions = flat.iter().any(|branch| is_expression(&branch));
+        flat.retain(|branch| !is_expression(&branch));
+        let mut names: Vec<String> = Vec::new();
+        flat.iter().for_each(|branch| collect_type_names(branch, self.root, &mut names, 0));
+        let branches = flat
+            .into_iter()
+            .map(|branch| Branch {
+                node: self.node(branch),
+                could_be: could_be(branch, self.root, 0),
+                words: branch_words(branch),
+                tag: tag(branch).map(str::to_owned),
+            })
+            .collect();
+        Alternatives { takes_expressions, branches, wanted: join_or(&names) }
+    }
+}
+
+fn resolve<'a>(schema: &'a Json, root: &'a Json) -> Option<&'a Json> {
+    let mut schema = schema;
+    for _ in 0..32 {
+        match schema.get("$ref").and_then(Json::as_str) {
+            Some(reference) => schema = root.pointer(reference.trim_start_matches('#'))?,
+            None => return Some(schema),
+        }
+    }
+    None
+}
+
+/// The branches of alternatives, with alternatives inside them and references taken apart.
+fn flatten<'a>(branches: &'a [Json], root: &'a Json, flat: &mut Vec<&'a Json>, depth: usize) {
+    for branch in branches.iter().filter_map(|branch| resolve(branch, root)) {
+        let inner = ["oneOf", "anyOf"].iter().find_map(|word| branch.get(word).and_then(Json::as_array));
+        match inner {
+            Some(inner)
+                if !branch.as_object().is_some_and(|rules| rules.contains_key("properties"))
+                    && depth < 32 =>
+            {
+                flatten(inner, root, flat, depth + 1);
+            }
+            _ => flat.push(branch),
+        }
+    }
+}
+
+/// The types that fit a branch, as far as its type says.
+fn could_be(branch: &Json, root: &Json, depth: usize) -> Types {
+    if depth > 32 {
+        return Types::ALL;
+    }
+    if let Some(types) = branch.get("type") {
+        return Types::listed(types);
+    }
+    for word in ["oneOf", "anyOf"] {
+        if let Some(Json::Array(branches)) = branch.get(word) {
+            return branches
+                .iter()
+                .filter_map(|branch| resolve(branch, root))
+                .fold(Types(0), |all, branch| all.or(could_be(branch, root, depth + 1)));
+        }
+    }
+    match branch.get("const") {
+        None => Types::ALL,
+        Some(Json::Null) => Types::named("null"),
+        Some(Json::Bool(_)) => Types::named("boolean"),
+        Some(Json::Number(_)) => Types::named("number"),
+        Some(Json::String(_)) => Types::named("string"),
+        Some(Json::Array(_)) => Types::named("array"),
+        Some(Json::Object(_)) => Types::named("object"),
+    }
+}
+
+fn type_names(types: &Json) -> String {
+    let names: Vec<String> = match types {
+        Json::String(name) => vec![type_name(name).to_owned()],
+        Json::Array(names) => names
+            .iter()
+            .filter_map(Json::as_str)
+            .filter(|name| *name != "null")
+            .map(|name| type_name(name).to_owned())
+            .collect(),
+        _ => Vec::new(),
+    };
+    join_or(&names)
+}
+
+fn type_name(name: &str) -> &'static str {
+    match name {
+        "null" => "null",
+        "boolean" => "a boolean",
+        "number" => "a number",
+        "integer" => "a whole number",
+        "string" => "a string",
+        "array" => "an array",
+        _ => "an object",
+    }
+}
+
+fn join_or(names: &[String]) -> String {
+    match names {
+        [] => "another value".to_owned(),
+        [one] => one.clone(),
+        [rest @ .., last] => format!("{} or {last}", rest.join(", ")),
+    }
+}
+
+fn collect_type_names(branch: &Json, root: &Json, names: &mut Vec<String>, depth: usize) {
+    if let Some(types) = branch.get("type") {
+        let name = type_names(types);
+        if !names.contains(&name) && name != "null" {
+            names.push(name);
+        }
+    }
+    for word in ["oneOf", "anyOf"] {
+        for inner in branch.get(word).and_then(Json::as_array).into_iter().flatten().filter(|_| depth < 32) {
+            if let Some(inner) = resolve(inner, root) {
+                collect_type_names(inner, root, names, depth + 1);
+            }
+        }
+    }
+}
+
+/// The words that a branch accepts, if it is an enumeration of texts.
+fn branch_words(branch: &Json) -> Vec<String> {
+    match (branch.get("enum"), branch.get("const")) {
+        (Some(Json::Array(words)), _) => words.iter().filter_map(Json::as_str).map(str::to_owned).collect(),
+        (_, Some(Json::String(word))) => vec![word.clone()],
+        _ => Vec::new(),
+    }
+}
+
+/// The first key that a schema requires.
+fn first_required(schema: &Json) -> Option<String> {
+    Some(schema.get("required")?.as_array()?.first()?.as_str()?.to_owned())
+}
+
+/// The one key that a branch requires, if it is an externally tagged variant.
+fn tag(branch: &Json) -> Option<&str> {
+    match branch.get("required")?.as_array()?.as_slice() {
+        [one] if branch.get("properties")?.as_object()?.len() == 1 => one.as_str(),
+        _ => None,
+    }
+}
