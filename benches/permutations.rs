@@ -1,8 +1,8 @@
 //! Proving permutations, against doing it without this crate, in one run.
 //!
 //! Each line `ratio NAME VALUE` is ours divided by the rival's, or by the bound where there is no rival; the goal of each
-//! stands beside it. Rivals: naga's parser and validator called directly on the same distinct texts; one thread; one
-//! `naga` process per combination (the installed one, or this program standing in for it). Times are the least of
+//! stands beside it. Rivals: naga called directly on the same distinct texts, to parse and validate them and to resolve
+//! their overrides, and the same without resolving; one thread; one `naga` process per combination (the installed one, or this program standing in for it). Times are the least of
 //! several runs.
 
 use std::collections::BTreeSet;
@@ -11,6 +11,8 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
+use naga::back::PipelineConstants;
+use naga::back::pipeline_constants::process_overrides;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use umbragraph_graph::diagnostic::Diagnostics;
 use umbragraph_graph::document;
@@ -54,8 +56,9 @@ fn main() {
     }
     if wanted("overhead") {
         let parts = [overhead("overhead_synthetic", &synthetic), overhead("overhead_project", &project)];
-        let (ours, bare) = (parts[0].0 + parts[1].0, parts[0].1 + parts[1].1);
-        report("overhead", "at most 1.10", ours, bare, "of naga alone, on both");
+        let [ours, all, validating] = [0, 1, 2].map(|at| parts[0][at] + parts[1][at]);
+        report("overhead", "at most 1.10", ours, all, "of naga alone, on both");
+        report("overhead_and_overrides", "no goal", ours, validating, "of naga without resolving overrides");
     }
 }
 
@@ -119,8 +122,18 @@ fn report(name: &str, goal: &str, ours: Duration, rival: Duration, of: &str) {
     println!("ratio {name} {:.4}", ours.as_secs_f64() / rival.as_secs_f64());
 }
 
-/// Everything around naga, against naga alone on the same distinct texts: one profile, no writers, one thread.
-fn overhead(name: &str, set: &TemplateSet) -> (Duration, Duration) {
+/// What naga alone does with texts.
+#[derive(Clone, Copy, PartialEq)]
+enum Naga {
+    /// Parsing and validating.
+    Validate,
+    /// And giving overrides their defaults, which clones, rewrites and validates a module that has some once more.
+    Resolve,
+}
+
+/// Everything around naga, against naga alone on the same distinct texts: one profile, no writers, one thread. The times
+/// of ours, of all of naga that a proof needs, and of parsing and validating alone.
+fn overhead(name: &str, set: &TemplateSet) -> [Duration; 3] {
     let profiles = [TargetProfile::webgpu()];
     let texts: BTreeSet<String> = prove_plain(set, &profiles)
         .templates
@@ -129,25 +142,26 @@ fn overhead(name: &str, set: &TemplateSet) -> (Duration, Duration) {
         .collect();
     let bytes: usize = texts.iter().map(String::len).sum();
     println!("{name}: {} distinct texts, {bytes} bytes", texts.len());
-    let runs = if texts.len() < 100 { 15 } else { 5 };
-    let (ours, bare) = least(
-        runs,
-        || drop(prove_plain(set, &profiles)),
-        || {
-            // On a thread of its own as ours are: a new thread begins with a cold heap.
-            std::thread::scope(|scope| {
-                scope.spawn(|| {
-                    for text in &texts {
-                        let module = naga::front::wgsl::parse_str(text).expect("the text is valid");
-                        let mut validator = Validator::new(ValidationFlags::all(), profiles[0].capabilities);
-                        drop(validator.validate(&module).expect("the text is valid"));
+    let naga = |what: Naga| {
+        // On a thread of its own as ours are: a new thread begins with a cold heap.
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for text in &texts {
+                    let module = naga::front::wgsl::parse_str(text).expect("the text is valid");
+                    let mut validator = Validator::new(ValidationFlags::all(), profiles[0].capabilities);
+                    let info = validator.validate(&module).expect("the text is valid");
+                    if what == Naga::Resolve {
+                        drop(process_overrides(&module, &info, None, &PipelineConstants::default()));
                     }
-                });
+                }
             });
-        },
-    );
-    report(name, "no goal of its own", ours, bare, "of naga alone");
-    (ours, bare)
+        });
+    };
+    let runs = if texts.len() < 100 { 15 } else { 5 };
+    let (ours, all) = least(runs, || drop(prove_plain(set, &profiles)), || naga(Naga::Resolve));
+    let (validating, _) = least(runs, || naga(Naga::Validate), || {});
+    report(name, "no goal of its own", ours, all, "of naga alone");
+    [ours, all, validating]
 }
 
 fn threads(set: &TemplateSet) {
