@@ -4,12 +4,23 @@ mod common;
 
 use std::path::PathBuf;
 
-use common::{With, check_with, root};
-use umbragraph::diagnostic::fix;
+use common::{Outcome, With, check_with, root};
+use umbragraph::diagnostic::{Diagnostic, fix};
 
 struct Case {
     name: String,
     replacements: Vec<(String, String)>,
+}
+
+impl Case {
+    fn text(&self) -> String {
+        let mut text = base();
+        for (old, new) in &self.replacements {
+            assert!(text.contains(old.as_str()), "{}: the base does not contain {old}", self.name);
+            text = text.replacen(old.as_str(), new, 1);
+        }
+        text
+    }
 }
 
 fn folder() -> PathBuf {
@@ -49,11 +60,7 @@ fn every_broken_document_has_exactly_the_expected_findings() {
     let cases = cases();
     assert!(cases.len() >= 100, "only {} cases were read", cases.len());
     for case in &cases {
-        let mut text = base();
-        for (old, new) in &case.replacements {
-            assert!(text.contains(old.as_str()), "{}: the base does not contain {old}", case.name);
-            text = text.replacen(old.as_str(), new, 1);
-        }
+        let text = case.text();
         let outcome = check_with("chain.json", &text, &With::default());
         assert!(outcome.findings.has_errors(), "{} is not broken", case.name);
         for finding in &outcome.findings {
@@ -86,10 +93,7 @@ fn every_broken_document_has_exactly_the_expected_findings() {
 fn fixes_never_make_a_document_worse_and_come_to_an_end() {
     let mut mended = 0;
     for case in &cases() {
-        let mut text = base();
-        for (old, new) in &case.replacements {
-            text = text.replacen(old.as_str(), new, 1);
-        }
+        let text = case.text();
         let mut outcome = check_with("chain.json", &text, &With::default());
         for round in 0.. {
             let fixed = fix::apply(&outcome.findings, &outcome.sources, |name| name == "chain.json");
@@ -106,6 +110,47 @@ fn fixes_never_make_a_document_worse_and_come_to_an_end() {
         mended += usize::from(!outcome.findings.has_errors());
     }
     assert!(mended >= 10, "only {mended} documents were mended in full");
+}
+
+/// The text with only this finding's fix made.
+fn mended(finding: &Diagnostic, outcome: &Outcome) -> Option<String> {
+    let fixed = fix::apply([finding], &outcome.sources, |name| name == "chain.json");
+    fixed.into_iter().next().map(|fixed| fixed.text)
+}
+
+#[test]
+fn a_finding_that_names_what_was_meant_is_gone_when_its_fix_is_made() {
+    let mut without = Vec::new();
+    let cases = cases();
+    for case in &cases {
+        let text = case.text();
+        let outcome = check_with("chain.json", &text, &With::default());
+        for finding in &outcome.findings {
+            let is_named = finding.help.as_deref().is_some_and(|help| help.starts_with("did you mean"));
+            let Some(fixed) = mended(finding, &outcome) else {
+                without.extend(is_named.then_some(case.name.as_str()));
+                continue;
+            };
+            let after = check_with("chain.json", &fixed, &With::default());
+            let is_it = |other: &Diagnostic| (other.code, &other.message) == (finding.code, &finding.message);
+            assert!(
+                !after.findings.iter().any(is_it),
+                "{}:\n{}\n{}",
+                case.name,
+                outcome.text(),
+                after.text()
+            );
+        }
+    }
+    // Another name is as close, or the right one is there already.
+    assert_eq!(
+        without,
+        [
+            "face-that-does-not-exist",
+            "as-close-to-two-names",
+            "misspelt-parameter-beside-the-right-one-in-a-preset"
+        ]
+    );
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! `umbragraph wgsl`
 
-use umbragraph::diagnostic::{Diagnostic, codes, did_you_mean};
+use umbragraph::diagnostic::{Diagnostic, codes};
 use umbragraph::pipeline::{Pipeline, ProgramVariant};
 use umbragraph::shader::{self, Emitted, ShaderModule, TargetLanguage};
 use umbragraph::source::Span;
@@ -64,14 +64,12 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
 
 fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {
     let file = session.sources.add("<command line>", name);
-    let help = match did_you_mean(name, names.iter().copied()) {
-        Some(meant) => format!("did you mean \"{meant}\"?"),
-        None if names.is_empty() => format!("this pipeline has no {what}"),
-        None => format!("there are {}", names.join(", ")),
-    };
     let place = Span::new(file, 0..name.len());
     let finding = Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no {what} \"{name}\""));
-    session.findings.push(finding.help(help));
+    session.findings.push(finding.meant(name, names.iter().copied(), None, |names| match names {
+        [] => format!("this pipeline has no {what}"),
+        names => format!("there are {}", names.join(", ")),
+    }));
 }
 
 fn program_of(work: &Work) -> Option<ProgramHandle> {

@@ -44,6 +44,12 @@ impl Span {
         Self { file: self.file, start: at(range.start), end: at(range.end) }
     }
 
+    /// Where `range` of `text` stands, if this span is that text in quotes; nowhere if it has escapes there.
+    pub fn of_quoted(self, text: &str, range: Range<usize>) -> Option<Self> {
+        let is_verbatim = self.range().len() == text.len() + 2 && range.end <= text.len();
+        is_verbatim.then(|| self.inside(range.start + 1..range.end + 1))
+    }
+
     /// The byte range as `usize`, for slicing.
     pub fn range(self) -> Range<usize> {
         self.start as usize..self.end as usize

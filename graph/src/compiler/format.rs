@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureSampleType};
 
-use crate::diagnostic::{Diagnostic, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, codes};
 use crate::language::TextureDeclaration;
 use crate::pipeline::{Aspect, Pipeline, Program, Resource, Usage, Use};
 use crate::shader::TargetProfile;
@@ -136,38 +136,28 @@ pub(super) fn choose(
     let list_at = |at: usize| {
         if names.len() == 1 { "/texture/format".to_owned() } else { format!("/texture/format/{at}") }
     };
-    let (code, pointer, message, help) = match unknown {
-        Some((at, name)) => {
-            let help = did_you_mean(name, KNOWN.iter().copied()).map_or_else(
-                || "formats have the names of the WebGPU specification".to_owned(),
-                |meant| format!("did you mean \"{meant}\"?"),
-            );
-            (codes::FORMAT_UNKNOWN, list_at(at), format!("\"{name}\" is no texture format"), help)
-        }
-        None => {
-            let message = format!(
-                "no format of \"{}\" supports all of its uses: {}",
-                resource.name,
-                reasons.join("; ")
-            );
-            (
-                codes::FORMAT_USAGE,
-                "/texture/format".to_owned(),
-                message,
-                "choose another format, or add a candidate".to_owned(),
-            )
-        }
+    let finding = |code, pointer: &str, message| {
+        let place = resource.value.nearest(pointer).span;
+        Diagnostic::error(code, place, message).pointer(format!("{}{pointer}", resource.pointer))
     };
-    let place = resource.value.nearest(&pointer).span;
-    let mut finding =
-        Diagnostic::error(code, place, message).help(help).pointer(format!("{}{pointer}", resource.pointer));
-    if unknown.is_none() {
-        for (pass, one) in wants.uses.iter().take(4) {
-            finding = finding.related(
-                one.place,
-                format!("\"{}\" uses it as {}", pipeline.pass(*pass).name, one.usage.name()),
-            );
-        }
+    if let Some((at, name)) = unknown {
+        let finding =
+            finding(codes::FORMAT_UNKNOWN, &list_at(at), format!("\"{name}\" is no texture format"));
+        let written = finding.span();
+        return Err(Box::new(finding.meant(
+            name,
+            super::format_names::KNOWN_FORMATS.iter().copied(),
+            written,
+            |_| "formats have the names of the WebGPU specification".to_owned(),
+        )));
+    }
+    let message =
+        format!("no format of \"{}\" supports all of its uses: {}", resource.name, reasons.join("; "));
+    let mut finding = finding(codes::FORMAT_USAGE, "/texture/format", message)
+        .help("choose another format, or add a candidate");
+    for (pass, one) in wants.uses.iter().take(4) {
+        finding = finding
+            .related(one.place, format!("\"{}\" uses it as {}", pipeline.pass(*pass).name, one.usage.name()));
     }
     Err(Box::new(finding))
 }
@@ -268,33 +258,3 @@ fn refusal(
     }
     None
 }
-
-/// Names for a did-you-mean; the formats that are renderable, storable or a depth format in core WebGPU.
-const KNOWN: &[&str] = &[
-    "r8unorm",
-    "r8uint",
-    "r16float",
-    "r16uint",
-    "rg8unorm",
-    "r32float",
-    "r32uint",
-    "r32sint",
-    "rg16float",
-    "rgba8unorm",
-    "rgba8unorm-srgb",
-    "bgra8unorm",
-    "bgra8unorm-srgb",
-    "rgb10a2unorm",
-    "rg11b10ufloat",
-    "rg32float",
-    "rgba16float",
-    "rgba16uint",
-    "rgba32float",
-    "rgba32uint",
-    "depth16unorm",
-    "depth24plus",
-    "depth24plus-stencil8",
-    "depth32float",
-    "depth32float-stencil8",
-    "stencil8",
-];

@@ -18,6 +18,7 @@ mod device_rules;
 mod dispatch;
 mod facts;
 mod format;
+mod format_names;
 mod graph;
 mod history;
 mod lifetime;

@@ -11,9 +11,10 @@ use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, HashMap};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::expression::{Scope, Value};
+use crate::document;
+use crate::expression::{self, Expression, ExpressionError, Scope, Value};
 use crate::language::{Expr, TextureShape};
-use crate::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, evaluate_at};
+use crate::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, expression_finding};
 use crate::source::{Sources, Span};
 use crate::work::ResourceHandle;
 
@@ -156,27 +157,32 @@ impl<'a> Sizes<'a> {
     }
 
     /// Evaluates an expression at its place.
-    pub(super) fn value(
-        &self,
-        expression: &crate::expression::Expression,
-        place: Span,
-        pointer: &str,
-    ) -> Option<Value> {
-        let mut findings = Diagnostics::new();
-        let value = evaluate_at(expression, self, place, pointer, self.sources, &mut findings);
+    pub(super) fn value(&self, expression: &Expression, place: Span, pointer: &str) -> Option<Value> {
+        match expression::evaluate(expression, self) {
+            Ok(value) => Some(value),
+            Err(error) => {
+                let raw = self.sources.text(place).trim_matches('"');
+                // A text with escapes reads otherwise than it is written.
+                let text = if raw.contains('\\') { String::new() } else { raw.to_owned() };
+                let value = document::Value { span: place, kind: document::Kind::Text(text) };
+                self.refuse(&error, expression_finding(&error, &value, pointer));
+                None
+            }
+        }
+    }
+
+    /// Reports an error of an expression, unless it only follows from another finding.
+    fn refuse(&self, error: &ExpressionError, finding: Diagnostic) {
         // A name that exists has no value only where its own declaration has a finding, which is enough.
-        let follows = |finding: &Diagnostic| {
-            finding.code == codes::EXPRESSION_NAME
-                && finding.message.split('"').nth(1).is_some_and(|name| {
-                    let head = name.rsplit_once('.').map_or(name, |(head, _)| head);
-                    self.named(name)
-                        .or_else(|| self.named(head))
-                        .is_some_and(|handle| self.of(handle).is_none())
-                })
-        };
-        let certain: Vec<Diagnostic> = findings.into_iter().filter(|finding| !follows(finding)).collect();
-        self.findings.borrow_mut().extend(certain);
-        value
+        let follows = error.unknown.as_ref().is_some_and(|unknown| {
+            let name = unknown.name.as_str();
+            let head = name.rsplit_once('.').map_or(name, |(head, _)| head);
+            let handle = self.named(name).or_else(|| self.named(head));
+            handle.is_some_and(|handle| self.of(handle).is_none())
+        });
+        if !follows {
+            self.findings.borrow_mut().push(finding);
+        }
     }
 
     fn evaluate_size(&self, handle: ResourceHandle) -> Option<Size> {
@@ -304,21 +310,28 @@ impl<'a> Sizes<'a> {
         if let Some(value) = text.and_then(|text| self.values.borrow().get(text).cloned()) {
             return Some(value);
         }
-        let place = self.place(resource, pointer);
-        let expression = match expr.parse() {
-            Ok(expression) => expression,
-            Err(error) => {
-                let value = crate::document::Value {
-                    span: place,
-                    kind: crate::document::Kind::Text(expr.0.as_str().unwrap_or_default().to_owned()),
-                };
-                let finding = crate::pipeline::expression_finding(&error, &value, self.sources.text(place));
-                self.findings.borrow_mut().push(finding.pointer(format!("{}{pointer}", resource.pointer)));
+        let environment = &resource.environment;
+        let value = expr.parse().and_then(|expression| {
+            let expression = environment.close(&expression, &|name| self.named(name).is_some());
+            expression::evaluate(&expression, self)
+        });
+        let value = match value {
+            Ok(value) => value,
+            Err(mut error) => {
+                let names = self.pipeline.resources.iter().map(|resource| resource.name.as_str());
+                let misgiven = error.unknown.as_ref();
+                let misgiven =
+                    misgiven.and_then(|unknown| environment.misgiven(&unknown.name, names.clone()));
+                environment.widen(&mut error, names);
+                let value = resource.value.nearest(pointer);
+                let finding = misgiven.unwrap_or_else(|| {
+                    let pointer = format!("{}{pointer}", resource.pointer);
+                    expression_finding(&error, value, &pointer)
+                });
+                self.refuse(&error, finding);
                 return None;
             }
         };
-        let expression = resource.environment.close(&expression, &|name| self.named(name).is_some());
-        let value = self.value(&expression, place, &format!("{}{pointer}", resource.pointer))?;
         if let Some(text) = text {
             self.values.borrow_mut().insert(text, value.clone());
         }
@@ -407,7 +420,16 @@ impl Scope for Sizes<'_> {
     fn names(&self) -> Vec<String> {
         let mut names = self.scope.names();
         names.extend(self.pipeline.resources.iter().map(|resource| resource.name.clone()));
-        names.push("viewport".to_owned());
+        names.extend(["viewport", "viewport.width", "viewport.height"].map(str::to_owned));
         names
+    }
+
+    fn members(&self, head: &str) -> Vec<String> {
+        let known: &[&str] = match self.named(head).map(|handle| &self.pipeline.resource(handle).kind) {
+            Some(ResourceKind::Texture(_)) => &["width", "height", "layers", "mips", "samples"],
+            Some(ResourceKind::Buffer(_)) => &["size"],
+            _ => return Vec::new(),
+        };
+        known.iter().map(|member| format!("{head}.{member}")).collect()
     }
 }

@@ -17,7 +17,7 @@
 //! point see what was put in.
 
 use super::merge;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Entry, Kind, Value};
 use crate::source::Span;
 
@@ -40,8 +40,9 @@ pub fn insert(document: &mut Value, mut extension: Value, diagnostics: &mut Diag
     };
     let mut passes = Vec::new();
     let mut before: Vec<(String, String, Span)> = Vec::new();
-    for point in inserts.value.entries().unwrap_or_default() {
-        let Some(limits) = extension_point(document, point, diagnostics) else { continue };
+    let points = inserts.value.entries().unwrap_or_default();
+    for point in points {
+        let Some(limits) = extension_point(document, point, points, diagnostics) else { continue };
         let mut previous = last_inserted(document, &limits.0);
         for pass in point.value.entries().unwrap_or_default() {
             let mut pass = pass.clone();
@@ -72,28 +73,25 @@ pub fn insert(document: &mut Value, mut extension: Value, diagnostics: &mut Diag
 
 type Names = Vec<(String, Span)>;
 
-/// The passes after and before which a point lies.
+/// The passes after and before which a point lies; `beside` are all that the extension names.
 fn extension_point(
     document: &Value,
     point: &Entry,
+    beside: &[Entry],
     diagnostics: &mut Diagnostics,
 ) -> Option<(Names, Vec<String>)> {
     let points = document.get("extension_points");
     let Some(found) = points.and_then(|points| points.get(&point.key)) else {
-        let names: Vec<&str> = points
-            .and_then(Value::entries)
-            .unwrap_or_default()
-            .iter()
-            .map(|entry| entry.key.as_str())
-            .collect();
-        let help = match did_you_mean(&point.key, names.iter().copied()) {
-            Some(meant) => format!("did you mean \"{meant}\"?"),
-            None if names.is_empty() => "the pipeline names no extension points".to_owned(),
-            None => format!("the extension points are {}", names.join(", ")),
-        };
+        let names =
+            points.and_then(Value::entries).unwrap_or_default().iter().map(|entry| entry.key.as_str());
         let message = format!("there is no extension point \"{}\"", point.key);
-        let finding = Diagnostic::error(codes::UNKNOWN_EXTENSION_POINT, point.key_span, message).help(help);
-        diagnostics.push(finding.fix_name(point.key_span, &point.key, names));
+        let finding = Diagnostic::error(codes::UNKNOWN_EXTENSION_POINT, point.key_span, message);
+        let taken = |name: &str| beside.iter().any(|other| other.key == name);
+        let written = Some(point.key_span);
+        diagnostics.push(finding.meant_unless(&point.key, names, written, taken, |names| match names {
+            [] => "the pipeline names no extension points".to_owned(),
+            names => format!("the extension points are {}", names.join(", ")),
+        }));
         return None;
     };
     let names = |key: &str| -> Names {

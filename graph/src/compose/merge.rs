@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Kind, Pointer, Value};
 use crate::source::Span;
 
@@ -52,6 +52,9 @@ pub(super) fn over(
             return value;
         }
     };
+    // The keys that a misspelt deletion cannot have meant.
+    let deletes = newer.iter().any(|entry| matches!(entry.value.kind, Kind::Null));
+    let written: Vec<String> = newer.iter().filter(|_| deletes).map(|entry| entry.key.clone()).collect();
     for mut entry in newer {
         let key = entry.key.as_str();
         let at = pointer.key(key);
@@ -68,12 +71,12 @@ pub(super) fn over(
                     entry.value.span,
                     format!("there is no \"{}\" to delete", entry.key),
                 );
-                let names: Vec<&str> = entries.iter().map(|known| known.key.as_str()).collect();
-                let help = match did_you_mean(&entry.key, names.iter().copied()) {
-                    Some(meant) => format!("did you mean \"{meant}\"?"),
-                    None => "null deletes what the extended file has under that key".to_owned(),
-                };
-                diagnostics.push(finding.pointer(at).help(help));
+                let names = entries.iter().map(|known| known.key.as_str());
+                let taken = |name: &str| written.iter().any(|key| key == name);
+                let finding = finding.meant_unless(&entry.key, names, Some(entry.key_span), taken, |_| {
+                    "null deletes what the extended file has under that key".to_owned()
+                });
+                diagnostics.push(finding.pointer(at));
             }
             (Some(index), _) => {
                 let span = entries[index].value.span;
@@ -130,6 +133,7 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
         return;
     };
     let Kind::Object(entries) = &mut whole.kind else { return };
+    let sections: Vec<String> = part_entries.iter().map(|section| section.key.clone()).collect();
     for section in part_entries {
         if matches!(section.key.as_str(), "$schema" | "format" | "name" | "description") {
             continue;
@@ -140,11 +144,11 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
                 section.key_span,
                 format!("an included file cannot say \"{}\"", section.key),
             );
-            let help = did_you_mean(&section.key, SECTIONS.iter().copied()).map_or_else(
-                || format!("its sections are {}", SECTIONS.join(", ")),
-                |meant| format!("did you mean \"{meant}\"?"),
-            );
-            diagnostics.push(finding.help(help));
+            let (known, written) = (SECTIONS.iter().copied(), Some(section.key_span));
+            let taken = |name: &str| sections.iter().any(|key| key == name);
+            diagnostics.push(finding.meant_unless(&section.key, known, written, taken, |known| {
+                format!("its sections are {}", known.join(", "))
+            }));
             continue;
         }
         let Some(index) = entries.iter().position(|known| known.key == section.key) else {

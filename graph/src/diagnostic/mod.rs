@@ -8,9 +8,11 @@
 mod code;
 pub mod codes;
 pub mod fix;
+mod meant;
 pub mod render;
 
 pub use code::Code;
+pub use meant::{did_you_mean, surely_meant};
 
 use std::collections::{HashMap, HashSet};
 use std::hash::{Hash as _, Hasher as _};
@@ -127,6 +129,14 @@ impl Diagnostic {
         Self::error(code, Place::File { path: path.into(), locator: locator.into() }, message)
     }
 
+    /// Its place, if that is in a registered text.
+    pub fn span(&self) -> Option<Span> {
+        match self.place {
+            Place::Span(span) => Some(span),
+            Place::File { .. } | Place::Nowhere => None,
+        }
+    }
+
     /// Adds the way out.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
@@ -154,19 +164,6 @@ impl Diagnostic {
         let edit = Edit { span, replacement: replacement.into() };
         self.fix.get_or_insert_with(|| Fix { edits: Vec::new() }).edits.push(edit);
         self
-    }
-
-    /// Adds the fix that `name`, written as the whole text at `span`, was meant to be the one of `candidates` that is
-    /// closest to it; none where there is no such one, or two are equally close.
-    #[must_use]
-    pub fn fix_name<'a>(self, span: Span, name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Self {
-        match surely_meant(name, candidates) {
-            // A name with an escape would be another text in JSON.
-            Some(meant) if !meant.contains(['"', '\\']) && !meant.contains(char::is_control) => {
-                self.fix(span, format!("\"{meant}\""))
-            }
-            _ => self,
-        }
     }
 }
 
@@ -296,8 +293,6 @@ impl FromIterator<Diagnostic> for Diagnostics {
 /// must not cost a million findings.
 pub const MAXIMUM_FINDINGS: usize = 1_000;
 
-const MAXIMUM_NAME: usize = 64;
-
 /// A text for a message: the first characters of a long one.
 pub fn shorten(text: &str) -> std::borrow::Cow<'_, str> {
     match text.char_indices().nth(80) {
@@ -313,64 +308,5 @@ pub fn list_of<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     match names.count() {
         0 => first.join(", "),
         more => format!("{} and {more} more", first.join(", ")),
-    }
-}
-
-/// The closest of `candidates` to a misspelt `name`, where one is close enough to be meant.
-///
-/// Distance is Damerau–Levenshtein on the names as written; a candidate is close when it is within a third of the
-/// longer name's length (at least one edit). Ties go to the alphabetically first.
-pub fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    distances(name, candidates).min().map(|(_, candidate)| candidate)
-}
-
-/// The same, or `None` where two candidates are equally close: only what this gives is fit for a fix.
-pub fn surely_meant<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let mut close: Vec<(usize, &str)> = distances(name, candidates).collect();
-    close.sort_unstable();
-    close.dedup();
-    match close.as_slice() {
-        [first, second, ..] if first.0 == second.0 => None,
-        [first, ..] => Some(first.1),
-        [] => None,
-    }
-}
-
-/// The candidates that are close enough, with their distances.
-fn distances<'a>(
-    name: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> impl Iterator<Item = (usize, &'a str)> {
-    let lower = name.to_lowercase();
-    let (bytes, characters) = (name.len(), name.chars().count());
-    candidates
-        .into_iter()
-        // Longer names are not typed by people, and the distance costs the product of the lengths.
-        .filter(move |candidate| {
-            bytes.max(candidate.len()) <= MAXIMUM_NAME && candidate.len().abs_diff(bytes) <= MAXIMUM_NAME / 3
-        })
-        .filter_map(move |candidate| {
-            let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
-            let allowed = (characters.max(candidate.chars().count()) / 3).max(1);
-            (distance <= allowed).then_some((distance, candidate))
-        })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{did_you_mean, surely_meant};
-
-    #[test]
-    fn what_is_as_close_as_another_is_no_fix() {
-        assert_eq!(surely_meant("color_c", ["color_a", "color_b"]), None);
-        assert_eq!(surely_meant("colr", ["color", "colder"]), Some("color"));
-    }
-
-    #[test]
-    fn a_close_name_is_proposed_and_a_far_one_is_not() {
-        let names = ["format", "layers", "size"];
-        assert_eq!(did_you_mean("fromat", names), Some("format"));
-        assert_eq!(did_you_mean("Size", names), Some("size"));
-        assert_eq!(did_you_mean("colour", names), None);
     }
 }

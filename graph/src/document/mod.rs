@@ -86,6 +86,11 @@ impl Value {
         }
     }
 
+    /// Where `range` of the text stands in the file; nowhere if this is no string, or one with escapes.
+    pub fn part(&self, range: std::ops::Range<usize>) -> Option<Span> {
+        self.span.of_quoted(self.text()?, range)
+    }
+
     /// The member `key`, if this is an object that has one.
     pub fn get(&self, key: &str) -> Option<&Value> {
         self.entry(key).map(|entry| &entry.value)

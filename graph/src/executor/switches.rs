@@ -5,7 +5,7 @@
 //! resource stands for itself. In a frame without findings nothing is allocated.
 
 use crate::compiler::Plan;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, did_you_mean, list_of};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// How the toggles are thrown, and what follows.
@@ -30,14 +30,13 @@ impl Switches {
         let mut findings = Diagnostics::new();
         let toggles = &plan.pipeline.toggles;
         for (name, _) in given.iter().filter(|(name, _)| plan.pipeline.find_toggle(name).is_none()) {
-            let names = || toggles.iter().map(|toggle| toggle.name.as_str());
-            let help = match did_you_mean(name, names()) {
-                Some(meant) => format!("did you mean \"{meant}\"?"),
-                None if toggles.is_empty() => "the pipeline has no toggles".to_owned(),
-                None => format!("the toggles are {}", list_of(names())),
-            };
+            let names = toggles.iter().map(|toggle| toggle.name.as_str());
             let message = format!("the pipeline \"{}\" has no toggle \"{name}\"", plan.name);
-            findings.push(Diagnostic::error(codes::UNKNOWN_TOGGLE, Place::Nowhere, message).help(help));
+            let finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, Place::Nowhere, message);
+            findings.push(finding.meant(name, names, None, |names| match names {
+                [] => "the pipeline has no toggles".to_owned(),
+                names => format!("the toggles are {}", list_of(names.iter().copied())),
+            }));
         }
         findings
     }

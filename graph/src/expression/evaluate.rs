@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use super::{
-    BinaryOperator, Expression, ExpressionError, ExpressionKind, FUNCTIONS, Fault, UnaryOperator, Value,
+    BinaryOperator, Expression, ExpressionError, ExpressionKind, FUNCTIONS, Fault, UnaryOperator,
+    UnknownName, Value,
 };
-use crate::diagnostic::did_you_mean;
 
 const MAXIMUM_LIST: usize = 65_536;
 
@@ -15,6 +15,10 @@ pub trait Scope {
     fn lookup(&self, name: &str) -> Option<Value>;
     /// All names, for a did-you-mean.
     fn names(&self) -> Vec<String>;
+    /// The names that begin with `head` and a dot, for the same; none where `head` has no members, or does not exist.
+    fn members(&self, _head: &str) -> Vec<String> {
+        Vec::new()
+    }
 }
 
 /// Evaluates an expression.
@@ -25,17 +29,7 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
     let range = || expression.range.clone();
     match &expression.kind {
         ExpressionKind::Literal(value) => Ok(value.clone()),
-        ExpressionKind::Name(name) => scope.lookup(name).ok_or_else(|| {
-            let names = scope.names();
-            let help = did_you_mean(name, names.iter().map(String::as_str))
-                .map(|meant| format!("did you mean \"{meant}\"?"));
-            ExpressionError {
-                range: range(),
-                fault: Fault::UnknownName,
-                message: format!("there is no \"{name}\""),
-                help,
-            }
-        }),
+        ExpressionKind::Name(name) => scope.lookup(name).ok_or_else(|| unknown_name(name, range(), scope)),
         ExpressionKind::Unary(UnaryOperator::Not, operand) => Ok(Value::Bool(!boolean(operand, scope)?)),
         ExpressionKind::Unary(UnaryOperator::Negate, operand) => {
             elementwise(&evaluate(operand, scope)?, &Value::Number(-1.0), range(), &|a, b| Ok(a * b))
@@ -66,12 +60,25 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
     }
 }
 
+/// The error of a name that a scope does not know.
+pub(crate) fn unknown_name(name: &str, range: Range<usize>, scope: &dyn Scope) -> ExpressionError {
+    let members = name.rsplit_once('.').map_or_else(Vec::new, |(head, _)| scope.members(head));
+    let known = if members.is_empty() { scope.names() } else { members };
+    ExpressionError {
+        range,
+        fault: Fault::UnknownName,
+        message: format!("there is no \"{name}\""),
+        help: None,
+        unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_function: false })),
+    }
+}
+
 fn type_error(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
-    ExpressionError { range, fault: Fault::Type, message: message.into(), help: None }
+    ExpressionError { range, fault: Fault::Type, message: message.into(), help: None, unknown: None }
 }
 
 fn arithmetic(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
-    ExpressionError { range, fault: Fault::Arithmetic, message: message.into(), help: None }
+    ExpressionError { range, fault: Fault::Arithmetic, message: message.into(), help: None, unknown: None }
 }
 
 fn boolean(expression: &Expression, scope: &dyn Scope) -> Result<bool, ExpressionError> {
@@ -194,13 +201,13 @@ fn call(
         "clamp" => (3, 3),
         "min" | "max" => (1, 64),
         _ => {
-            let help = did_you_mean(name, FUNCTIONS.iter().copied())
-                .map(|meant| format!("did you mean \"{meant}\"?"));
+            let known = FUNCTIONS.iter().map(|name| (*name).to_owned()).collect();
             return Err(ExpressionError {
                 range,
                 fault: Fault::UnknownName,
                 message: format!("there is no function \"{name}\""),
-                help: help.or_else(|| Some(format!("the functions are {}", FUNCTIONS.join(", ")))),
+                help: Some(format!("the functions are {}", FUNCTIONS.join(", "))),
+                unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_function: true })),
             });
         }
     };
@@ -332,7 +339,9 @@ mod tests {
             let error = run(text).unwrap_err();
             assert_eq!((error.range.clone(), error.fault), (range, fault), "{text}: {}", error.message);
         }
-        assert_eq!(run("sise").unwrap_err().help.as_deref(), Some("did you mean \"size\"?"));
+        let unknown = run("2 * sise").unwrap_err();
+        assert_eq!(unknown.range, 4..8);
+        assert!(unknown.unknown.is_some_and(|unknown| unknown.known.iter().any(|name| name == "size")));
     }
 
     #[test]

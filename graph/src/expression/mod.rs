@@ -18,6 +18,7 @@
 mod evaluate;
 mod parse;
 
+pub(crate) use evaluate::unknown_name;
 pub use evaluate::{Scope, evaluate};
 pub use parse::parse;
 
@@ -167,6 +168,19 @@ pub struct ExpressionError {
     pub message: String,
     /// The way out, where there is one to name.
     pub help: Option<String>,
+    /// The name that does not exist, where that is the fault.
+    pub unknown: Option<Box<UnknownName>>,
+}
+
+/// A name that does not exist, and those that do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnknownName {
+    /// The name; it begins where the range of its error begins.
+    pub name: String,
+    /// What could stand there, in no order.
+    pub known: Vec<String>,
+    /// Whether it is a function that is called.
+    pub is_function: bool,
 }
 
 /// The kinds of fault of an expression.

@@ -29,7 +29,7 @@ pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
 }
 
 fn syntax(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
-    ExpressionError { range, fault: Fault::Syntax, message: message.into(), help: None }
+    ExpressionError { range, fault: Fault::Syntax, message: message.into(), help: None, unknown: None }
 }
 
 struct Parser<'a> {

@@ -34,6 +34,7 @@ impl Expr {
                 fault: expression::Fault::Type,
                 message: "an expression is a number, a boolean, a string or a list".to_owned(),
                 help: None,
+                unknown: None,
             }),
         }
     }

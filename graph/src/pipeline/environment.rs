@@ -9,7 +9,9 @@
 //! become those outside. References may contain `{expressions}`: `"chain@down.{level - 1}"`.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
+use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Fault, Scope, Value};
 use crate::source::Span;
 
@@ -29,7 +31,7 @@ pub struct Environment {
 }
 
 /// What stands for an input of a subgraph.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Input {
     /// The resource of the user.
     pub(super) name: String,
@@ -37,6 +39,23 @@ pub(super) struct Input {
     pub(super) version: Option<String>,
     /// How many frames ago.
     pub(super) back: u32,
+    /// What the user wrote; the outermost user where the input is handed on.
+    pub(super) given: Given,
+}
+
+/// What is written for an input of a subgraph, and what names mean there.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Given {
+    /// The name of the resource, without a version.
+    pub(super) name: String,
+    /// The whole text.
+    pub(super) text: String,
+    /// Where the text stands.
+    pub(super) place: Span,
+    /// The pointer of the text.
+    pub(super) pointer: String,
+    /// What names mean there.
+    pub(super) environment: Arc<Environment>,
 }
 
 impl Environment {
@@ -66,6 +85,48 @@ impl Environment {
     /// The name outside of a pass.
     pub(super) fn pass(&self, name: &str) -> String {
         format!("{}{name}", self.prefix)
+    }
+
+    /// The name by which a resource outside can be written here.
+    pub(super) fn resource_inside<'a>(&'a self, outside: &'a str) -> Option<&'a str> {
+        let is_it = |(_, input): &(&String, &Input)| input.name == outside;
+        match self.inputs.iter().find(is_it) {
+            Some((name, _)) => Some(name),
+            None => self.pass_inside(outside).filter(|name| !self.inputs.contains_key(*name)),
+        }
+    }
+
+    /// The name by which a pass outside can be written here.
+    pub(super) fn pass_inside<'a>(&self, outside: &'a str) -> Option<&'a str> {
+        outside.strip_prefix(&self.prefix)
+    }
+
+    /// Adds the names that an expression here can see beside those known everywhere to the error of an unknown one;
+    /// `known` are names outside.
+    pub(crate) fn widen<'a>(&self, error: &mut ExpressionError, outside: impl Iterator<Item = &'a str>) {
+        let Some(unknown) = error.unknown.as_mut().filter(|unknown| !unknown.is_function) else { return };
+        unknown.known.extend(self.locals.keys().cloned());
+        unknown.known.extend(outside.filter_map(|name| self.resource_inside(name).map(str::to_owned)));
+    }
+
+    /// The finding for an input that stands for no resource: it is about what the user wrote. `outside` are all
+    /// resources. `None` if the name is no input, or one that stands for a resource.
+    pub(crate) fn misgiven<'a>(
+        &self,
+        name: &str,
+        outside: impl Iterator<Item = &'a str> + Clone,
+    ) -> Option<Diagnostic> {
+        let head = name.split_once('.').map_or(name, |(head, _)| head);
+        let input = self.inputs.get(head)?;
+        if outside.clone().any(|resource| resource == input.name) {
+            return None;
+        }
+        let Given { name, text, place, pointer, environment } = &input.given;
+        let message = format!("there is no resource \"{name}\"");
+        let finding = Diagnostic::error(codes::UNKNOWN_RESOURCE, *place, message).pointer(pointer);
+        let written = place.of_quoted(text, 0..name.len()).filter(|_| text.starts_with(name.as_str()));
+        let names: Vec<&str> = outside.filter_map(|name| environment.resource_inside(name)).collect();
+        Some(finding.meant(name, names, written, |_| "declare it under \"resources\"".to_owned()))
     }
 
     /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
@@ -115,6 +176,7 @@ impl Environment {
                 fault: Fault::Type,
                 message: message.to_owned(),
                 help: Some("references take expressions in braces: \"chain@down.{level - 1}\"".to_owned()),
+                unknown: None,
             };
             let Some(close) = text[open..].find('}').map(|offset| open + offset) else {
                 return Err(fault(open..text.len(), "the brace is not closed"));
@@ -147,7 +209,18 @@ mod tests {
             locals: BTreeMap::from([("level".to_owned(), Value::Number(2.0))]),
             inputs: BTreeMap::from([(
                 "image".to_owned(),
-                Input { name: "moments".to_owned(), version: Some("warp".to_owned()), back: 0 },
+                Input {
+                    name: "moments".to_owned(),
+                    version: Some("warp".to_owned()),
+                    back: 0,
+                    given: Given {
+                        name: "moments".to_owned(),
+                        text: "moments@warp".to_owned(),
+                        place: Span::new(crate::source::Sources::new().add("a", ""), 0..0),
+                        pointer: String::new(),
+                        environment: Arc::default(),
+                    },
+                },
             )]),
             toggles: Vec::new(),
             used_at: Vec::new(),

@@ -19,7 +19,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::builder::expression_finding;
-use super::environment::{Environment, Input};
+use super::environment::{Environment, Given, Input};
 use super::load::{RESERVED, Shared, bad_name, is_name};
 use super::setting;
 use crate::diagnostic::{Code, Diagnostic, codes, did_you_mean};
@@ -162,7 +162,7 @@ impl<'a, 's> Expander<'a, 's> {
             return;
         };
         let at = pointer_join(&at, &variable.key);
-        let values = match self.evaluate(&variable.value, environment) {
+        let values = match self.evaluate(&variable.value, &at, environment) {
             Some(Value::List(list)) => list,
             Some(Value::Number(count)) if count.fract() == 0.0 && count >= 0.0 => {
                 if count > MAXIMUM_ROUNDS as f64 {
@@ -256,26 +256,20 @@ impl<'a, 's> Expander<'a, 's> {
         let wanted = used.text().unwrap_or_default();
         let at = format!("{pointer}/use");
         let Some(subgraph) = subgraphs.and_then(|subgraphs| subgraphs.entry(wanted)) else {
-            let known: Vec<&str> = subgraphs
-                .and_then(document::Value::entries)
-                .unwrap_or_default()
-                .iter()
-                .map(|entry| entry.key.as_str())
-                .collect();
-            let help = match did_you_mean(wanted, known.iter().copied()) {
-                Some(meant) => format!("did you mean \"{meant}\"?"),
-                None if known.is_empty() => "declare it under \"subgraphs\", or name a file".to_owned(),
-                None => format!("the subgraphs are {}", known.join(", ")),
-            };
-            self.refuse(
-                codes::UNKNOWN_SUBGRAPH,
-                used,
-                &at,
-                &format!("there is no subgraph \"{wanted}\""),
-                &help,
-                entry,
-                &name,
-            );
+            let known = subgraphs.and_then(document::Value::entries).unwrap_or_default();
+            let known = known.iter().map(|entry| entry.key.as_str());
+            let message = format!("there is no subgraph \"{wanted}\"");
+            let finding = Diagnostic::error(codes::UNKNOWN_SUBGRAPH, used.span, message).pointer(at);
+            self.shared.diagnostics.push(finding.meant(
+                wanted,
+                known,
+                Some(used.span),
+                |known| match known {
+                    [] => "declare it under \"subgraphs\", or name a file".to_owned(),
+                    known => format!("the subgraphs are {}", known.join(", ")),
+                },
+            ));
+            self.gaps.push((name, entry));
             return;
         };
         let inside = pointer_join("/subgraphs", wanted);
@@ -318,7 +312,7 @@ impl<'a, 's> Expander<'a, 's> {
             return;
         }
         if let Some(when) = entry.value.get("when") {
-            match self.evaluate(when, environment) {
+            match self.evaluate(when, &format!("{pointer}/when"), environment) {
                 Some(Value::Bool(true)) => {}
                 Some(Value::Bool(false)) => {
                     self.absent.insert(name);
@@ -392,13 +386,11 @@ impl<'a, 's> Expander<'a, 's> {
         let mut fine = true;
         let mut misspelt: Vec<&str> = Vec::new();
         for given in with.and_then(document::Value::entries).unwrap_or_default() {
-            let known: Vec<&str> = section("inputs")
-                .iter()
-                .chain(section("parameters"))
-                .map(|entry| entry.key.as_str())
-                .collect();
+            let known = section("inputs").iter().chain(section("parameters"));
+            let known: Vec<&str> = known.map(|entry| entry.key.as_str()).collect();
+            let beside = with.and_then(document::Value::entries).unwrap_or_default();
             if !known.contains(&given.key.as_str()) {
-                let finding = document::schema::unknown_key(given, &known);
+                let finding = document::schema::unknown_key(given, &known, beside);
                 self.shared.diagnostics.push(finding.pointer(pointer_join(&at, &given.key)));
                 misspelt.push(&given.key);
                 fine = false;
@@ -415,7 +407,16 @@ impl<'a, 's> Expander<'a, 's> {
                                 version.or_else(|| outer.version(reference.resource).map(str::to_owned));
                             let back = outer.back(reference.resource).saturating_add(reference.back);
                             let name = outer.resource(reference.resource);
-                            inner.inputs.insert(input.key.clone(), Input { name, version, back });
+                            let handed_on =
+                                outer.inputs.get(reference.resource).map(|input| input.given.clone());
+                            let given = handed_on.unwrap_or_else(|| Given {
+                                name: reference.resource.to_owned(),
+                                text: given.text().unwrap_or_default().to_owned(),
+                                place: given.span,
+                                pointer: pointer_join(&at, &input.key),
+                                environment: outer.clone(),
+                            });
+                            inner.inputs.insert(input.key.clone(), Input { name, version, back, given });
                         }
                         Err(error) => {
                             let finding = Diagnostic::error(
@@ -427,9 +428,10 @@ impl<'a, 's> Expander<'a, 's> {
                             fine = false;
                         }
                     },
-                    Some(Err(error)) => {
-                        let raw = self.shared.sources_text(given.span);
-                        self.shared.diagnostics.push(expression_finding(&error, given, &raw).pointer(&at));
+                    Some(Err(mut error)) => {
+                        outer.widen(&mut error, std::iter::empty());
+                        let here = pointer_join(&at, &input.key);
+                        self.shared.diagnostics.push(expression_finding(&error, given, &here));
                         fine = false;
                     }
                     None => {
@@ -470,7 +472,9 @@ impl<'a, 's> Expander<'a, 's> {
                 Some(given) if declaration.parameter_type == crate::language::ParameterType::Enum => {
                     Some(given.clone())
                 }
-                Some(given) => self.evaluate(given, outer).map(|value| to_document(&value, given.span)),
+                Some(given) => self
+                    .evaluate(given, &pointer_join(&at, &parameter.key), outer)
+                    .map(|value| to_document(&value, given.span)),
             };
             let Some(value) = value else {
                 fine = false;
@@ -490,15 +494,20 @@ impl<'a, 's> Expander<'a, 's> {
         fine.then_some(inner)
     }
 
-    fn evaluate(&mut self, value: &document::Value, environment: &Environment) -> Option<Value> {
+    fn evaluate(
+        &mut self,
+        value: &document::Value,
+        pointer: &str,
+        environment: &Environment,
+    ) -> Option<Value> {
         let result = Expr(value.to_json()).parse().and_then(|expression| {
             expression::evaluate(&environment.close(&expression, &|_| false), &self.shared.scope)
         });
         match result {
             Ok(value) => Some(value),
-            Err(error) => {
-                let raw = self.shared.sources_text(value.span);
-                let finding = expression_finding(&error, value, &raw);
+            Err(mut error) => {
+                environment.widen(&mut error, std::iter::empty());
+                let finding = expression_finding(&error, value, pointer);
                 self.shared.report_from(finding.into(), environment);
                 None
             }

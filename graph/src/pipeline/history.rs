@@ -115,11 +115,11 @@ fn count(shared: &Shared, resource: &Resource, frames: &Expr, at: &str) -> Resul
             let help = format!("1 to {MAXIMUM_FRAMES} are possible");
             Err(Box::new(finding(resource, codes::HISTORY_SETTING, at, message, &help)))
         }
-        Err(error) => {
+        Err(mut error) => {
+            resource.environment.widen(&mut error, std::iter::empty());
             let value = resource.value.nearest(at);
-            let raw = shared.sources_text(value.span);
             let pointer = format!("{}{at}", resource.pointer);
-            Err(Box::new(expression_finding(&error, value, &raw).pointer(pointer)))
+            Err(Box::new(expression_finding(&error, value, &pointer)))
         }
     }
 }

@@ -137,3 +137,64 @@ pub(crate) fn compatible(have: wgpu_types::VertexFormat, want: wgpu_types::Verte
     };
     class(have) == class(want)
 }
+
+/// The formats of vertex attributes by name, sorted, for what a misspelt one was meant to be.
+pub(crate) const KNOWN_VERTEX_FORMATS: &[&str] = &[
+    "float16",
+    "float16x2",
+    "float16x4",
+    "float32",
+    "float32x2",
+    "float32x3",
+    "float32x4",
+    "float64",
+    "float64x2",
+    "float64x3",
+    "float64x4",
+    "sint16",
+    "sint16x2",
+    "sint16x4",
+    "sint32",
+    "sint32x2",
+    "sint32x3",
+    "sint32x4",
+    "sint8",
+    "sint8x2",
+    "sint8x4",
+    "snorm16",
+    "snorm16x2",
+    "snorm16x4",
+    "snorm8",
+    "snorm8x2",
+    "snorm8x4",
+    "uint16",
+    "uint16x2",
+    "uint16x4",
+    "uint32",
+    "uint32x2",
+    "uint32x3",
+    "uint32x4",
+    "uint8",
+    "uint8x2",
+    "uint8x4",
+    "unorm10-10-10-2",
+    "unorm16",
+    "unorm16x2",
+    "unorm16x4",
+    "unorm8",
+    "unorm8x2",
+    "unorm8x4",
+    "unorm8x4-bgra",
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_is_that_of_a_vertex_format() {
+        for name in KNOWN_VERTEX_FORMATS {
+            assert!(parse_format(name).is_some(), "{name}");
+        }
+    }
+}

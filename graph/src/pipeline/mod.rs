@@ -43,7 +43,6 @@ pub use feature_configurations::{
     Configuration, Cover, FeatureConfigurations, MAXIMUM as MAXIMUM_CONFIGURATIONS, feature_configurations,
 };
 pub use history::History;
-pub(crate) use load::evaluate_at;
 pub use load::load;
 pub(crate) use load::load_sharing;
 pub(crate) use modules::Modules;

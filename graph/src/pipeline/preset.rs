@@ -12,7 +12,7 @@
 use std::collections::BTreeMap;
 
 use super::setting::{self, Choice, Setting};
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::{FeatureDeclaration, ParameterDeclaration};
 use crate::source::Span;
@@ -55,8 +55,9 @@ impl ParameterFile {
                     None => diagnostics.push(wrong("a name")),
                 },
                 key if !KEYS.contains(&key) => {
-                    diagnostics
-                        .push(document::schema::unknown_key(entry, KEYS).pointer(pointer_join("", key)));
+                    diagnostics.push(
+                        document::schema::unknown_key(entry, KEYS, entries).pointer(pointer_join("", key)),
+                    );
                 }
                 _ => {}
             }
@@ -76,14 +77,13 @@ pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut
             features: preset.value.get("features").map(settings).unwrap_or_default(),
         },
         None => {
-            let names: Vec<&str> = presets.iter().map(|preset| preset.key.as_str()).collect();
-            let help = match did_you_mean(name, names.iter().copied()) {
-                Some(meant) => format!("did you mean \"{meant}\"?"),
-                None if names.is_empty() => "this pipeline has no presets".to_owned(),
-                None => format!("the presets are {}", names.join(", ")),
-            };
+            let names = presets.iter().map(|preset| preset.key.as_str());
             let message = format!("there is no preset \"{name}\"");
-            diagnostics.push(Diagnostic::error(codes::UNKNOWN_PRESET, place, message).help(help));
+            let finding = Diagnostic::error(codes::UNKNOWN_PRESET, place, message);
+            diagnostics.push(finding.meant(name, names, Some(place), |names| match names {
+                [] => "this pipeline has no presets".to_owned(),
+                names => format!("the presets are {}", names.join(", ")),
+            }));
             Choice::default()
         }
     }
@@ -104,7 +104,7 @@ pub(super) fn check(
         let at = pointer_join("/presets", &preset.key);
         let values =
             |section: &str| preset.value.get(section).and_then(document::Value::entries).unwrap_or_default();
-        let is_free = |section: &str, name: &str| !values(section).iter().any(|entry| entry.key == name);
+        let is_there = |section: &str, name: &str| values(section).iter().any(|entry| entry.key == name);
         for entry in values("parameters").iter().filter(|entry| !is_chosen(entry)) {
             let pointer = pointer_join(&format!("{at}/parameters"), &entry.key);
             match parameters.get(&entry.key) {
@@ -114,11 +114,9 @@ pub(super) fn check(
                     });
                 }
                 None => {
+                    let taken = |name: &str| is_there("parameters", name);
                     let finding =
-                        setting::not_there("parameter", &entry.key, parameters.keys(), entry.key_span);
-                    let free =
-                        parameters.keys().map(String::as_str).filter(|name| is_free("parameters", name));
-                    let finding = finding.fix_name(entry.key_span, &entry.key, free);
+                        setting::not_there("parameter", &entry.key, parameters.keys(), entry.key_span, taken);
                     diagnostics.push(finding.pointer(pointer));
                 }
             }
@@ -128,9 +126,10 @@ pub(super) fn check(
             let finding = match features.get(&entry.key) {
                 Some(declaration) => setting::decode_feature(&entry.key, declaration, &entry.value).err(),
                 None => {
-                    let finding = setting::not_there("feature", &entry.key, features.keys(), entry.key_span);
-                    let free = features.keys().map(String::as_str).filter(|name| is_free("features", name));
-                    Some(Box::new(finding.fix_name(entry.key_span, &entry.key, free)))
+                    let taken = |name: &str| is_there("features", name);
+                    let finding =
+                        setting::not_there("feature", &entry.key, features.keys(), entry.key_span, taken);
+                    Some(Box::new(finding))
                 }
             };
             diagnostics.extend(finding.map(|finding| finding.pointer(pointer)));

@@ -1,6 +1,6 @@
 //! The target profiles that a pipeline claims.
 
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::Document;
 use crate::shader::TargetProfile;
 use crate::source::Span;
@@ -27,12 +27,11 @@ pub fn claimed_profiles(document: &Document, diagnostics: &mut Diagnostics) -> V
 /// A name that no profile has.
 pub fn profile_named(name: &str, place: Span) -> Result<TargetProfile, Diagnostic> {
     TargetProfile::from_name(name).ok_or_else(|| {
-        let help = did_you_mean(name, TargetProfile::NAMES).map_or_else(
-            || format!("the profiles are {}", TargetProfile::NAMES.join(", ")),
-            |meant| format!("did you mean \"{meant}\"?"),
-        );
-        Diagnostic::error(codes::UNKNOWN_PROFILE, place, format!("there is no profile \"{name}\""))
-            .help(help)
-            .fix_name(place, name, TargetProfile::NAMES)
+        Diagnostic::error(codes::UNKNOWN_PROFILE, place, format!("there is no profile \"{name}\"")).meant(
+            name,
+            TargetProfile::NAMES,
+            Some(place),
+            |names| format!("the profiles are {}", names.join(", ")),
+        )
     })
 }

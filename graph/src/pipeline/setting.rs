@@ -153,13 +153,20 @@ pub(super) fn features(
             (&feature.declaration.requires, true, "requires"),
             (&feature.declaration.excludes, false, "excludes"),
         ] {
-            for other in others {
-                let place = entries
-                    .iter()
-                    .find(|entry| entry.key == *name)
-                    .map_or(feature.place, |entry| entry.key_span);
+            for (at, other) in others.iter().enumerate() {
+                let entry = entries.iter().find(|entry| entry.key == *name);
+                let place = entry.map_or(feature.place, |entry| entry.key_span);
                 match is_on(other) {
-                    None => diagnostics.push(not_there("feature", other, declarations.keys(), place)),
+                    // What is wrong with a feature that is declared has its finding.
+                    None if declarations.contains_key(other) => {}
+                    None => {
+                        let written = entry.and_then(|entry| entry.value.get(words)?.elements()?.get(at));
+                        let place = written.map_or(place, |written| written.span);
+                        let taken = |name: &str| others.iter().any(|other| other == name);
+                        let finding = not_there("feature", other, declarations.keys(), place, taken);
+                        let pointer = document::pointer_join("/features", name);
+                        diagnostics.push(finding.pointer(format!("{pointer}/{words}/{at}")));
+                    }
                     Some(on) if on != wanted => diagnostics.push(
                         Diagnostic::error(
                             codes::FEATURE_CONFLICT,
@@ -197,6 +204,11 @@ fn groups(
             groups.entry(group).or_default().push(name);
         }
     }
+    let names: Vec<&str> = groups.keys().copied().collect();
+    let others = |group: &str| names.iter().copied().filter(|name| *name != group).collect::<Vec<_>>();
+    // A group lacks the feature whose own is misspelt.
+    let lonely = groups.iter().filter(|(_, members)| members.len() == 1);
+    let lacking: Vec<&str> = lonely.filter_map(|(group, _)| did_you_mean(group, others(group))).collect();
     for (group, members) in groups {
         // What is wrong with a member has its finding.
         if members.iter().any(|name| !features.contains_key(*name)) {
@@ -226,19 +238,26 @@ fn groups(
         };
         let message = match on.as_slice() {
             [_] if members.len() > 1 => continue,
+            [] if lacking.contains(&group) => continue,
             _ if members.len() == 1 => format!("\"{}\" is alone in the group \"{group}\"", members[0]),
             [] => format!("no feature of the group \"{group}\" is on"),
             [first, .., last] => format!("\"{first}\" and \"{last}\" of the group \"{group}\" are both on"),
             [_] => continue,
         };
-        let help = match members.as_slice() {
-            [_] => "give another feature the same \"one_of\", or remove it".to_owned(),
+        let finding = Diagnostic::error(codes::FEATURE_GROUP, place.place, message);
+        let mut finding = match members.as_slice() {
+            [alone] => {
+                let entry = entries.iter().find(|entry| entry.key == **alone);
+                let written = entry.and_then(|entry| Some(entry.value.get("one_of")?.span));
+                finding.meant(group, others(group), written, |_| {
+                    "give another feature the same \"one_of\", or remove it".to_owned()
+                })
+            }
             _ => {
                 let names: Vec<&str> = members.iter().map(|name| name.as_str()).collect();
-                format!("switch on exactly one of {}", names.join(", "))
+                finding.help(format!("switch on exactly one of {}", names.join(", ")))
             }
         };
-        let mut finding = Diagnostic::error(codes::FEATURE_GROUP, place.place, message).help(help);
         for entry in entries.iter().filter(|entry| members.contains(&&entry.key)) {
             finding = finding.related(entry.key_span, format!("one of \"{group}\""));
         }
@@ -254,7 +273,11 @@ fn unknown<'a>(
 ) {
     for setting in choice {
         if !known.clone().any(|name| *name == setting.name) {
-            diagnostics.push(not_there(what, &setting.name, known.clone(), setting.place));
+            // Another file may set it too.
+            let taken = |name: &str| {
+                choice.iter().any(|other| other.name == name && other.place.file == setting.place.file)
+            };
+            diagnostics.push(not_there(what, &setting.name, known.clone(), setting.place, taken));
         }
     }
 }
@@ -264,14 +287,13 @@ pub(super) fn not_there<'a>(
     name: &str,
     known: impl Iterator<Item = &'a String> + Clone,
     place: Span,
+    taken: impl Fn(&str) -> bool,
 ) -> Diagnostic {
     let finding = Diagnostic::error(codes::UNKNOWN_SETTING, place, format!("there is no {what} \"{name}\""));
-    let names: Vec<&str> = known.map(String::as_str).collect();
-    match did_you_mean(name, names.iter().copied()) {
-        Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
-        None if names.is_empty() => finding.help(format!("this pipeline has no {what}s")),
-        None => finding.help(format!("the {what}s are {}", names.join(", "))),
-    }
+    finding.meant_unless(name, known.map(String::as_str), Some(place), taken, |names| match names {
+        [] => format!("this pipeline has no {what}s"),
+        names => format!("the {what}s are {}", names.join(", ")),
+    })
 }
 
 pub(super) fn decode_parameter(

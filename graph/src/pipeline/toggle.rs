@@ -191,17 +191,14 @@ fn unknown(document: &Document, diagnostics: &mut Diagnostics) {
         if names.contains(&name) {
             continue;
         }
-        let help = match did_you_mean(name, names.iter().copied()) {
-            Some(meant) => format!("did you mean \"{meant}\"?"),
-            None if names.is_empty() => "declare it under \"toggles\"".to_owned(),
-            None => format!("the toggles are {}", list_of(names.iter().copied())),
-        };
         let message = format!("there is no toggle \"{name}\"");
-        let mut finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, value.span, message);
-        if name == text {
-            finding = finding.fix_name(value.span, name, names.iter().copied());
-        }
-        diagnostics.push(finding.pointer(format!("{pointer}/toggle")).help(help));
+        let finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, value.span, message);
+        let written = value.part(text.len() - name.len()..text.len());
+        let finding = finding.meant(name, names.iter().copied(), written, |names| match names {
+            [] => "declare it under \"toggles\"".to_owned(),
+            names => format!("the toggles are {}", list_of(names.iter().copied())),
+        });
+        diagnostics.push(finding.pointer(format!("{pointer}/toggle")));
     }
 }
 
@@ -390,6 +387,7 @@ impl Look<'_> {
         findings: &mut Diagnostics,
     ) -> Option<(ResourceHandle, Version)> {
         let environment = &self.said.environment;
+        let given = text;
         let text = match environment.interpolate(text, &self.shared.scope) {
             Ok(text) => text,
             Err(error) => {
@@ -411,13 +409,17 @@ impl Look<'_> {
             }
         };
         let Some(handle) = self.shared.find(&environment.resource(reference.resource)) else {
-            let names = self.shared.resources.iter().map(|resource| resource.name.as_str());
-            let help = match did_you_mean(reference.resource, names) {
-                Some(meant) => format!("did you mean \"{meant}\"?"),
-                None => "declare it under \"resources\"".to_owned(),
-            };
+            let resources = self.shared.resources.iter();
+            let names = resources.filter_map(|resource| environment.resource_inside(&resource.name));
             let message = format!("there is no resource \"{}\"", reference.resource);
-            findings.push(self.finding(codes::UNKNOWN_RESOURCE, place, message, help));
+            let finding = self.finding(codes::UNKNOWN_RESOURCE, place, message, "");
+            let written = place.of_quoted(given, 0..reference.resource.len());
+            let written = written.filter(|_| given.starts_with(reference.resource));
+            findings.push(
+                finding.meant(reference.resource, names, written, |_| {
+                    "declare it under \"resources\"".to_owned()
+                }),
+            );
             return None;
         };
         let back = environment.back(reference.resource).saturating_add(reference.back);

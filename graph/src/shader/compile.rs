@@ -17,7 +17,7 @@ use super::text_map::TextMap;
 use super::value::{AxisValue, AxisValues, describe};
 use super::wgsl;
 use super::wgsl_error::{Refusal, Stage};
-use crate::diagnostic::{Diagnostic, Place, did_you_mean};
+use crate::diagnostic::{Diagnostic, Place};
 use crate::source::Span as SourceSpan;
 
 /// One variant of a template, proven valid for a profile.
@@ -104,11 +104,11 @@ pub(crate) fn complete(
 pub(crate) fn unknown_axis(axes: &Axes, template: &str, name: &str, place: Place) -> Diagnostic {
     let finding =
         Diagnostic::error(codes::AXIS_UNKNOWN, place, format!("\"{template}\" has no axis \"{name}\""));
-    match did_you_mean(name, axes.names()) {
-        Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
-        None if axes.is_empty() => finding.help("it has no axes at all"),
-        None => finding.help(format!("its axes are {}", axes.names().collect::<Vec<_>>().join(", "))),
-    }
+    let written = finding.span();
+    finding.meant(name, axes.names(), written, |names| match names {
+        [] => "it has no axes at all".to_owned(),
+        names => format!("its axes are {}", names.join(", ")),
+    })
 }
 
 /// The values of those axes that are variables of the template.

@@ -15,7 +15,7 @@ use super::templates::{Template, TemplateSet};
 use super::text_map::{Origin, Segment, TextMap};
 use super::value::{AxisValue, AxisValues};
 use super::{codes, complexity, filters, guard, template_error};
-use crate::diagnostic::{Diagnostic, did_you_mean};
+use crate::diagnostic::Diagnostic;
 use crate::source::{FileId, Span};
 
 /// Steps of the template engine for one rendering.
@@ -260,12 +260,14 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
         if uses.iter().any(|found| found.bound) {
             continue;
         }
-        let Some((file, range)) = uses.into_iter().find_map(|found| Some((found.file, found.first?))) else {
+        let Some((file, range)) =
+            uses.iter().find_map(|found| Some((found.file, found.uses.first()?.clone())))
+        else {
             continue;
         };
         let finding = Diagnostic::error(
             codes::UNDECLARED_NAME,
-            Span::new(file, range),
+            Span::new(file, range.clone()),
             format!("\"{name}\" is no axis of \"{root}\" and is bound by nothing"),
         );
         if axes.and_then(|axes| axes.get(name)).is_some_and(|axis| axis.mode == AxisMode::Override) {
@@ -276,25 +278,31 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
             continue;
         }
         let names = axes.into_iter().flat_map(Axes::names).chain(filters::FUNCTIONS[..3].iter().copied());
-        findings.push(match did_you_mean(name, names) {
-            Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
-            None => {
-                finding.help("declare the axis beside the template, or inherit the template that declares it")
-            }
+        let mut finding = finding.meant(name, names, Some(Span::new(file, range)), |_| {
+            "declare the axis beside the template, or inherit the template that declares it".to_owned()
         });
+        // Another template that has the word may mean an axis of its own, and this one only where it is included.
+        let fix = finding.fix.take().filter(|_| uses.len() == 1);
+        let replacement = fix.and_then(|fix| Some(fix.edits.first()?.replacement.clone()));
+        for range in uses.iter().flat_map(|found| &found.uses) {
+            if let Some(replacement) = &replacement {
+                finding = finding.fix(Span::new(file, range.clone()), replacement);
+            }
+        }
+        findings.push(finding);
     }
     findings
 }
 
 struct NameUse {
     file: FileId,
-    first: Option<std::ops::Range<usize>>,
+    uses: Vec<std::ops::Range<usize>>,
     bound: bool,
 }
 
 fn find_name(template: &Template, name: &str) -> Option<NameUse> {
     const BINDING: &[&str] = &["set", "for", "macro", "call", "with", "import", "from"];
-    let mut found = NameUse { file: template.file, first: None, bound: false };
+    let mut found = NameUse { file: template.file, uses: Vec::new(), bound: false };
     for tag in &template.tags {
         let binds = tag.keyword(&template.text).is_some_and(|keyword| BINDING.contains(&keyword));
         let word = |at: usize| tag.words.get(at).and_then(|word| template.text.get(word.range.clone()));
@@ -302,14 +310,18 @@ fn find_name(template: &Template, name: &str) -> Option<NameUse> {
             if word(at) != Some(name) || (at > 0 && word(at - 1) == Some(".")) {
                 continue;
             }
+            // The name of an argument is no use of a variable.
+            let is_argument = tag.keyword(&template.text) != Some("set")
+                && word(at + 1) == Some("=")
+                && word(at + 2) != Some("=");
             if binds && is_target(at, &word) {
                 found.bound = true;
-            } else if found.first.is_none() {
-                found.first = Some(tag.words[at].range.clone());
+            } else if !is_argument {
+                found.uses.push(tag.words[at].range.clone());
             }
         }
     }
-    (found.bound || found.first.is_some()).then_some(found)
+    (found.bound || !found.uses.is_empty()).then_some(found)
 }
 
 /// Whether the word at an index of a binding tag is one that the tag binds.

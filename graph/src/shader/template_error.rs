@@ -8,6 +8,7 @@ use std::ops::Range;
 
 use minijinja::{Error, ErrorKind};
 
+use super::scan::WordKind;
 use super::templates::{Template, TemplateSet};
 use super::{codes, guard};
 use crate::diagnostic::{Code, Diagnostic, Place};
@@ -52,10 +53,16 @@ pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option
         return Diagnostic::error(code, place, message)
             .help("include it under a condition that ends, or not at all");
     } else {
-        describe(set, innermost)
+        describe(innermost)
     };
     let mut finding = Diagnostic::error(code, place, message);
     finding.help = help;
+    if let Some(name) = missing(innermost) {
+        let written =
+            placed.last().and_then(|(error, span)| string(set.templates.get(error.name()?)?, *span, name));
+        finding = finding
+            .meant(name, set.names(), written, |names| format!("the templates are {}", names.join(", ")));
+    }
     for (_, span) in placed.iter().rev().skip(1).take(8) {
         finding = finding.related(*span, "included from here");
     }
@@ -102,6 +109,22 @@ fn broken_include(set: &TemplateSet, error: &Error) -> Option<Diagnostic> {
     set.templates.get(quoted(error.detail()?)?)?.broken.clone()
 }
 
+/// The template that an error says does not exist.
+fn missing(error: &Error) -> Option<&str> {
+    quoted(error.detail()?).filter(|_| error.kind() == ErrorKind::TemplateNotFound)
+}
+
+/// Where a text stands, without its quotes, as the only such string of the tags at a place.
+fn string(template: &Template, place: Span, text: &str) -> Option<Span> {
+    let at = place.range();
+    let tags = template.tags.iter().filter(|tag| tag.range.start <= at.end && at.start < tag.range.end);
+    let words = tags.flat_map(|tag| &tag.words).filter(|word| word.kind == WordKind::Text);
+    let inside = words.map(|word| word.range.start + 1..word.range.end.saturating_sub(1));
+    let mut found = inside.filter(|range| template.text.get(range.clone()) == Some(text));
+    let first = found.next()?;
+    found.next().is_none().then(|| Span::new(template.file, first))
+}
+
 fn quoted(text: &str) -> Option<&str> {
     text.split(['"', '\'']).nth(1)
 }
@@ -120,7 +143,7 @@ fn recursive(placed: &[(&Error, Span)], place: Place) -> (String, Place) {
     ("a macro or a loop calls itself without end".to_owned(), place)
 }
 
-fn describe(set: &TemplateSet, error: &Error) -> (Code, String, Option<String>) {
+fn describe(error: &Error) -> (Code, String, Option<String>) {
     let detail = error.detail().map(str::to_owned);
     match error.kind() {
         _ if guard::is_limit(error) => {
@@ -128,13 +151,9 @@ fn describe(set: &TemplateSet, error: &Error) -> (Code, String, Option<String>) 
             (codes::TEMPLATE_LIMIT, format!("the template exceeds a limit: {what}"), None)
         }
         ErrorKind::TemplateNotFound => {
-            let name = detail.as_deref().and_then(quoted).unwrap_or_default();
-            let unknown = set.unknown(name, Place::Nowhere);
-            (
-                codes::INCLUDE_MISSING,
-                format!("\"{name}\" is included, but there is no such template"),
-                unknown.help,
-            )
+            let name = missing(error).unwrap_or_default();
+            let message = format!("\"{name}\" is included, but there is no such template");
+            (codes::INCLUDE_MISSING, message, None)
         }
         ErrorKind::UndefinedError => {
             let what = detail.unwrap_or_else(|| "a value is undefined".to_owned());

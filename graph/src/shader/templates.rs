@@ -17,7 +17,7 @@ use super::axes::{self, Axes};
 use super::permutations::Space;
 use super::scan::{Tag, scan};
 use super::{codes, filters, guard, render, template_error};
-use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::{FileId, Sources, Span};
 
 /// Templates by name, with their axes.
@@ -155,12 +155,17 @@ impl TemplateSet {
     pub(crate) fn unknown(&self, name: &str, place: impl Into<crate::diagnostic::Place>) -> Diagnostic {
         let finding =
             Diagnostic::error(codes::TEMPLATE_UNKNOWN, place, format!("there is no template \"{name}\""));
-        match did_you_mean(name, self.names()) {
-            Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
-            None => {
-                finding.help(format!("the templates are {}", self.names().collect::<Vec<_>>().join(", ")))
-            }
-        }
+        self.meant(finding, name, None)
+    }
+
+    /// Adds the template that was meant by a name to a finding at the name; nothing means the template `itself`.
+    fn meant(&self, finding: Diagnostic, name: &str, itself: Option<&str>) -> Diagnostic {
+        let written = finding.span();
+        let names = self.names().filter(|name| Some(*name) != itself);
+        finding.meant(name, names, written, |names| match names {
+            [] => "there is no other template".to_owned(),
+            names => format!("the templates are {}", names.join(", ")),
+        })
     }
 
     /// Checks how the texts fit together: side files without a template, inherited templates that do not exist,
@@ -224,8 +229,9 @@ impl TemplateSet {
             if self.templates.contains_key(other) {
                 conflicts.extend(own.inherit(&self.collect(other, done, findings)));
             } else {
-                let finding = self.unknown(other, *span);
-                findings.push(Diagnostic { code: codes::AXES_ORPHAN, ..finding });
+                let message = format!("there is no template \"{other}\"");
+                let finding = Diagnostic::error(codes::AXES_ORPHAN, *span, message);
+                findings.push(self.meant(finding, other, Some(name)));
             }
         }
         declaration.resolve(&mut own, findings);

@@ -33,7 +33,7 @@ use serde::Serialize;
 use crate::check::Checked;
 use crate::compiler::{Physical, why_apart};
 use crate::compose::Composed;
-use crate::diagnostic::{Diagnostic, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::pipeline::Choice;
 use crate::source::{Sources, Span};
 
@@ -198,9 +198,10 @@ pub fn why_memory(
 
 fn unknown(what: &str, name: &str, place: Span, known: &BTreeSet<String>) -> Box<Diagnostic> {
     let finding = Diagnostic::error(codes::UNKNOWN_NAME, place, format!("{what} \"{name}\""));
-    Box::new(match did_you_mean(name, known.iter().map(String::as_str)) {
-        Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
-        None => finding
-            .help(format!("the names are {}", crate::diagnostic::list_of(known.iter().map(String::as_str)))),
-    })
+    let known = known.iter().map(String::as_str);
+    Box::new(
+        finding.meant(name, known, Some(place), |known| {
+            format!("the names are {}", list_of(known.iter().copied()))
+        }),
+    )
 }

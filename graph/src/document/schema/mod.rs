@@ -118,13 +118,7 @@ impl<'a> Checker<'a, '_> {
                 Additional::None => {
                     let known: Vec<&str> =
                         properties.map(|properties| properties.keys().collect()).unwrap_or_default();
-                    // A key that is there already is not what was meant: the fix would make it stand twice.
-                    let free: Vec<&str> =
-                        known.iter().copied().filter(|name| value.get(name).is_none()).collect();
-                    let mut finding = unknown_key(entry, &known);
-                    finding.fix =
-                        unknown_key(entry, &free).fix.filter(|fix| Some(fix) == finding.fix.as_ref());
-                    self.push(finding, &at);
+                    self.push(unknown_key(entry, &known, entries), &at);
                 }
             }
         }
@@ -277,7 +271,7 @@ impl<'a> Checker<'a, '_> {
             (Some((_, branch)), None, _) => self.value(value, &branch.node, pointer, depth + 1),
             (None, _, Some(entry)) => {
                 let known: Vec<&str> = tagged.iter().map(|(tag, _)| *tag).collect();
-                self.push(unknown_key(entry, &known), &pointer.key(&entry.key));
+                self.push(unknown_key(entry, &known, entries), &pointer.key(&entry.key));
             }
             _ => {
                 let names: Vec<String> = tagged.iter().map(|(tag, _)| format!("\"{tag}\"")).collect();
@@ -301,32 +295,28 @@ impl<'a> Checker<'a, '_> {
     }
 }
 
-/// The finding for a key that is none of the known ones.
-pub fn unknown_key(entry: &Entry, known: &[&str]) -> Diagnostic {
+/// The finding for a key that is none of the known ones; `beside` are all members of its object.
+pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnostic {
     let finding =
         Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, format!("unknown key \"{}\"", entry.key));
-    match did_you_mean(&entry.key, known.iter().copied()) {
-        Some(meant) => {
-            let finding = finding.help(format!("did you mean \"{meant}\"?"));
-            finding.fix_name(entry.key_span, &entry.key, known.iter().copied())
-        }
-        None if known.is_empty() => finding.help("no keys are known here"),
-        None => finding.help(format!("the keys known here are {}", known.join(", "))),
-    }
+    // A key that is there already would stand twice.
+    let taken = |name: &str| beside.iter().any(|other| other.key == name);
+    let known = known.iter().copied();
+    finding.meant_unless(&entry.key, known, Some(entry.key_span), taken, |known| match known {
+        [] => "no keys are known here".to_owned(),
+        known => format!("the keys known here are {}", known.join(", ")),
+    })
 }
 
 /// The finding for a text that is none of the known words.
 pub fn unknown_word(value: &Value, words: &[&str]) -> Diagnostic {
     let found = value.text().map_or_else(|| value.kind_name().to_owned(), |text| format!("\"{text}\""));
     let finding = Diagnostic::error(codes::UNKNOWN_WORD, value.span, format!("{found} is not known here"));
-    match value.text().and_then(|text| did_you_mean(text, words.iter().copied())) {
-        Some(meant) => {
-            let finding = finding.help(format!("did you mean \"{meant}\"?"));
-            finding.fix_name(value.span, value.text().unwrap_or_default(), words.iter().copied())
-        }
-        None if words.len() <= 24 => finding.help(format!("known are {}", words.join(", "))),
-        None => finding.help("see the schema for the words known here"),
-    }
+    let text = value.text().unwrap_or_default();
+    finding.meant(text, words.iter().copied(), Some(value.span), |words| match words {
+        words if words.len() <= 24 => format!("known are {}", words.join(", ")),
+        _ => "see the schema for the words known here".to_owned(),
+    })
 }
 
 #[cfg(test)]

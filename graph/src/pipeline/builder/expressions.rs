@@ -3,7 +3,7 @@
 use super::PassBuilder;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::document;
-use crate::expression::{self, Expression, ExpressionError, Fault, Value};
+use crate::expression::{self, Expression, ExpressionError, Fault, UnknownName, Value};
 use crate::language::{Expr, Word};
 use crate::work::Deferred;
 
@@ -125,37 +125,88 @@ impl PassBuilder<'_> {
     }
 
     pub(super) fn expression_error(&mut self, error: &ExpressionError, pointer: &str) {
+        if error.unknown.as_deref().is_some_and(|unknown| self.report_misgiven(&unknown.name)) {
+            return;
+        }
+        let mut error = error.clone();
+        self.environment
+            .widen(&mut error, self.shared.resources.iter().map(|resource| resource.name.as_str()));
         let value = self.settings.nearest(pointer);
-        let raw = self.shared.sources_text(value.span);
-        let mut finding = expression_finding(error, value, &raw).pointer(self.absolute(pointer));
-        let names_toggle = |name: &String| error.message.contains(&format!("\"{name}\""));
-        if error.fault == Fault::UnknownName && self.shared.toggles.iter().any(names_toggle) {
+        let mut finding = expression_finding(&error, value, &self.absolute(pointer));
+        let is_toggle = |unknown: &UnknownName| self.shared.toggles.contains(&unknown.name);
+        if error.unknown.as_deref().is_some_and(is_toggle) {
+            finding.fix = None;
             finding = finding.help("expressions cannot see toggles, which change from frame to frame: give the pass \"toggle\", or make it a feature");
         }
         self.shared.diagnostics.push(finding);
     }
 }
 
+impl PassBuilder<'_> {
+    /// Reports that a name is an input which stands for nothing, where it is one.
+    pub(super) fn report_misgiven(&mut self, name: &str) -> bool {
+        let resources = self.shared.resources.iter().map(|resource| resource.name.as_str());
+        let finding = self.environment.misgiven(name, resources);
+        let is_it = finding.is_some();
+        self.shared.misgiven.extend(finding);
+        is_it
+    }
+}
+
 /// The finding of an error in an expression; the place is inside the string where it is written without escapes.
-pub(crate) fn expression_finding(error: &ExpressionError, value: &document::Value, raw: &str) -> Diagnostic {
-    let verbatim = value.text().is_some_and(|text| raw.len() == text.len() + 2);
-    let place = if verbatim && error.range != (0..0) {
-        let end = error.range.end.max(error.range.start + 1);
-        value.span.inside(error.range.start + 1..end + 1)
-    } else {
-        value.span
-    };
+pub(crate) fn expression_finding(
+    error: &ExpressionError,
+    value: &document::Value,
+    pointer: &str,
+) -> Diagnostic {
+    let (value, pointer) = faulty(error, value, pointer).unwrap_or((value, pointer.to_owned()));
+    let end = error.range.end.max(error.range.start + 1);
+    // What is missing at the end is missing at the closing quote.
+    let is_placed = error.range != (0..0) && value.part(0..0).is_some();
+    let place = is_placed.then(|| value.span.inside(error.range.start + 1..end + 1));
     let code = match error.fault {
         Fault::Syntax => codes::EXPRESSION_SYNTAX,
         Fault::UnknownName => codes::EXPRESSION_NAME,
         Fault::Type => codes::EXPRESSION_TYPE,
         Fault::Arithmetic => codes::EXPRESSION_ARITHMETIC,
     };
-    let finding = Diagnostic::error(code, place, error.message.clone());
-    finding.help(error.help.clone().unwrap_or_else(|| match error.fault {
-        Fault::Syntax => "expressions look like \"ceil(viewport.width / 16)\"".to_owned(),
-        Fault::UnknownName => "expressions know parameters, features, resources and viewport".to_owned(),
-        Fault::Type => "see `umbragraph explain UG0312` for the types of expressions".to_owned(),
-        Fault::Arithmetic => "guard the operation, with max(…, 1) for one".to_owned(),
-    }))
+    let finding =
+        Diagnostic::error(code, place.unwrap_or(value.span), error.message.clone()).pointer(pointer);
+    let help = || {
+        error.help.clone().unwrap_or_else(|| match error.fault {
+            Fault::Syntax => "expressions look like \"ceil(viewport.width / 16)\"".to_owned(),
+            Fault::UnknownName => "expressions know parameters, features, resources and viewport".to_owned(),
+            Fault::Type => "see `umbragraph explain UG0312` for the types of expressions".to_owned(),
+            Fault::Arithmetic => "guard the operation, with max(…, 1) for one".to_owned(),
+        })
+    };
+    match &error.unknown {
+        None => finding.help(help()),
+        Some(unknown) => {
+            let range = error.range.start..error.range.start + unknown.name.len();
+            // Inside a subgraph a name may be written in another way than it reads outside.
+            let is_written = value.text().and_then(|text| text.get(range.clone())) == Some(&unknown.name);
+            let written = value.part(range).filter(|_| is_written);
+            let known = unknown.known.iter().map(String::as_str);
+            finding.meant(&unknown.name, known, written, |_| help())
+        }
+    }
+}
+
+/// The string among the elements of a list of expressions that an unknown name stands in, with its pointer.
+fn faulty<'v>(
+    error: &ExpressionError,
+    value: &'v document::Value,
+    pointer: &str,
+) -> Option<(&'v document::Value, String)> {
+    let unknown = error.unknown.as_deref()?;
+    let elements = value.elements()?.iter().enumerate();
+    let mut found =
+        elements.map(|(at, element)| (element, format!("{pointer}/{at}"))).filter_map(|(element, at)| {
+            let has_it = element.text().is_some_and(|text| {
+                text.get(error.range.start..).is_some_and(|rest| rest.starts_with(&unknown.name))
+            });
+            if has_it { Some((element, at)) } else { faulty(error, element, &at) }
+        });
+    found.next()
 }

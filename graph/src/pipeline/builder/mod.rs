@@ -19,7 +19,7 @@ pub use parts::{Face, PartSettings};
 use super::environment::Environment;
 use super::load::Shared;
 use super::{Use, host_contract};
-use crate::diagnostic::{Code, Diagnostic, codes, did_you_mean};
+use crate::diagnostic::{Code, Diagnostic, codes};
 use crate::document;
 use crate::source::Span;
 use crate::work::Work;
@@ -68,22 +68,21 @@ impl PassBuilder<'_> {
         known: &[&str],
         otherwise: impl FnOnce() -> String,
     ) {
-        let help = did_you_mean(name, known.iter().copied())
-            .map_or_else(otherwise, |meant| format!("did you mean \"{meant}\"?"));
-        let mut finding =
-            Diagnostic::error(code, self.place(pointer), message).help(help).pointer(self.absolute(pointer));
+        let (place, at) = (self.place(pointer), self.absolute(pointer));
         let above = pointer.rsplit_once('/').map_or("", |(above, _)| above);
         let object = self.settings.nearest(above);
         let key = object.entry(name).filter(|_| document::pointer_join(above, name) == pointer);
-        // Inside a subgraph names are other ones than outside.
-        let reads_alike = |known: &&&str| self.environment.resource(known) == ***known;
-        if let Some(entry) = key {
-            let free = known.iter().filter(|known| object.get(known).is_none()).copied();
-            finding = finding.fix_name(entry.key_span, name, free);
-        } else if self.settings.nearest(pointer).text() == Some(name) {
-            let known = known.iter().filter(reads_alike).copied();
-            finding = finding.fix_name(self.place(pointer), name, known);
-        }
+        let value = self.settings.nearest(pointer);
+        let written = match (key, value.text()) {
+            (Some(entry), _) => Some(entry.key_span),
+            (None, Some(text)) if text == name => Some(value.span),
+            // A reference, perhaps to a version.
+            (None, Some(text)) if text.starts_with(&format!("{name}@")) => value.part(0..name.len()),
+            _ => None,
+        };
+        let taken = |known: &str| key.is_some() && object.get(known).is_some();
+        let finding = Diagnostic::error(code, place, message).pointer(at);
+        let finding = finding.meant_unless(name, known.iter().copied(), written, taken, |_| otherwise());
         self.shared.diagnostics.push(finding);
     }
 

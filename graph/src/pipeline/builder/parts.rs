@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::PassBuilder;
 use crate::compiler::{format_name, parse_format};
-use crate::diagnostic::{codes, did_you_mean};
+use crate::diagnostic::codes;
 use crate::language::{Expr, TextureDeclaration, Word};
 use crate::pipeline::{Aspect, Part, Run, Usage};
 use crate::work::ResourceHandle;
@@ -149,12 +149,10 @@ impl PassBuilder<'_> {
     pub fn format(&mut self, name: &str, pointer: &str) -> Option<wgpu_types::TextureFormat> {
         let found = parse_format(name);
         if found.is_none() {
-            let known = KNOWN_VIEWS.iter().copied();
-            let help = did_you_mean(name, known).map_or_else(
-                || "formats have the names of the WebGPU specification".to_owned(),
-                |meant| format!("did you mean \"{meant}\"?"),
-            );
-            self.report(codes::FORMAT_UNKNOWN, pointer, format!("\"{name}\" is no texture format"), help);
+            let message = format!("\"{name}\" is no texture format");
+            self.report_unknown(codes::FORMAT_UNKNOWN, pointer, message, name, KNOWN_VIEWS, || {
+                "formats have the names of the WebGPU specification".to_owned()
+            });
         }
         found
     }

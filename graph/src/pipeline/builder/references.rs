@@ -101,8 +101,14 @@ impl PassBuilder<'_> {
             return None;
         }
         let Some(handle) = found else {
-            let names: Vec<String> =
-                self.shared.resources.iter().map(|resource| resource.name.clone()).collect();
+            if self.report_misgiven(reference.resource) {
+                return None;
+            }
+            let resources = self.shared.resources.iter();
+            let inside = |resource: &crate::pipeline::Resource| {
+                self.environment.resource_inside(&resource.name).map(str::to_owned)
+            };
+            let names: Vec<String> = resources.filter_map(inside).collect();
             let names: Vec<&str> = names.iter().map(String::as_str).collect();
             let message = format!("there is no resource \"{}\"", reference.resource);
             self.report_unknown(

@@ -3,8 +3,8 @@
 use wgpu_types::VertexAttribute;
 
 use super::PassBuilder;
-use crate::diagnostic::{codes, did_you_mean, list_of};
-use crate::pipeline::host_contract::{compatible, format_name, parse_format};
+use crate::diagnostic::{codes, list_of};
+use crate::pipeline::host_contract::{KNOWN_VERTEX_FORMATS, compatible, format_name, parse_format};
 use crate::shader::{Stage, VertexInput};
 use crate::work::ProgramHandle;
 
@@ -33,12 +33,11 @@ impl PassBuilder<'_> {
             let here = format!("{pointer}/{at}");
             let Some(parsed) = parse_format(format) else {
                 let message = format!("\"{format}\" is no vertex format");
-                self.report(
-                    codes::HOST_CONTRACT,
-                    &format!("{here}/format"),
-                    message,
-                    "vertex formats have the names of the WebGPU specification, such as \"float32x3\"",
-                );
+                let (at, known) = (format!("{here}/format"), KNOWN_VERTEX_FORMATS);
+                self.report_unknown(codes::HOST_CONTRACT, &at, message, format, known, || {
+                    "vertex formats have the names of the WebGPU specification, such as \"float32x3\""
+                        .to_owned()
+                });
                 sound = false;
                 continue;
             };
@@ -46,13 +45,12 @@ impl PassBuilder<'_> {
             end = end.max(offset + parsed.size());
             let Some(input) = inputs.iter().find(|input| input.name == *name) else {
                 let names: Vec<&str> = inputs.iter().map(|input| input.name.as_str()).collect();
-                let help = match did_you_mean(name, names.iter().copied()) {
-                    Some(meant) => format!("did you mean \"{meant}\"?"),
-                    None if names.is_empty() => "its vertex stage reads no attributes".to_owned(),
-                    None => format!("it reads {}", list_of(names)),
-                };
                 let message = format!("the shader reads no attribute \"{name}\"");
-                self.report(codes::UNKNOWN_BINDING, &format!("{here}/name"), message, help);
+                let at = format!("{here}/name");
+                self.report_unknown(codes::UNKNOWN_BINDING, &at, message, name, &names, || match &*names {
+                    [] => "its vertex stage reads no attributes".to_owned(),
+                    names => format!("it reads {}", list_of(names.iter().copied())),
+                });
                 sound = false;
                 continue;
             };

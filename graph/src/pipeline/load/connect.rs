@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::Shared;
 use crate::data::ValueType;
-use crate::diagnostic::{Diagnostic, codes, did_you_mean, list_of};
+use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::pipeline::{Pass, ResourceKind, binding};
 use crate::source::Span;
 use crate::work::{BoundSlot, ProgramHandle, ResourceHandle, SlotSource, Work};
@@ -58,21 +58,17 @@ pub(super) fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>,
     check_expected(shared);
     for (resource, (place, pointer)) in unpublished {
         let name = shared.resources[resource.index()].name.clone();
-        let published: Vec<&str> = shared
+        let published = shared
             .resources
             .iter()
             .filter(|resource| !matches!(resource.kind, ResourceKind::Data(None)))
-            .map(|resource| resource.name.as_str())
-            .collect();
-        let help = match did_you_mean(&name, published.iter().copied()) {
-            Some(meant) => format!("did you mean \"{meant}\"?"),
-            None => "a host pass, such as a cascade fit, has to publish it".to_owned(),
-        };
+            .map(|resource| resource.name.as_str());
         let message = format!("no pass publishes the data \"{name}\"");
-        let mut finding = Diagnostic::error(codes::NOT_PUBLISHED, place, message).help(help).pointer(pointer);
-        if shared.sources.text(place) == format!("\"{name}\"") {
-            finding = finding.fix_name(place, &name, published);
-        }
+        let written = (shared.sources.text(place) == format!("\"{name}\"")).then_some(place);
+        let finding = Diagnostic::error(codes::NOT_PUBLISHED, place, message).pointer(pointer);
+        let finding = finding.meant(&name, published, written, |_| {
+            "a host pass, such as a cascade fit, has to publish it".to_owned()
+        });
         shared.diagnostics.push(finding);
     }
 }

@@ -16,17 +16,15 @@ use super::expand::Expander;
 use super::modules::Modules;
 use super::profiles::claimed_profiles;
 use super::{Choice, Pass, Pipeline, Resource, ResourceKind, StaticScope, history, preset, setting, toggle};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes, list_of};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::draw::check_host;
-use crate::expression::{Expression, Value};
 use crate::language::{GeometryDeclaration, PassCommon, PipelineDeclaration, ResourceDeclaration};
 use crate::node::Registry;
 use crate::shader::{TargetProfile, TemplateSet};
-use crate::source::{Sources, Span};
+use crate::source::Sources;
 use crate::work::PassHandle;
 use connect::connect;
-use names::unknown_pass;
 use versions::{check_versions, is_absent, is_gap, uncertain};
 
 /// Makes the pipeline that a document describes, in the configuration that `choice` names.
@@ -115,6 +113,7 @@ pub(crate) fn load_sharing(
         modules: std::mem::take(modules),
         refused: BTreeSet::new(),
         expected: Vec::new(),
+        misgiven: Diagnostics::new(),
         templates: templates.clone(),
         profile: profile.clone(),
         diagnostics: Diagnostics::new(),
@@ -179,6 +178,7 @@ pub(crate) fn load_sharing(
         let Some(node) = registry.get(&kind.key) else { continue };
         // Findings of an instance carry the places where it is used; those of its pass alone are collected first.
         let outer = std::mem::take(&mut shared.diagnostics);
+        let misgiven = shared.misgiven.len();
         let mut builder = PassBuilder {
             name: &instance.name,
             settings: &entry.value,
@@ -196,7 +196,7 @@ pub(crate) fn load_sharing(
         };
         let uses = std::mem::take(&mut builder.uses);
         let own = std::mem::replace(&mut shared.diagnostics, outer);
-        let sound = !own.has_errors();
+        let sound = !own.has_errors() && shared.misgiven.len() == misgiven;
         shared.report_from(own, environment);
         match (present, produced) {
             (Some(false), _) => {
@@ -243,9 +243,9 @@ pub(crate) fn load_sharing(
             let value = entry.value.nearest(&format!("/after/{position}"));
             let name = match environment.interpolate(written, &shared.scope) {
                 Ok(name) => environment.pass(&name),
-                Err(error) => {
-                    let raw = shared.sources_text(value.span);
-                    shared.diagnostics.push(expression_finding(&error, value, &raw).pointer(pointer));
+                Err(mut error) => {
+                    environment.widen(&mut error, std::iter::empty());
+                    shared.diagnostics.push(expression_finding(&error, value, &pointer));
                     continue;
                 }
             };
@@ -259,12 +259,14 @@ pub(crate) fn load_sharing(
                     .collect(),
             };
             if members.is_empty() && !is_absent(&absent, &name) && !is_gap(&gaps, &name) {
-                let all: Vec<String> = instances.iter().map(|instance| instance.name.clone()).collect();
-                let mut finding = unknown_pass(&name, &all, value.span);
-                if *written == name {
-                    finding = finding.fix_name(value.span, &name, all.iter().map(String::as_str));
-                }
-                shared.diagnostics.push(finding.pointer(pointer));
+                let message = format!("there is no pass \"{name}\"");
+                let finding = Diagnostic::error(codes::UNKNOWN_PASS, value.span, message).pointer(pointer);
+                let all = instances.iter().filter_map(|instance| environment.pass_inside(&instance.name));
+                let known_as = environment.pass_inside(&name).unwrap_or(&name);
+                let written = (written == known_as).then_some(value.span);
+                shared.diagnostics.push(finding.meant(known_as, all, written, |names| {
+                    format!("the passes are {}", list_of(names.iter().copied()))
+                }));
             }
             passes[at].after.extend(members.into_iter().map(|index| PassHandle(index as u32)));
         }
@@ -274,6 +276,7 @@ pub(crate) fn load_sharing(
     let bypasses = toggle::connect(&said, &mut passes, &toggles, &mut uncertain, &mut shared);
     check_versions(&passes, &absent, &gaps, &mut shared);
     diagnostics.extend(shared.diagnostics);
+    diagnostics.extend(shared.misgiven);
     *modules = shared.modules;
     let pipeline = Pipeline {
         name: document.root.get("name").and_then(document::Value::text).unwrap_or_default().to_owned(),
@@ -338,25 +341,4 @@ fn take_apart<'a>(entry: &'a Entry, registry: &Registry) -> Option<(&'a Entry, P
         .map(|member| (member.key.clone(), member.value.to_json()))
         .collect();
     Some((kind, serde_json::from_value(common.into()).ok()?))
-}
-
-/// Evaluates an expression in any scope and reports what is wrong with it.
-pub(crate) fn evaluate_at(
-    expression: &Expression,
-    scope: &dyn crate::expression::Scope,
-    place: Span,
-    pointer: &str,
-    sources: &Sources,
-    diagnostics: &mut Diagnostics,
-) -> Option<Value> {
-    match crate::expression::evaluate(expression, scope) {
-        Ok(value) => Some(value),
-        Err(error) => {
-            let raw = sources.text(place);
-            let text = raw.trim_matches('"').to_owned();
-            let value = document::Value { span: place, kind: document::Kind::Text(text) };
-            diagnostics.push(expression_finding(&error, &value, raw).pointer(pointer));
-            None
-        }
-    }
 }

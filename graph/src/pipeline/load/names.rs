@@ -1,8 +1,7 @@
 //! Names: what can be one, and what to say of one that is not known.
 
-use crate::diagnostic::{Diagnostic, codes, did_you_mean, list_of};
+use crate::diagnostic::{Diagnostic, codes};
 use crate::document::Entry;
-use crate::source::Span;
 
 /// Names that are no parameters or features, because expressions know them already.
 pub(in crate::pipeline) const RESERVED: &[&str] = &["viewport", "true", "false"];
@@ -23,12 +22,4 @@ pub(in crate::pipeline) fn is_name(name: &str) -> bool {
 pub(in crate::pipeline) fn bad_name(entry: &Entry) -> Diagnostic {
     Diagnostic::error(codes::BAD_NAME, entry.key_span, format!("\"{}\" cannot be a name here", entry.key))
         .help("a name starts with a letter, goes on with letters, digits and underscores, and is no word of the expression language")
-}
-
-pub(super) fn unknown_pass(name: &str, names: &[String], place: Span) -> Diagnostic {
-    let finding = Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no pass \"{name}\""));
-    match did_you_mean(name, names.iter().map(String::as_str)) {
-        Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
-        None => finding.help(format!("the passes are {}", list_of(names.iter().map(String::as_str)))),
-    }
 }

@@ -5,9 +5,9 @@ use std::sync::Arc;
 
 use super::has_word;
 use crate::data::ValueType;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document;
-use crate::expression::{Expression, ExpressionError, ExpressionKind, Fault, Scope as _};
+use crate::expression::{Expression, ExpressionError, ExpressionKind, Scope as _, unknown_name};
 use crate::language::GeometryDeclaration;
 use crate::pipeline::environment::Environment;
 use crate::pipeline::modules::Modules;
@@ -23,6 +23,9 @@ pub(in crate::pipeline) struct Expected {
     pub(in crate::pipeline) place: Span,
     pub(in crate::pipeline) pointer: String,
 }
+
+/// The names that expressions have for the viewport.
+const VIEWPORT: &[&str] = &["viewport", "viewport.width", "viewport.height"];
 
 /// What all passes of one pipeline share while they are declared.
 pub(in crate::pipeline) struct Shared {
@@ -40,6 +43,8 @@ pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) templates: Arc<TemplateSet>,
     pub(in crate::pipeline) profile: TargetProfile,
     pub(in crate::pipeline) diagnostics: Diagnostics,
+    /// Findings about what subgraphs are given; they stand where the subgraph is used.
+    pub(in crate::pipeline) misgiven: Diagnostics,
     pub(super) sources: Sources,
     /// What host passes read of one another.
     pub(in crate::pipeline) expected: Vec<Expected>,
@@ -97,10 +102,6 @@ impl Shared {
         }
     }
 
-    pub(in crate::pipeline) fn sources_text(&self, span: Span) -> String {
-        self.sources.text(span).to_owned()
-    }
-
     /// Whether the text of a template, or of any that it could include, has the word: a binding that this variant does
     /// not have, another may.
     pub(in crate::pipeline) fn is_mentioned(&self, template: &str, word: &str) -> bool {
@@ -131,21 +132,16 @@ impl Shared {
             ExpressionKind::Name(name) => {
                 let head = name.rsplit_once('.').map_or(name.as_str(), |(head, _)| head);
                 let known = self.scope.lookup(name).is_some()
-                    || matches!(name.as_str(), "viewport" | "viewport.width" | "viewport.height")
+                    || VIEWPORT.contains(&name.as_str())
                     || self.find(name).is_some()
                     || self.find(head).is_some()
                     || self.broken_settings.contains(name);
                 (!known).then(|| {
-                    let mut names = self.scope.names();
-                    names.extend(self.resources.iter().map(|resource| resource.name.clone()));
-                    names.push("viewport".to_owned());
-                    ExpressionError {
-                        range: expression.range.clone(),
-                        fault: Fault::UnknownName,
-                        message: format!("there is no \"{name}\""),
-                        help: did_you_mean(name, names.iter().map(String::as_str))
-                            .map(|meant| format!("did you mean \"{meant}\"?")),
+                    let mut error = unknown_name(name, expression.range.clone(), &self.scope);
+                    if let Some(unknown) = &mut error.unknown {
+                        unknown.known.extend(VIEWPORT.iter().map(|name| (*name).to_owned()));
                     }
+                    error
                 })
             }
             ExpressionKind::Unary(_, a) => self.unknown_name(a),

@@ -3,7 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use super::Shared;
-use crate::diagnostic::{Diagnostic, codes, did_you_mean, list_of};
+use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::document::Entry;
 use crate::pipeline::{History, Pass, ResourceKind, Version};
 use crate::work::ResourceHandle;
@@ -32,16 +32,27 @@ pub(super) fn check_versions(
             }
             let why = if is_absent(absent, writer) { ", which is switched off here" } else { "" };
             let message = format!("no pass \"{writer}\" writes \"{resource}\"{why}");
-            let help = match did_you_mean(writer, writers.iter().copied()) {
-                Some(meant) => format!("did you mean \"{resource}@{meant}\"?"),
-                None if writers.is_empty() => format!("nothing writes \"{resource}\""),
-                None => format!("it is written by {}", list_of(writers.iter().copied())),
-            };
-            shared.diagnostics.push(
-                Diagnostic::error(codes::UNKNOWN_PASS, one.place, message).help(help).pointer(&one.pointer),
-            );
+            // Names as they are inside of the subgraph where the version is written.
+            let inside = |name: &str| pass.environment.pass_inside(name).unwrap_or_default().to_owned();
+            let names: Vec<String> = writers.iter().map(|name| inside(name)).collect();
+            let name = inside(writer);
+            let written = version_in(shared.sources.text(one.place), &name);
+            let written = written.map(|range| one.place.inside(range));
+            let finding = Diagnostic::error(codes::UNKNOWN_PASS, one.place, message).pointer(&one.pointer);
+            let known = names.iter().map(String::as_str).filter(|name| !name.is_empty());
+            shared.diagnostics.push(finding.meant(&name, known, written, |_| match writers.len() {
+                0 => format!("nothing writes \"{resource}\""),
+                _ => format!("it is written by {}", list_of(writers.iter().copied())),
+            }));
         }
     }
+}
+
+/// Where the pass of a version stands in the text of a reference with its quotes; nowhere if it is computed.
+fn version_in(raw: &str, pass: &str) -> Option<std::ops::Range<usize>> {
+    let at = raw.find('@')? + 1;
+    let end = raw.len().checked_sub(1)?;
+    (raw.get(at..end)? == pass).then_some(at..end)
 }
 
 /// Whether a pass is, or comes of, one that is switched off.

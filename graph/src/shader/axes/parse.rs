@@ -6,7 +6,7 @@
 
 use super::condition::Condition;
 use super::{Axes, Axis, AxisKind, AxisMode, Constraint, Rule};
-use crate::diagnostic::{Diagnostic, Diagnostics, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::document::schema::{unknown_key, unknown_word};
 use crate::document::{Entry, Value};
 use crate::shader::codes;
@@ -99,10 +99,11 @@ fn read_condition(written: &WrittenCondition, axes: &Axes) -> Result<Condition, 
                 written.text
             ),
         );
-        return Err(Box::new(match did_you_mean(name, axes.names()) {
-            Some(meant) => finding.help(format!("did you mean \"{meant}\"?")),
-            None => finding.help("declare the axis here, or inherit the template that declares it"),
-        }));
+        let at = written.text.find(name).unwrap_or_default();
+        let span = written.span.of_quoted(&written.text, at..at + name.len());
+        return Err(Box::new(finding.meant(name, axes.names(), span, |_| {
+            "declare the axis here, or inherit the template that declares it".to_owned()
+        })));
     };
     Condition::read(&written.text, axis)
         .map_err(|message| Box::new(Diagnostic::error(codes::AXIS_DECLARATION, written.span, message)))
@@ -163,7 +164,7 @@ impl Reader<'_> {
                         self.constraint(constraint);
                     }
                 }
-                _ => self.diagnostics.push(unknown_key(entry, KEYS)),
+                _ => self.diagnostics.push(unknown_key(entry, KEYS, root.entries().unwrap_or_default())),
             }
         }
     }
@@ -181,7 +182,7 @@ impl Reader<'_> {
         }
         for member in self.entries(&entry.value, "an axis") {
             if !KEYS.contains(&member.key.as_str()) {
-                self.diagnostics.push(unknown_key(member, KEYS));
+                self.diagnostics.push(unknown_key(member, KEYS, entry.value.entries().unwrap_or_default()));
             }
         }
         if entry.value.entries().is_none() {
@@ -342,7 +343,7 @@ impl Reader<'_> {
         const KEYS: &[&str] = &["when", "requires", "excludes", "one_of", "description"];
         for entry in self.entries(value, "a constraint") {
             if !KEYS.contains(&entry.key.as_str()) {
-                self.diagnostics.push(unknown_key(entry, KEYS));
+                self.diagnostics.push(unknown_key(entry, KEYS, value.entries().unwrap_or_default()));
             }
         }
         if value.entries().is_none() {

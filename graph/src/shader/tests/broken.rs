@@ -7,7 +7,7 @@
 use std::fmt::Write as _;
 
 use super::Fixture;
-use crate::diagnostic::{Diagnostics, Place};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, fix};
 use crate::shader::TargetProfile;
 use crate::shader::permutations::{Options, Request, check};
 
@@ -57,19 +57,52 @@ fn describe(fixture: &Fixture, findings: &Diagnostics) -> String {
     text
 }
 
-fn found(case: &Case<'_>) -> String {
-    let files: Vec<(&str, &str)> = case.files.iter().map(|(name, text)| (*name, text.as_str())).collect();
+fn check_case(files: &[(&str, String)], profiles: &[TargetProfile]) -> (Fixture, Diagnostics) {
+    let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, text.as_str())).collect();
     let fixture = Fixture::new(&files);
     let mut findings = fixture.findings.clone();
     let options = Options { report_dead: true, ..Options::default() };
-    let outcome = check(
-        &fixture.set,
-        &[Request::all("main.wgsl.jinja", &case.profiles).with_one_interface()],
-        &options,
-    );
-    findings.extend(outcome.findings);
+    let request = Request::all("main.wgsl.jinja", profiles).with_one_interface();
+    findings.extend(check(&fixture.set, &[request], &options).findings);
     findings.sort();
+    (fixture, findings)
+}
+
+fn found(case: &Case<'_>) -> String {
+    let (fixture, findings) = check_case(&case.files, &case.profiles);
     describe(&fixture, &findings)
+}
+
+#[test]
+fn a_name_that_was_meant_is_written_by_the_fix() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/shader/tests/broken");
+    let mut without = Vec::new();
+    for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let case = read(&text);
+        let (fixture, findings) = check_case(&case.files, &case.profiles);
+        for finding in &findings {
+            let fixed = fix::apply([finding], &fixture.sources, |_| true);
+            if finding.help.as_deref().is_some_and(|help| help.starts_with("did you mean"))
+                && fixed.is_empty()
+            {
+                without.push(path.file_stem().unwrap().to_string_lossy().into_owned());
+            }
+            if fixed.is_empty() {
+                continue;
+            }
+            let mut files = case.files.clone();
+            for one in fixed {
+                files.iter_mut().find(|(name, _)| *name == one.name).unwrap().1 = one.text;
+            }
+            let is_it = |other: &Diagnostic| (other.code, &other.message) == (finding.code, &finding.message);
+            let (_, after) = check_case(&files, &case.profiles);
+            assert!(!after.iter().any(is_it), "{}: {}", path.display(), finding.message);
+        }
+    }
+    without.sort();
+    // In WGSL the declaration may be what is misspelt.
+    assert_eq!(without, ["struct_member"]);
 }
 
 #[test]

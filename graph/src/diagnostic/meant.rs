@@ -1,0 +1,139 @@
+//! What a misspelt name was meant to be: the help that proposes it, and the fix that writes it.
+//!
+//! All findings about a name that is none of those known take one way, [`Diagnostic::meant`]: the closest known name is
+//! the help; where no other is as close, and it is known where the name is written, putting it there is the fix.
+//!
+//! Limits: names longer than 64 bytes are not compared; a known name that JSON would have to escape is help only.
+
+use super::Diagnostic;
+use crate::source::Span;
+
+const MAXIMUM_NAME: usize = 64;
+
+impl Diagnostic {
+    /// Adds the way out of a `name` that is none of `known`: the one that was probably meant, else what `otherwise` says
+    /// of the known ones.
+    ///
+    /// `written` is where the name stands, as it is or in quotes; where it is neither (it is computed, or has escapes)
+    /// there is no fix.
+    #[must_use]
+    pub fn meant<'a>(
+        self,
+        name: &str,
+        known: impl IntoIterator<Item = &'a str>,
+        written: Option<Span>,
+        otherwise: impl FnOnce(&[&'a str]) -> String,
+    ) -> Self {
+        self.meant_unless(name, known, written, |_| false, otherwise)
+    }
+
+    /// The same for a name that can be written once only, as the key of an object: what is `taken` is not written again.
+    #[must_use]
+    pub fn meant_unless<'a>(
+        self,
+        name: &str,
+        known: impl IntoIterator<Item = &'a str>,
+        written: Option<Span>,
+        taken: impl Fn(&str) -> bool,
+        otherwise: impl FnOnce(&[&'a str]) -> String,
+    ) -> Self {
+        let known: Vec<&str> = known.into_iter().collect();
+        let Some(meant) = did_you_mean(name, known.iter().copied()) else {
+            return self.help(otherwise(&known));
+        };
+        let finding = self.help(format!("did you mean \"{meant}\"?"));
+        let replacement = written.and_then(|span| match span.range().len().checked_sub(name.len())? {
+            0 => Some((span, meant.to_owned())),
+            2 => Some((span, format!("\"{meant}\""))),
+            _ => None,
+        });
+        // A name with an escape would be another text in JSON.
+        let is_plain = !meant.contains(['"', '\\']) && !meant.contains(char::is_control);
+        let is_sure = is_plain && !taken(meant) && surely_meant(name, known.iter().copied()) == Some(meant);
+        match replacement {
+            Some((span, text)) if is_sure => finding.fix(span, text),
+            _ => finding,
+        }
+    }
+}
+
+/// The closest of `candidates` to a misspelt `name`, where one is close enough to be meant.
+///
+/// Distance is Damerau–Levenshtein on the names as written; a candidate is close when it is within a third of the
+/// longer name's length (at least one edit). Ties go to the alphabetically first.
+pub fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    distances(name, candidates).min().map(|(_, candidate)| candidate)
+}
+
+/// The same, or `None` where two candidates are equally close: only what this gives is fit for a fix.
+pub fn surely_meant<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let mut close: Vec<(usize, &str)> = distances(name, candidates).collect();
+    close.sort_unstable();
+    close.dedup();
+    match close.as_slice() {
+        [first, second, ..] if first.0 == second.0 => None,
+        [first, ..] => Some(first.1),
+        [] => None,
+    }
+}
+
+/// The candidates that are close enough, with their distances.
+fn distances<'a>(
+    name: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> impl Iterator<Item = (usize, &'a str)> {
+    let lower = name.to_lowercase();
+    let (bytes, characters) = (name.len(), name.chars().count());
+    candidates
+        .into_iter()
+        // Longer names are not typed by people, and the distance costs the product of the lengths.
+        .filter(move |candidate| {
+            bytes.max(candidate.len()) <= MAXIMUM_NAME && candidate.len().abs_diff(bytes) <= MAXIMUM_NAME / 3
+        })
+        .filter_map(move |candidate| {
+            let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());
+            let allowed = (characters.max(candidate.chars().count()) / 3).max(1);
+            (distance <= allowed).then_some((distance, candidate))
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnostic::codes;
+    use crate::source::Sources;
+
+    #[test]
+    fn what_is_as_close_as_another_is_no_fix() {
+        assert_eq!(surely_meant("color_c", ["color_a", "color_b"]), None);
+        assert_eq!(surely_meant("colr", ["color", "colder"]), Some("color"));
+    }
+
+    #[test]
+    fn a_close_name_is_proposed_and_a_far_one_is_not() {
+        let names = ["format", "layers", "size"];
+        assert_eq!(did_you_mean("fromat", names), Some("format"));
+        assert_eq!(did_you_mean("Size", names), Some("size"));
+        assert_eq!(did_you_mean("colour", names), None);
+    }
+
+    #[test]
+    fn the_one_closest_name_is_written_where_the_name_stands_and_nowhere_else() {
+        let file = Sources::new().add("a", "\"frist@show\" first {frist}");
+        let names = ["first", "second"];
+        let finding = |range: std::ops::Range<usize>, names: &[&'static str], taken: &str| {
+            let finding = Diagnostic::error(codes::UNKNOWN_KEY, Span::new(file, range.clone()), "x");
+            let written = Some(Span::new(file, range));
+            let names = names.iter().copied();
+            let finding =
+                finding.meant_unless("frist", names, written, |one| one == taken, |_| String::new());
+            assert_eq!(finding.help.as_deref(), Some("did you mean \"first\"?"));
+            finding.fix.map(|fix| fix.edits[0].replacement.clone())
+        };
+        assert_eq!(finding(1..6, &names, "").as_deref(), Some("first"));
+        assert_eq!(finding(19..26, &names, "").as_deref(), Some("\"first\""), "as long as with quotes");
+        assert_eq!(finding(0..12, &names, ""), None, "more than the name");
+        assert_eq!(finding(1..6, &names, "first"), None, "it is there already");
+        assert_eq!(finding(1..6, &["first", "frost"], ""), None, "two are as close");
+    }
+}
