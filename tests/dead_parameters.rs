@@ -43,7 +43,7 @@ fn effect(plan: &Plan) -> String {
                     let _ = writeln!(text, "{:?} {sizes:?}", data.views());
                 }
             }
-            Work::Compute(_) | Work::Copy(_) | Work::Transfer(_) => {}
+            Work::Compute(_) | Work::Transfer(_) => {}
         }
     }
     text

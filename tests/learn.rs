@@ -28,7 +28,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 19, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 20, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -231,6 +231,21 @@ fn depth_stencil_and_faces_are_parts_of_their_own() {
     assert_eq!(plan.culled.len(), 1, "nothing sees the western face");
     assert!(plan.passes.iter().all(|pass| pass.depth.is_none()));
     assert_eq!(plan.textures[0].view_format, Some(TextureFormat::Rgba8UnormSrgb));
+}
+
+#[test]
+fn copies_join_boxes_mips_and_aspects() {
+    use umbragraph::compiler::PlannedCopy;
+    let outcome = lesson("20-copies");
+    let copies = |name: &str| {
+        let pass = outcome.plan().passes.iter().find(|pass| pass.name == name);
+        pass.map(|pass| pass.copies.clone()).unwrap_or_default()
+    };
+    let [PlannedCopy::Texels { from, to, extent }] = copies("window")[..] else { panic!("one box") };
+    assert_eq!((from.at, to.at, extent), ([0, 16, 0], [320, 240, 0], [64, 32, 1]));
+    assert_eq!(copies("keep").len(), 2, "one for each mip");
+    let [PlannedCopy::Download { to, extent, .. }] = copies("download")[..] else { panic!("one picture") };
+    assert_eq!((to.bytes_per_row, extent), (256, [64, 64, 1]));
 }
 
 #[test]

@@ -58,9 +58,7 @@ pub enum Work {
     Render(Box<RenderWork>),
     /// Dispatches a compute shader.
     Compute(ComputeWork),
-    /// Copies one texture, or a part of it, to another.
-    Copy(CopyWork),
-    /// Copies to or from a buffer, or clears one.
+    /// Copies texels or bytes, or clears a buffer.
     Transfer(TransferWork),
 }
 
@@ -333,31 +331,60 @@ pub enum Dispatch {
     },
 }
 
-/// Copying to or from a buffer, or clearing one.
-#[derive(Clone, Copy, Debug)]
+/// Copying texels or bytes, or clearing a buffer.
+#[derive(Clone, Debug)]
 pub struct TransferWork {
     /// From where; without it the destination, a buffer, is filled with zeros.
     pub source: Option<TransferEnd>,
     /// To where.
     pub destination: TransferEnd,
+    /// The width and height of the texels that are copied; all of a mip level without it.
+    pub extent: Option<[Deferred; 2]>,
 }
 
-/// One end of a transfer; at least one of the two is a buffer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TransferEnd {
-    /// Bytes of a buffer. Texels lie in it row by row, each row at a multiple of 256 bytes.
-    Buffer(BufferView),
-    /// A mip level of a texture: of one layer, or of all.
-    Texture(AttachmentTarget),
-}
-
-/// Copying a texture.
+/// One end of a transfer.
 #[derive(Clone, Debug)]
-pub struct CopyWork {
-    /// From where.
-    pub source: AttachmentTarget,
-    /// To where.
-    pub destination: AttachmentTarget,
+pub enum TransferEnd {
+    /// Bytes of a buffer.
+    Buffer(BufferRegion),
+    /// Texels of a texture.
+    Texture(TextureRegion),
+}
+
+impl TransferEnd {
+    /// The resource.
+    pub fn resource(&self) -> ResourceHandle {
+        match self {
+            TransferEnd::Buffer(region) => region.view.resource,
+            TransferEnd::Texture(region) => region.resource,
+        }
+    }
+}
+
+/// Bytes of a buffer, or texels in it: row by row, layer by layer, mip level by mip level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BufferRegion {
+    /// The bytes.
+    pub view: BufferView,
+    /// From one row of texels to the next, a multiple of 256 (unit: bytes); as few as possible without it.
+    pub bytes_per_row: Option<u32>,
+    /// From one layer to the next (unit: rows of texel blocks); as few as possible without it.
+    pub rows_per_image: Option<u32>,
+}
+
+/// Texels of a texture.
+#[derive(Clone, Debug)]
+pub struct TextureRegion {
+    /// The texture.
+    pub resource: ResourceHandle,
+    /// The mip levels.
+    pub mip: Run<u32>,
+    /// The layers, or slices of a volume; all without it.
+    pub layer: Option<Run<u32>>,
+    /// The aspect.
+    pub aspect: Aspect,
+    /// The texel with which it begins, from the left and from the top; the first without it.
+    pub origin: Option<[Deferred; 2]>,
 }
 
 /// An expression that is evaluated when sizes are known, and its place for findings.

@@ -3,13 +3,16 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_graph::diagnostic::codes;
-use umbragraph_graph::language::Expr;
+use umbragraph_graph::language::{Expr, Word};
 use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{Part, PassBuilder, Produced, Usage};
-use umbragraph_graph::work::{AttachmentTarget, BufferView, CopyWork, TransferEnd, TransferWork, Work};
+use umbragraph_graph::pipeline::{Aspect, Face, Part, PartSettings, PassBuilder, Produced, Run, Usage};
+use umbragraph_graph::work::{
+    BufferRegion, BufferView, Deferred, TextureRegion, TransferEnd, TransferWork, Work,
+};
 
-/// Copies a texture or buffer, or a part of it, to another: texels to texels of the same size and format, bytes to as
-/// many bytes. Between a texture and a buffer, texels lie in the buffer row by row, each row at a multiple of 256 bytes.
+/// Copies a texture or buffer, or a part of it, to another: texels to texels of the same extent and format, bytes to as
+/// many bytes. Between a texture and a buffer, texels lie in the buffer row by row, layer by layer, mip level by mip
+/// level, each row at a multiple of 256 bytes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Copy {
@@ -17,6 +20,10 @@ pub struct Copy {
     pub from: CopyEnd,
     /// To where.
     pub to: CopyEnd,
+    /// The width and height of what is copied (unit: texels); up to the end of the mip level without it.
+    #[serde(default)]
+    #[schemars(length(min = 2, max = 2))]
+    pub extent: Option<Vec<Expr>>,
 }
 
 /// One end of a copy.
@@ -31,12 +38,35 @@ pub struct CopyEnd {
     /// Of a buffer how many bytes (unit: bytes); all without it.
     #[serde(default)]
     pub size: Option<Expr>,
-    /// The mip level; 0 without it.
+    /// Of a buffer the bytes from one row of texels to the next, a multiple of 256 (unit: bytes); as few as possible
+    /// without it.
+    #[serde(default)]
+    pub bytes_per_row: Option<Expr>,
+    /// Of a buffer the rows from one layer of texels to the next; as few as possible without it.
+    #[serde(default)]
+    pub rows_per_image: Option<Expr>,
+    /// Of a texture the first mip level; 0 without it.
     #[serde(default)]
     pub mip: Option<Expr>,
-    /// The layer; without it all.
+    /// Of a texture how many mip levels from there; 1 without it.
+    #[serde(default)]
+    pub mips: Option<Expr>,
+    /// Of a texture the first layer, of a volume the first slice; beside "face" the cube. All without it.
     #[serde(default)]
     pub layer: Option<Expr>,
+    /// Of a texture how many layers, or slices, from there; 1 without it beside "layer".
+    #[serde(default)]
+    pub layers: Option<Expr>,
+    /// Of a texture one face of a cube.
+    #[serde(default)]
+    pub face: Option<Word<Face>>,
+    /// Of a texture with depth and stencil which of the two, to or from a buffer.
+    #[serde(default)]
+    pub aspect: Option<Word<Aspect>>,
+    /// Of a texture the texel with which the copy begins: from the left, and from the top (unit: texels).
+    #[serde(default)]
+    #[schemars(length(min = 2, max = 2))]
+    pub origin: Option<Vec<Expr>>,
 }
 
 impl Node for Copy {
@@ -44,16 +74,28 @@ impl Node for Copy {
     const SUMMARY: &'static str = "Copies a texture or buffer, or a part of it, to another.";
 
     fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let source = end(pass, &self.from, Usage::CopySource, "/from");
-        let destination = end(pass, &self.to, Usage::CopyDestination, "/to");
-        let (source, destination) = (source?, destination?);
-        let work = match (source, destination) {
-            (TransferEnd::Texture(source), TransferEnd::Texture(destination)) => {
-                Work::Copy(CopyWork { source, destination })
-            }
-            _ => Work::Transfer(TransferWork { source: Some(source), destination }),
-        };
-        Some(pass.produce(work))
+        let ends = [(&self.from, "/from"), (&self.to, "/to")];
+        let buffers = ends.map(|(settings, _)| pass.is_buffer(&settings.name));
+        let bytes = buffers == [true, true];
+        let extent = pair(pass, self.extent.as_ref(), "/extent");
+        if bytes && self.extent.is_some() {
+            let help = "remove \"extent\": \"size\" says how many bytes are copied";
+            pass.report(codes::WRONG_RESOURCE, "/extent", "bytes have no width and height", help);
+        }
+        let part = self.extent.is_some() || self.to.origin.is_some();
+        let written = if part { Usage::CopyDestinationLoad } else { Usage::CopyDestination };
+        let [source, destination] =
+            [(ends[0], Usage::CopySource), (ends[1], written)].map(|((settings, at), usage)| {
+                if pass.is_buffer(&settings.name) {
+                    let usage = if usage.writes() { Usage::CopyDestination } else { usage };
+                    buffer_end(pass, settings, bytes, usage, at)
+                } else {
+                    texture_end(pass, settings, self.extent.is_some(), usage, at)
+                }
+            });
+        let (extent, source, destination) =
+            (extent.filter(|one| one.is_none() || !bytes)?, source?, destination?);
+        Some(pass.produce(Work::Transfer(TransferWork { source: Some(source), destination, extent })))
     }
 }
 
@@ -77,9 +119,10 @@ impl Node for Clear {
 
     fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let ends = (self.offset.as_ref(), self.size.as_ref());
-        let view = bytes_of(pass, &self.buffer, ends, Usage::CopyDestination, "", "/buffer")?;
-        let destination = TransferEnd::Buffer(view);
-        Some(pass.produce(Work::Transfer(TransferWork { source: None, destination })))
+        let view = bytes_of(pass, &self.buffer, ends, true, Usage::CopyDestination, "", "/buffer")?;
+        let region = BufferRegion { view, bytes_per_row: None, rows_per_image: None };
+        let destination = TransferEnd::Buffer(region);
+        Some(pass.produce(Work::Transfer(TransferWork { source: None, destination, extent: None })))
     }
 }
 
@@ -87,12 +130,13 @@ fn bytes_of(
     pass: &mut PassBuilder<'_>,
     name: &str,
     (offset, size): (Option<&Expr>, Option<&Expr>),
+    words: bool,
     usage: Usage,
     at: &str,
     pointer: &str,
 ) -> Option<BufferView> {
     let bytes = pass.bytes(offset, size, at)?;
-    if let Some(run) = bytes.filter(|run| run.first % 4 != 0 || run.count % 4 != 0) {
+    if let Some(run) = bytes.filter(|run| words && (run.first % 4 != 0 || run.count % 4 != 0)) {
         let message = format!("{} bytes from byte {} are copied", run.count, run.first);
         pass.report(codes::DEVICE_RULE, at, message, "copies begin at, and have, multiples of 4 bytes");
         return None;
@@ -101,32 +145,110 @@ fn bytes_of(
     Some(BufferView { resource, bytes })
 }
 
-fn end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, usage: Usage, at: &str) -> Option<TransferEnd> {
-    if pass.is_buffer(&settings.name) {
-        let ends = (settings.offset.as_ref(), settings.size.as_ref());
-        let view = bytes_of(pass, &settings.name, ends, usage, at, &format!("{at}/name"))?;
-        return Some(TransferEnd::Buffer(view));
+/// Finds keys that say nothing of what is named.
+fn foreign(
+    pass: &mut PassBuilder<'_>,
+    keys: &[(&str, bool)],
+    message: &str,
+    help: &str,
+    at: &str,
+) -> Option<()> {
+    let said: Vec<&str> = keys.iter().filter(|(_, said)| *said).map(|(key, _)| *key).collect();
+    for key in &said {
+        pass.report(codes::WRONG_RESOURCE, &format!("{at}/{key}"), message, help);
     }
-    for (key, value) in [("offset", &settings.offset), ("size", &settings.size)] {
-        if value.is_some() {
-            let message = format!("\"{}\" is no buffer, of which bytes could be copied", settings.name);
-            pass.report(
-                codes::WRONG_RESOURCE,
-                &format!("{at}/{key}"),
-                message,
-                "choose \"mip\" and \"layer\"",
-            );
-            return None;
-        }
+    said.is_empty().then_some(())
+}
+
+/// A buffer; `bytes` says that the other end is one too, so that there are no rows.
+fn buffer_end(
+    pass: &mut PassBuilder<'_>,
+    settings: &CopyEnd,
+    bytes: bool,
+    usage: Usage,
+    at: &str,
+) -> Option<TransferEnd> {
+    let keys = [
+        ("mip", settings.mip.is_some()),
+        ("mips", settings.mips.is_some()),
+        ("layer", settings.layer.is_some()),
+        ("layers", settings.layers.is_some()),
+        ("face", settings.face.is_some()),
+        ("aspect", settings.aspect.is_some()),
+        ("origin", settings.origin.is_some()),
+    ];
+    let message = format!("\"{}\" is no texture, of which a part could be copied", settings.name);
+    let textures = foreign(pass, &keys, &message, "choose \"offset\" and \"size\"", at);
+    let keys = [
+        ("bytes_per_row", bytes && settings.bytes_per_row.is_some()),
+        ("rows_per_image", bytes && settings.rows_per_image.is_some()),
+    ];
+    let help = "rows lie in a buffer whose other end is a texture: remove it";
+    let rows = foreign(pass, &keys, "bytes have no rows", help, at);
+    textures.and(rows)?;
+    let count = |pass: &mut PassBuilder<'_>, expr: &Option<Expr>, key: &str| match expr {
+        Some(expr) => pass.count(expr, &format!("{at}/{key}")).map(Some),
+        None => Some(None),
+    };
+    let bytes_per_row = count(pass, &settings.bytes_per_row, "bytes_per_row")?;
+    let rows_per_image = count(pass, &settings.rows_per_image, "rows_per_image")?;
+    if let Some(bytes) = bytes_per_row.filter(|bytes| bytes % 256 != 0) {
+        let message = format!("rows begin every {bytes} bytes");
+        pass.report(codes::DEVICE_RULE, &format!("{at}/bytes_per_row"), message, "choose a multiple of 256");
+        return None;
     }
-    let mip = match &settings.mip {
-        Some(expr) => pass.count(expr, &format!("{at}/mip"))?,
-        None => 0,
+    let ends = (settings.offset.as_ref(), settings.size.as_ref());
+    let view = bytes_of(pass, &settings.name, ends, bytes, usage, at, &format!("{at}/name"))?;
+    Some(TransferEnd::Buffer(BufferRegion { view, bytes_per_row, rows_per_image }))
+}
+
+/// A texture; `boxed` says that the copy has an extent.
+fn texture_end(
+    pass: &mut PassBuilder<'_>,
+    settings: &CopyEnd,
+    boxed: bool,
+    usage: Usage,
+    at: &str,
+) -> Option<TransferEnd> {
+    let keys = [
+        ("offset", settings.offset.is_some()),
+        ("size", settings.size.is_some()),
+        ("bytes_per_row", settings.bytes_per_row.is_some()),
+        ("rows_per_image", settings.rows_per_image.is_some()),
+    ];
+    let message = format!("\"{}\" is no buffer, of which bytes could be copied", settings.name);
+    foreign(pass, &keys, &message, "choose \"mip\", \"layer\", \"origin\" and \"extent\"", at)?;
+    let part = PartSettings {
+        mip: settings.mip.as_ref(),
+        mips: settings.mips.as_ref(),
+        layer: settings.layer.as_ref(),
+        layers: settings.layers.as_ref(),
+        face: settings.face.as_ref(),
+        aspect: settings.aspect.as_ref(),
     };
-    let layer = match &settings.layer {
-        Some(expr) => Some(pass.count(expr, &format!("{at}/layer"))?),
-        None => None,
-    };
-    let resource = pass.texture(&settings.name, Part::of(Some(mip), layer), usage, &format!("{at}/name"))?;
-    Some(TransferEnd::Texture(AttachmentTarget { resource, mip, layer }))
+    let part = pass.part(part, at)?;
+    let mip = part.mip.unwrap_or(Run::one(0));
+    if mip.count > 1 && (boxed || settings.origin.is_some()) {
+        let help = "remove \"mips\", and let a copy for each mip level follow";
+        let message = "a box is copied of one mip level";
+        pass.report(codes::DEVICE_RULE, &format!("{at}/mips"), message, help);
+        return None;
+    }
+    let origin = pair(pass, settings.origin.as_ref(), &format!("{at}/origin"))?;
+    let used = Part { mip: Some(mip), ..part };
+    let resource = pass.texture(&settings.name, used, usage, &format!("{at}/name"))?;
+    let (layer, aspect) = (part.layer, part.aspect);
+    Some(TransferEnd::Texture(TextureRegion { resource, mip, layer, aspect, origin }))
+}
+
+/// Two expressions that may name sizes; `None` inside where nothing is said.
+fn pair(
+    pass: &mut PassBuilder<'_>,
+    exprs: Option<&Vec<Expr>>,
+    pointer: &str,
+) -> Option<Option<[Deferred; 2]>> {
+    let Some(exprs) = exprs else { return Some(None) };
+    let both: Option<Vec<Deferred>> =
+        exprs.iter().enumerate().map(|(at, expr)| pass.deferred(expr, &format!("{pointer}/{at}"))).collect();
+    <[Deferred; 2]>::try_from(both?).ok().map(Some)
 }

@@ -122,7 +122,7 @@ pub fn slots(work: &Work) -> &[BoundSlot] {
     match work {
         Work::Render(render) => render.draw.bound().1,
         Work::Compute(compute) => &compute.bindings,
-        Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => &[],
+        Work::Host(_) | Work::Transfer(_) => &[],
     }
 }
 

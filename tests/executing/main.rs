@@ -9,6 +9,7 @@ mod common;
 
 mod allocations;
 mod buffers;
+mod copies;
 mod devices;
 mod history;
 mod hosts;

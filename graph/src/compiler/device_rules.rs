@@ -1,11 +1,10 @@
 //! Rules of WebGPU that span more than one declaration, checked on a plan, so that no device is the first to say no.
 //!
 //! Views fit their textures (cubes have six square layers, multisampled bindings see multisampled textures, volumes are
-//! not attached), copies join textures of one format, sample count and size, full-screen passes say which layer of
-//! several they write, and blocks stay within the profile's binding sizes. Limits of one shader on its own (workgroup
-//! sizes, bindings for each stage) are checked with the shader's variants.
+//! not attached), full-screen passes say which layer of several they write, and blocks stay within the profile's binding
+//! sizes. Limits of one shader on its own (workgroup sizes, bindings for each stage) are checked with the shader's
+//! variants, and what a copy joins where copies are planned ([`super::copies`]).
 
-use super::format::format_name;
 use super::plan::{Plan, PlannedPass, PlannedResource};
 use super::size::TextureSize;
 use crate::diagnostic::{Diagnostic, codes};
@@ -13,8 +12,7 @@ use crate::language::TextureShape;
 use crate::pipeline::{Pass, Program};
 use crate::source::Span;
 use crate::work::{
-    AttachmentTarget, BoundSlot, BufferDraw, BufferView, ColorAttachment, CopyWork, Draw, DrawCounts,
-    ResourceHandle, SlotSource, TransferEnd, TransferWork, Work,
+    BoundSlot, BufferDraw, ColorAttachment, Draw, DrawCounts, ResourceHandle, SlotSource, Work,
 };
 
 /// The findings of a plan; a plan with errors among them must not be realized.
@@ -28,18 +26,13 @@ pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
                 findings.extend(rules.slot(program, slot));
             }
         }
-        match &pass.work {
-            Work::Copy(copy) => findings.extend(rules.copy(copy)),
-            Work::Transfer(transfer) => findings.extend(rules.transfer(transfer)),
-            Work::Render(render) => {
-                let fullscreen = !matches!(render.draw, Draw::Scene(_));
-                findings.extend(rules.attachments(planned, fullscreen));
-                findings.extend(render.color.iter().filter_map(|color| rules.resolve(color)));
-                if let Draw::Buffers(draw) = &render.draw {
-                    findings.extend(rules.buffer_draw(draw));
-                }
+        if let Work::Render(render) = &pass.work {
+            let fullscreen = !matches!(render.draw, Draw::Scene(_));
+            findings.extend(rules.attachments(planned, fullscreen));
+            findings.extend(render.color.iter().filter_map(|color| rules.resolve(color)));
+            if let Draw::Buffers(draw) = &render.draw {
+                findings.extend(rules.buffer_draw(draw));
             }
-            _ => {}
         }
     }
     findings
@@ -222,36 +215,6 @@ impl Rules<'_> {
         }
     }
 
-    fn copy(&self, copy: &CopyWork) -> Option<Diagnostic> {
-        let (source, destination) = (copy.source, copy.destination);
-        let (from, to) = (self.planned(source.resource)?, self.planned(destination.resource)?);
-        let extent = |end: AttachmentTarget, planned: &PlannedResource| {
-            let size = planned.size?;
-            let layers = if end.layer.is_some() { 1 } else { size.layers };
-            Some(((size.width >> end.mip).max(1), (size.height >> end.mip).max(1), layers, size.samples))
-        };
-        let (from_extent, to_extent) = (extent(source, from)?, extent(destination, to)?);
-        let (a, b) = (self.name(source.resource), self.name(destination.resource));
-        if from.format != to.format {
-            let name = |planned: &PlannedResource| planned.format.map(format_name).unwrap_or_default();
-            let message =
-                format!("\"{a}\" is {}, \"{b}\" is {}: a copy changes no format", name(from), name(to));
-            return Some(self.refuse(destination.resource, message, "use a full-screen pass to convert"));
-        }
-        if from_extent != to_extent {
-            let words = |(width, height, layers, samples): (u32, u32, u32, u32)| {
-                format!("{width} by {height} with {layers} layers and {samples} samples")
-            };
-            let message = format!("\"{a}\" is {}, \"{b}\" is {}", words(from_extent), words(to_extent));
-            return Some(self.refuse(
-                destination.resource,
-                message,
-                "a copy joins parts of one size; choose mip and layer",
-            ));
-        }
-        None
-    }
-
     fn resolve(&self, color: &ColorAttachment) -> Option<Diagnostic> {
         let target = color.resolve?;
         let (from, to) = (self.planned(color.target.resource)?, self.planned(target.resource)?);
@@ -285,51 +248,6 @@ impl Rules<'_> {
         )
     }
 
-    fn transfer(&self, transfer: &TransferWork) -> Option<Diagnostic> {
-        use TransferEnd::{Buffer, Texture};
-        match (transfer.source?, transfer.destination) {
-            (Buffer(from), Buffer(to)) => {
-                let bytes = |view: BufferView| {
-                    let planned = self.planned(view.resource)?;
-                    Some(view.bytes.map_or(planned.bytes, |run| run.count))
-                };
-                let (source, destination) = (bytes(from)?, bytes(to)?);
-                (source != destination).then(|| {
-                    let (a, b) = (self.name(from.resource), self.name(to.resource));
-                    let message = format!("{source} bytes of \"{a}\" are copied to {destination} of \"{b}\"");
-                    self.refuse(to.resource, message, "give both ends one \"size\"")
-                })
-            }
-            (Buffer(buffer), Texture(texture)) | (Texture(texture), Buffer(buffer)) => {
-                let (a, b) = (self.name(texture.resource), self.name(buffer.resource));
-                let planned = self.planned(texture.resource)?;
-                let (format, size) = (planned.format?, planned.size?);
-                let Some(block) = format.block_copy_size(None).filter(|_| size.samples == 1) else {
-                    let message = format!("\"{a}\" cannot be copied to or from a buffer");
-                    let help = "formats of depth and stencil, and several samples, have no bytes: use a pass";
-                    return Some(self.refuse(texture.resource, message, help));
-                };
-                let offset = buffer.bytes.map_or(0, |run| run.first);
-                if !offset.is_multiple_of(u64::from(block)) {
-                    let message = format!("the texels of \"{a}\" begin at byte {offset} of \"{b}\"");
-                    let help = format!("they have {block} bytes: begin at a multiple of that");
-                    return Some(self.refuse(buffer.resource, message, &help));
-                }
-                let volume =
-                    self.plan.pipeline.resource(texture.resource).texture()?.view == Some(TextureShape::D3);
-                let wanted = texel_bytes(format, size, volume, texture)?;
-                let held = self.planned(buffer.resource)?.bytes;
-                let held = buffer.bytes.map_or(held, |run| run.count);
-                (held < wanted).then(|| {
-                    let message = format!("\"{a}\" takes {wanted} bytes, of \"{b}\" there are {held}");
-                    let help = "each row of texels takes a multiple of 256 bytes";
-                    self.refuse(buffer.resource, message, help)
-                })
-            }
-            (Texture(_), Texture(_)) => None,
-        }
-    }
-
     fn attachments(&self, planned: &PlannedPass, fullscreen: bool) -> Vec<Diagnostic> {
         let mut findings = Vec::new();
         for attachment in planned.attachments() {
@@ -352,23 +270,4 @@ impl Rules<'_> {
         }
         findings
     }
-}
-
-/// The bytes that texels take in a buffer, rows at multiples of 256.
-fn texel_bytes(
-    format: wgpu_types::TextureFormat,
-    size: TextureSize,
-    volume: bool,
-    target: AttachmentTarget,
-) -> Option<u64> {
-    let side = |length: u32| (length >> target.mip.min(31)).max(1);
-    let (width, height) = format.block_dimensions();
-    let row = u64::from(side(size.width).div_ceil(width)) * u64::from(format.block_copy_size(None)?);
-    let layers = match target.layer {
-        Some(_) => 1,
-        None if volume => side(size.layers),
-        None => size.layers,
-    };
-    let rows = u64::from(side(size.height).div_ceil(height)) * u64::from(layers);
-    Some(row.next_multiple_of(256) * rows.saturating_sub(1) + row)
 }

@@ -55,7 +55,7 @@ pub(super) fn slots(pipeline: &Pipeline, pass: PassHandle) -> Option<(&Program, 
     let (program, slots) = match &pipeline.pass(pass).work {
         Work::Render(render) => render.draw.bound(),
         Work::Compute(compute) => (compute.program, &compute.bindings),
-        Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => return None,
+        Work::Host(_) | Work::Transfer(_) => return None,
     };
     Some((pipeline.program(program), slots))
 }

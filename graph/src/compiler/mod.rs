@@ -12,6 +12,7 @@ mod access;
 mod allocate;
 mod assemble;
 mod attachments;
+mod copies;
 mod cull;
 mod cycle;
 mod device_rules;
@@ -41,6 +42,7 @@ mod verify;
 mod writers;
 
 pub use assemble::{Assembly, AssemblyPass};
+pub use copies::{PlannedCopy, TexelOrigin, TexelRows};
 pub(crate) use cull::surviving_writers;
 pub use cull::{CullReason, KeepReason};
 pub(crate) use format::{format_name, parse_format};

@@ -1,7 +1,8 @@
-//! What sizes change about a pass: the number of workgroups, the bytes of its blocks, and whether attachments fit.
+//! What sizes change about a pass: the number of workgroups, what is copied, the bytes of its blocks, and whether attachments fit.
 //!
 //! Planning a pass ends here, and planning it again for another size is nothing else.
 
+use super::copies;
 use super::dispatch;
 use super::facts::{Facts, TextureFacts};
 use super::format;
@@ -34,7 +35,10 @@ impl Facts<'_> {
             Work::Compute(compute) => {
                 planned.workgroups = dispatch::workgroups(self, compute, handle, findings);
             }
-            Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => {}
+            Work::Transfer(transfer) => {
+                planned.copies = copies::copies(self, transfer, handle, findings).unwrap_or_default();
+            }
+            Work::Host(_) => {}
         }
     }
 

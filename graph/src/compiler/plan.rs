@@ -15,6 +15,7 @@ use serde::Serialize;
 use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 
 use super::allocate;
+use super::copies::PlannedCopy;
 use super::cull::{self, CullReason, KeepReason};
 use super::device_rules;
 use super::facts::{Fact, Facts};
@@ -173,6 +174,9 @@ pub struct PlannedPass {
     pub group: usize,
     /// The number of workgroups.
     pub workgroups: Option<[u32; 3]>,
+    /// What is copied, or cleared, one after another.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub copies: Vec<PlannedCopy>,
     /// The shader variants: the template with what was chosen, the hash of the text, and the pipeline constants.
     pub variants: Vec<String>,
     /// The constant blocks.

@@ -70,6 +70,7 @@ impl<'a> Planner<'a> {
             stencil: None,
             group: 0,
             workgroups: None,
+            copies: Vec::new(),
             variants: Vec::new(),
             blocks: Vec::new(),
             handle,

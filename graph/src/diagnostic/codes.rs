@@ -186,7 +186,7 @@ crate::codes! {
         "A pass uses a texture of the host's own in a way that the host did not create it for; the usages are told with the imports.";
     /// A combination that no device allows.
     DEVICE_RULE = "UG0409", "no device allows this",
-        "A view, a copy, an attachment or a block breaks a rule of WebGPU: cubes have six square layers, multisampled bindings see multisampled textures, a copy joins parts of one format and size, a full-screen pass into an array says which layer it writes, blocks of the host are read-only and within the profile's binding sizes, bind groups are numbered 0 to 3.";
+        "A view, a copy, an attachment or a block breaks a rule of WebGPU: cubes have six square layers, multisampled bindings see multisampled textures, a copy joins parts of one format and size (depth, stencil and several samples by whole layers, one aspect to or from a buffer only, a buffer or a mip level of a volume not onto itself), a full-screen pass into an array says which layer it writes, blocks of the host are read-only and within the profile's binding sizes, bind groups are numbered 0 to 3.";
     /// Contents that a toggle takes away.
     TOGGLED_AWAY = "UG0411", "nothing left without the toggle",
         "A pass reads, or the picture shows, what only a pass with a toggle writes; in a frame in which the toggle is thrown the other way nothing would be there.\n\nFour ways out: give the reader the same toggle, so that it vanishes too; say under `bypass` of the writer what the reader sees instead; let an earlier pass write the resource and the toggled one load it; or write it by a second pass with the opposite toggle (`!name`).";

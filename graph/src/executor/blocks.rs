@@ -134,7 +134,7 @@ pub(super) fn slots(work: &Work) -> &[BoundSlot] {
     match work {
         Work::Render(render) => render.draw.bound().1,
         Work::Compute(compute) => &compute.bindings,
-        Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => &[],
+        Work::Host(_) | Work::Transfer(_) => &[],
     }
 }
 
@@ -143,7 +143,7 @@ pub(super) fn program(work: &Work) -> Option<ProgramHandle> {
     match work {
         Work::Render(render) => Some(render.draw.bound().0),
         Work::Compute(compute) => Some(compute.program),
-        Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => None,
+        Work::Host(_) | Work::Transfer(_) => None,
     }
 }
 

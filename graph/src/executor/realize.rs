@@ -15,7 +15,7 @@ use super::host_groups::{HostLayout, Materials, Objects as HostObjects};
 use super::imports::Imports;
 use super::objects::Objects;
 use super::pipelines::{Layouts, MATERIAL, OBJECT, Pipelines};
-use super::resources::{Resources, Texture};
+use super::resources::Resources;
 use super::switches::Switches;
 use super::textures::Textures;
 use super::transfer::{Counts, Transfer};
@@ -23,11 +23,8 @@ use crate::compiler::{Plan, PlannedPass};
 use crate::data::HostData;
 use crate::diagnostic::Diagnostic;
 use crate::draw::{HostInterface, PropertySet};
-use crate::language::TextureShape;
 use crate::pipeline::{Pass, Program, ResourceKind, Run};
-use crate::work::{
-    AttachmentTarget, CopyWork, Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work,
-};
+use crate::work::{Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work};
 
 /// A plan with everything that it needs on the device.
 pub(super) struct Realized {
@@ -57,7 +54,6 @@ pub(super) struct RealizedPass {
 
 pub(super) enum RealizedWork {
     Host,
-    Copy(RealizedCopy),
     Transfer(Transfer),
     Compute {
         pipeline: wgpu::ComputePipeline,
@@ -87,20 +83,6 @@ pub(super) struct RealizedScene {
     pub(super) materials: Option<usize>,
     /// The position in [`Realized::objects`].
     pub(super) objects: Option<usize>,
-}
-
-/// A copy between textures.
-pub(super) struct RealizedCopy {
-    /// The source, and what may stand in for it.
-    pub(super) sources: Vec<(ResourceHandle, CopyEnd)>,
-    pub(super) destination: CopyEnd,
-    pub(super) extent: wgpu::Extent3d,
-}
-
-pub(super) struct CopyEnd {
-    pub(super) texture: Texture,
-    pub(super) mip: u32,
-    pub(super) origin: wgpu::Origin3d,
 }
 
 impl Realized {
@@ -172,9 +154,8 @@ impl Realized {
         let pass = plan.pipeline.pass(planned.handle);
         let realized = match (&pass.work, blocks::program(&pass.work)) {
             (Work::Host(_), _) => Some((RealizedWork::Host, Vec::new())),
-            (Work::Copy(copy), _) => Some((self.copy(copy), Vec::new())),
             (Work::Transfer(work), _) => {
-                let transfer = Transfer::new(&self.resources, &plan, work);
+                let transfer = Transfer::new(&self.resources, &plan, planned, work);
                 transfer.map(|transfer| (RealizedWork::Transfer(transfer), Vec::new()))
             }
             (work, Some(program)) => {
@@ -201,7 +182,7 @@ impl Realized {
     ) -> Option<RealizedWork> {
         let plan = self.plan.clone();
         match &pass.work {
-            Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => None,
+            Work::Host(_) | Work::Transfer(_) => None,
             Work::Compute(compute) => {
                 let workgroups = planned.workgroups.unwrap_or_default();
                 let indirect = match compute.dispatch {
@@ -300,23 +281,6 @@ impl Realized {
         groups
     }
 
-    fn copy(&self, copy: &CopyWork) -> RealizedWork {
-        let end = |target: &AttachmentTarget| {
-            let texture = self.resources.texture(&self.plan, target.resource)?;
-            let origin = wgpu::Origin3d { x: 0, y: 0, z: target.layer.unwrap_or(0) };
-            Some(CopyEnd { texture, mip: target.mip, origin })
-        };
-        let extent = copy_extent(&self.plan, &copy.source);
-        let source = |resource| Some((resource, end(&AttachmentTarget { resource, ..copy.source })?));
-        let sources: Vec<_> = self.plan.pipeline.stand_ins(copy.source.resource).filter_map(source).collect();
-        match (end(&copy.destination), extent) {
-            (Some(destination), Some(extent)) => {
-                RealizedWork::Copy(RealizedCopy { sources, destination, extent })
-            }
-            _ => RealizedWork::Nothing,
-        }
-    }
-
     /// Joins neighbouring passes that the plan groups into one render pass.
     fn merge(&mut self) {
         let mut passes = self.passes.as_mut_slice();
@@ -382,18 +346,4 @@ fn host_layout(program: &Program, layouts: &Layouts, index: u32) -> Option<HostL
     let bindings = program.bindings.iter().filter(|binding| binding.group == index);
     let bindings = bindings.map(|binding| (binding.entry.binding, binding.name.clone())).collect();
     Some(HostLayout { layout: layouts.group(index)?.clone(), bindings })
-}
-
-/// The texels of one end of a copy.
-pub(super) fn copy_extent(plan: &Plan, end: &AttachmentTarget) -> Option<wgpu::Extent3d> {
-    let size = plan.resource(end.resource)?.size?;
-    let side = |length: u32| length.checked_shr(end.mip).unwrap_or(0).max(1);
-    let declared = plan.pipeline.resource(end.resource).texture();
-    let is_volume = declared.is_some_and(|texture| texture.view == Some(TextureShape::D3));
-    let layers = if is_volume { side(size.layers) } else { size.layers };
-    Some(wgpu::Extent3d {
-        width: side(size.width),
-        height: side(size.height),
-        depth_or_array_layers: if end.layer.is_some() { 1 } else { layers },
-    })
 }

@@ -11,10 +11,9 @@ use super::attachments::{Attachments, Drawn};
 use super::creation::Creation;
 use super::groups;
 use super::pool::Taken;
-use super::realize::{Realized, RealizedCopy, RealizedPass, RealizedScene, RealizedWork};
+use super::realize::{Realized, RealizedPass, RealizedScene, RealizedWork};
 use super::resources::Resources;
 use super::scene::Scene;
-use super::switches::Switches;
 use super::times::Times;
 use crate::compiler::PlannedPass;
 use crate::data::{HostData, View};
@@ -97,7 +96,6 @@ pub(super) fn record(
         let start = times.now();
         match &pass.work {
             RealizedWork::Host | RealizedWork::Nothing => continue,
-            RealizedWork::Copy(copy) => record_copy(encoder, resources, &realized.switches, copy),
             RealizedWork::Transfer(transfer) => transfer.record(encoder, resources, &realized.switches),
             RealizedWork::Compute { pipeline, workgroups: [x, y, z], indirect } => {
                 let descriptor =
@@ -243,26 +241,4 @@ fn set_stencil(realized: &Realized, planned: &PlannedPass, render_pass: &mut wgp
     {
         render_pass.set_stencil_reference(stencil.reference);
     }
-}
-
-fn record_copy(
-    encoder: &mut wgpu::CommandEncoder,
-    resources: &Resources,
-    switches: &Switches,
-    copy: &RealizedCopy,
-) {
-    let seen = copy.sources.first().map(|(resource, _)| switches.seen(*resource));
-    let Some((_, from)) = copy.sources.iter().find(|(resource, _)| Some(*resource) == seen) else { return };
-    let (Some(source), Some(destination)) =
-        (from.texture.get(resources), copy.destination.texture.get(resources))
-    else {
-        return;
-    };
-    let end = |texture, end: &super::realize::CopyEnd| wgpu::TexelCopyTextureInfo {
-        texture,
-        mip_level: end.mip,
-        origin: end.origin,
-        aspect: wgpu::TextureAspect::All,
-    };
-    encoder.copy_texture_to_texture(end(source, from), end(destination, &copy.destination), copy.extent);
 }

@@ -1,13 +1,12 @@
-//! Copies to and from buffers, clears of buffers, and buffers of counts.
+//! Copies, clears of buffers, and buffers of counts.
 //!
-//! Texels lie in a buffer row by row, layer by layer, each row at a multiple of 256 bytes, which is what WebGPU wants of
-//! a copy. Where a toggle takes the writers of a source away, what stands in for it is copied.
+//! What is copied, the plan says. Where a toggle takes the writers of a source away, what stands in for it is copied.
 
-use super::realize::copy_extent;
 use super::resources::{Buffer, Resources, Texture};
 use super::switches::Switches;
-use crate::compiler::Plan;
-use crate::work::{AttachmentTarget, BufferView, ResourceHandle, TransferEnd, TransferWork};
+use crate::compiler::{Plan, PlannedCopy, PlannedPass, TexelOrigin, TexelRows};
+use crate::pipeline::Aspect;
+use crate::work::{ResourceHandle, TransferWork};
 
 /// A buffer of counts, and what stands in for it.
 pub(super) struct Counts {
@@ -39,66 +38,51 @@ impl Counts {
 pub(super) struct Transfer {
     sources: Vec<(ResourceHandle, End)>,
     destination: End,
-    extent: wgpu::Extent3d,
+    copies: Vec<PlannedCopy>,
 }
 
 enum End {
-    Buffer { buffer: Buffer, offset: u64, bytes: u64 },
-    Texture { texture: Texture, target: AttachmentTarget, bytes_per_row: u32, rows: u32 },
+    Buffer(Buffer),
+    Texture(Texture),
 }
 
 impl End {
-    fn new(resources: &Resources, plan: &Plan, end: TransferEnd) -> Option<Self> {
-        match end {
-            TransferEnd::Buffer(BufferView { resource, bytes }) => {
-                let buffer = resources.buffer(plan, resource)?;
-                let all = plan.resource(resource)?.bytes;
-                let (offset, bytes) = bytes.map_or((0, all), |run| (run.first, run.count));
-                Some(End::Buffer { buffer, offset, bytes })
-            }
-            TransferEnd::Texture(target) => {
-                let format = plan.resource(target.resource)?.format?;
-                let extent = copy_extent(plan, &target)?;
-                let (width, height) = format.block_dimensions();
-                let row = extent.width.div_ceil(width).checked_mul(format.block_copy_size(None)?)?;
-                Some(End::Texture {
-                    texture: resources.texture(plan, target.resource)?,
-                    target,
-                    bytes_per_row: row.checked_next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)?,
-                    rows: extent.height.div_ceil(height),
-                })
-            }
+    fn new(resources: &Resources, plan: &Plan, resource: ResourceHandle) -> Option<Self> {
+        let texture = resources.texture(plan, resource).map(End::Texture);
+        texture.or_else(|| resources.buffer(plan, resource).map(End::Buffer))
+    }
+
+    fn buffer<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::Buffer> {
+        match self {
+            End::Buffer(buffer) => buffer.get(resources),
+            End::Texture(_) => None,
+        }
+    }
+
+    fn texture<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::Texture> {
+        match self {
+            End::Texture(texture) => texture.get(resources),
+            End::Buffer(_) => None,
         }
     }
 }
 
 impl Transfer {
     /// A transfer of a plan; `None` where one of the ends is not on the device.
-    pub(super) fn new(resources: &Resources, plan: &Plan, work: &TransferWork) -> Option<Self> {
-        let destination = End::new(resources, plan, work.destination)?;
-        let named = |end: TransferEnd| match end {
-            TransferEnd::Buffer(view) => view.resource,
-            TransferEnd::Texture(target) => target.resource,
-        };
-        let with = |end: TransferEnd, resource: ResourceHandle| match end {
-            TransferEnd::Buffer(view) => TransferEnd::Buffer(BufferView { resource, ..view }),
-            TransferEnd::Texture(target) => TransferEnd::Texture(AttachmentTarget { resource, ..target }),
-        };
+    pub(super) fn new(
+        resources: &Resources,
+        plan: &Plan,
+        planned: &PlannedPass,
+        work: &TransferWork,
+    ) -> Option<Self> {
+        let destination = End::new(resources, plan, work.destination.resource())?;
         let mut sources = Vec::new();
-        if let Some(source) = work.source {
-            for one in plan.pipeline.stand_ins(named(source)) {
-                sources.push((one, End::new(resources, plan, with(source, one))?));
+        if let Some(source) = &work.source {
+            for one in plan.pipeline.stand_ins(source.resource()) {
+                sources.push((one, End::new(resources, plan, one)?));
             }
         }
-        let texture = [work.source, Some(work.destination)].into_iter().flatten().find_map(|end| match end {
-            TransferEnd::Texture(target) => Some(target),
-            TransferEnd::Buffer(_) => None,
-        });
-        let extent = match texture {
-            Some(target) => copy_extent(plan, &target)?,
-            None => wgpu::Extent3d::default(),
-        };
-        Some(Self { sources, destination, extent })
+        Some(Self { sources, destination, copies: planned.copies.clone() })
     }
 
     /// Records it.
@@ -110,59 +94,67 @@ impl Transfer {
     ) {
         let seen = self.sources.first().map(|(resource, _)| switches.seen(*resource));
         let source = self.sources.iter().find(|(resource, _)| Some(*resource) == seen).map(|(_, end)| end);
-        match (source, &self.destination) {
-            (None, End::Buffer { buffer, offset, bytes }) => {
-                if let Some(buffer) = buffer.get(resources) {
-                    encoder.clear_buffer(buffer, *offset, Some(*bytes));
-                }
-            }
-            (Some(End::Buffer { buffer: from, offset: at, bytes }), End::Buffer { buffer, offset, .. }) => {
-                if let (Some(from), Some(buffer)) = (from.get(resources), buffer.get(resources)) {
-                    encoder.copy_buffer_to_buffer(from, *at, buffer, *offset, Some(*bytes));
-                }
-            }
-            (
-                Some(End::Buffer { buffer, offset, .. }),
-                End::Texture { texture, target, bytes_per_row, rows },
-            ) => {
-                if let (Some(texture), Some(buffer)) = (texture.get(resources), buffer.get(resources)) {
-                    let source = in_buffer(buffer, *offset, *bytes_per_row, *rows);
-                    encoder.copy_buffer_to_texture(source, in_texture(texture, *target), self.extent);
-                }
-            }
-            (
-                Some(End::Texture { texture, target, bytes_per_row, rows }),
-                End::Buffer { buffer, offset, .. },
-            ) => {
-                if let (Some(texture), Some(buffer)) = (texture.get(resources), buffer.get(resources)) {
-                    let destination = in_buffer(buffer, *offset, *bytes_per_row, *rows);
-                    encoder.copy_texture_to_buffer(in_texture(texture, *target), destination, self.extent);
-                }
-            }
-            (None | Some(End::Texture { .. }), End::Texture { .. }) => {}
+        for copy in &self.copies {
+            // What the host has not given this frame is neither copied nor filled.
+            let _: Option<()> = self.one(encoder, resources, source, copy);
         }
+    }
+
+    fn one(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        resources: &Resources,
+        source: Option<&End>,
+        copy: &PlannedCopy,
+    ) -> Option<()> {
+        let destination = &self.destination;
+        match copy {
+            PlannedCopy::Clear { offset, bytes } => {
+                encoder.clear_buffer(destination.buffer(resources)?, *offset, Some(*bytes));
+            }
+            PlannedCopy::Bytes { from, to, bytes } => {
+                let (source, destination) = (source?.buffer(resources)?, destination.buffer(resources)?);
+                encoder.copy_buffer_to_buffer(source, *from, destination, *to, Some(*bytes));
+            }
+            PlannedCopy::Texels { from, to, extent } => {
+                let source = in_texture(source?.texture(resources)?, from);
+                let destination = in_texture(destination.texture(resources)?, to);
+                encoder.copy_texture_to_texture(source, destination, size(*extent));
+            }
+            PlannedCopy::Upload { from, to, extent } => {
+                let source = in_buffer(source?.buffer(resources)?, from);
+                let destination = in_texture(destination.texture(resources)?, to);
+                encoder.copy_buffer_to_texture(source, destination, size(*extent));
+            }
+            PlannedCopy::Download { from, to, extent } => {
+                let source = in_texture(source?.texture(resources)?, from);
+                let destination = in_buffer(destination.buffer(resources)?, to);
+                encoder.copy_texture_to_buffer(source, destination, size(*extent));
+            }
+        }
+        Some(())
     }
 }
 
-fn in_buffer(
-    buffer: &wgpu::Buffer,
-    offset: u64,
-    bytes_per_row: u32,
-    rows: u32,
-) -> wgpu::TexelCopyBufferInfo<'_> {
+fn size([width, height, depth_or_array_layers]: [u32; 3]) -> wgpu::Extent3d {
+    wgpu::Extent3d { width, height, depth_or_array_layers }
+}
+
+fn in_buffer<'a>(buffer: &'a wgpu::Buffer, rows: &TexelRows) -> wgpu::TexelCopyBufferInfo<'a> {
     let layout = wgpu::TexelCopyBufferLayout {
-        offset,
-        bytes_per_row: Some(bytes_per_row),
-        rows_per_image: Some(rows),
+        offset: rows.offset,
+        bytes_per_row: Some(rows.bytes_per_row),
+        rows_per_image: Some(rows.rows_per_image),
     };
     wgpu::TexelCopyBufferInfo { buffer, layout }
 }
 
-fn in_texture(texture: &wgpu::Texture, target: AttachmentTarget) -> wgpu::TexelCopyTextureInfo<'_> {
-    wgpu::TexelCopyTextureInfo {
-        texture,
-        mip_level: target.mip,
-        origin: wgpu::Origin3d { x: 0, y: 0, z: target.layer.unwrap_or(0) },
-        aspect: wgpu::TextureAspect::All,
-    }
+fn in_texture<'a>(texture: &'a wgpu::Texture, origin: &TexelOrigin) -> wgpu::TexelCopyTextureInfo<'a> {
+    let [x, y, z] = origin.at;
+    let aspect = match origin.aspect {
+        Aspect::All => wgpu::TextureAspect::All,
+        Aspect::DepthOnly => wgpu::TextureAspect::DepthOnly,
+        Aspect::StencilOnly => wgpu::TextureAspect::StencilOnly,
+    };
+    wgpu::TexelCopyTextureInfo { texture, mip_level: origin.mip, origin: wgpu::Origin3d { x, y, z }, aspect }
 }

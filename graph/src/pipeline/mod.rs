@@ -295,8 +295,10 @@ pub enum Usage {
     Indirect,
     /// The source of a copy.
     CopySource,
-    /// The destination of a copy.
+    /// The destination of a copy that replaces all of a part.
     CopyDestination,
+    /// The destination of a copy that leaves the rest of a part.
+    CopyDestinationLoad,
     /// Host data that is read.
     HostRead,
     /// Host data that is published.
@@ -382,7 +384,7 @@ impl Usage {
             Usage::Sampled => T::TEXTURE_BINDING,
             Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => T::STORAGE_BINDING,
             Usage::CopySource => T::COPY_SRC,
-            Usage::CopyDestination => T::COPY_DST,
+            Usage::CopyDestination | Usage::CopyDestinationLoad => T::COPY_DST,
             Usage::Uniform
             | Usage::HostRead
             | Usage::HostWrite
@@ -400,7 +402,7 @@ impl Usage {
             Usage::Uniform => B::UNIFORM,
             Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => B::STORAGE,
             Usage::CopySource => B::COPY_SRC,
-            Usage::CopyDestination => B::COPY_DST,
+            Usage::CopyDestination | Usage::CopyDestinationLoad => B::COPY_DST,
             Usage::Vertex => B::VERTEX,
             Usage::Index => B::INDEX,
             Usage::Indirect => B::INDIRECT,
@@ -429,6 +431,7 @@ impl Usage {
             Usage::Indirect => "indirect buffer",
             Usage::CopySource => "source of a copy",
             Usage::CopyDestination => "destination of a copy",
+            Usage::CopyDestinationLoad => "destination of a copy of a part",
             Usage::HostRead => "host data",
             Usage::HostWrite => "published host data",
         }

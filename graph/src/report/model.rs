@@ -276,7 +276,7 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
             Work::Host(_) => "host",
             Work::Render(_) => "draw",
             Work::Compute(_) => "compute",
-            Work::Copy(_) | Work::Transfer(_) => "copy",
+            Work::Transfer(_) => "copy",
         },
         live: planned.is_some(),
         group: planned.map(|planned| planned.group),

@@ -92,6 +92,7 @@ fn stays(
                     | Usage::StorageReadWrite
                     | Usage::CopySource
                     | Usage::CopyDestination
+                    | Usage::CopyDestinationLoad
             )
     });
     attachment.store == StoreOperation::Discard

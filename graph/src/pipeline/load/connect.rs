@@ -103,6 +103,6 @@ pub(super) fn slots_mut(work: &mut Work) -> Option<(ProgramHandle, &mut Vec<Boun
     match work {
         Work::Render(render) => Some(render.draw.bound_mut()),
         Work::Compute(compute) => Some((compute.program, &mut compute.bindings)),
-        Work::Host(_) | Work::Copy(_) | Work::Transfer(_) => None,
+        Work::Host(_) | Work::Transfer(_) => None,
     }
 }

@@ -1,0 +1,425 @@
+//! What a transfer copies on the device: boxes of texels and runs of bytes, one for each mip level.
+//!
+//! A transfer says parts and expressions; here they become numbers, and what WebGPU does not copy becomes a finding.
+//! Textures are copied to textures of the same format (but for `-srgb`), sample count and extent, all aspects at once;
+//! to and from buffers one aspect of one that has bytes. Texels of several samples and those of depth and stencil are
+//! copied by whole layers, and compressed ones by whole blocks. A texture is not copied onto itself, nor a volume's mip
+//! level or a buffer onto another part of the same.
+//!
+//! Texels lie in a buffer row by row, layer by layer, mip level by mip level: each row at a multiple of 256 bytes, and
+//! each mip level at the end of the last row before it.
+//!
+//! Cost: linear in mip levels; between volumes and layers of others linear in layers.
+
+use serde::Serialize;
+use wgpu_types::{COPY_BUFFER_ALIGNMENT, COPY_BYTES_PER_ROW_ALIGNMENT, TextureAspect, TextureFormat};
+
+use super::facts::{Facts, TextureFacts};
+use super::format::format_name;
+use crate::diagnostic::{Diagnostic, codes};
+use crate::expression::Value;
+use crate::pipeline::{Aspect, Pass};
+use crate::work::{
+    BufferRegion, Deferred, PassHandle, ResourceHandle, TextureRegion, TransferEnd, TransferWork,
+};
+
+/// One copy, or clear, of a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum PlannedCopy {
+    /// Bytes of a buffer become zero.
+    Clear {
+        /// The first byte.
+        offset: u64,
+        /// How many.
+        bytes: u64,
+    },
+    /// Bytes of one buffer to another.
+    Bytes {
+        /// The first byte of the source.
+        from: u64,
+        /// The first byte of the destination.
+        to: u64,
+        /// How many.
+        bytes: u64,
+    },
+    /// Texels of one texture to another.
+    Texels {
+        /// The first texel of the source.
+        from: TexelOrigin,
+        /// The first texel of the destination.
+        to: TexelOrigin,
+        /// Width, height, and layers or slices (unit: texels).
+        extent: [u32; 3],
+    },
+    /// Texels from a buffer to a texture.
+    Upload {
+        /// Where they lie in the buffer.
+        from: TexelRows,
+        /// The first texel of the destination.
+        to: TexelOrigin,
+        /// Width, height, and layers or slices (unit: texels).
+        extent: [u32; 3],
+    },
+    /// Texels of a texture to a buffer.
+    Download {
+        /// The first texel of the source.
+        from: TexelOrigin,
+        /// Where they come to lie in the buffer.
+        to: TexelRows,
+        /// Width, height, and layers or slices (unit: texels).
+        extent: [u32; 3],
+    },
+}
+
+/// The texel with which a copy begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct TexelOrigin {
+    /// The mip level.
+    pub mip: u32,
+    /// From the left, from the top, and the layer or slice (unit: texels).
+    pub at: [u32; 3],
+    /// The aspect.
+    pub aspect: Aspect,
+}
+
+/// How texels lie in a buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct TexelRows {
+    /// The first byte.
+    pub offset: u64,
+    /// From one row to the next.
+    pub bytes_per_row: u32,
+    /// From one layer or slice to the next (unit: rows).
+    pub rows_per_image: u32,
+}
+
+/// What a transfer copies; `None` after a finding.
+pub(super) fn copies(
+    facts: &Facts<'_>,
+    transfer: &TransferWork,
+    handle: PassHandle,
+    findings: &mut Vec<Diagnostic>,
+) -> Option<Vec<PlannedCopy>> {
+    use TransferEnd::{Buffer, Texture};
+    let mut copies = Copies { facts, pass: facts.pipeline.pass(handle), findings };
+    match (&transfer.source, &transfer.destination) {
+        (None, Buffer(to)) => {
+            let (offset, bytes) = copies.run(to)?;
+            Some(vec![PlannedCopy::Clear { offset, bytes }])
+        }
+        (None, Texture(_)) => None,
+        (Some(Buffer(from)), Buffer(to)) => copies.bytes(from, to).map(|copy| vec![copy]),
+        (Some(Texture(from)), Texture(to)) => copies.texels(from, to, transfer.extent.as_ref()),
+        (Some(Buffer(from)), Texture(to)) => {
+            let boxes = copies.rows(to, from, transfer.extent.as_ref(), true)?;
+            let copy = |(to, from, extent)| PlannedCopy::Upload { from, to, extent };
+            Some(boxes.into_iter().map(copy).collect())
+        }
+        (Some(Texture(from)), Buffer(to)) => {
+            let boxes = copies.rows(from, to, transfer.extent.as_ref(), false)?;
+            let copy = |(from, to, extent)| PlannedCopy::Download { from, to, extent };
+            Some(boxes.into_iter().map(copy).collect())
+        }
+    }
+}
+
+struct Copies<'a, 'p> {
+    facts: &'a Facts<'p>,
+    pass: &'a Pass,
+    findings: &'a mut Vec<Diagnostic>,
+}
+
+impl Copies<'_, '_> {
+    fn name(&self, resource: ResourceHandle) -> String {
+        self.facts.pipeline.resource(resource).name.clone()
+    }
+
+    /// A finding where the pass names what it copies from or to.
+    fn refuse(&mut self, resource: ResourceHandle, written: bool, message: String, help: &str) {
+        let alike = |one: &&crate::pipeline::Use| one.resource == resource && one.usage.writes() == written;
+        let used = self.pass.uses.iter().find(alike);
+        let (place, pointer) =
+            used.map_or((self.pass.place, &self.pass.pointer), |one| (one.place, &one.pointer));
+        let finding = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help);
+        self.findings.push(finding);
+    }
+
+    fn refuse_at<T>(&mut self, deferred: &Deferred, message: String, help: &str) -> Option<T> {
+        let finding = Diagnostic::error(codes::DEVICE_RULE, deferred.place, message);
+        self.findings.push(finding.pointer(&deferred.pointer).help(help));
+        None
+    }
+
+    /// The first byte and the number of bytes.
+    fn run(&self, region: &BufferRegion) -> Option<(u64, u64)> {
+        let all = self.facts.get(region.view.resource)?.bytes;
+        Some(region.view.bytes.map_or((0, all), |run| (run.first, run.count)))
+    }
+
+    fn bytes(&mut self, from: &BufferRegion, to: &BufferRegion) -> Option<PlannedCopy> {
+        let (a, b) = (from.view.resource, to.view.resource);
+        let ((first, source), (start, destination)) = (self.run(from)?, self.run(to)?);
+        if a == b {
+            let message = format!("\"{}\" is copied to itself", self.name(a));
+            self.refuse(b, true, message, "bytes are copied to another buffer: let a third lie between");
+            return None;
+        }
+        if source != destination {
+            let message = format!(
+                "{source} bytes of \"{}\" are copied to {destination} of \"{}\"",
+                self.name(a),
+                self.name(b)
+            );
+            self.refuse(b, true, message, "give both ends one \"size\"");
+            return None;
+        }
+        Some(PlannedCopy::Bytes { from: first, to: start, bytes: source })
+    }
+
+    /// Texture to texture.
+    fn texels(
+        &mut self,
+        from: &TextureRegion,
+        to: &TextureRegion,
+        extent: Option<&[Deferred; 2]>,
+    ) -> Option<Vec<PlannedCopy>> {
+        let (source, destination) = (self.facts.texture(from.resource)?, self.facts.texture(to.resource)?);
+        let (a, b) = (self.name(from.resource), self.name(to.resource));
+        if source.format.remove_srgb_suffix() != destination.format.remove_srgb_suffix() {
+            let (own, wanted) = (format_name(source.format), format_name(destination.format));
+            let message = format!("\"{a}\" is {own}, \"{b}\" is {wanted}: a copy changes no format");
+            self.refuse(to.resource, true, message, "use a full-screen pass to convert");
+            return None;
+        }
+        for (region, texture, written) in [(from, &source, false), (to, &destination, true)] {
+            if self.aspect(region, texture, written)? != TextureAspect::All && has_both(texture.format) {
+                let message = "one aspect is copied to or from a buffer only".to_owned();
+                let help = "remove \"aspect\" from both ends, or let a buffer lie between";
+                self.refuse(region.resource, written, message, help);
+                return None;
+            }
+        }
+        if from.mip.count != to.mip.count {
+            let (own, wanted) = (from.mip.count, to.mip.count);
+            let message = format!("{own} mips of \"{a}\" are copied to {wanted} of \"{b}\"");
+            self.refuse(to.resource, true, message, "give both ends as many \"mips\"");
+            return None;
+        }
+        if from.resource == to.resource && source.volume && from.mip.first == to.mip.first {
+            let message = format!("\"{a}\" is copied to itself, within one mip level of a volume");
+            self.refuse(to.resource, true, message, "copy to another texture, and from there back");
+            return None;
+        }
+        let sources = self.boxes(from, &source, extent)?;
+        let destinations = self.boxes(to, &destination, extent)?;
+        let mut copies = Vec::new();
+        for ((from, own), (to_origin, wanted)) in sources.into_iter().zip(destinations) {
+            if own != wanted || source.size.samples != destination.size.samples {
+                let words = |[width, height, layers]: [u32; 3], samples: u32| {
+                    format!("{width} by {height} with {layers} layers and {samples} samples")
+                };
+                let (own, wanted) =
+                    (words(own, source.size.samples), words(wanted, destination.size.samples));
+                let message = format!("\"{a}\" is {own}, \"{b}\" is {wanted}");
+                let help = "a copy joins parts of one size; choose mip, layer and extent";
+                self.refuse(to.resource, true, message, help);
+                return None;
+            }
+            // wgpu 30 copies only the first of several layers to or from a volume.
+            let [width, height, layers] = own;
+            let single = source.volume != destination.volume;
+            for layer in 0..if single { layers } else { 1 } {
+                let beside = |origin: TexelOrigin| {
+                    let [x, y, z] = origin.at;
+                    TexelOrigin { at: [x, y, z + layer], ..origin }
+                };
+                let extent = if single { [width, height, 1] } else { own };
+                copies.push(PlannedCopy::Texels { from: beside(from), to: beside(to_origin), extent });
+            }
+        }
+        Some(copies)
+    }
+
+    /// Between a texture and a buffer: for each mip level the texels of the one and the rows of the other.
+    fn rows(
+        &mut self,
+        region: &TextureRegion,
+        buffer: &BufferRegion,
+        extent: Option<&[Deferred; 2]>,
+        upload: bool,
+    ) -> Option<Vec<(TexelOrigin, TexelRows, [u32; 3])>> {
+        let texture = self.facts.texture(region.resource)?;
+        let (a, b) = (self.name(region.resource), self.name(buffer.view.resource));
+        let (first, held) = self.run(buffer)?;
+        let aspect = self.aspect(region, &texture, upload)?;
+        if has_both(texture.format) && aspect == TextureAspect::All {
+            let message = format!("depth and stencil of \"{a}\" are not copied at once");
+            let help = "add \"aspect\": \"depth-only\" or \"stencil-only\"";
+            self.refuse(region.resource, upload, message, help);
+            return None;
+        }
+        let depth = texture.format.has_depth_aspect() && aspect != TextureAspect::StencilOnly;
+        let depth_in = depth && upload && texture.format != TextureFormat::Depth16Unorm;
+        let block = texture.format.block_copy_size(Some(aspect));
+        let Some(block) = block.filter(|_| texture.size.samples == 1 && !depth_in) else {
+            let message = format!("\"{a}\" cannot be copied to or from a buffer");
+            let help = if texture.size.samples > 1 {
+                "several samples have no bytes: resolve them first"
+            } else if depth_in {
+                "only depth16unorm takes its depth from a buffer: use a pass that writes depth"
+            } else {
+                "the depth of this format has no bytes: use a pass"
+            };
+            self.refuse(region.resource, upload, message, help);
+            return None;
+        };
+        let step =
+            if texture.format.is_depth_stencil_format() { COPY_BUFFER_ALIGNMENT } else { u64::from(block) };
+        if !first.is_multiple_of(step) {
+            let message = format!("the texels of \"{a}\" begin at byte {first} of \"{b}\"");
+            let help = format!("begin at a multiple of {step} bytes");
+            self.refuse(buffer.view.resource, !upload, message, &help);
+            return None;
+        }
+        let (block_width, block_height) = texture.format.block_dimensions();
+        let boxes = self.boxes(region, &texture, extent)?;
+        let mut rows = Vec::new();
+        let (mut offset, mut end) = (first, first);
+        for (origin, extent) in boxes {
+            let [width, height, layers] = extent;
+            let row = u64::from(width.div_ceil(block_width)) * u64::from(block);
+            let least = row.next_multiple_of(u64::from(COPY_BYTES_PER_ROW_ALIGNMENT));
+            let (bytes_per_row, lines) = (buffer.bytes_per_row, height.div_ceil(block_height));
+            let rows_per_image = buffer.rows_per_image.unwrap_or(lines);
+            let bytes_per_row = bytes_per_row.map_or(least, u64::from);
+            if bytes_per_row < row || rows_per_image < lines {
+                let message = format!(
+                    "\"{a}\" has {lines} rows of {row} bytes, \"{b}\" {rows_per_image} of {bytes_per_row}"
+                );
+                let help = "make \"bytes_per_row\" and \"rows_per_image\" larger, or remove them";
+                self.refuse(buffer.view.resource, !upload, message, help);
+                return None;
+            }
+            let image = bytes_per_row.saturating_mul(u64::from(rows_per_image));
+            let last = bytes_per_row * u64::from(lines.saturating_sub(1)) + row;
+            let before = image.saturating_mul(u64::from(layers.saturating_sub(1)));
+            end = offset.saturating_add(before).saturating_add(last);
+            let bytes_per_row = u32::try_from(bytes_per_row).ok()?;
+            rows.push((origin, TexelRows { offset, bytes_per_row, rows_per_image }, extent));
+            offset = offset.saturating_add(image.saturating_mul(u64::from(layers)));
+        }
+        let wanted = end - first;
+        if held < wanted {
+            let message = format!("\"{a}\" takes {wanted} bytes, of \"{b}\" there are {held}");
+            let help = "each row of texels takes a multiple of 256 bytes";
+            self.refuse(buffer.view.resource, !upload, message, help);
+            return None;
+        }
+        Some(rows)
+    }
+
+    /// The aspect as a device takes it; `None` where the format has no such thing.
+    fn aspect(
+        &mut self,
+        region: &TextureRegion,
+        texture: &TextureFacts,
+        written: bool,
+    ) -> Option<TextureAspect> {
+        let (exists, aspect, word) = match region.aspect {
+            Aspect::All => return Some(TextureAspect::All),
+            Aspect::DepthOnly => (texture.format.has_depth_aspect(), TextureAspect::DepthOnly, "depth"),
+            Aspect::StencilOnly => {
+                (texture.format.has_stencil_aspect(), TextureAspect::StencilOnly, "stencil")
+            }
+        };
+        if !exists {
+            let message =
+                format!("\"{}\" is {}: no {word}", self.name(region.resource), format_name(texture.format));
+            self.refuse(region.resource, written, message, "remove \"aspect\", or choose another format");
+            return None;
+        }
+        Some(aspect)
+    }
+
+    /// For each mip level the first texel, and how many there are; `None` after a finding.
+    fn boxes(
+        &mut self,
+        region: &TextureRegion,
+        texture: &TextureFacts,
+        extent: Option<&[Deferred; 2]>,
+    ) -> Option<Vec<(TexelOrigin, [u32; 3])>> {
+        let TextureFacts { format, size, volume, .. } = *texture;
+        // Parts that do not exist are a finding of their own.
+        if region.mip.end() > u64::from(size.mips) {
+            return None;
+        }
+        let block = <[u32; 2]>::from(format.block_dimensions());
+        let whole = format.is_depth_stencil_format() || size.samples > 1;
+        let mut boxes = Vec::new();
+        for mip in region.mip.first..region.mip.first + region.mip.count {
+            let side = |length: u32| length.checked_shr(mip).unwrap_or(0).max(1);
+            let slices = if volume { side(size.layers) } else { size.layers };
+            let layer = region.layer.map_or((0, slices), |run| (run.first, run.count));
+            if u64::from(layer.0) + u64::from(layer.1) > u64::from(slices) {
+                return None;
+            }
+            let mip_level = [side(size.width), side(size.height)];
+            let (mut at, mut length) = ([0; 2], [0; 2]);
+            for (axis, what) in ["x", "y"].iter().enumerate() {
+                // Compressed texels are there in whole blocks, also where a mip level ends within one.
+                let full = mip_level[axis].next_multiple_of(block[axis]);
+                let start = region.origin.as_ref().map(|origin| &origin[axis]);
+                let count = extent.map(|extent| &extent[axis]);
+                at[axis] = start.map_or(Some(0), |origin| self.texel_count(origin, 0))?;
+                length[axis] = match count {
+                    Some(count) => self.texel_count(count, 1)?,
+                    None => full.saturating_sub(at[axis]),
+                };
+                let Some(said) = count.or(start) else { continue };
+                let (first, beyond) = (at[axis], u64::from(at[axis]) + u64::from(length[axis]));
+                let name = self.name(region.resource);
+                if beyond > u64::from(full) || length[axis] == 0 {
+                    let message = format!(
+                        "\"{name}\" has {} texels in {what}, of which {} from {first} are copied",
+                        mip_level[axis], length[axis]
+                    );
+                    return self.refuse_at(said, message, "stay within the mip level");
+                }
+                if whole && (first > 0 || beyond < u64::from(full)) {
+                    let message = format!("a part of \"{name}\" is copied");
+                    let help = "depth, stencil and several samples are copied by whole layers: remove \"origin\" and \"extent\"";
+                    return self.refuse_at(said, message, help);
+                }
+                if first % block[axis] != 0 || length[axis] % block[axis] != 0 {
+                    let message = format!("{} texels of \"{name}\" from {first} are copied", length[axis]);
+                    let help = format!("its texels come in blocks of {} by {}", block[0], block[1]);
+                    return self.refuse_at(said, message, &help);
+                }
+            }
+            let at = [at[0], at[1], layer.0];
+            let aspect = if has_both(format) { region.aspect } else { Aspect::All };
+            boxes.push((TexelOrigin { mip, at, aspect }, [length[0], length[1], layer.1]));
+        }
+        Some(boxes)
+    }
+
+    fn texel_count(&mut self, deferred: &Deferred, least: u32) -> Option<u32> {
+        let value = self.facts.sizes.value(&deferred.expression, deferred.place, &deferred.pointer)?;
+        match value {
+            Value::Number(number)
+                if number.fract() == 0.0 && (f64::from(least)..=f64::from(u32::MAX)).contains(&number) =>
+            {
+                Some(number as u32)
+            }
+            other => {
+                let help = format!("whole numbers from {least} are possible; floor() rounds down");
+                self.refuse_at(deferred, format!("{other} is no number of texels"), &help)
+            }
+        }
+    }
+}
+
+fn has_both(format: TextureFormat) -> bool {
+    format.has_depth_aspect() && format.has_stencil_aspect()
+}
