@@ -118,9 +118,11 @@ impl Value {
     pub fn nearest(&self, pointer: &str) -> &Value {
         let mut value = self;
         for token in pointer.split('/').skip(1) {
-            let token = token.replace("~1", "/").replace("~0", "~");
             let next = match &value.kind {
-                Kind::Object(_) => value.get(&token),
+                Kind::Object(_) if token.contains('~') => {
+                    value.get(&token.replace("~1", "/").replace("~0", "~"))
+                }
+                Kind::Object(_) => value.get(token),
                 Kind::Array(elements) => token.parse::<usize>().ok().and_then(|at| elements.get(at)),
                 _ => None,
             };

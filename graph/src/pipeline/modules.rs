@@ -10,14 +10,20 @@ use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::shader::{self, AxisValues, ShaderModule, TargetProfile, TemplateSet};
 use crate::source::Span;
 
-/// A program that a pass wants.
-#[derive(Clone, Debug)]
-pub(super) struct Wanted {
-    pub(super) pass: String,
+/// A template with chosen axes.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Chosen {
     pub(super) template: String,
     pub(super) axes: AxisValues,
     /// The mesh properties that are axes too, in every combination.
     pub(super) properties: Vec<String>,
+}
+
+/// A program that a pass wants.
+#[derive(Clone, Debug)]
+pub(super) struct Wanted {
+    pub(super) pass: String,
+    pub(super) chosen: Chosen,
     pub(super) place: Span,
 }
 
@@ -42,6 +48,13 @@ impl Modules {
         self.of_schema.get_or_insert_with(check).clone()
     }
 
+    /// Writes down that a pass wants a program, where all variants are proven together.
+    pub(super) fn want(&mut self, pass: &str, chosen: &Chosen, place: Span) {
+        if self.proven_elsewhere {
+            self.wanted.push(Wanted { pass: pass.to_owned(), chosen: chosen.clone(), place });
+        }
+    }
+
     /// The module, or what is wrong with it; nothing is said of what the proof of all variants will say.
     pub(super) fn get(
         &mut self,
@@ -63,7 +76,7 @@ impl Modules {
     }
 }
 
-impl Wanted {
+impl Chosen {
     /// The values of each variant.
     pub(super) fn variants(&self) -> impl Iterator<Item = AxisValues> {
         (0..1_u32 << self.properties.len().min(8)).map(|mask| {

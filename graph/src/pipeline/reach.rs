@@ -188,14 +188,14 @@ fn programs(
     let mut order: Vec<(&str, &str)> = Vec::new();
     let mut reached: BTreeMap<(&str, &str), (BTreeSet<AxisValues>, Span)> = BTreeMap::new();
     for wanted in &modules.wanted {
-        let key = (wanted.pass.as_str(), wanted.template.as_str());
+        let key = (wanted.pass.as_str(), wanted.chosen.template.as_str());
         let entry = reached.entry(key).or_insert_with(|| {
             order.push(key);
             (BTreeSet::new(), wanted.place)
         });
-        for values in wanted.variants() {
+        for values in wanted.chosen.variants() {
             // What breaks a constraint has its finding from the load.
-            if let Ok(mut values) = shader::complete(job.templates, &wanted.template, &values) {
+            if let Ok(mut values) = shader::complete(job.templates, &wanted.chosen.template, &values) {
                 values.retain(|name, _| !open_axes.contains(name));
                 entry.0.insert(values);
             }

@@ -118,6 +118,6 @@ impl PassBuilder<'_> {
     }
 
     pub(in crate::pipeline) fn absolute(&self, pointer: &str) -> String {
-        format!("{}{pointer}", self.pointer)
+        [self.pointer.as_str(), pointer].concat()
     }
 }

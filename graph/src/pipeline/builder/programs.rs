@@ -7,7 +7,7 @@ use crate::diagnostic::codes;
 use crate::document;
 use crate::expression::{Scope as _, Value};
 use crate::language::Expr;
-use crate::pipeline::modules::Wanted;
+use crate::pipeline::modules::Chosen;
 use crate::shader::{AxisValue, AxisValues};
 use crate::work::ProgramHandle;
 
@@ -22,7 +22,8 @@ impl PassBuilder<'_> {
         pointer: &str,
     ) -> Option<ProgramHandle> {
         let shader_at = format!("{pointer}/shader");
-        let Some(known) = self.shared.templates.axes(template).cloned() else {
+        let templates = self.shared.templates.clone();
+        let Some(known) = templates.axes(template) else {
             let finding = self
                 .shared
                 .templates
@@ -79,14 +80,10 @@ impl PassBuilder<'_> {
             return None;
         }
         let place = self.place(&shader_at);
-        self.shared.modules.wanted.push(Wanted {
-            pass: self.name.to_owned(),
-            template: template.to_owned(),
-            axes: values.clone(),
-            properties: properties.clone(),
-            place,
-        });
-        self.shared.program(template, values, properties, place, &self.absolute(&shader_at))
+        let chosen = Chosen { template: template.to_owned(), axes: values, properties };
+        self.shared.modules.want(self.name, &chosen, place);
+        let pointer = &self.pointer;
+        self.shared.program(chosen, place, &|| [pointer.as_str(), &shader_at].concat())
     }
 }
 

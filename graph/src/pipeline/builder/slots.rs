@@ -1,6 +1,7 @@
 //! The bindings of a program, matched by name with what a pass binds.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::{PartSettings, PassBuilder, host_contract};
 use crate::diagnostic::{codes, did_you_mean};
@@ -20,7 +21,7 @@ impl PassBuilder<'_> {
         pointer: &str,
     ) -> Option<Vec<BoundSlot>> {
         let at = format!("{pointer}/bind");
-        let program: Program = self.shared.programs[program.index()].clone();
+        let program: Arc<Program> = self.shared.programs[program.index()].clone();
         let mut fine = true;
         let mut unknown: Vec<&str> = Vec::new();
         for name in bind.keys() {

@@ -288,7 +288,7 @@ pub(crate) fn load_sharing(
         geometry: shared.geometry,
         resources: shared.resources,
         passes,
-        programs: shared.programs,
+        programs: shared.programs.into_iter().map(Arc::unwrap_or_clone).collect(),
         uncertain,
     };
     for (geometry, interface) in registry.hosts() {

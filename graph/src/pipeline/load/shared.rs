@@ -10,7 +10,7 @@ use crate::document;
 use crate::expression::{Expression, ExpressionError, ExpressionKind, Scope as _, unknown_name};
 use crate::language::GeometryDeclaration;
 use crate::pipeline::environment::Environment;
-use crate::pipeline::modules::Modules;
+use crate::pipeline::modules::{Chosen, Modules};
 use crate::pipeline::{Program, ProgramBinding, ProgramVariant, Resource, ResourceKind, StaticScope};
 use crate::shader::{AxisValue, AxisValues, ShaderModule, TargetProfile, TemplateSet};
 use crate::source::{Sources, Span};
@@ -35,8 +35,8 @@ pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) resources: Vec<Resource>,
     pub(super) resource_index: HashMap<String, ResourceHandle>,
     pub(in crate::pipeline) geometry: BTreeMap<String, GeometryDeclaration>,
-    pub(in crate::pipeline) programs: Vec<Program>,
-    pub(super) program_keys: BTreeMap<(String, AxisValues, Vec<String>), Option<ProgramHandle>>,
+    pub(in crate::pipeline) programs: Vec<Arc<Program>>,
+    pub(super) program_keys: BTreeMap<Chosen, Option<ProgramHandle>>,
     pub(in crate::pipeline) modules: Modules,
     /// The variants whose findings are reported.
     pub(super) refused: BTreeSet<(String, AxisValues)>,
@@ -161,29 +161,20 @@ impl Shared {
     /// The program of a template with chosen axes, in every combination of the mesh properties.
     pub(in crate::pipeline) fn program(
         &mut self,
-        template: &str,
-        axes: AxisValues,
-        properties: Vec<String>,
+        chosen: Chosen,
         place: Span,
-        pointer: &str,
+        pointer: &dyn Fn() -> String,
     ) -> Option<ProgramHandle> {
-        let key = (template.to_owned(), axes.clone(), properties.clone());
-        if let Some(known) = self.program_keys.get(&key) {
+        if let Some(known) = self.program_keys.get(&chosen) {
             return *known;
         }
-        let handle = self.new_program(template, axes, &properties, place, pointer);
-        self.program_keys.insert(key, handle);
+        let handle = self.new_program(&chosen, place, &pointer());
+        self.program_keys.insert(chosen, handle);
         handle
     }
 
-    fn new_program(
-        &mut self,
-        template: &str,
-        axes: AxisValues,
-        properties: &[String],
-        place: Span,
-        pointer: &str,
-    ) -> Option<ProgramHandle> {
+    fn new_program(&mut self, chosen: &Chosen, place: Span, pointer: &str) -> Option<ProgramHandle> {
+        let Chosen { template, axes, properties } = chosen;
         let mut variants = Vec::new();
         for mask in 0..1u32 << properties.len().min(8) {
             let mut active: Vec<String> = Vec::new();
@@ -199,7 +190,7 @@ impl Shared {
             let module = self.module(template, values, place, pointer)?;
             variants.push(ProgramVariant { properties: active, module });
         }
-        match Program::new(template.to_owned(), axes, variants, place) {
+        match Program::new(template.clone(), axes.clone(), variants, place) {
             Ok(program) if program.bindings.iter().any(|binding| self.is_beyond(binding)) => {
                 let beyond: Vec<_> =
                     program.bindings.iter().filter(|binding| self.is_beyond(binding)).collect();
@@ -220,7 +211,7 @@ impl Shared {
                 None
             }
             Ok(program) => {
-                self.programs.push(program);
+                self.programs.push(Arc::new(program));
                 Some(ProgramHandle(self.programs.len() as u32 - 1))
             }
             Err(findings) => {
