@@ -36,7 +36,7 @@
 //!     const NAME: &'static str = "wave";
 //!     const SUMMARY: &'static str = "Publishes the phase of a wave, from 0 to 1.";
 //!
-//!     fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+//!     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
 //!         let period = pass.number(&self.period, "/period")?;
 //!         let output = pass.publish(&self.to, "/to", DataShape::new().value("phase", ValueType::F32))?;
 //!         Some(pass.produce(Work::Host(HostWork { node: Arc::new(RunWave { period }), output, inputs: Vec::new() })))
@@ -59,14 +59,15 @@ use crate::draw::HostInterface;
 use crate::pipeline::{PassBuilder, Produced};
 
 /// A node kind, as its settings.
-pub trait Node: DeserializeOwned + JsonSchema {
+pub trait Node: DeserializeOwned + JsonSchema + 'static {
     /// The key that names the kind in a pass.
     const NAME: &'static str;
     /// What it does, in a sentence.
     const SUMMARY: &'static str;
 
-    /// States what a pass with these settings uses and does. Findings go to the builder; `None` after at least one.
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced>;
+    /// States what a pass with these settings uses and does. Findings go to the builder; `None` after at least one. A
+    /// pass of a subgraph is declared once for each instance, with the same settings.
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced>;
 }
 
 /// A node kind without its type; [`Registry::register`] makes it of any [`Node`].
@@ -77,8 +78,23 @@ pub trait NodeKind: Send + Sync {
     fn summary(&self) -> &'static str;
     /// The schema of its settings.
     fn schema(&self, generator: &mut SchemaGenerator) -> Schema;
-    /// Decodes settings, which fit the schema, and declares the pass.
-    fn declare(&self, settings: serde_json::Value, pass: &mut PassBuilder<'_>) -> Option<Produced>;
+    /// Decodes settings, which fit the schema.
+    ///
+    /// # Errors
+    /// Settings that fit the schema, but not the type behind it.
+    fn decode(&self, settings: &document::Value) -> Result<Box<dyn Settings>, serde_json::Error>;
+}
+
+/// Settings of some node kind.
+pub trait Settings {
+    /// Declares a pass with these settings.
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced>;
+}
+
+impl<N: Node> Settings for N {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        Node::declare(self, pass)
+    }
 }
 
 struct Typed<N>(PhantomData<fn() -> N>);
@@ -96,14 +112,8 @@ impl<N: Node> NodeKind for Typed<N> {
         generator.subschema_for::<N>()
     }
 
-    fn declare(&self, settings: serde_json::Value, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        match serde_json::from_value::<N>(settings) {
-            Ok(node) => node.declare(pass),
-            Err(error) => {
-                pass.settings_do_not_decode(&error);
-                None
-            }
-        }
+    fn decode(&self, settings: &document::Value) -> Result<Box<dyn Settings>, serde_json::Error> {
+        Ok(Box::new(settings.decode::<N>()?))
     }
 }
 
@@ -123,7 +133,7 @@ impl Registry {
     }
 
     /// Adds a kind; one of the same name is replaced.
-    pub fn register<N: Node + 'static>(&mut self) -> &mut Self {
+    pub fn register<N: Node>(&mut self) -> &mut Self {
         self.kinds.insert(N::NAME, Arc::new(Typed::<N>(PhantomData)));
         self.schema = OnceLock::new();
         self

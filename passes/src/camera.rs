@@ -46,7 +46,7 @@ impl Node for Camera {
     const NAME: &'static str = "camera";
     const SUMMARY: &'static str = "Publishes the frame's camera as a view.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let reverse = match &self.reverse {
             Some(expr) => pass.boolean(expr, "/reverse")?,
             None => false,

@@ -53,7 +53,7 @@ impl Node for Compute {
     const NAME: &'static str = "compute";
     const SUMMARY: &'static str = "Dispatches a compute shader.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let program = pass.program(&self.shader, &self.axes, None, "");
         let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
         let dispatch = match (&self.over, &self.workgroups, &self.indirect) {

@@ -73,7 +73,7 @@ impl Node for Copy {
     const NAME: &'static str = "copy";
     const SUMMARY: &'static str = "Copies a texture or buffer, or a part of it, to another.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let ends = [(&self.from, "/from"), (&self.to, "/to")];
         let buffers = ends.map(|(settings, _)| pass.is_buffer(&settings.name));
         let bytes = buffers == [true, true];
@@ -117,7 +117,7 @@ impl Node for Clear {
     const NAME: &'static str = "clear";
     const SUMMARY: &'static str = "Fills a buffer with zeros.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let ends = (self.offset.as_ref(), self.size.as_ref());
         let view = bytes_of(pass, &self.buffer, ends, true, Usage::CopyDestination, "", "/buffer")?;
         let region = BufferRegion { view, bytes_per_row: None, rows_per_image: None };

@@ -63,7 +63,7 @@ impl Node for Draw {
     const NAME: &'static str = "draw";
     const SUMMARY: &'static str = "Draws the host's meshes, once for each view.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         pass.geometry(&self.geometry, "/geometry")?;
         let views = pass.data(&self.views, "/views");
         let program = pass.program(&self.shader, &self.axes, Some(&self.geometry), "");
@@ -82,8 +82,8 @@ impl Node for Draw {
             None => DrawOrder::default(),
         };
         let draw = DrawWork::Scene(SceneDraw {
-            geometry: self.geometry,
-            filter: self.filter,
+            geometry: self.geometry.clone(),
+            filter: self.filter.clone(),
             views: views?,
             program: program?,
             bindings: bindings?,

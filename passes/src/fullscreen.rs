@@ -41,7 +41,7 @@ impl Node for Fullscreen {
     const NAME: &'static str = "fullscreen";
     const SUMMARY: &'static str = "Runs a fragment shader for every texel of its attachments.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let program = pass.program(&self.shader, &self.axes, None, "");
         let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
         if let Some(program) = program {

@@ -154,7 +154,7 @@ impl Node for Mesh {
     const NAME: &'static str = "mesh";
     const SUMMARY: &'static str = "Draws vertices from the pipeline's own buffers.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let program = pass.program(&self.shader, &self.axes, None, "");
         let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
         let vertices = program.and_then(|program| self.vertices(program, pass));

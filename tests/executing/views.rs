@@ -30,7 +30,7 @@ impl Node for Views {
     const NAME: &'static str = "views";
     const SUMMARY: &'static str = "Publishes the views that a frame chooses.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let shape = DataShape::new().value("time", ValueType::F32).views(self.maximum);
         let output = pass.publish(&self.to, "/to", shape)?;
         let node = Arc::new(Run { lies: self.lies });

@@ -7,11 +7,13 @@
 //!
 //! Limits: nesting to 512 levels (the parser's own guard), texts to [`crate::source::MAXIMUM_FILE_BYTES`].
 
+mod decode;
 pub mod format;
 mod parse;
 mod pointer;
 pub mod schema;
 
+pub use decode::decode_entries;
 pub use parse::parse;
 pub use pointer::{Pointer, pointer_join};
 

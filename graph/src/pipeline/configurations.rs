@@ -171,7 +171,7 @@ fn varied(document: &Document, mentions: &[Mention<'_>], axes: &BTreeSet<&str>) 
     let entries = |name: &str| document.root.get(name).and_then(Value::entries).unwrap_or_default();
     let mut features: BTreeMap<&str, (FeatureDeclaration, &Value)> = BTreeMap::new();
     for entry in entries("features") {
-        if let Ok(declaration) = serde_json::from_value(entry.value.to_json()) {
+        if let Ok(declaration) = entry.value.decode() {
             features.insert(&entry.key, (declaration, &entry.value));
         }
     }
@@ -216,7 +216,7 @@ fn varied(document: &Document, mentions: &[Mention<'_>], axes: &BTreeSet<&str>) 
         axes.contains(name) || mentions.iter().any(|mention| mention.deciding && has_word(mention.text, name))
     };
     for entry in entries("parameters") {
-        let Ok(declaration) = serde_json::from_value::<ParameterDeclaration>(entry.value.to_json()) else {
+        let Ok(declaration) = entry.value.decode::<ParameterDeclaration>() else {
             continue;
         };
         let is_small = matches!(declaration.parameter_type, ParameterType::Bool | ParameterType::Enum);

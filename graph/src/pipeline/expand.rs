@@ -462,8 +462,7 @@ impl<'a, 's> Expander<'a, 's> {
                 fine = false;
                 continue;
             }
-            let Ok(declaration) = serde_json::from_value::<ParameterDeclaration>(parameter.value.to_json())
-            else {
+            let Ok(declaration) = parameter.value.decode::<ParameterDeclaration>() else {
                 continue;
             };
             let given = with.and_then(|with| with.get(&parameter.key));

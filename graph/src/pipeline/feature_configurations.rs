@@ -157,7 +157,7 @@ fn varied(document: &Document, base: &Choice) -> Vec<Varied> {
     let entries = document.root.get("features").and_then(Value::entries).unwrap_or_default();
     let mut varied: BTreeMap<&str, Varied> = BTreeMap::new();
     for entry in entries {
-        let Ok(declaration) = serde_json::from_value::<FeatureDeclaration>(entry.value.to_json()) else {
+        let Ok(declaration) = entry.value.decode::<FeatureDeclaration>() else {
             continue;
         };
         let given = base.features.iter().rev().find(|setting| setting.name == entry.key);

@@ -159,10 +159,10 @@ impl Node for Cascades {
     const SUMMARY: &'static str =
         "Fits cascades of a directional light to the camera, and publishes a view for each.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let configuration = declare::configuration(&self, pass)?;
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        let configuration = declare::configuration(self, pass)?;
         if let Some(placement) = &self.placement {
-            return placed::declare(&self, placement, configuration, pass);
+            return placed::declare(self, placement, configuration, pass);
         }
         let output = pass.publish(&self.to, "/to", shape(configuration.splits.count() as u32))?;
         let node = Arc::new(RunCascades { configuration });

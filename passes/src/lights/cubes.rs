@@ -43,7 +43,7 @@ impl Node for CubeShadows {
     const SUMMARY: &'static str =
         "Publishes six views and a descriptor for each point light that has a cube.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let capacity = placement::capacity(pass, &self.capacity, "/capacity", placement::LARGEST_CUBES);
         let side = placement::capacity(pass, &self.side, "/side", crate::cascades::layout::LARGEST_SIDE);
         let reverse = match &self.reverse {

@@ -73,7 +73,7 @@ impl Node for LightList {
     const SUMMARY: &'static str =
         "Publishes all lights by kind, and the descriptors of their shadows by backing.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let lights = placement::capacity(pass, &self.lights, "/lights", LARGEST_CAPACITY);
         let descriptors = match &self.descriptors {
             Some(expr) => placement::capacity(pass, expr, "/descriptors", LARGEST_CAPACITY),

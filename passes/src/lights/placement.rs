@@ -220,7 +220,7 @@ impl Node for ShadowAtlas {
     const SUMMARY: &'static str =
         "Decides which lights cast shadows, and gives them tiles of an atlas, cubes and layers.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let descriptors = capacity(pass, &self.descriptors, "/descriptors", super::list::LARGEST_CAPACITY);
         let views = match &self.views {
             Some(expr) => capacity(pass, expr, "/views", u32::MAX),

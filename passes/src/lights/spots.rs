@@ -43,7 +43,7 @@ impl Node for SpotShadows {
     const SUMMARY: &'static str =
         "Publishes a view and a descriptor for each spot that has a tile of the atlas.";
 
-    fn declare(self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let capacity = placement::capacity(pass, &self.capacity, "/capacity", super::list::LARGEST_CAPACITY);
         let reverse = match &self.reverse {
             Some(expr) => pass.boolean(expr, "/reverse"),

@@ -1,6 +1,7 @@
 //! Document to pipeline.
 
 mod connect;
+mod declared;
 mod names;
 mod shared;
 mod versions;
@@ -9,22 +10,24 @@ pub(super) use names::{RESERVED, bad_name, has_word, is_name};
 pub(super) use shared::{Expected, Shared};
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::rc::Rc;
 use std::sync::Arc;
 
 use super::builder::{PassBuilder, expression_finding};
 use super::expand::Expander;
 use super::modules::Modules;
 use super::profiles::claimed_profiles;
-use super::{Choice, Pass, Pipeline, Resource, ResourceKind, StaticScope, history, preset, setting, toggle};
+use super::{Choice, Pass, Pipeline, Resource, StaticScope, history, preset, setting, toggle};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes, list_of};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::draw::check_host;
-use crate::language::{GeometryDeclaration, PassCommon, PipelineDeclaration, ResourceDeclaration};
+use crate::language::{GeometryDeclaration, PipelineDeclaration};
 use crate::node::Registry;
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::Sources;
 use crate::work::PassHandle;
 use connect::connect;
+use declared::{Declarations, Declared};
 use versions::{check_versions, is_absent, is_gap, uncertain};
 
 /// Makes the pipeline that a document describes, in the configuration that `choice` names.
@@ -135,17 +138,9 @@ pub(crate) fn load_sharing(
         .into_iter()
         .map(|(name, entry, pointer, environment)| toggle::Said { name, entry, pointer, environment })
         .collect();
+    let mut declarations = Declarations::new(registry);
     for instance in resources {
-        let declaration: Option<ResourceDeclaration> = if instance.is_broken {
-            None
-        } else {
-            serde_json::from_value(instance.entry.value.to_json()).ok()
-        };
-        let kind = match declaration {
-            Some(ResourceDeclaration::Texture(texture)) => ResourceKind::Texture(texture),
-            Some(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(buffer),
-            None => ResourceKind::Broken,
-        };
+        let kind = declarations.resource(&instance);
         let resource = Resource {
             name: instance.name,
             place: instance.entry.key_span,
@@ -158,7 +153,7 @@ pub(crate) fn load_sharing(
         history::add(&mut shared, resource);
     }
     let mut passes: Vec<Pass> = Vec::new();
-    let mut after: Vec<(usize, Vec<String>, &Entry)> = Vec::new();
+    let mut after: Vec<(usize, Rc<Declared<'_>>, &Entry)> = Vec::new();
     for instance in &instances {
         if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
             diagnostics.extend(shared.diagnostics);
@@ -171,11 +166,11 @@ pub(crate) fn load_sharing(
             gaps.push((instance.name.clone(), entry));
             continue;
         }
-        let Some((kind, common)) = take_apart(entry, registry) else {
+        let Some(declared) = declarations.pass(instance) else {
             gaps.push((instance.name.clone(), entry));
             continue;
         };
-        let Some(node) = registry.get(&kind.key) else { continue };
+        let Declared { kind, common, settings } = &*declared;
         // Findings of an instance carry the places where it is used; those of its pass alone are collected first.
         let outer = std::mem::take(&mut shared.diagnostics);
         let misgiven = shared.misgiven.len();
@@ -191,7 +186,13 @@ pub(crate) fn load_sharing(
         builder.settings = &kind.value;
         builder.pointer = pointer_join(pointer, &kind.key);
         let produced = match present {
-            Some(true) => node.declare(kind.value.to_json(), &mut builder),
+            Some(true) => match settings {
+                Ok(settings) => settings.declare(&mut builder),
+                Err(error) => {
+                    builder.settings_do_not_decode(error);
+                    None
+                }
+            },
             _ => None,
         };
         let uses = std::mem::take(&mut builder.uses);
@@ -203,7 +204,9 @@ pub(crate) fn load_sharing(
                 absent.insert(instance.name.clone());
             }
             (_, Some(produced)) if sound => {
-                after.push((passes.len(), common.after, entry));
+                if !common.after.is_empty() {
+                    after.push((passes.len(), declared.clone(), entry));
+                }
                 let mut findings = Diagnostics::new();
                 let condition = toggle::condition(entry, pointer, environment, &toggles, &mut findings);
                 shared.report_from(findings, environment);
@@ -231,13 +234,13 @@ pub(crate) fn load_sharing(
             _ => gaps.push((instance.name.clone(), entry)),
         }
     }
-    let positions: BTreeMap<String, usize> =
-        passes.iter().enumerate().map(|(at, pass)| (pass.name.clone(), at)).collect();
-    for (at, wanted, entry) in after {
+    let named = passes.iter().enumerate().filter(|_| !after.is_empty());
+    let positions: BTreeMap<String, usize> = named.map(|(at, pass)| (pass.name.clone(), at)).collect();
+    for (at, declared, entry) in after {
         if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
             break;
         }
-        for (position, written) in wanted.iter().enumerate() {
+        for (position, written) in declared.common.after.iter().enumerate() {
             let environment = passes[at].environment.clone();
             let pointer = format!("{}/after/{position}", passes[at].pointer);
             let value = entry.value.nearest(&format!("/after/{position}"));
@@ -318,9 +321,7 @@ fn decode_sound_parts(document: &Document, is_broken: &dyn Fn(&str) -> bool) -> 
         entries
             .iter()
             .filter(|entry| !is_broken(&pointer_join(&format!("/{name}"), &entry.key)))
-            .filter_map(|entry| {
-                Some((entry.key.clone(), serde_json::from_value(entry.value.to_json()).ok()?))
-            })
+            .filter_map(|entry| Some((entry.key.clone(), entry.value.decode().ok()?)))
             .collect()
     }
     Some(Decoded {
@@ -329,16 +330,4 @@ fn decode_sound_parts(document: &Document, is_broken: &dyn Fn(&str) -> bool) -> 
         toggles: section(document, "toggles", is_broken),
         geometry: section(document, "geometry", is_broken),
     })
-}
-
-/// The node kind's entry of a pass, and what the pass says beside it.
-fn take_apart<'a>(entry: &'a Entry, registry: &Registry) -> Option<(&'a Entry, PassCommon)> {
-    let entries = entry.value.entries()?;
-    let kind = entries.iter().find(|member| registry.get(&member.key).is_some())?;
-    let common: serde_json::Map<String, serde_json::Value> = entries
-        .iter()
-        .filter(|member| registry.get(&member.key).is_none())
-        .map(|member| (member.key.clone(), member.value.to_json()))
-        .collect();
-    Some((kind, serde_json::from_value(common.into()).ok()?))
 }

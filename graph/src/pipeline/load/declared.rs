@@ -1,0 +1,68 @@
+//! What the document says of a pass or a resource, decoded once for all instances of it.
+
+use std::collections::HashMap;
+use std::rc::Rc;
+
+use crate::document::{Entry, decode_entries};
+use crate::language::{PassCommon, ResourceDeclaration};
+use crate::node::{Registry, Settings};
+use crate::pipeline::ResourceKind;
+use crate::pipeline::expand::Instance;
+
+/// What the document says of a pass.
+pub(super) struct Declared<'a> {
+    /// The member that names the node kind, with the settings.
+    pub(super) kind: &'a Entry,
+    /// What stands beside it.
+    pub(super) common: PassCommon,
+    pub(super) settings: Result<Box<dyn Settings>, serde_json::Error>,
+}
+
+/// Declarations by the address of their entry in the document.
+pub(super) struct Declarations<'a, 'r> {
+    registry: &'r Registry,
+    passes: HashMap<*const Entry, Option<Rc<Declared<'a>>>>,
+    resources: HashMap<*const Entry, ResourceKind>,
+}
+
+impl<'a, 'r> Declarations<'a, 'r> {
+    pub(super) fn new(registry: &'r Registry) -> Self {
+        Self { registry, passes: HashMap::new(), resources: HashMap::new() }
+    }
+
+    /// The declaration of a pass that fits the schema; `None` where it does not decode all the same.
+    pub(super) fn pass(&mut self, instance: &Instance<'a>) -> Option<Rc<Declared<'a>>> {
+        let decode = || decode_pass(instance.entry, self.registry).map(Rc::new);
+        if instance.environment.is_top() {
+            return decode();
+        }
+        self.passes.entry(instance.entry).or_insert_with(decode).clone()
+    }
+
+    /// The declaration of a resource.
+    pub(super) fn resource(&mut self, instance: &Instance<'a>) -> ResourceKind {
+        if instance.is_broken {
+            return ResourceKind::Broken;
+        }
+        let decode = || match instance.entry.value.decode() {
+            Ok(ResourceDeclaration::Texture(texture)) => ResourceKind::Texture(texture),
+            Ok(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(buffer),
+            Err(_) => ResourceKind::Broken,
+        };
+        if instance.environment.is_top() {
+            return decode();
+        }
+        self.resources.entry(instance.entry).or_insert_with(decode).clone()
+    }
+}
+
+fn decode_pass<'a>(entry: &'a Entry, registry: &Registry) -> Option<Declared<'a>> {
+    let entries = entry.value.entries()?;
+    let (at, kind, node) =
+        entries.iter().enumerate().find_map(|(at, member)| Some((at, member, registry.get(&member.key)?)))?;
+    let beside = entries[..at]
+        .iter()
+        .chain(entries[at + 1..].iter().filter(|member| registry.get(&member.key).is_none()));
+    let common = decode_entries(beside).ok()?;
+    Some(Declared { kind, common, settings: node.decode(&kind.value) })
+}
