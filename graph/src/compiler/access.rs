@@ -91,12 +91,14 @@ pub(super) struct Writers {
     exact: HashMap<Part, Vec<usize>>,
     by_pass: HashMap<(PassHandle, Part), usize>,
     single: Option<(PassHandle, Part)>,
+    plain: bool,
 }
 
 impl Writers {
     /// The index of writers that are in order.
     pub(super) fn new(accesses: &[Access<'_>], list: Vec<usize>) -> Self {
-        let mut writers = Self { all: (0..list.len()).collect(), ..Self::default() };
+        let plain = list.iter().all(|at| accesses[*at].part.is_plain());
+        let mut writers = Self { all: (0..list.len()).collect(), plain, ..Self::default() };
         // Most resources have one writer, which needs no index.
         if let [at] = list[..] {
             writers.single = Some((accesses[at].pass, accesses[at].part));
@@ -122,6 +124,11 @@ impl Writers {
             Some(single) => (single == (pass, part)).then_some(0),
             None => self.by_pass.get(&(pass, part)).copied(),
         }
+    }
+
+    /// Whether no writer has a range of subresources, an aspect or bytes.
+    pub(super) fn are_plain(&self) -> bool {
+        self.plain
     }
 
     fn lists(&self, part: Part) -> (&[usize], &[usize]) {

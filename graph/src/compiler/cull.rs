@@ -12,6 +12,7 @@ use std::collections::{BTreeSet, VecDeque};
 use serde::Serialize;
 
 use super::graph::Graph;
+use super::visible::View;
 use crate::language::Lifetime;
 use crate::pipeline::{Part, Pipeline, Use};
 use crate::work::{PassHandle, ResourceHandle};
@@ -97,21 +98,32 @@ pub(crate) fn surviving_writers(
     graph: &Graph,
     resource: ResourceHandle,
 ) -> Vec<PassHandle> {
-    let mut covered: BTreeSet<Part> = BTreeSet::new();
+    let clears = |part: Part, writer: PassHandle| {
+        let whole = part.layer.is_some() || single_layer(pipeline, resource);
+        let afresh = |one: &Use| one.resource == resource && one.part == part && one.usage.starts_afresh();
+        whole && pipeline.pass(writer).uses.iter().any(afresh)
+    };
+    let condition = |writer: PassHandle| pipeline.pass(writer).condition;
     let mut writers = Vec::new();
+    if graph.versions_of(resource).all(|(part, writer)| condition(writer).is_none() && part.is_plain()) {
+        let mut covered: BTreeSet<Part> = BTreeSet::new();
+        for (part, writer) in graph.versions_of(resource).rev() {
+            if !covered.contains(&part) {
+                writers.push(writer);
+            }
+            if clears(part, writer) {
+                covered.insert(part);
+            }
+        }
+        return writers;
+    }
+    let mut view = View::new(Part::WHOLE, &[]);
     for (part, writer) in graph.versions_of(resource).rev() {
-        if !covered.contains(&part) {
+        if view.sees(part, condition(writer)) {
             writers.push(writer);
         }
-        let clears = pipeline
-            .pass(writer)
-            .uses
-            .iter()
-            .any(|one| one.resource == resource && one.part == part && one.usage.starts_afresh());
-        // What can be off leaves what is below it.
-        let always = pipeline.pass(writer).condition.is_none();
-        if clears && always && (part.layer.is_some() || single_layer(pipeline, resource)) {
-            covered.insert(part);
+        if clears(part, writer) {
+            view.cover(part, condition(writer), ());
         }
     }
     writers

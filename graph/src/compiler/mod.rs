@@ -39,6 +39,7 @@ mod size;
 mod toggles;
 mod values;
 mod verify;
+mod visible;
 mod writers;
 
 pub use assemble::{Assembly, AssemblyPass};

@@ -12,6 +12,7 @@ use super::access::Access;
 use super::cull::single_layer;
 use super::facts::{Descriptor, Facts};
 use super::graph::Graph;
+use super::visible::View;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{Bypass, Condition, Part, Pass, Pipeline, Usage, Use};
@@ -137,7 +138,7 @@ fn uncovered<'a>(
 }
 
 /// Finds pictures of the host's that a toggle leaves without anything: written afresh, and only by passes that can be
-/// off. What loads shows what the host had there; two passes with opposite toggles are never off together.
+/// off. What loads shows what the host had there; of two passes with opposite toggles one always runs.
 pub(super) fn check_outputs(
     pipeline: &Pipeline,
     graph: &Graph,
@@ -156,19 +157,21 @@ pub(super) fn check_outputs(
         if known.lifetime() != Lifetime::Imported || pipeline.uncertain.contains(&resource) {
             continue;
         }
-        let list: Vec<_> = uncovered(pipeline, graph, resource, &is_live).collect();
+        let list: Vec<_> =
+            graph.versions_of(resource).filter(|(_, writer)| is_live[writer.index()]).collect();
         let condition = |pass: PassHandle| pipeline.pass(pass).condition;
+        let one_layer = single_layer(pipeline, resource);
         for (part, writer) in &list {
             let Some(own) = condition(*writer) else { continue };
             let fresh = pipeline.pass(*writer).uses.iter().find(|one| {
                 one.resource == resource && one.part == *part && one.usage.writes() && !one.usage.reads()
             });
-            let instead = graph.versions_of(resource).any(|(other, pass)| {
-                let runs = condition(pass).is_none() || condition(pass) == Some(own.opposite());
-                is_live[pass.index()]
-                    && runs
-                    && (other.contains(*part) || single_layer(pipeline, resource) && other.mip == part.mip)
-            });
+            let mut view = View::new(*part, &[own.opposite()]);
+            for (other, pass) in &list {
+                let same = one_layer && other.mip == part.mip;
+                view.cover(if same { *part } else { *other }, condition(*pass), ());
+            }
+            let instead = view.is_covered();
             if let Some(one) = fresh.filter(|_| !instead) {
                 let toggle = &pipeline.toggles[own.toggle];
                 let state = if own.on { "off" } else { "on" };

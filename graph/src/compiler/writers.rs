@@ -11,8 +11,7 @@
 //! all of them.
 //!
 //! **Toggles.** A pass that can be off never covers what is below it for a reader that can run without it: such a
-//! reader is connected to the writers below too, until each part has one that runs whenever the reader does, or two
-//! with opposite toggles. Writers with opposite toggles never run in one frame and need no order. What is left without one is an error, unless the contents of the frame before are there.
+//! reader is connected to the writers below too, as far as it [sees](super::visible) them in some state. Writers with opposite toggles never run in one frame and need no order. What is left without one is an error, unless the contents of the frame before are there.
 //!
 //! Cost: each writer and reader looks back only to the first write that covers its part. Whether a way leads from one
 //! writer to the next is searched only between their positions, and mostly found at the first step.
@@ -26,6 +25,7 @@ use super::access::{Access, Writers, in_conflict};
 use super::cycle;
 use super::graph::{Edge, Graph, GraphNode, Hazard};
 use super::toggles::{self, Runs};
+use super::visible::View;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
 use crate::pipeline::{Condition, Part, Pipeline, ResourceKind, Version};
@@ -248,6 +248,8 @@ impl<'a> Builder<'a> {
         } else {
             HashMap::new()
         };
+        let is_toggled = |at: &usize| self.pipeline.pass(list[*at].pass).condition.is_some();
+        let simple = writers.are_plain() && !writers.list.iter().any(is_toggled);
         for reader in list.iter().filter(|access| access.reads) {
             let own = writers.rank(reader.pass, reader.part).filter(|_| reader.writes);
             let limit = match reader.version {
@@ -260,17 +262,24 @@ impl<'a> Builder<'a> {
                 }
                 Version::Newest => own.unwrap_or(writers.list.len()),
             };
-            self.connect_reader(resource, reader, &writers, limit, diagnostics);
+            self.connect_reader(resource, reader, (&writers, simple), limit, diagnostics);
         }
         self.ordered[resource.index()] = Some(writers);
     }
 
+    /// A write that a reader reads.
+    fn feed(&mut self, resource: ResourceHandle, rank: usize, writer: PassHandle, reader: PassHandle) {
+        self.add(writer, reader, Via::Data(resource));
+        self.reads[reader.index()].push((resource, rank));
+    }
+
     /// Connects one reader to the writers below a limit that feed it, and to those from the limit that overwrite it.
+    /// Writers are simple if they are always there and write one subresource or everything.
     fn connect_reader(
         &mut self,
         resource: ResourceHandle,
         reader: &Access<'_>,
-        writers: &Writers,
+        (writers, simple): (&Writers, bool),
         limit: usize,
         diagnostics: &mut Diagnostics,
     ) {
@@ -281,50 +290,44 @@ impl<'a> Builder<'a> {
             return;
         };
         let mut fed = false;
-        // What was written since: an older write of such a part is not there any more.
-        let mut newer: HashSet<Part> = HashSet::new();
-        // Newer writes that may not happen, and have nothing below them so far.
-        let mut open: Vec<(usize, Condition)> = Vec::new();
-        for rank in writers.before(limit, reader.part) {
+        let mut missing: Option<(usize, Condition)> = None;
+        let part_and_condition = |rank: usize| {
             let writer = &list[writers.list[rank]];
-            if writer.pass == reader.pass
-                || !writer.part.overlaps(reader.part)
-                || (!newer.is_empty() && within(&newer, writer.part))
-            {
-                continue;
-            }
-            let runs = toggles::runs(pipeline.pass(writer.pass), &known);
-            let covered = |(above, condition): &(usize, Condition)| {
-                runs == Runs::Sometimes(*condition) && list[writers.list[*above]].part.contains(writer.part)
-            };
-            if runs == Runs::Never || open.iter().any(covered) {
-                continue;
-            }
-            self.add(writer.pass, reader.pass, Via::Data(resource));
-            self.reads[reader.pass.index()].push((resource, rank));
-            fed = true;
-            let part_of = |rank: usize| list[writers.list[rank]].part;
-            let below = |open: usize| {
-                let above = part_of(open);
-                writer.part.contains(above) || writer.part.contains(reader.part)
-            };
-            if let Runs::Sometimes(condition) = runs {
-                let whole = open.iter().any(|(open, other)| {
-                    *other == condition.opposite() && part_of(*open).contains(writer.part)
-                });
-                open.retain(|(open, other)| *other != condition.opposite() || !below(*open));
-                if !whole {
-                    open.push((rank, condition));
+            (writer.part, pipeline.pass(writer.pass).condition)
+        };
+        if simple {
+            // What was written since: an older write of such a part is not there any more.
+            let mut newer: HashSet<Part> = HashSet::new();
+            for rank in writers.before(limit, reader.part) {
+                let writer = &list[writers.list[rank]];
+                let hidden = !newer.is_empty() && within(&newer, writer.part);
+                if writer.pass == reader.pass || !writer.part.overlaps(reader.part) || hidden {
                     continue;
                 }
-            } else {
-                open.retain(|(open, _)| !below(*open));
+                self.feed(resource, rank, writer.pass, reader.pass);
+                fed = true;
+                // Most reads end at the first write, which covers them, and need no set.
+                if writer.part.contains(reader.part) {
+                    break;
+                }
+                newer.insert(writer.part);
             }
-            // Most reads end at the first write, which covers them, and need no set.
-            if writer.part.contains(reader.part) {
-                break;
+        } else {
+            let mut view = View::new(reader.part, &known);
+            for rank in writers.before(limit, reader.part) {
+                let (part, condition) = part_and_condition(rank);
+                let writer = list[writers.list[rank]].pass;
+                if writer == reader.pass || !view.sees(part, condition) {
+                    continue;
+                }
+                self.feed(resource, rank, writer, reader.pass);
+                fed = true;
+                view.cover(part, condition, rank);
+                if view.is_covered() {
+                    break;
+                }
             }
-            newer.insert(writer.part);
+            missing = view.missing();
         }
         let declared = pipeline.resource(resource);
         let own_memory = match declared.lifetime() {
@@ -339,9 +342,9 @@ impl<'a> Builder<'a> {
                 if !matches!(pipeline.resource(resource).kind, ResourceKind::Data(None)) {
                     diagnostics.push(never_written(pipeline, resource, reader, list));
                 }
-            } else if let Some((rank, condition)) = open.first() {
-                let writer = &list[writers.list[*rank]];
-                diagnostics.push(toggles::taken_away(pipeline, reader, writer, *condition));
+            } else if let Some((rank, condition)) = missing {
+                let writer = &list[writers.list[rank]];
+                diagnostics.push(toggles::taken_away(pipeline, reader, writer, condition));
             }
         }
         for rank in writers.after(limit, reader.part) {

@@ -370,7 +370,9 @@ impl Player<'_, '_> {
                     .pass(named)
                     .condition
                     .is_some_and(|condition| self.state.contains(&(condition.toggle, !condition.on)));
-                if limit.is_none() && is_off {
+                // Nor can it say where in the order it would be if it writes other parts than this.
+                let elsewhere = !culled[*region].iter().any(|(writer, _)| *writer == named);
+                if limit.is_none() && (is_off || elsewhere) {
                     continue;
                 }
                 if limit.is_none() {
