@@ -43,8 +43,10 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
 /// What was covered of a pipeline, as data.
 fn numbers(path: &Path, covered: &Covered) -> serde_json::Value {
     let configurations = &covered.configurations;
+    let unchecked = covered.coverage.first.pipeline.as_ref().map_or(0, |pipeline| pipeline.gaps.len());
     serde_json::json!({
         "pipeline": path.display().to_string(),
+        "unchecked": unchecked,
         "configurations": configurations.list.len(),
         "reachable": configurations.number.number,
         "cover": match configurations.cover {
@@ -59,6 +61,12 @@ fn numbers(path: &Path, covered: &Covered) -> serde_json::Value {
 /// One line about a pipeline without errors; nothing where there is no plan.
 fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
     let Some(plan) = &covered.coverage.first.plan else { return String::new() };
+    let unchecked = covered.coverage.first.pipeline.as_ref().map_or(0, |pipeline| pipeline.gaps.len());
+    let passes = plan.passes.len() + plan.culled.len() + unchecked;
+    if unchecked > 0 {
+        let path = path.display();
+        return format!("{path}: {unchecked} of {passes} passes could not be checked, because of errors\n");
+    }
     let checked = covered.configurations.list.len();
     let configurations = match (checked, covered.configurations.cover) {
         (1, _) => "1 configuration".to_owned(),
@@ -77,9 +85,8 @@ fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
         }
     };
     format!(
-        "{}: {} passes ({} culled), {} resources, {} shader variants, {configurations}{}, valid for {}\n",
+        "{}: {passes} passes ({} culled), {} resources, {} shader variants, {configurations}{}, valid for {}\n",
         path.display(),
-        plan.passes.len() + plan.culled.len(),
         plan.culled.len(),
         plan.resources.len(),
         covered.coverage.variants.len(),

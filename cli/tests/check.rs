@@ -186,3 +186,28 @@ fn a_feature_of_a_group_that_is_switched_on_switches_the_default_off() {
     let errors = text(&both.stderr);
     assert!(errors.contains("UG0217") && errors.contains("<command line>:1:1"), "{errors}");
 }
+
+#[test]
+fn passes_whose_template_is_broken_are_counted_as_such() {
+    let folder = ScratchFolder::new("check-broken-template");
+    let write = |name: &str, text: &str| {
+        let path = folder.join(name);
+        std::fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    write("broken.wgsl.jinja", "{% if %}");
+    let document = pipeline(
+        0,
+        ", \"blur\": { \"fullscreen\": { \"shader\": \"broken.wgsl.jinja\", \"color\": [{ \"to\": \"target\" }] } }",
+    );
+    let path = write("features.json", &document.replace("},\n    ,", "},\n    "));
+    let templates = folder.join("");
+    let output = run(&["check", &path, "--templates", templates.to_str().unwrap()]);
+    assert_eq!(output.status.code(), Some(1));
+    let (said, findings) = (text(&output.stdout), text(&output.stderr));
+    assert!(
+        said.ends_with("features.json: 1 of 2 passes could not be checked, because of errors\n"),
+        "{said}"
+    );
+    assert!(findings.contains("UG0501") && findings.ends_with("1 error\n"), "{findings}");
+}

@@ -66,6 +66,8 @@ impl Assembly {
             resources: Vec::new(),
             passes: Vec::new(),
             programs: vec![program],
+            broken_settings: Default::default(),
+            gaps: Vec::new(),
             uncertain: Default::default(),
         };
         Self { pipeline, sources, place }

@@ -165,7 +165,9 @@ impl<'a> Sizes<'a> {
                 // A text with escapes reads otherwise than it is written.
                 let text = if raw.contains('\\') { String::new() } else { raw.to_owned() };
                 let value = document::Value { span: place, kind: document::Kind::Text(text) };
-                self.refuse(&error, expression_finding(&error, &value, pointer));
+                if let Some(finding) = expression_finding(&error, &value, pointer) {
+                    self.refuse(&error, finding);
+                }
                 None
             }
         }
@@ -324,11 +326,10 @@ impl<'a> Sizes<'a> {
                     misgiven.and_then(|unknown| environment.misgiven(&unknown.name, names.clone()));
                 environment.widen(&mut error, names);
                 let value = resource.value.nearest(pointer);
-                let finding = misgiven.unwrap_or_else(|| {
-                    let pointer = format!("{}{pointer}", resource.pointer);
-                    expression_finding(&error, value, &pointer)
-                });
-                self.refuse(&error, finding);
+                let pointer = format!("{}{pointer}", resource.pointer);
+                if let Some(finding) = misgiven.or_else(|| expression_finding(&error, value, &pointer)) {
+                    self.refuse(&error, finding);
+                }
                 return None;
             }
         };
@@ -422,6 +423,10 @@ impl Scope for Sizes<'_> {
         names.extend(self.pipeline.resources.iter().map(|resource| resource.name.clone()));
         names.extend(["viewport", "viewport.width", "viewport.height"].map(str::to_owned));
         names
+    }
+
+    fn is_broken(&self, name: &str) -> bool {
+        self.scope.is_broken(name)
     }
 
     fn members(&self, head: &str) -> Vec<String> {

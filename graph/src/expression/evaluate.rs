@@ -15,6 +15,10 @@ pub trait Scope {
     fn lookup(&self, name: &str) -> Option<Value>;
     /// All names, for a did-you-mean.
     fn names(&self) -> Vec<String>;
+    /// Whether a name is declared, but has no value because its declaration has a finding of its own.
+    fn is_broken(&self, _name: &str) -> bool {
+        false
+    }
     /// The names that begin with `head` and a dot, for the same; none where `head` has no members, or does not exist.
     fn members(&self, _head: &str) -> Vec<String> {
         Vec::new()
@@ -64,9 +68,10 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
 pub(crate) fn unknown_name(name: &str, range: Range<usize>, scope: &dyn Scope) -> ExpressionError {
     let members = name.rsplit_once('.').map_or_else(Vec::new, |(head, _)| scope.members(head));
     let known = if members.is_empty() { scope.names() } else { members };
+    let fault = if scope.is_broken(name) { Fault::Follows } else { Fault::UnknownName };
     ExpressionError {
         range,
-        fault: Fault::UnknownName,
+        fault,
         message: format!("there is no \"{name}\""),
         help: None,
         unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_function: false })),

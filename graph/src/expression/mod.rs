@@ -190,6 +190,8 @@ pub enum Fault {
     Syntax,
     /// A name or function that does not exist here.
     UnknownName,
+    /// A name that is declared, but has no value because its declaration has a finding: this one only follows from it.
+    Follows,
     /// An operand of the wrong kind, or the wrong number of arguments.
     Type,
     /// A result that is no number: overflow, division by zero, an index outside its list.

@@ -431,7 +431,7 @@ impl<'a, 's> Expander<'a, 's> {
                     Some(Err(mut error)) => {
                         outer.widen(&mut error, std::iter::empty());
                         let here = pointer_join(&at, &input.key);
-                        self.shared.diagnostics.push(expression_finding(&error, given, &here));
+                        self.shared.diagnostics.extend(expression_finding(&error, given, &here));
                         fine = false;
                     }
                     None => {
@@ -507,7 +507,7 @@ impl<'a, 's> Expander<'a, 's> {
             Err(mut error) => {
                 environment.widen(&mut error, std::iter::empty());
                 let finding = expression_finding(&error, value, pointer);
-                self.shared.report_from(finding.into(), environment);
+                self.shared.report_from(finding.into_iter().collect(), environment);
                 None
             }
         }

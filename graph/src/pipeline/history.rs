@@ -73,7 +73,7 @@ pub(super) fn add(shared: &mut Shared, mut resource: Resource) {
         let frames = frames.map_or(Ok(1), |frames| count(shared, &resource, frames, &at));
         // After a finding as many as there can be, so that no read of them is one more.
         let frames = frames.unwrap_or_else(|finding| {
-            findings.push(*finding);
+            findings.extend(finding.map(|finding| *finding));
             MAXIMUM_FRAMES
         });
         let of = ResourceHandle(shared.resources.len() as u32);
@@ -96,7 +96,12 @@ pub(super) fn add(shared: &mut Shared, mut resource: Resource) {
 }
 
 /// The number of earlier frames.
-fn count(shared: &Shared, resource: &Resource, frames: &Expr, at: &str) -> Result<u32, Box<Diagnostic>> {
+fn count(
+    shared: &Shared,
+    resource: &Resource,
+    frames: &Expr,
+    at: &str,
+) -> Result<u32, Option<Box<Diagnostic>>> {
     let evaluate = || -> Result<Value, ExpressionError> {
         let is_resource = |name: &str| shared.find(name).is_some();
         let expression = resource.environment.close(&frames.parse()?, &is_resource);
@@ -113,13 +118,13 @@ fn count(shared: &Shared, resource: &Resource, frames: &Expr, at: &str) -> Resul
                 value.number().map_or_else(|| value.kind_name().to_owned(), |number| number.to_string());
             let message = format!("the number of earlier frames of \"{}\" is {found}", resource.name);
             let help = format!("1 to {MAXIMUM_FRAMES} are possible");
-            Err(Box::new(finding(resource, codes::HISTORY_SETTING, at, message, &help)))
+            Err(Some(Box::new(finding(resource, codes::HISTORY_SETTING, at, message, &help))))
         }
         Err(mut error) => {
             resource.environment.widen(&mut error, std::iter::empty());
             let value = resource.value.nearest(at);
             let pointer = format!("{}{at}", resource.pointer);
-            Err(Box::new(expression_finding(&error, value, &pointer)))
+            Err(expression_finding(&error, value, &pointer).map(Box::new))
         }
     }
 }

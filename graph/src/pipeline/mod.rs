@@ -91,6 +91,10 @@ pub struct Pipeline {
     pub programs: Vec<Program>,
     /// Resources that a pass with findings of its own mentions: nothing is known about who writes or reads them.
     pub uncertain: BTreeSet<ResourceHandle>,
+    /// Parameters and features without a value, because of findings of their own.
+    pub broken_settings: BTreeSet<String>,
+    /// The passes that are not there because of findings of their own, and the subgraphs and loops of such.
+    pub gaps: Vec<String>,
 }
 
 impl Pipeline {
@@ -131,7 +135,7 @@ impl Pipeline {
 
     /// The names that expressions can see before sizes are known: parameters and features.
     pub fn scope(&self) -> StaticScope {
-        StaticScope::new(&self.parameters, &self.features)
+        StaticScope::new(&self.parameters, &self.features).with_broken(self.broken_settings.clone())
     }
 }
 

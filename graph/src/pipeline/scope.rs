@@ -1,6 +1,6 @@
 //! The names that expressions can see before sizes are known.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use super::{Feature, Parameter};
 use crate::expression::{Scope, Value};
@@ -9,6 +9,8 @@ use crate::expression::{Scope, Value};
 #[derive(Clone, Debug, Default)]
 pub struct StaticScope {
     values: BTreeMap<String, Value>,
+    /// Names that are declared, but have no value because of findings.
+    broken: BTreeSet<String>,
 }
 
 impl StaticScope {
@@ -16,13 +18,23 @@ impl StaticScope {
     pub fn new(parameters: &BTreeMap<String, Parameter>, features: &BTreeMap<String, Feature>) -> Self {
         let parameters = parameters.iter().map(|(name, parameter)| (name.clone(), parameter.value.clone()));
         let features = features.iter().map(|(name, feature)| (name.clone(), feature.value.clone()));
-        Self { values: parameters.chain(features).collect() }
+        Self { values: parameters.chain(features).collect(), broken: BTreeSet::new() }
+    }
+
+    /// The same, with names that are declared, but have no value because of findings.
+    #[must_use]
+    pub fn with_broken(self, broken: BTreeSet<String>) -> Self {
+        Self { broken, ..self }
     }
 }
 
 impl Scope for StaticScope {
     fn lookup(&self, name: &str) -> Option<Value> {
         self.values.get(name).cloned()
+    }
+
+    fn is_broken(&self, name: &str) -> bool {
+        self.broken.contains(name)
     }
 
     fn names(&self) -> Vec<String> {

@@ -29,6 +29,7 @@ use super::load::{RESERVED, Shared, bad_name, is_name};
 use super::{Pass, Pipeline, ResourceKind, Use, Version, history};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, did_you_mean, list_of};
 use crate::document::{Document, Entry, Value, pointer_join};
+use crate::expression::Fault;
 use crate::language::{Reference, ToggleDeclaration};
 use crate::source::Span;
 use crate::work::ResourceHandle;
@@ -390,6 +391,7 @@ impl Look<'_> {
         let given = text;
         let text = match environment.interpolate(text, &self.shared.scope) {
             Ok(text) => text,
+            Err(error) if error.fault == Fault::Follows => return None,
             Err(error) => {
                 findings.push(self.finding(
                     codes::BAD_REFERENCE,

@@ -132,7 +132,10 @@ impl PassBuilder<'_> {
         self.environment
             .widen(&mut error, self.shared.resources.iter().map(|resource| resource.name.as_str()));
         let value = self.settings.nearest(pointer);
-        let mut finding = expression_finding(&error, value, &self.absolute(pointer));
+        let Some(mut finding) = expression_finding(&error, value, &self.absolute(pointer)) else {
+            self.shared.withheld += 1;
+            return;
+        };
         let is_toggle = |unknown: &UnknownName| self.shared.toggles.contains(&unknown.name);
         if error.unknown.as_deref().is_some_and(is_toggle) {
             finding.fix = None;
@@ -148,17 +151,19 @@ impl PassBuilder<'_> {
         let resources = self.shared.resources.iter().map(|resource| resource.name.as_str());
         let finding = self.environment.misgiven(name, resources);
         let is_it = finding.is_some();
+        self.shared.withheld += usize::from(is_it);
         self.shared.misgiven.extend(finding);
         is_it
     }
 }
 
 /// The finding of an error in an expression; the place is inside the string where it is written without escapes.
+/// `None` for an error that only follows from a finding elsewhere.
 pub(crate) fn expression_finding(
     error: &ExpressionError,
     value: &document::Value,
     pointer: &str,
-) -> Diagnostic {
+) -> Option<Diagnostic> {
     let (value, pointer) = faulty(error, value, pointer).unwrap_or((value, pointer.to_owned()));
     let end = error.range.end.max(error.range.start + 1);
     // What is missing at the end is missing at the closing quote.
@@ -166,6 +171,7 @@ pub(crate) fn expression_finding(
     let place = is_placed.then(|| value.span.inside(error.range.start + 1..end + 1));
     let code = match error.fault {
         Fault::Syntax => codes::EXPRESSION_SYNTAX,
+        Fault::Follows => return None,
         Fault::UnknownName => codes::EXPRESSION_NAME,
         Fault::Type => codes::EXPRESSION_TYPE,
         Fault::Arithmetic => codes::EXPRESSION_ARITHMETIC,
@@ -175,22 +181,20 @@ pub(crate) fn expression_finding(
     let help = || {
         error.help.clone().unwrap_or_else(|| match error.fault {
             Fault::Syntax => "expressions look like \"ceil(viewport.width / 16)\"".to_owned(),
-            Fault::UnknownName => "expressions know parameters, features, resources and viewport".to_owned(),
+            Fault::UnknownName | Fault::Follows => {
+                "expressions know parameters, features, resources and viewport".to_owned()
+            }
             Fault::Type => "see `umbragraph explain UG0312` for the types of expressions".to_owned(),
             Fault::Arithmetic => "guard the operation, with max(…, 1) for one".to_owned(),
         })
     };
-    match &error.unknown {
-        None => finding.help(help()),
-        Some(unknown) => {
-            let range = error.range.start..error.range.start + unknown.name.len();
-            // Inside a subgraph a name may be written in another way than it reads outside.
-            let is_written = value.text().and_then(|text| text.get(range.clone())) == Some(&unknown.name);
-            let written = value.part(range).filter(|_| is_written);
-            let known = unknown.known.iter().map(String::as_str);
-            finding.meant(&unknown.name, known, written, |_| help())
-        }
-    }
+    let Some(unknown) = &error.unknown else { return Some(finding.help(help())) };
+    let range = error.range.start..error.range.start + unknown.name.len();
+    // Inside a subgraph a name may be written in another way than it reads outside.
+    let is_written = value.text().and_then(|text| text.get(range.clone())) == Some(&unknown.name);
+    let written = value.part(range).filter(|_| is_written);
+    let known = unknown.known.iter().map(String::as_str);
+    Some(finding.meant(&unknown.name, known, written, |_| help()))
 }
 
 /// The string among the elements of a list of expressions that an unknown name stands in, with its pointer.

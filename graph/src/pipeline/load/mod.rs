@@ -60,11 +60,9 @@ pub(crate) fn load_sharing(
     diagnostics: &mut Diagnostics,
     modules: &mut Modules,
 ) -> Option<Pipeline> {
-    let schema_findings = modules.of_schema(|| {
-        let mut findings = Diagnostics::new();
-        registry.schema().check(&document.root, "", &mut findings);
-        findings
-    });
+    let schema_findings = modules.of_schema(|| check_schema(document, registry));
+    let read = as_meant(document, &schema_findings);
+    let document = read.as_ref().unwrap_or(document);
     let broken: BTreeSet<String> = schema_findings.iter().map(|finding| finding.pointer.clone()).collect();
     let is_hopeless = schema_findings.len() >= MAXIMUM_FINDINGS;
     diagnostics.extend(schema_findings);
@@ -105,9 +103,15 @@ pub(crate) fn load_sharing(
     }
 
     let toggles = toggle::toggles(document, &decoded.toggles, diagnostics);
+    let broken_settings: BTreeSet<String> = section("parameters")
+        .iter()
+        .chain(section("features"))
+        .map(|entry| entry.key.clone())
+        .filter(|name| !parameters.contains_key(name) && !features.contains_key(name))
+        .collect();
     let mut shared = Shared {
         toggles: toggles.iter().map(|toggle| toggle.name.clone()).collect(),
-        scope: StaticScope::new(&parameters, &features),
+        scope: StaticScope::new(&parameters, &features).with_broken(broken_settings.clone()),
         resources: Vec::new(),
         resource_index: HashMap::new(),
         geometry: decoded.geometry,
@@ -117,19 +121,11 @@ pub(crate) fn load_sharing(
         refused: BTreeSet::new(),
         expected: Vec::new(),
         misgiven: Diagnostics::new(),
+        withheld: 0,
         templates: templates.clone(),
         profile: profile.clone(),
         diagnostics: Diagnostics::new(),
         sources: sources.clone(),
-        broken_settings: decoded
-            .parameters
-            .keys()
-            .filter(|name| !parameters.contains_key(*name))
-            .chain(decoded.features.keys().filter(|name| !features.contains_key(*name)))
-            .cloned()
-            .chain(section("parameters").iter().chain(section("features")).map(|entry| entry.key.clone()))
-            .filter(|name| !parameters.contains_key(name) && !features.contains_key(name))
-            .collect(),
     };
     let mut expander = Expander::new(document, registry, &is_broken, &mut shared);
     expander.top();
@@ -173,7 +169,7 @@ pub(crate) fn load_sharing(
         let Declared { kind, common, settings } = &*declared;
         // Findings of an instance carry the places where it is used; those of its pass alone are collected first.
         let outer = std::mem::take(&mut shared.diagnostics);
-        let misgiven = shared.misgiven.len();
+        let withheld = shared.withheld;
         let mut builder = PassBuilder {
             name: &instance.name,
             settings: &entry.value,
@@ -197,7 +193,7 @@ pub(crate) fn load_sharing(
         };
         let uses = std::mem::take(&mut builder.uses);
         let own = std::mem::replace(&mut shared.diagnostics, outer);
-        let sound = !own.has_errors() && shared.misgiven.len() == misgiven;
+        let sound = !own.has_errors() && shared.withheld == withheld;
         shared.report_from(own, environment);
         match (present, produced) {
             (Some(false), _) => {
@@ -248,7 +244,7 @@ pub(crate) fn load_sharing(
                 Ok(name) => environment.pass(&name),
                 Err(mut error) => {
                     environment.widen(&mut error, std::iter::empty());
-                    shared.diagnostics.push(expression_finding(&error, value, &pointer));
+                    shared.diagnostics.extend(expression_finding(&error, value, &pointer));
                     continue;
                 }
             };
@@ -293,11 +289,51 @@ pub(crate) fn load_sharing(
         passes,
         programs: shared.programs.into_iter().map(Arc::unwrap_or_clone).collect(),
         uncertain,
+        broken_settings,
+        gaps: gaps.into_iter().map(|(name, _)| name).collect(),
     };
     for (geometry, interface) in registry.hosts() {
         diagnostics.extend(check_host(&pipeline, geometry, interface));
     }
     Some(pipeline)
+}
+
+/// The findings of the schema, also of what stands under misspelt sections.
+fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {
+    let mut findings = Diagnostics::new();
+    registry.schema().check(&document.root, "", &mut findings);
+    if let Some(read) = as_meant(document, &findings) {
+        let mut all: Diagnostics = findings.into_iter().filter(|one| meant_section(one).is_some()).collect();
+        registry.schema().check(&read.root, "", &mut all);
+        return all;
+    }
+    findings
+}
+
+/// The section that a misspelt key at the top surely means, by the fix of its finding.
+fn meant_section(finding: &Diagnostic) -> Option<&str> {
+    let is_section = finding.code == codes::UNKNOWN_KEY && finding.pointer.matches('/').count() == 1;
+    let [edit] = finding.fix.as_ref().filter(|_| is_section)?.edits.as_slice() else { return None };
+    Some(edit.replacement.trim_matches('"'))
+}
+
+/// The document with the sections that misspelt keys mean, so that nothing is missing for their sake; `None` where there
+/// are no such keys.
+fn as_meant(document: &Document, schema_findings: &Diagnostics) -> Option<Document> {
+    let entries = document.root.entries()?;
+    let meant: BTreeMap<&str, &str> = schema_findings
+        .iter()
+        .filter_map(|one| Some((one.pointer.strip_prefix('/')?, meant_section(one)?)))
+        .collect();
+    if meant.is_empty() {
+        return None;
+    }
+    let renamed = entries.iter().map(|entry| {
+        let key = meant.get(entry.key.as_str()).map_or_else(|| entry.key.clone(), |key| (*key).to_owned());
+        Entry { key, ..entry.clone() }
+    });
+    let kind = document::Kind::Object(renamed.collect());
+    Some(Document { root: document::Value { kind, ..document.root.clone() } })
 }
 
 /// The parts of a document that fit the schema, decoded; what does not fit has its findings already.

@@ -45,11 +45,11 @@ pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) diagnostics: Diagnostics,
     /// Findings about what subgraphs are given; they stand where the subgraph is used.
     pub(in crate::pipeline) misgiven: Diagnostics,
+    /// How often a pass had a fault that only follows from a finding elsewhere.
+    pub(in crate::pipeline) withheld: usize,
     pub(super) sources: Sources,
     /// What host passes read of one another.
     pub(in crate::pipeline) expected: Vec<Expected>,
-    /// Declared settings that have no value because of findings of their own.
-    pub(super) broken_settings: BTreeSet<String>,
 }
 
 impl Shared {
@@ -135,7 +135,7 @@ impl Shared {
                     || VIEWPORT.contains(&name.as_str())
                     || self.find(name).is_some()
                     || self.find(head).is_some()
-                    || self.broken_settings.contains(name);
+                    || self.scope.is_broken(name);
                 (!known).then(|| {
                     let mut error = unknown_name(name, expression.range.clone(), &self.scope);
                     if let Some(unknown) = &mut error.unknown {
