@@ -33,7 +33,7 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("tests/executor.rs", &["UG0608", "UG0802"]),
     ("tests/graph_orders.rs", &["UG0408"]),
     ("tests/lights.rs", &["UG0620", "UG0621", "UG0622"]),
-    ("tests/language.rs", &["UG0001", "UG0007", "UG0210"]),
+    ("tests/language.rs", &["UG0210"]),
     ("tests/systems.rs", &["UG0213"]),
     ("tests/hopeless.rs", &["UG0002", "UG0003"]),
     ("tests/codes.rs", &["UG0507", "UG0524", "UG0606"]),

@@ -5,9 +5,9 @@ mod common;
 use common::check;
 use std::path::Path;
 use umbragraph::compose::{self, Memory};
-use umbragraph::diagnostic::{Diagnostics, render};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
 use umbragraph::document;
-use umbragraph::source::Sources;
+use umbragraph::source::{FileId, Sources};
 
 const SHOW: &str = r#""shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" }"#;
 
@@ -200,4 +200,54 @@ fn an_extension_puts_its_passes_at_a_named_point() {
     assert!(json["parameters"]["amount"].is_object());
     compose::insert(&mut document, wrong, &mut findings);
     assert_eq!(findings.iter().next().unwrap().code.id, "UG0210");
+}
+
+/// Files in memory, and which of them were read.
+struct Counted(Memory, Vec<String>);
+
+impl compose::Files for Counted {
+    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+        self.1.push(path.to_string_lossy().into_owned());
+        self.0.read(path, sources)
+    }
+}
+
+#[test]
+fn a_subgraph_file_is_read_once_however_often_it_is_used() {
+    let top = r#"{ "extends": "parts/base.json", "passes": { "a": { "use": "parts/blur.json" }, "gone": { "use": "other.json" } } }"#;
+    let base = r#"{ "format": 1, "subgraphs": { "own": { "passes": { "in": { "use": "./blur.json" } } } },
+        "passes": { "b": { "use": "deep/half.json" }, "gone": { "use": "nowhere.json" }, "c": { "use": "own" } } }"#;
+    let half = r#"{ "passes": { "x": { "use": "../blur.json" }, "y": { "use": "../blur.json" } } }"#;
+    let extension =
+        r#"{ "inserts": { "point": { "d": { "use": "parts/blur.json" }, "e": { "use": "new.json" } } } }"#;
+    let one = r#"{ "passes": {} }"#;
+    let files = [
+        ("top.json", top),
+        ("parts/base.json", base),
+        ("parts/blur.json", one),
+        ("parts/deep/half.json", half),
+        ("other.json", one),
+        ("new.json", one),
+        ("extension.json", extension),
+    ];
+    let memory = files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect();
+    let mut counted = Counted(Memory(memory), Vec::new());
+    let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+    let file = sources.add("top.json", top);
+    let composed = compose::compose(file, Path::new("top.json"), &mut counted, &mut sources, &mut findings);
+    let mut composed = composed.unwrap_or_else(|| panic!("{}", render::human_all(&findings, &sources)));
+    assert_eq!(counted.1, ["parts/base.json", "parts/deep/half.json", "other.json", "parts/blur.json"]);
+    let file = sources.add("extension.json", extension);
+    let path = Path::new("extension.json");
+    let extension = compose::compose(file, path, &mut counted, &mut sources, &mut findings).unwrap();
+    composed.insert(extension, &mut findings);
+    let text = render::human_all(&findings, &sources);
+    assert!(text.contains("UG0210") && findings.len() == 1, "only the extension point is missing: {text}");
+    let document = composed.document.root.to_json();
+    let names: Vec<&String> = document["subgraphs"].as_object().unwrap().keys().collect();
+    assert_eq!(names, ["own", "parts/deep/half.json", "other.json", "parts/blur.json", "new.json"]);
+    let used = |pointer: &str| document.pointer(pointer).unwrap().as_str().unwrap().to_owned();
+    assert_eq!(used("/passes/gone/use"), "other.json");
+    assert_eq!(used("/subgraphs/own/passes/in/use"), "parts/blur.json");
+    assert_eq!(used("/subgraphs/parts~1deep~1half.json/passes/y/use"), "parts/blur.json");
 }

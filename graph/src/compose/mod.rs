@@ -6,6 +6,7 @@
 //!   include adds, it never changes.
 //! - extensions: further files, named by the host, whose `inserts` put passes at the pipeline's extension points
 //!   ([`insert`]).
+//! - `"use": "parts/blur.json"`: a pass that is a subgraph in a file of its own.
 //!
 //! Paths are relative to the folder of the file that names them. The result is one [`Document`] whose every value still
 //! knows where it was written; what it replaced is kept in [`Composed::replaced`], so that `why` can tell all layers.
@@ -14,10 +15,11 @@
 
 mod insert;
 mod merge;
+mod subgraphs;
 
 pub use insert::insert;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
@@ -81,6 +83,8 @@ pub struct Composed {
     pub layers: BTreeMap<FileId, Layer>,
     /// The files that it is made of, the first is the pipeline's own.
     pub files: Vec<FileId>,
+    /// The members of `subgraphs` that are files of their own.
+    pub used: BTreeSet<String>,
 }
 
 /// How a file comes into a document.
@@ -95,11 +99,22 @@ pub enum Layer {
     Included,
     /// The host names it.
     Extension,
+    /// A pass uses it, as a subgraph.
+    Used,
 }
 
 impl Composed {
     /// Puts an extension in, and remembers which of its files said what.
-    pub fn insert(&mut self, extension: Composed, diagnostics: &mut Diagnostics) {
+    pub fn insert(&mut self, mut extension: Composed, diagnostics: &mut Diagnostics) {
+        // A file that both use is one subgraph.
+        if let Kind::Object(sections) = &mut extension.document.root.kind {
+            for section in sections.iter_mut().filter(|section| section.key == "subgraphs") {
+                if let Kind::Object(members) = &mut section.value.kind {
+                    members.retain(|member| !self.used.contains(&member.key));
+                }
+            }
+        }
+        self.used.append(&mut extension.used);
         let inserted = |pointer: String| match pointer.strip_prefix("/inserts/") {
             Some(below) => format!("/passes/{}", below.split_once('/').map_or("", |(_, pass)| pass)),
             None => pointer,
@@ -130,11 +145,13 @@ pub fn compose(
         chain: Vec::new(),
         changes: merge::Changes::default(),
         layers: BTreeMap::from([(file, Layer::Pipeline)]),
+        paths: BTreeSet::new(),
     };
-    let root = composer.file(file, path)?;
+    let mut root = composer.file(file, path)?;
+    let used = composer.use_files(&mut root)?;
     let merge::Changes { replaced, deleted } = composer.changes;
     let (layers, files) = (composer.layers, composer.seen);
-    Some(Composed { document: Document { root }, replaced, deleted, layers, files })
+    Some(Composed { document: Document { root }, replaced, deleted, layers, files, used })
 }
 
 struct Composer<'a> {
@@ -146,11 +163,14 @@ struct Composer<'a> {
     chain: Vec<(PathBuf, Option<Span>)>,
     changes: merge::Changes,
     layers: BTreeMap<FileId, Layer>,
+    /// The paths of the files that are laid over, or beside, one another.
+    paths: BTreeSet<PathBuf>,
 }
 
 impl Composer<'_> {
     fn file(&mut self, file: FileId, path: &Path) -> Option<Value> {
         self.seen.push(file);
+        self.paths.insert(normalize(path));
         self.chain.push((path.to_owned(), None));
         let root = match document::parse(self.sources, file) {
             Ok(document) => Some(document.root),
@@ -170,6 +190,7 @@ impl Composer<'_> {
         if let Kind::Object(entries) = &mut root.kind {
             entries.retain(|entry| entry.key != "extends" && entry.key != "include");
         }
+        subgraphs::resolve(&mut root, path);
         let mut fine = true;
         let mut below: Option<Value> = None;
         for (name, place) in bases {
@@ -238,29 +259,33 @@ impl Composer<'_> {
             return None;
         }
         if self.seen.len() >= MAXIMUM_FILES || self.chain.len() >= MAXIMUM_LEVELS {
-            let message =
-                format!("a pipeline is made of at most {MAXIMUM_FILES} files on {MAXIMUM_LEVELS} levels");
-            self.diagnostics
-                .push(Diagnostic::error(codes::FILE_CYCLE, place, message).help("join some of the files"));
+            self.too_many_files(place);
             return None;
         }
-        match self.files.read(&path, self.sources) {
-            Ok(file) => {
-                self.layers.insert(file, layer);
-                if let Some((_, named)) = self.chain.last_mut() {
-                    *named = Some(place);
-                }
-                self.file(file, &path)
-            }
-            Err(finding) => {
-                let mut finding = finding;
-                finding.place = place.into();
-                finding.help =
-                    Some("paths are relative to the folder of the file that names them".to_owned());
-                self.diagnostics.push(finding);
-                None
-            }
+        let file = self.read(&path, place)?;
+        self.layers.insert(file, layer);
+        if let Some((_, named)) = self.chain.last_mut() {
+            *named = Some(place);
         }
+        self.file(file, &path)
+    }
+
+    fn too_many_files(&mut self, place: Span) {
+        let message =
+            format!("a pipeline is made of at most {MAXIMUM_FILES} files on {MAXIMUM_LEVELS} levels");
+        let finding = Diagnostic::error(codes::FILE_CYCLE, place, message);
+        self.diagnostics.push(finding.help("join some of the files"));
+    }
+
+    /// Reads the file that something at a place names.
+    fn read(&mut self, path: &Path, place: Span) -> Option<FileId> {
+        let result = self.files.read(path, self.sources);
+        let refused = |mut finding: Diagnostic| {
+            finding.place = place.into();
+            finding.help = Some("paths are relative to the folder of the file that names them".to_owned());
+            self.diagnostics.push(finding);
+        };
+        result.map_err(refused).ok()
     }
 }
 

@@ -89,7 +89,7 @@ crate::codes! {
         "`for_each` has one variable with a whole number (rounds from 0) or a list. A loop has at most 4,096 rounds, a pipeline at most 65,536 passes.";
     /// A subgraph that is not there, or uses itself.
     UNKNOWN_SUBGRAPH = "UG0212", "unknown subgraph",
-        "`use` names a subgraph that `subgraphs` does not declare, or a subgraph uses itself.";
+        "`use` names a subgraph that `subgraphs` does not declare, or a subgraph uses itself. What ends with `.json`, or has a folder in it, is the path of a file that is one subgraph, relative to the file that says it: `\"use\": \"parts/blur.json\"`.";
     /// A preset that is not there.
     UNKNOWN_PRESET = "UG0213", "unknown preset", "A preset that the pipeline does not declare is asked for.";
     /// A toggle that is not there.

@@ -291,7 +291,8 @@ pub struct PassCommon {
     /// Repeats the pass: one variable, with a count or a list as an expression. Rounds are named NAME.0, NAME.1, …
     #[serde(default)]
     pub for_each: Option<BTreeMap<String, Expr>>,
-    /// Instead of a node kind: the subgraph, or the file of one, that stands here.
+    /// Instead of a node kind: the subgraph that stands here, by its name under "subgraphs", or the path of a file that is
+    /// one, relative to this file, such as "parts/blur.json".
     #[serde(default, rename = "use")]
     pub subgraph: Option<String>,
     /// Inputs and parameters of the subgraph.

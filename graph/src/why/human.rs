@@ -62,6 +62,7 @@ fn word(layer: Layer) -> &'static str {
         Layer::Extended => "extended file",
         Layer::Included => "included file",
         Layer::Extension => "extension",
+        Layer::Used => "file of a subgraph",
     }
 }
 
