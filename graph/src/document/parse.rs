@@ -1,10 +1,13 @@
-//! The parser: `jsonc-parser`'s syntax tree, turned into our own with spans and duplicate keys found.
+//! The parser: a tree with spans, made directly of the tokens of `jsonc-parser`'s scanner.
+//!
+//! What is wrong with a text that is no JSON, that crate's own parser says.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::str::FromStr as _;
 
-use jsonc_parser::ast;
-use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
+use jsonc_parser::tokens::Token;
+use jsonc_parser::{CollectOptions, ParseOptions, Scanner, ScannerOptions, parse_to_ast};
 
 use super::{Document, Entry, Kind, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes};
@@ -22,6 +25,20 @@ const STRICT: ParseOptions = ParseOptions {
     allow_non_finite_numbers: false,
     allow_extended_string_escapes: false,
 };
+
+const STRICT_TOKENS: ScannerOptions = ScannerOptions {
+    allow_single_quoted_strings: false,
+    allow_hexadecimal_numbers: false,
+    allow_unary_plus_numbers: false,
+    allow_bare_decimal_point_numbers: false,
+    allow_non_finite_numbers: false,
+    allow_extended_string_escapes: false,
+};
+
+/// How deep a text may nest: as deep as `jsonc-parser` goes.
+const MAXIMUM_DEPTH: usize = 512;
+/// Up to so many keys it is quicker to look through them than to hash them.
+const FEW_KEYS: usize = 16;
 
 /// The most values that a text may have. The largest pipelines have 65,536 passes of a dozen values each.
 const MAXIMUM_VALUES: usize = 1_500_000;
@@ -60,29 +77,31 @@ pub fn parse(sources: &Sources, file: FileId) -> Result<Document, Diagnostics> {
             .help("a pipeline has at most 65,536 passes: draw more in one pass, or split the pipeline")
             .into());
     }
-    let parsed = parse_to_ast(&text, &CollectOptions::default(), &STRICT).map_err(|error| {
-        let range = error.range();
-        let end = range.end.max(range.start + 1).min(text.len().max(range.start));
-        let message = lower_first(&error.kind().to_string());
-        Diagnostic::error(
-            codes::SYNTAX,
-            Span::new(file, range.start..end),
-            format!("this is not JSON: {message}"),
-        )
-        .help("pipelines are strict JSON; only // and /* */ comments are allowed on top of it")
-    })?;
-    let Some(root) = parsed.value else {
-        return Err(Diagnostic::error(
-            codes::SYNTAX,
-            Span::new(file, 0..text.len()),
-            "the document is empty",
-        )
-        .help("the smallest pipeline has \"format\", \"name\", \"resources\" and \"passes\"")
-        .into());
-    };
-    let mut reader = Reader { file, text: &text, diagnostics: Diagnostics::new() };
-    let root = reader.value(&root);
-    if reader.diagnostics.is_empty() { Ok(Document { root }) } else { Err(reader.diagnostics) }
+    let mut reader = Reader::new(file, &text);
+    match reader.document() {
+        None => Err(syntax(file, &text).into()),
+        Some(root) if reader.diagnostics.is_empty() => Ok(Document { root }),
+        Some(_) => Err(reader.diagnostics),
+    }
+}
+
+/// What is wrong with a text that is no JSON.
+fn syntax(file: FileId, text: &str) -> Diagnostic {
+    let whole = Span::new(file, 0..text.len());
+    let help = "pipelines are strict JSON; only // and /* */ comments are allowed on top of it";
+    match parse_to_ast(text, &CollectOptions::default(), &STRICT) {
+        Err(error) => {
+            let range = error.range();
+            let end = range.end.max(range.start + 1).min(text.len().max(range.start));
+            let message = format!("this is not JSON: {}", lower_first(&error.kind().to_string()));
+            Diagnostic::error(codes::SYNTAX, Span::new(file, range.start..end), message).help(help)
+        }
+        Ok(parsed) if parsed.value.is_none() => {
+            Diagnostic::error(codes::SYNTAX, whole, "the document is empty")
+                .help("the smallest pipeline has \"format\", \"name\", \"resources\" and \"passes\"")
+        }
+        Ok(_) => Diagnostic::error(codes::SYNTAX, whole, "this is not JSON").help(help),
+    }
 }
 
 fn lower_first(text: &str) -> String {
@@ -92,80 +111,162 @@ fn lower_first(text: &str) -> String {
         .map_or_else(String::new, |first| first.to_lowercase().collect::<String>() + characters.as_str())
 }
 
+/// Makes the tree while the text is scanned. Methods give `None` where the text is no JSON.
 struct Reader<'t> {
     file: FileId,
     text: &'t str,
+    scanner: Scanner<'t>,
+    /// What is read of the objects and arrays that are not at their end yet, those of the innermost last.
+    entries: Vec<Entry>,
+    elements: Vec<Value>,
     diagnostics: Diagnostics,
 }
 
-impl Reader<'_> {
-    fn value(&mut self, value: &ast::Value<'_>) -> Value {
-        let span = self.span(value);
-        let kind = match value {
-            ast::Value::NullKeyword(_) => Kind::Null,
-            ast::Value::BooleanLit(literal) => Kind::Bool(literal.value),
-            ast::Value::StringLit(literal) => Kind::Text(literal.value.to_string()),
-            ast::Value::NumberLit(literal) => match serde_json::Number::from_str(literal.value) {
-                Ok(number) => Kind::Number(number),
-                Err(_) if self.diagnostics.len() >= MAXIMUM_FINDINGS => Kind::Null,
-                Err(_) => {
-                    self.diagnostics.push(
-                        Diagnostic::error(
-                            codes::NUMBER_RANGE,
-                            span,
-                            format!("the number {} cannot be represented", shorten(literal.value)),
-                        )
-                        .help("numbers are 64-bit floating point or 64-bit integers, without leading zeros"),
-                    );
-                    Kind::Null
-                }
-            },
-            ast::Value::Array(array) => {
-                Kind::Array(array.elements.iter().map(|element| self.value(element)).collect())
-            }
-            ast::Value::Object(object) => Kind::Object(self.entries(object)),
-        };
-        Value { span, kind }
+impl<'t> Reader<'t> {
+    fn new(file: FileId, text: &'t str) -> Self {
+        let scanner = Scanner::new(text, &STRICT_TOKENS);
+        let (entries, elements, diagnostics) = (Vec::new(), Vec::new(), Diagnostics::new());
+        Self { file, text, scanner, entries, elements, diagnostics }
     }
 
-    fn entries(&mut self, object: &ast::Object<'_>) -> Vec<Entry> {
-        let mut entries: Vec<Entry> = Vec::with_capacity(object.properties.len());
-        let mut seen = HashMap::with_capacity(object.properties.len());
-        let mut end_before = 0;
-        for property in &object.properties {
-            let key_span = self.span(&property.name);
-            let key = property.name.as_str();
-            let value = self.value(&property.value);
-            let end = std::mem::replace(&mut end_before, value.span.end);
-            if let Some(first) = seen.get(key).and_then(|at: &usize| entries.get(*at)) {
-                if self.diagnostics.len() >= MAXIMUM_FINDINGS {
-                    continue;
-                }
-                let mut finding = Diagnostic::error(
-                    codes::DUPLICATE_KEY,
-                    key_span,
-                    format!("the key \"{key}\" stands twice in one object"),
-                )
-                .related(first.key_span, "it stands here first")
-                .help("remove one of the two, or rename it");
-                // From the end of the entry before, unless a comment would be lost.
-                let removed = Span { start: end, ..value.span };
-                let between = self.text.get(end as usize..key_span.start as usize).unwrap_or_default();
-                if between.trim() == "," && first.value.to_json() == value.to_json() {
-                    finding = finding.fix(removed, "");
-                }
-                self.diagnostics.push(finding);
-                continue;
+    fn document(&mut self) -> Option<Value> {
+        let first = self.next()?;
+        let root = self.value(first, 0)?;
+        loop {
+            match self.scanner.scan() {
+                Ok(None) => return Some(root),
+                Ok(Some(Token::CommentLine(_) | Token::CommentBlock(_))) => {}
+                _ => return None,
             }
-            seen.insert(key.to_owned(), entries.len());
-            entries.push(Entry { key: key.to_owned(), key_span, value });
         }
-        entries
     }
 
-    fn span(&self, node: &impl jsonc_parser::common::Ranged) -> Span {
-        let range = node.range();
-        Span::new(self.file, range.start..range.end)
+    fn next(&mut self) -> Option<Token<'t>> {
+        loop {
+            match self.scanner.scan().ok()?? {
+                Token::CommentLine(_) | Token::CommentBlock(_) => {}
+                token => return Some(token),
+            }
+        }
+    }
+
+    /// Where the last token stands.
+    fn span(&self) -> Span {
+        Span::new(self.file, self.scanner.token_start()..self.scanner.token_end())
+    }
+
+    /// The value that starts with a token.
+    fn value(&mut self, token: Token<'t>, depth: usize) -> Option<Value> {
+        if depth > MAXIMUM_DEPTH {
+            return None;
+        }
+        let first = self.span();
+        let kind = match token {
+            Token::Null => Kind::Null,
+            Token::Boolean(value) => Kind::Bool(value),
+            Token::String(text) => Kind::Text(text.into_owned()),
+            Token::Number(digits) => self.number(digits),
+            Token::OpenBracket => Kind::Array(self.array(depth)?),
+            Token::OpenBrace => Kind::Object(self.object(depth)?),
+            _ => return None,
+        };
+        Some(Value { span: Span { end: self.span().end, ..first }, kind })
+    }
+
+    fn number(&mut self, digits: &str) -> Kind {
+        if let Ok(number) = serde_json::Number::from_str(digits) {
+            return Kind::Number(number);
+        }
+        if self.diagnostics.len() < MAXIMUM_FINDINGS {
+            let message = format!("the number {} cannot be represented", shorten(digits));
+            self.diagnostics.push(
+                Diagnostic::error(codes::NUMBER_RANGE, self.span(), message)
+                    .help("numbers are 64-bit floating point or 64-bit integers, without leading zeros"),
+            );
+        }
+        Kind::Null
+    }
+
+    fn array(&mut self, depth: usize) -> Option<Vec<Value>> {
+        let start = self.elements.len();
+        let mut token = self.next()?;
+        if matches!(token, Token::CloseBracket) {
+            return Some(Vec::new());
+        }
+        loop {
+            let element = self.value(token, depth + 1)?;
+            self.elements.push(element);
+            match self.next()? {
+                Token::Comma => token = self.next()?,
+                Token::CloseBracket => return Some(self.elements.split_off(start)),
+                _ => return None,
+            }
+        }
+    }
+
+    fn object(&mut self, depth: usize) -> Option<Vec<Entry>> {
+        let start = self.entries.len();
+        // Where keys stand, once there are too many of them to look through.
+        let mut known: HashMap<Cow<'t, str>, usize> = HashMap::new();
+        let mut end_before = 0;
+        let mut token = self.next()?;
+        if matches!(token, Token::CloseBrace) {
+            return Some(Vec::new());
+        }
+        loop {
+            let Token::String(key) = token else { return None };
+            let key_span = self.span();
+            if !matches!(self.next()?, Token::Colon) {
+                return None;
+            }
+            let first = self.next()?;
+            // The key and the value are a level each.
+            let value = self.value(first, depth + 2)?;
+            let end = std::mem::replace(&mut end_before, value.span.end);
+            let entries = &self.entries[start..];
+            let twin = if entries.len() < FEW_KEYS {
+                entries.iter().position(|entry| entry.key == key)
+            } else {
+                if known.is_empty() {
+                    let keys = entries.iter().enumerate();
+                    known.extend(keys.map(|(at, entry)| (Cow::Owned(entry.key.clone()), at)));
+                }
+                known.get(&key).copied()
+            };
+            match twin {
+                Some(twin) => self.stands_twice(start + twin, key_span, &value, end),
+                None => {
+                    if !known.is_empty() {
+                        known.insert(key.clone(), entries.len());
+                    }
+                    self.entries.push(Entry { key: key.into_owned(), key_span, value });
+                }
+            }
+            match self.next()? {
+                Token::Comma => token = self.next()?,
+                Token::CloseBrace => return Some(self.entries.split_off(start)),
+                _ => return None,
+            }
+        }
+    }
+
+    /// Finds a key that an object has already; `end` is that of the entry before.
+    fn stands_twice(&mut self, first: usize, key_span: Span, value: &Value, end: u32) {
+        if self.diagnostics.len() >= MAXIMUM_FINDINGS {
+            return;
+        }
+        let first = &self.entries[first];
+        let message = format!("the key \"{}\" stands twice in one object", first.key);
+        let mut finding = Diagnostic::error(codes::DUPLICATE_KEY, key_span, message)
+            .related(first.key_span, "it stands here first")
+            .help("remove one of the two, or rename it");
+        // From the end of the entry before, unless a comment would be lost.
+        let removed = Span { start: end, ..value.span };
+        let between = self.text.get(end as usize..key_span.start as usize).unwrap_or_default();
+        if between.trim() == "," && first.value.to_json() == value.to_json() {
+            finding = finding.fix(removed, "");
+        }
+        self.diagnostics.push(finding);
     }
 }
 
@@ -230,5 +331,33 @@ mod tests {
     fn deep_nesting_is_a_finding_and_not_a_stack_overflow() {
         let (_, result) = parse_text(&"[".repeat(100_000));
         assert!(result.is_err());
+    }
+
+    #[test]
+    fn a_text_is_read_if_and_only_if_the_parser_of_the_scanner_takes_it() {
+        let whole = r#"/* c */ {"a": [1, -2.5e3, true, null, {}, []], // c
+            "b": {"c": "x\"\u0041", "d": [[], {"e": "ä"}]}} // c"#;
+        let deep =
+            |open: &str, close: &str, count: usize| format!("{}1{}", open.repeat(count), close.repeat(count));
+        let mut texts = vec![whole.to_owned()];
+        for count in [255, 256, 257, 511, 512, 513, 514] {
+            texts.extend([deep("[", "]", count), deep("{\"a\":", "}", count)]);
+        }
+        for (at, character) in whole.char_indices() {
+            let (before, after) = (&whole[..at], &whole[at + character.len_utf8()..]);
+            texts.extend([before.to_owned(), format!("{before}{after}")]);
+            for new in ["{", "}", "[", "]", ",", ":", "\"", "1", " ", "\\", "/", "-", "a", "'"] {
+                texts.extend([format!("{before}{new}{after}"), format!("{before}{new}{character}{after}")]);
+            }
+        }
+        let mut read = 0;
+        for text in &texts {
+            let (sources, _) = parse_text(text);
+            let is_read = Reader::new(sources.iter().next().unwrap().0, text).document().is_some();
+            let parsed = parse_to_ast(text, &CollectOptions::default(), &STRICT);
+            assert_eq!(is_read, parsed.is_ok_and(|parsed| parsed.value.is_some()), "{text}");
+            read += usize::from(is_read);
+        }
+        assert!(read > 100 && read < texts.len() / 2, "{read} of {}", texts.len());
     }
 }

@@ -8,6 +8,7 @@
 //! Expressions are closed over their environment when they are parsed: locals become literals, names of resources
 //! become those outside. References may contain `{expressions}`: `"chain@down.{level - 1}"`.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -65,10 +66,11 @@ impl Environment {
     }
 
     /// The name outside of a resource or host data.
-    pub(super) fn resource(&self, name: &str) -> String {
+    pub(super) fn resource<'a>(&'a self, name: &'a str) -> Cow<'a, str> {
         match self.inputs.get(name) {
-            Some(input) => input.name.clone(),
-            None => format!("{}{name}", self.prefix),
+            Some(input) => input.name.as_str().into(),
+            None if self.prefix.is_empty() => name.into(),
+            None => self.pass(name).into(),
         }
     }
 
@@ -84,7 +86,7 @@ impl Environment {
 
     /// The name outside of a pass.
     pub(super) fn pass(&self, name: &str) -> String {
-        format!("{}{name}", self.prefix)
+        [self.prefix.as_str(), name].concat()
     }
 
     /// The name by which a resource outside can be written here.
@@ -129,6 +131,15 @@ impl Environment {
         Some(finding.meant(name, names, written, |_| "declare it under \"resources\"".to_owned()))
     }
 
+    /// An expression with names as they are outside; see [`Self::close`].
+    pub(crate) fn closed(&self, expression: Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
+        match expression.kind {
+            ExpressionKind::Literal(_) => expression,
+            _ if self.is_top() => expression,
+            _ => self.close(&expression, is_resource),
+        }
+    }
+
     /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
     pub(crate) fn close(&self, expression: &Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
         let close = |inner: &Expression| Box::new(self.close(inner, is_resource));
@@ -159,14 +170,24 @@ impl Environment {
         if outside == head || !is_resource(&outside) {
             return name.to_owned();
         }
-        tail.map_or(outside.clone(), |tail| format!("{outside}.{tail}"))
+        match tail {
+            None => outside.into_owned(),
+            Some(tail) => format!("{outside}.{tail}"),
+        }
     }
 
     /// A reference with its `{expressions}` replaced by what they yield.
     ///
     /// # Errors
     /// A brace that is not closed, an expression with a fault, or one that yields no whole number or word.
-    pub(super) fn interpolate(&self, text: &str, scope: &dyn Scope) -> Result<String, ExpressionError> {
+    pub(super) fn interpolate<'a>(
+        &self,
+        text: &'a str,
+        scope: &dyn Scope,
+    ) -> Result<Cow<'a, str>, ExpressionError> {
+        if !text.contains('{') {
+            return Ok(text.into());
+        }
         let mut result = String::with_capacity(text.len());
         let mut at = 0;
         while let Some(open) = text[at..].find('{').map(|offset| at + offset) {
@@ -194,7 +215,7 @@ impl Environment {
             at = close + 1;
         }
         result.push_str(&text[at..]);
-        Ok(result)
+        Ok(result.into())
     }
 }
 

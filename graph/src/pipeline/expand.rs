@@ -15,7 +15,8 @@
 //!
 //! Limits: 4,096 rounds of a loop, 65,536 passes in all, subgraphs 16 levels deep.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
+use std::rc::Rc;
 use std::sync::Arc;
 
 use super::builder::expression_finding;
@@ -58,6 +59,8 @@ pub(super) struct Expander<'a, 's> {
     full: bool,
     /// Uses of subgraphs so far.
     uses: usize,
+    /// The parameters of subgraphs, by the address of their entry in the document.
+    parameters: HashMap<*const Entry, Option<Rc<ParameterDeclaration>>>,
     /// The subgraphs that are being expanded, the outermost first.
     open: Vec<String>,
     /// Names of what is switched off, or of loops without a round.
@@ -83,6 +86,7 @@ impl<'a, 's> Expander<'a, 's> {
             unreadable: false,
             full: false,
             uses: 0,
+            parameters: HashMap::new(),
             open: Vec::new(),
             absent: BTreeSet::new(),
         }
@@ -102,15 +106,16 @@ impl<'a, 's> Expander<'a, 's> {
         depth: usize,
     ) {
         let entries = |name: &str| owner.get(name).and_then(document::Value::entries).unwrap_or_default();
+        let above = [pointer, "/resources"].concat();
         for entry in entries("resources") {
             if self.full || self.resources.len() >= MAXIMUM_PASSES {
                 self.too_many(entry, pointer);
                 return;
             }
             self.check_name(entry);
-            let pointer = pointer_join(&format!("{pointer}/resources"), &entry.key);
+            let pointer = pointer_join(&above, &entry.key);
             let is_broken = (self.is_broken)(&pointer);
-            let name = environment.resource(&entry.key);
+            let name = environment.resource(&entry.key).into_owned();
             self.resources.push(Instance {
                 name,
                 entry,
@@ -119,9 +124,10 @@ impl<'a, 's> Expander<'a, 's> {
                 is_broken,
             });
         }
+        let above = [pointer, "/passes"].concat();
         for entry in entries("passes") {
             self.check_name(entry);
-            let pointer = pointer_join(&format!("{pointer}/passes"), &entry.key);
+            let pointer = pointer_join(&above, &entry.key);
             self.looped(entry, environment.pass(&entry.key), pointer, environment, depth);
         }
     }
@@ -386,10 +392,11 @@ impl<'a, 's> Expander<'a, 's> {
         let mut fine = true;
         let mut misspelt: Vec<&str> = Vec::new();
         for given in with.and_then(document::Value::entries).unwrap_or_default() {
-            let known = section("inputs").iter().chain(section("parameters"));
-            let known: Vec<&str> = known.map(|entry| entry.key.as_str()).collect();
-            let beside = with.and_then(document::Value::entries).unwrap_or_default();
-            if !known.contains(&given.key.as_str()) {
+            let mut known =
+                section("inputs").iter().chain(section("parameters")).map(|entry| entry.key.as_str());
+            if known.clone().all(|known| known != given.key) {
+                let known: Vec<&str> = known.by_ref().collect();
+                let beside = with.and_then(document::Value::entries).unwrap_or_default();
                 let finding = document::schema::unknown_key(given, &known, beside);
                 self.shared.diagnostics.push(finding.pointer(pointer_join(&at, &given.key)));
                 misspelt.push(&given.key);
@@ -406,7 +413,7 @@ impl<'a, 's> Expander<'a, 's> {
                             let version =
                                 version.or_else(|| outer.version(reference.resource).map(str::to_owned));
                             let back = outer.back(reference.resource).saturating_add(reference.back);
-                            let name = outer.resource(reference.resource);
+                            let name = outer.resource(reference.resource).into_owned();
                             let handed_on =
                                 outer.inputs.get(reference.resource).map(|input| input.given.clone());
                             let given = handed_on.unwrap_or_else(|| Given {
@@ -462,7 +469,10 @@ impl<'a, 's> Expander<'a, 's> {
                 fine = false;
                 continue;
             }
-            let Ok(declaration) = parameter.value.decode::<ParameterDeclaration>() else {
+            let known = self.parameters.entry(parameter);
+            let Some(declaration) =
+                known.or_insert_with(|| parameter.value.decode().ok().map(Rc::new)).clone()
+            else {
                 continue;
             };
             let given = with.and_then(|with| with.get(&parameter.key));

@@ -87,7 +87,7 @@ impl PassBuilder<'_> {
         match expr.parse() {
             Ok(expression) => {
                 let expression =
-                    self.environment.close(&expression, &|name| self.shared.find(name).is_some());
+                    self.environment.closed(expression, &|name| self.shared.find(name).is_some());
                 self.check_names(&expression, pointer)?;
                 Some(Deferred { expression, place: self.place(pointer), pointer: self.absolute(pointer) })
             }
@@ -99,7 +99,7 @@ impl PassBuilder<'_> {
     }
 
     pub(super) fn evaluate(&self, expr: &Expr) -> Result<Value, ExpressionError> {
-        let expression = self.environment.close(&expr.parse()?, &|name| self.shared.find(name).is_some());
+        let expression = self.environment.closed(expr.parse()?, &|name| self.shared.find(name).is_some());
         expression::evaluate(&expression, &self.shared.scope)
     }
 

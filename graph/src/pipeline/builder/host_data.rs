@@ -90,7 +90,7 @@ impl PassBuilder<'_> {
     /// The name outside of what is named here, with expressions in braces replaced.
     pub(super) fn outside(&mut self, name: &str, pointer: &str) -> Option<String> {
         match self.environment.interpolate(name, &self.shared.scope) {
-            Ok(name) => Some(self.environment.resource(&name)),
+            Ok(name) => Some(self.environment.resource(&name).into_owned()),
             Err(error) => {
                 self.expression_error(&error, pointer);
                 None

@@ -35,27 +35,34 @@ impl PassBuilder<'_> {
         let mut values = AxisValues::new();
         let mut fine = true;
         for (name, expr) in axes {
-            let at = document::pointer_join(&format!("{pointer}/axes"), name);
+            let at = || document::pointer_join(&format!("{pointer}/axes"), name);
             if known.get(name).is_none() {
                 let names: Vec<&str> = known.iter().map(|axis| axis.name.as_str()).collect();
                 let message = format!("{template} has no axis \"{name}\"");
-                self.report_unknown(codes::UNKNOWN_AXIS, &at, message, name, &names, || {
+                self.report_unknown(codes::UNKNOWN_AXIS, &at(), message, name, &names, || {
                     format!("the axes of {template} are {}", names.join(", "))
                 });
                 fine = false;
                 continue;
             }
-            match self.value(expr, &at) {
-                Some(value) => match axis_value(&value) {
+            match self.evaluate(expr) {
+                Ok(value) => match axis_value(&value) {
                     Some(value) => {
                         values.insert(name.clone(), value);
                     }
                     None => {
-                        self.wrong_type::<()>(&at, "a boolean, a whole number or a word", value.kind_name());
+                        self.wrong_type::<()>(
+                            &at(),
+                            "a boolean, a whole number or a word",
+                            value.kind_name(),
+                        );
                         fine = false;
                     }
                 },
-                None => fine = false,
+                Err(error) => {
+                    self.expression_error(&error, &at());
+                    fine = false;
+                }
             }
         }
         for axis in known.iter() {

@@ -74,7 +74,8 @@ impl PassBuilder<'_> {
     }
 
     pub(super) fn reference(&mut self, text: &str, pointer: &str) -> Option<(ResourceHandle, Version)> {
-        let text = match self.environment.interpolate(text, &self.shared.scope) {
+        let environment = self.environment;
+        let text = match environment.interpolate(text, &self.shared.scope) {
             Ok(text) => text,
             Err(error) => {
                 self.expression_error(&error, pointer);
@@ -93,7 +94,7 @@ impl PassBuilder<'_> {
                 return None;
             }
         };
-        let outside = self.environment.resource(reference.resource);
+        let outside = environment.resource(reference.resource);
         let found = self.shared.find(&outside);
         if found
             .is_some_and(|handle| matches!(self.shared.resources[handle.index()].kind, ResourceKind::Broken))

@@ -117,7 +117,7 @@ impl PassBuilder<'_> {
         let wanted = |what: &str| format!("\"{}\" of {} is {what}", binding.name, program.template);
         match binding.entry.ty {
             BindingType::Texture { view_dimension, .. } => {
-                self.texture_slot(bind, Usage::Sampled, view_dimension, here, &wanted("a texture"))
+                self.texture_slot(bind, Usage::Sampled, view_dimension, here, &|| wanted("a texture"))
             }
             BindingType::StorageTexture { access, view_dimension, .. } => {
                 let usage = match access {
@@ -125,7 +125,7 @@ impl PassBuilder<'_> {
                     StorageTextureAccess::ReadOnly => Usage::StorageRead,
                     _ => Usage::StorageReadWrite,
                 };
-                self.texture_slot(bind, usage, view_dimension, here, &wanted("a storage texture"))
+                self.texture_slot(bind, usage, view_dimension, here, &|| wanted("a storage texture"))
             }
             BindingType::Sampler(kind) => {
                 let Bind::Object(BindObject::Sampler(sampler)) = bind else {
@@ -167,16 +167,16 @@ impl PassBuilder<'_> {
             }
             BindingType::Buffer { ty, .. } => match bind {
                 Bind::Object(BindObject::Values(values)) => {
-                    let layout = binding.block.clone()?;
+                    let layout = binding.block.as_ref()?;
                     let at = format!("{here}/values");
-                    self.block_values(&layout, values, &at, &program.template, true).map(SlotSource::Values)
+                    self.block_values(layout, values, &at, &program.template, true).map(SlotSource::Values)
                 }
                 Bind::Object(BindObject::Data(data)) => {
-                    let layout = binding.block.clone()?;
+                    let layout = binding.block.as_ref()?;
                     let at = format!("{here}/data");
                     let values_at = format!("{at}/values");
                     let values =
-                        self.block_values(&layout, &data.values, &values_at, &program.template, false);
+                        self.block_values(layout, &data.values, &values_at, &program.template, false);
                     let resource = self.data(&data.name, &format!("{at}/name"))?;
                     Some(SlotSource::Data { resource, layout: BlockLayout::default(), values: Some(values?) })
                 }
@@ -221,7 +221,7 @@ impl PassBuilder<'_> {
         usage: Usage,
         dimension: wgpu_types::TextureViewDimension,
         here: &str,
-        wanted: &str,
+        wanted: &dyn Fn() -> String,
     ) -> Option<SlotSource> {
         let declared = match dimension {
             wgpu_types::TextureViewDimension::D2 => TextureShape::D2,
@@ -259,7 +259,7 @@ impl PassBuilder<'_> {
                 (&texture.name, part, texture.view, format, format!("{at}/name"))
             }
             Bind::Object(_) => {
-                self.report(codes::WRONG_RESOURCE, here, wanted, "bind the name of a texture");
+                self.report(codes::WRONG_RESOURCE, here, wanted(), "bind the name of a texture");
                 return None;
             }
         };

@@ -70,6 +70,9 @@ pub(crate) fn load_sharing(
         return None;
     }
     let is_broken = |pointer: &str| {
+        if broken.is_empty() {
+            return false;
+        }
         let below = format!("{pointer}/");
         broken.contains(pointer)
             || broken.range(below.clone()..).next().is_some_and(|known| known.starts_with(&below))

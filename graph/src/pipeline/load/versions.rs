@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashMap};
 use super::Shared;
 use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::document::Entry;
-use crate::pipeline::{History, Pass, ResourceKind, Version};
+use crate::pipeline::{History, Pass, ResourceKind, Use, Version};
 use crate::work::ResourceHandle;
 
 /// Finds versions that no pass writes.
@@ -15,6 +15,10 @@ pub(super) fn check_versions(
     gaps: &[(String, &Entry)],
     shared: &mut Shared,
 ) {
+    let is_named = |one: &Use| matches!(one.version, Version::WrittenBy(_));
+    if !passes.iter().any(|pass| pass.uses.iter().any(is_named)) {
+        return;
+    }
     let mut writers_of: HashMap<ResourceHandle, BTreeSet<&str>> = HashMap::new();
     for pass in passes {
         for one in pass.uses.iter().filter(|one| one.usage.writes()) {
