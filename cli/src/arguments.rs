@@ -302,9 +302,25 @@ pub(crate) struct FmtArguments {
 
 #[derive(Args)]
 pub(crate) struct SchemaArguments {
+    /// Which files it is the schema of.
+    #[arg(long, value_name = "KIND", value_enum, default_value = "pipeline")]
+    pub(crate) of: SchemaKind,
     /// Compares with this file instead of printing; a difference is a finding.
     #[arg(long, value_name = "FILE")]
     pub(crate) check: Option<PathBuf>,
+}
+
+/// The files that have a schema.
+#[derive(Clone, Copy, clap::ValueEnum)]
+pub(crate) enum SchemaKind {
+    /// Pipelines.
+    Pipeline,
+    /// Extensions: passes for the extension points of a pipeline.
+    Extension,
+    /// Parameter files.
+    Parameters,
+    /// Subgraphs in files of their own.
+    Subgraph,
 }
 
 #[derive(Args)]

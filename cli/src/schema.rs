@@ -1,13 +1,19 @@
 //! `umbragraph schema`
 
-use umbragraph::pipeline;
+use umbragraph::pipeline::{self, FileKind};
 
-use crate::arguments::SchemaArguments;
+use crate::arguments::{SchemaArguments, SchemaKind};
 use crate::streams::{complain, print};
 
 /// Prints the schema, or compares it with a file; whether they are alike.
 pub(crate) fn run(arguments: &SchemaArguments) -> bool {
-    let schema = pipeline::schema(&umbragraph::registry());
+    let (kind, said) = match arguments.of {
+        SchemaKind::Pipeline => (FileKind::Pipeline, ""),
+        SchemaKind::Extension => (FileKind::Extension, " --of extension"),
+        SchemaKind::Parameters => (FileKind::Parameters, " --of parameters"),
+        SchemaKind::Subgraph => (FileKind::Subgraph, " --of subgraph"),
+    };
+    let schema = pipeline::schema_of(kind, &umbragraph::registry());
     let Ok(text) = serde_json::to_string_pretty(&schema) else { return false };
     let Some(path) = &arguments.check else {
         print(&(text + "\n"));
@@ -17,7 +23,7 @@ pub(crate) fn run(arguments: &SchemaArguments) -> bool {
         Ok(committed) if committed.trim_end() == text => true,
         Ok(_) => {
             complain(&format!(
-                "{} is not the schema of this version; write it anew: umbragraph schema > {0}\n",
+                "{} is not the schema of this version; write it anew: umbragraph schema{said} > {0}\n",
                 path.display()
             ));
             false

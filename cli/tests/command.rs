@@ -345,6 +345,23 @@ fn the_committed_schema_is_the_one_of_the_types_and_node_kinds() {
 }
 
 #[test]
+fn the_schema_of_each_kind_of_file_is_printed() {
+    for (kind, required) in [("extension", "inserts"), ("subgraph", "passes"), ("pipeline", "passes")] {
+        let output = run(&["schema", "--of", kind]);
+        let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(schema["required"].as_array().unwrap().iter().any(|key| key == required), "{kind}");
+        assert!(schema["$defs"]["Pass"]["properties"]["copy"].is_object(), "{kind}");
+    }
+    let output = run(&["schema", "--of", "parameters"]);
+    let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(schema["properties"]["preset"].is_object() && schema["properties"]["passes"].is_null());
+    assert_eq!(run(&["schema", "--of", "nothing"]).status.code(), Some(2));
+    let output = run(&["schema", "--of", "parameters", "--check", "pipeline.schema.json"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("umbragraph schema --of parameters >"), "{}", text(&output.stderr));
+}
+
+#[test]
 fn an_extension_is_put_in_by_every_command_that_takes_a_pipeline() {
     let pipeline = "pipelines/learn/12-extension-point.json";
     let extension = "pipelines/learn/parts/echo.json";

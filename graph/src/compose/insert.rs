@@ -56,7 +56,13 @@ pub fn insert(document: &mut Value, mut extension: Value, diagnostics: &mut Diag
     }
     if let Kind::Object(entries) = &mut extension.kind {
         let span = inserts.value.span;
-        entries.retain(|entry| entry.key != "passes");
+        for entry in entries.extract_if(.., |entry| entry.key == "passes") {
+            diagnostics.push(
+                Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, "an extension cannot say \"passes\"")
+                    .pointer("/passes")
+                    .help("put them at an extension point of the pipeline, under \"inserts\""),
+            );
+        }
         entries.push(Entry {
             key: "passes".to_owned(),
             key_span: inserts.key_span,

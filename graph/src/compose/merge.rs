@@ -7,7 +7,7 @@ use crate::document::{Kind, Pointer, Value};
 use crate::source::Span;
 
 /// The sections whose members an include may add to.
-const SECTIONS: &[&str] = &[
+pub(crate) const SECTIONS: &[&str] = &[
     "parameters",
     "features",
     "geometry",

@@ -18,6 +18,8 @@ mod merge;
 mod subgraphs;
 
 pub use insert::insert;
+#[cfg(test)]
+pub(crate) use merge::SECTIONS;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};

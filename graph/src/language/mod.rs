@@ -7,6 +7,7 @@
 
 mod declaration;
 mod expression;
+mod files;
 mod reference;
 mod resource;
 mod word;
@@ -17,6 +18,7 @@ pub use declaration::{
     SubgraphDeclaration, ToggleDeclaration, VertexFormatName,
 };
 pub use expression::Expr;
+pub use files::{ExtensionDeclaration, ParameterFileDeclaration};
 pub use reference::{Reference, ReferenceError};
 pub use resource::{
     BufferDeclaration, FormatCandidates, Lifetime, ResourceDeclaration, TextureDeclaration, TextureShape,

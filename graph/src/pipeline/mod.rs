@@ -51,7 +51,7 @@ pub use preset::{ParameterFile, of_preset};
 pub use profiles::{claimed_profiles, profile_named};
 pub use program::{Program, ProgramBinding, ProgramVariant};
 pub use reach::{AxisProduct, Configured, Reached, ReachedProgram, reach};
-pub use schema::schema;
+pub use schema::{FileKind, schema, schema_of};
 pub use scope::StaticScope;
 pub use setting::{Choice, Feature, Parameter, Setting};
 pub(crate) use toggle::add_stand_ins;

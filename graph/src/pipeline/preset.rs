@@ -26,7 +26,7 @@ pub struct ParameterFile {
     pub choice: Choice,
 }
 
-const KEYS: &[&str] = &["$schema", "format", "description", "preset", "parameters", "features"];
+pub(super) const KEYS: &[&str] = &["$schema", "format", "description", "preset", "parameters", "features"];
 
 impl ParameterFile {
     /// Reads the parameter file of a document. Whether a pipeline has what it names shows when that is loaded.

@@ -1,16 +1,42 @@
-//! The JSON Schema of pipelines, composed of the language and the registered node kinds.
+//! The JSON Schemas of pipelines, and of the other files that people write, composed of the language and the registered
+//! node kinds.
 
 use schemars::SchemaGenerator;
 use serde_json::{Value as Json, json};
 
-use crate::language::{PassCommon, PipelineDeclaration};
+use crate::language::{
+    ExtensionDeclaration, ParameterFileDeclaration, PassCommon, PipelineDeclaration, SubgraphDeclaration,
+};
 use crate::node::Registry;
+
+/// The files that people write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FileKind {
+    /// A pipeline.
+    Pipeline,
+    /// Passes for the extension points of a pipeline.
+    Extension,
+    /// Values of parameters and features.
+    Parameters,
+    /// A subgraph in a file of its own.
+    Subgraph,
+}
 
 /// The schema of pipelines that use the node kinds of a registry.
 ///
 /// A pass is an object with the common keys and exactly one key that names a node kind.
 pub fn schema(registry: &Registry) -> Json {
-    let mut generator = SchemaGenerator::new(schemars::generate::SchemaSettings::draft2020_12());
+    schema_of(FileKind::Pipeline, registry)
+}
+
+/// The schema of a kind of file, whose passes use the node kinds of a registry.
+pub fn schema_of(kind: FileKind, registry: &Registry) -> Json {
+    let settings = schemars::generate::SchemaSettings::draft2020_12();
+    if kind == FileKind::Parameters {
+        let generator = SchemaGenerator::new(settings);
+        return generator.into_root_schema_for::<ParameterFileDeclaration>().to_value();
+    }
+    let mut generator = SchemaGenerator::new(settings);
     let mut properties = serde_json::Map::new();
     let common = PassCommon::inline_schema(&mut generator);
     if let Some(Json::Object(common)) = common.get("properties") {
@@ -34,8 +60,14 @@ pub fn schema(registry: &Registry) -> Json {
         "additionalProperties": false,
         "oneOf": kinds,
     });
-    let mut root = generator.into_root_schema_for::<PipelineDeclaration>().to_value();
-    for pointer in ["/properties/passes", "/$defs/SubgraphDeclaration/properties/passes"] {
+    let root = match kind {
+        FileKind::Extension => generator.into_root_schema_for::<ExtensionDeclaration>(),
+        FileKind::Subgraph => generator.into_root_schema_for::<SubgraphDeclaration>(),
+        FileKind::Pipeline | FileKind::Parameters => generator.into_root_schema_for::<PipelineDeclaration>(),
+    };
+    let mut root = root.to_value();
+    let passes = ["/properties/passes", "/$defs/SubgraphDeclaration/properties/passes"];
+    for pointer in passes.into_iter().chain(["/properties/inserts/additionalProperties"]) {
         if let Some(passes) = root.pointer_mut(pointer) {
             *passes = json!({
                 "description": "The passes by name.",
@@ -57,5 +89,32 @@ trait InlineSchema {
 impl<T: schemars::JsonSchema> InlineSchema for T {
     fn inline_schema(generator: &mut SchemaGenerator) -> Json {
         T::json_schema(generator).to_value()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn keys(kind: FileKind) -> Vec<String> {
+        let schema = schema_of(kind, &Registry::new());
+        schema["properties"].as_object().expect("an object").keys().cloned().collect()
+    }
+
+    #[test]
+    fn the_schemas_of_files_know_the_keys_that_are_read() {
+        let mut known: Vec<&str> = super::super::preset::KEYS.to_vec();
+        known.sort_unstable();
+        let mut keys_of_parameters = keys(FileKind::Parameters);
+        keys_of_parameters.sort_unstable();
+        assert_eq!(keys_of_parameters, known);
+
+        let common = ["$schema", "format", "name", "description", "extends", "include", "inserts"];
+        let sections = crate::compose::SECTIONS.iter().copied().filter(|section| *section != "passes");
+        let mut known: Vec<&str> = common.into_iter().chain(sections).collect();
+        known.sort_unstable();
+        let mut keys_of_extension = keys(FileKind::Extension);
+        keys_of_extension.sort_unstable();
+        assert_eq!(keys_of_extension, known);
     }
 }
