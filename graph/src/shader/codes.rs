@@ -63,6 +63,9 @@ crate::codes! {
         "The shader compiler (naga) failed without a message of its own on this text. That is a defect of the compiler; the finding says which template provokes it.";
     /// WGSL over the limit of size.
     WGSL_TOO_LARGE = "UG0524", "WGSL too large", "One module of WGSL is limited to 4 MiB, 8,192 declarations and 32,768 statements, one expression to 8,192 operators and one function to 8,192 branches. The shader compiler would overflow its stack, or take minutes, far beyond these.";
+    /// A fragment stage that reads what the vertex stage does not write.
+    STAGES_MISMATCH = "UG0525", "stages do not fit together",
+        "The fragment stage reads a variable that the vertex stage does not write, or writes with another type or interpolation. Every user-defined input of the fragment stage is an output of the vertex stage with the same `@location`, the same type and the same `@interpolate`; outputs that nothing reads are dropped.\n\nOne structure for both, returned by the one and taken by the other, cannot disagree with itself.";
     /// A module that exceeds a limit of a target profile.
     LIMIT_EXCEEDED = "UG0530", "limit of the target exceeded",
         "The module needs more than a device of the target profile guarantees: a bind group beyond the last one, too many textures in a stage, a uniform block too large, a workgroup too large. Validation does not see these; they are checked against the reflected interface.";

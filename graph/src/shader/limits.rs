@@ -9,6 +9,7 @@ use wgpu_types::{BindingType, BufferBindingType};
 
 use super::profile::TargetProfile;
 use super::reflection::{Binding, EntryPoint, Reflection, Stage as ShaderStage};
+use super::stages;
 use super::wgsl_error::{Refusal, Stage};
 
 /// Every limit of the profile that the module exceeds.
@@ -64,18 +65,8 @@ impl Check<'_> {
             .unwrap_or_default()
     }
 
-    /// naga keeps no span of an entry point, so its name is looked up in the text.
     fn span_of_entry_point(&self, entry_point: &EntryPoint) -> Span {
-        let is_word =
-            |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
-        let bytes = self.text.as_bytes();
-        let mut names =
-            self.text.match_indices(entry_point.name.as_str()).map(|(at, name)| at..at + name.len());
-        let found = names.find(|range| {
-            let before = self.text[..range.start].trim_end();
-            before.ends_with("fn") && before.len() < range.start && !is_word(bytes.get(range.end))
-        });
-        found.map_or(Span::UNDEFINED, Span::from)
+        stages::entry_point(self.text, &entry_point.name).map_or(Span::UNDEFINED, Span::from)
     }
 
     fn binding(&mut self, binding: &Binding) {

@@ -26,6 +26,7 @@ mod profile;
 mod reflection;
 mod render;
 mod scan;
+mod stages;
 mod template_error;
 mod templates;
 #[cfg(test)]

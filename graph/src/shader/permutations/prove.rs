@@ -12,7 +12,7 @@ use crate::shader::profile::{TargetLanguage, TargetProfile};
 use crate::shader::reflection::{self, Reflection};
 use crate::shader::wgsl::Resolved;
 use crate::shader::wgsl_error::Refusal;
-use crate::shader::{backend, limits, wgsl};
+use crate::shader::{backend, limits, stages, wgsl};
 
 /// A text to be proven.
 pub(crate) struct Task<'a> {
@@ -96,6 +96,9 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
         }
         sizes.dedup();
         let Some(defaults) = defaults.filter(|_| !refused) else { continue };
+        for refusal in stages::mismatched(&task.source.wgsl, &module) {
+            proof.refuse(refusal, profiles.iter().copied());
+        }
         for sizes in &sizes {
             let reflection = reflection::reflect(&module, &info, sizes);
             for at in profiles {

@@ -1,0 +1,201 @@
+//! What a fragment stage reads against what the vertex stage before it writes.
+//!
+//! naga validates each entry point for itself; that the two fit is otherwise seen by the device alone, when the pipeline
+//! is made. WebGPU wants every user-defined input of the fragment stage to be an output of the vertex stage, of the same
+//! location, type and interpolation. What the vertex stage writes beside these is dropped.
+//!
+//! The stages of a module are those that a pipeline is made of: the first entry point of each by name. A module with one
+//! of the two stages only has nothing to compare.
+//!
+//! Limits: an interpolation that is written out is not that of the default, though it may mean the same (`perspective`
+//! against nothing): devices compare it as it is written. naga keeps no spans of arguments and members, so these are
+//! looked up by name.
+
+use std::ops::Range;
+
+use naga::common::wgsl::TypeContext as _;
+use naga::{EntryPoint, Handle, Interpolation, Module, Sampling, ShaderStage, Span, Type, TypeInner};
+
+use super::wgsl_error::{Refusal, Stage};
+
+/// A variable between stages.
+struct Variable<'a> {
+    name: &'a str,
+    location: u32,
+    ty: Handle<Type>,
+    interpolation: Option<Interpolation>,
+    sampling: Option<Sampling>,
+    /// The structure that it is a member of.
+    owner: Option<Handle<Type>>,
+}
+
+/// Every input of the fragment stage that the vertex stage does not write, or writes otherwise.
+pub(super) fn mismatched(text: &str, module: &Module) -> Vec<Refusal> {
+    let first = |stage: ShaderStage| {
+        module.entry_points.iter().filter(|entry| entry.stage == stage).min_by_key(|entry| &entry.name)
+    };
+    let (Some(vertex), Some(fragment)) = (first(ShaderStage::Vertex), first(ShaderStage::Fragment)) else {
+        return Vec::new();
+    };
+    let mut written = Vec::new();
+    if let Some(result) = &vertex.function.result {
+        collect(module, result.ty, result.binding.as_ref(), "", None, &mut written);
+    }
+    let mut read = Vec::new();
+    for argument in &fragment.function.arguments {
+        let name = argument.name.as_deref().unwrap_or_default();
+        collect(module, argument.ty, argument.binding.as_ref(), name, None, &mut read);
+    }
+    read.sort_by_key(|input| input.location);
+    let pair = Pair { text, module, vertex, fragment };
+    read.iter().filter_map(|input| pair.refusal(input, &written)).collect()
+}
+
+fn collect<'a>(
+    module: &'a Module,
+    ty: Handle<Type>,
+    binding: Option<&naga::Binding>,
+    name: &'a str,
+    owner: Option<Handle<Type>>,
+    found: &mut Vec<Variable<'a>>,
+) {
+    match (binding, &module.types[ty].inner) {
+        (Some(naga::Binding::Location { location, interpolation, sampling, .. }), _) => {
+            let (location, interpolation, sampling) = (*location, *interpolation, *sampling);
+            found.push(Variable { name, location, ty, interpolation, sampling, owner });
+        }
+        (None, TypeInner::Struct { members, .. }) => {
+            for member in members.iter().filter(|member| member.binding.is_some()) {
+                let name = member.name.as_deref().unwrap_or_default();
+                collect(module, member.ty, member.binding.as_ref(), name, Some(ty), found);
+            }
+        }
+        _ => {}
+    }
+}
+
+struct Pair<'a> {
+    text: &'a str,
+    module: &'a Module,
+    vertex: &'a EntryPoint,
+    fragment: &'a EntryPoint,
+}
+
+impl Pair<'_> {
+    fn refusal(&self, input: &Variable<'_>, written: &[Variable<'_>]) -> Option<Refusal> {
+        let Variable { name, location, .. } = input;
+        let (vertex, fragment) = (&self.vertex.name, &self.fragment.name);
+        let reads = format!("\"{fragment}\" reads \"{name}\" at @location({location})");
+        let type_of = |variable: &Variable<'_>| self.module.to_ctx().type_to_string(variable.ty);
+        let Some(output) = written.iter().find(|output| output.location == *location) else {
+            let elsewhere = written.iter().find(|output| output.name == *name);
+            let label = match elsewhere {
+                Some(output) => format!("\"{vertex}\" writes \"{name}\" at @location({})", output.location),
+                None => format!("\"{vertex}\" is the vertex stage"),
+            };
+            let place =
+                elsewhere.map_or_else(|| self.entry_point(vertex), |output| self.place(output, vertex));
+            let help = match elsewhere {
+                Some(_) => "give it one location in both stages",
+                None => "write it in the vertex stage too, or do not read it",
+            };
+            return Some(self.refuse(
+                input,
+                format!("{reads}, where \"{vertex}\" writes nothing"),
+                place,
+                label,
+                help,
+            ));
+        };
+        let place = self.place(output, vertex);
+        let label = format!("\"{vertex}\" writes it here");
+        let (read, written) = (type_of(input), type_of(output));
+        if self.module.types[input.ty].inner != self.module.types[output.ty].inner {
+            let message = format!("{reads} as {read}, but \"{vertex}\" writes {written}");
+            return Some(self.refuse(input, message, place, label, "use one type in both stages"));
+        }
+        let (read, written) = (interpolation(input), interpolation(output));
+        if read != written {
+            let message = format!("{reads} {read}, but \"{vertex}\" writes it {written}");
+            let help = "use one interpolation in both stages, and write it alike";
+            return Some(self.refuse(input, message, place, label, help));
+        }
+        None
+    }
+
+    fn refuse(
+        &self,
+        input: &Variable<'_>,
+        message: String,
+        place: Option<Range<usize>>,
+        label: String,
+        help: &str,
+    ) -> Refusal {
+        let at = self.place(input, &self.fragment.name).map_or(Span::UNDEFINED, Span::from);
+        let mut refusal = Refusal::new(Stage::Interface, message, at);
+        refusal.labels.extend(place.map(|place| (place, label)));
+        refusal.help = Some(help.to_owned());
+        refusal
+    }
+
+    /// Where a variable is declared: as a member of its structure, or as an argument; else its entry point.
+    fn place(&self, variable: &Variable<'_>, entry_point: &str) -> Option<Range<usize>> {
+        let entry_point = self.entry_point(entry_point);
+        let within = match variable.owner {
+            Some(owner) => self.module.types.get_span(owner).to_range(),
+            None => entry_point.as_ref().map(|name| {
+                let rest = &self.text[name.end..];
+                name.end..name.end + rest.find('{').unwrap_or(rest.len())
+            }),
+        };
+        let declared = within.and_then(|within| {
+            let text = self.text.get(within.clone())?;
+            let found =
+                words(text, variable.name).find(|range| text[range.end..].trim_start().starts_with(':'));
+            found.map(|range| within.start + range.start..within.start + range.end)
+        });
+        declared.or(entry_point)
+    }
+
+    fn entry_point(&self, name: &str) -> Option<Range<usize>> {
+        entry_point(self.text, name)
+    }
+}
+
+fn interpolation(variable: &Variable<'_>) -> String {
+    let kind = match variable.interpolation {
+        None => return "without interpolation".to_owned(),
+        Some(Interpolation::Perspective) => "perspective",
+        Some(Interpolation::Linear) => "linear",
+        Some(Interpolation::Flat) => "flat",
+        Some(Interpolation::PerVertex) => "per_vertex",
+    };
+    let sampling = match variable.sampling {
+        None => "",
+        Some(Sampling::Center) => ", center",
+        Some(Sampling::Centroid) => ", centroid",
+        Some(Sampling::Sample) => ", sample",
+        Some(Sampling::First) => ", first",
+        Some(Sampling::Either) => ", either",
+    };
+    format!("with @interpolate({kind}{sampling})")
+}
+
+/// Where the name of an entry point stands: naga keeps no span of it.
+pub(super) fn entry_point(text: &str, name: &str) -> Option<Range<usize>> {
+    words(text, name).find(|range| {
+        let before = text[..range.start].trim_end();
+        before.ends_with("fn") && before.len() < range.start
+    })
+}
+
+/// The places of a name as a whole word; none of nothing.
+fn words<'t>(text: &'t str, name: &'t str) -> impl Iterator<Item = Range<usize>> + 't {
+    let is_word = |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
+    let bytes = text.as_bytes();
+    let found = text.match_indices(name).map(|(at, name)| at..at + name.len());
+    found.filter(move |range| {
+        let before = range.start.checked_sub(1).and_then(|at| bytes.get(at));
+        !range.is_empty() && !is_word(before) && !is_word(bytes.get(range.end))
+    })
+}
