@@ -1,7 +1,7 @@
 //! Rules of WebGPU that span more than one declaration, checked on a plan, so that no device is the first to say no.
 //!
 //! Views fit their textures (cubes have six square layers, multisampled bindings see multisampled textures, volumes are
-//! not attached), full-screen passes say which layer of several they write, and blocks stay within the profile's binding
+//! not attached), full-screen passes say which layer of several they write, color attachments stay within the bytes of a sample, and blocks stay within the profile's binding
 //! sizes. Limits of one shader on its own (workgroup sizes, bindings for each stage) are checked with the shader's
 //! variants, and what a copy joins where copies are planned ([`super::copies`]).
 
@@ -30,6 +30,7 @@ pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
             let fullscreen = !matches!(render.draw, Draw::Scene(_));
             findings.extend(rules.attachments(planned, fullscreen));
             findings.extend(render.color.iter().filter_map(|color| rules.resolve(color)));
+            findings.extend(rules.color_bytes(planned));
             if let Draw::Buffers(draw) = &render.draw {
                 findings.extend(rules.buffer_draw(draw));
             }
@@ -246,6 +247,24 @@ impl Rules<'_> {
                 self.refuse(target.resource, message, "add \"layer\"")
             },
         )
+    }
+
+    /// All color attachments of a pass together have a limited number of bytes for each sample, each aligned to its
+    /// components.
+    fn color_bytes(&self, planned: &PlannedPass) -> Option<Diagnostic> {
+        let formats = planned.color.iter().filter_map(|color| self.planned(color.target.resource)?.format);
+        let bytes = formats.fold(0, |bytes: u32, format| {
+            let aligned = bytes.next_multiple_of(format.target_component_alignment().unwrap_or(1));
+            aligned + format.target_pixel_byte_cost().unwrap_or(0)
+        });
+        let allowed = self.plan.pipeline.profile.limits.max_color_attachment_bytes_per_sample;
+        let message = format!(
+            "the color attachments of \"{}\" have {bytes} bytes for each sample, but only {allowed} are guaranteed",
+            self.pass.name
+        );
+        let finding =
+            Diagnostic::error(codes::DEVICE_RULE, self.pass.place, message).pointer(&self.pass.pointer);
+        (bytes > allowed).then(|| finding.help("choose smaller formats, or write them in two passes"))
     }
 
     fn attachments(&self, planned: &PlannedPass, fullscreen: bool) -> Vec<Diagnostic> {

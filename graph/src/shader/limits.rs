@@ -4,8 +4,8 @@
 //! groups, bindings, what a stage uses of each kind, sizes of blocks, variables between stages, vertex attributes, colour
 //! attachments, workgroups. The place of an excess is the declaration that goes beyond: the variable or the entry point.
 
-use naga::{Module, Span};
-use wgpu_types::{BindingType, BufferBindingType};
+use naga::{BuiltIn, Handle, Module, Span, Type, TypeInner};
+use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};
 
 use super::profile::TargetProfile;
 use super::reflection::{Binding, EntryPoint, Reflection, Stage as ShaderStage};
@@ -28,6 +28,57 @@ pub(crate) fn exceeded(
         check.entry_point(entry_point);
     }
     check.found
+}
+
+/// A kind of binding of which a stage has a limited number.
+struct Kind {
+    what: &'static str,
+    allowed: u32,
+    is: fn(&BindingType) -> bool,
+}
+
+fn kinds(profile: &TargetProfile, stage: ShaderStage) -> [Kind; 5] {
+    let limits = &profile.limits;
+    let storage_buffers = match stage {
+        ShaderStage::Vertex => profile.vertex_storage_buffers,
+        ShaderStage::Fragment | ShaderStage::Compute => limits.max_storage_buffers_per_shader_stage,
+    };
+    let kind = |what, allowed, is| Kind { what, allowed, is };
+    [
+        kind("sampled textures", limits.max_sampled_textures_per_shader_stage, |ty| {
+            matches!(ty, BindingType::Texture { .. })
+        }),
+        kind("samplers", limits.max_samplers_per_shader_stage, |ty| matches!(ty, BindingType::Sampler(_))),
+        kind("storage textures", limits.max_storage_textures_per_shader_stage, |ty| {
+            matches!(ty, BindingType::StorageTexture { .. })
+        }),
+        kind("uniform buffers", limits.max_uniform_buffers_per_shader_stage, |ty| {
+            matches!(ty, BindingType::Buffer { ty: BufferBindingType::Uniform, .. })
+        }),
+        kind("storage buffers", storage_buffers, |ty| {
+            matches!(ty, BindingType::Buffer { ty: BufferBindingType::Storage { .. }, .. })
+        }),
+    ]
+}
+
+/// What a layout has more of in one stage than the profile guarantees: a layout is the union over variants, each of
+/// which may be within every limit.
+pub(crate) fn exceeded_by_layout<'a>(
+    entries: impl Iterator<Item = &'a BindGroupLayoutEntry> + Clone,
+    profile: &TargetProfile,
+) -> Vec<String> {
+    let mut found = Vec::new();
+    for stage in [ShaderStage::Vertex, ShaderStage::Fragment, ShaderStage::Compute] {
+        for Kind { what, allowed, is } in kinds(profile, stage) {
+            let of_kind =
+                entries.clone().filter(|entry| entry.visibility.contains(stage.stages()) && is(&entry.ty));
+            let count: u32 = of_kind.map(|entry| entry.count.map_or(1, std::num::NonZeroU32::get)).sum();
+            if count > allowed {
+                found.push(format!("{count} {what}, but only {allowed} are guaranteed"));
+            }
+        }
+    }
+    found
 }
 
 struct Check<'a> {
@@ -69,6 +120,46 @@ impl Check<'_> {
         stages::entry_point(self.text, &entry_point.name).map_or(Span::UNDEFINED, Span::from)
     }
 
+    /// How many of the variables that may go between stages built-in ones take: one each for what a fragment stage is
+    /// given beside its position, one for four distances that a vertex stage clips by.
+    fn built_in_variables(&self, entry_point: &EntryPoint) -> u64 {
+        let is_it = |entry: &&naga::EntryPoint| {
+            (&entry.name, entry.stage) == (&entry_point.name, entry_point.stage.to_naga())
+        };
+        let Some(entry) = self.module.entry_points.iter().find(is_it) else { return 0 };
+        let function = &entry.function;
+        let taken = |ty: Handle<Type>, binding: Option<&naga::Binding>| -> u64 {
+            let of = |ty: Handle<Type>, binding: &naga::Binding| match (binding, &self.module.types[ty].inner)
+            {
+                (naga::Binding::Location { .. } | naga::Binding::BuiltIn(BuiltIn::Position { .. }), _) => 0,
+                (naga::Binding::BuiltIn(BuiltIn::Barycentric { .. }), _) => 3,
+                (naga::Binding::BuiltIn(BuiltIn::ClipDistances), TypeInner::Array { size, .. }) => match size
+                {
+                    naga::ArraySize::Constant(size) => u64::from(size.get()).div_ceil(4),
+                    _ => 0,
+                },
+                (naga::Binding::BuiltIn(_), _) => u64::from(entry_point.stage == ShaderStage::Fragment),
+            };
+            match (binding, &self.module.types[ty].inner) {
+                (Some(binding), _) => of(ty, binding),
+                (None, TypeInner::Struct { members, .. }) => {
+                    members.iter().filter_map(|member| Some(of(member.ty, member.binding.as_ref()?))).sum()
+                }
+                (None, _) => 0,
+            }
+        };
+        match entry_point.stage {
+            ShaderStage::Vertex => {
+                function.result.as_ref().map_or(0, |result| taken(result.ty, result.binding.as_ref()))
+            }
+            ShaderStage::Fragment => {
+                let arguments = function.arguments.iter();
+                arguments.map(|argument| taken(argument.ty, argument.binding.as_ref())).sum()
+            }
+            ShaderStage::Compute => 0,
+        }
+    }
+
     fn binding(&mut self, binding: &Binding) {
         let limits = &self.profile.limits;
         let (groups, bindings) = (limits.max_bind_groups, limits.max_bindings_per_bind_group);
@@ -93,28 +184,7 @@ impl Check<'_> {
     }
 
     fn bindings_of_stage(&mut self, reflection: &Reflection, entry_point: &EntryPoint) {
-        let limits = &self.profile.limits;
-        let storage_buffers = match entry_point.stage {
-            ShaderStage::Vertex => self.profile.vertex_storage_buffers,
-            ShaderStage::Fragment | ShaderStage::Compute => limits.max_storage_buffers_per_shader_stage,
-        };
-        type Kind = (&'static str, u32, fn(&BindingType) -> bool);
-        let kinds: [Kind; 5] = [
-            ("sampled textures", limits.max_sampled_textures_per_shader_stage, |ty| {
-                matches!(ty, BindingType::Texture { .. })
-            }),
-            ("samplers", limits.max_samplers_per_shader_stage, |ty| matches!(ty, BindingType::Sampler(_))),
-            ("storage textures", limits.max_storage_textures_per_shader_stage, |ty| {
-                matches!(ty, BindingType::StorageTexture { .. })
-            }),
-            ("uniform buffers", limits.max_uniform_buffers_per_shader_stage, |ty| {
-                matches!(ty, BindingType::Buffer { ty: BufferBindingType::Uniform, .. })
-            }),
-            ("storage buffers", storage_buffers, |ty| {
-                matches!(ty, BindingType::Buffer { ty: BufferBindingType::Storage { .. }, .. })
-            }),
-        ];
-        for (what, allowed, is) in kinds {
+        for Kind { what, allowed, is } in kinds(self.profile, entry_point.stage) {
             let used: Vec<&Binding> = reflection
                 .bindings
                 .iter()
@@ -146,16 +216,21 @@ impl Check<'_> {
         match entry_point.stage {
             ShaderStage::Vertex | ShaderStage::Fragment => {
                 let allowed = u64::from(limits.max_inter_stage_shader_variables);
+                let built_in = self.built_in_variables(entry_point);
+                let among =
+                    if built_in > 0 { format!(", {built_in} of them built in,") } else { String::new() };
                 self.over(
                     span,
-                    format_args!("the number of variables between stages in \"{name}\""),
-                    count(entry_point.varyings.len()),
+                    format_args!("the number of variables between stages in \"{name}\"{among}"),
+                    count(entry_point.varyings.len()) + built_in,
                     allowed,
                 );
+                // Distances to clip planes take locations, which what a fragment stage is given does not.
+                let taken = if entry_point.stage == ShaderStage::Vertex { built_in } else { 0 };
                 self.over(
                     span,
                     format_args!("the number of locations between stages in \"{name}\""),
-                    highest(&mut entry_point.varyings.iter().copied()),
+                    highest(&mut entry_point.varyings.iter().copied()) + taken,
                     allowed,
                 );
                 let locations = &mut entry_point.inputs.iter().map(|input| input.location);

@@ -40,6 +40,7 @@ pub use axes::{Axes, Axis, AxisKind, AxisMode};
 pub use backend::Emitted;
 pub(crate) use compile::complete;
 pub use compile::{ShaderModule, compile};
+pub(crate) use limits::exceeded_by_layout;
 pub use profile::{TargetLanguage, TargetProfile};
 pub use reflection::{
     Binding, EntryPoint, FragmentOutput, Member, Reflection, Scalar, ScalarKind, Stage, TypeLayout,

@@ -12,7 +12,7 @@ use crate::language::GeometryDeclaration;
 use crate::pipeline::environment::Environment;
 use crate::pipeline::modules::{Chosen, Modules};
 use crate::pipeline::{Program, ProgramBinding, ProgramVariant, Resource, ResourceKind, StaticScope};
-use crate::shader::{AxisValue, AxisValues, ShaderModule, TargetProfile, TemplateSet};
+use crate::shader::{AxisValue, AxisValues, ShaderModule, TargetProfile, TemplateSet, exceeded_by_layout};
 use crate::source::{Sources, Span};
 use crate::work::{ProgramHandle, ResourceHandle};
 
@@ -211,6 +211,14 @@ impl Shared {
                 None
             }
             Ok(program) => {
+                for excess in self.excess(&program) {
+                    let message = format!("the variants of {template} together bind {excess} in a stage");
+                    self.diagnostics.push(
+                        Diagnostic::error(codes::DEVICE_RULE, place, message)
+                            .pointer(pointer)
+                            .help("variants share one layout: let them share bindings, or draw them in passes of their own"),
+                    );
+                }
                 self.programs.push(Arc::new(program));
                 Some(ProgramHandle(self.programs.len() as u32 - 1))
             }
@@ -219,6 +227,18 @@ impl Shared {
                 None
             }
         }
+    }
+
+    /// What the layout of a program has too much of, though each variant alone does not: that is its shader's finding.
+    fn excess(&self, program: &Program) -> Vec<String> {
+        let is_own = |variant: &ProgramVariant| {
+            let bindings = variant.module.reflection.bindings.iter();
+            !exceeded_by_layout(bindings.map(|binding| &binding.entry), &self.profile).is_empty()
+        };
+        if program.variants.len() < 2 || program.variants.iter().any(is_own) {
+            return Vec::new();
+        }
+        exceeded_by_layout(program.bindings.iter().map(|binding| &binding.entry), &self.profile)
     }
 
     /// Whether a binding has a number that no device of the profile allows.
