@@ -32,7 +32,10 @@ fn main() {
     drop(std::hint::black_box(vec![1u8; 24 << 20]));
     println!("microseconds a pass for graph and plan");
     println!("{:<12} {:>10} {:>10} {:>10} {:>10}   slope   verify at 1,000", "shape", 10, 100, 1_000, 10_000);
-    for (name, shape) in SHAPES {
+    // `cargo bench ... -- layered` measures this shape only.
+    let named = |name: &str| arguments.iter().any(|argument| argument == name);
+    let all = !SHAPES.iter().any(|(name, _)| named(name));
+    for (name, shape) in SHAPES.into_iter().filter(|(name, _)| all || named(name)) {
         let mut points = Vec::new();
         let mut line = format!("{name:<12}");
         for count in [10, 100, 1_000, 10_000] {
@@ -49,7 +52,7 @@ fn main() {
         println!("ratio compile/{name}/slope_to_1.1 {:.3}", slope / 1.1);
         println!("ratio compile/{name}/resize/full {:.3}", resize_ratio(&shape(1_000)));
     }
-    for (name, _) in SHAPES {
+    for (name, _) in SHAPES.into_iter().filter(|(name, _)| all || named(name)) {
         match memory(name) {
             Some(kibibytes) => println!(
                 "ratio compile/{name}/peak_memory_of_10000_passes_to_100MiB {:.3}",

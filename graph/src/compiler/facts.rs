@@ -11,8 +11,7 @@
 //!
 //! Cost: linear in resources and uses.
 
-use std::collections::HashMap;
-
+use rustc_hash::FxHashMap;
 use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 
 use super::format;
@@ -86,7 +85,7 @@ impl<'a> Facts<'a> {
         let mut formats = format::Formats::default();
         let mut classes = Classes {
             pipeline,
-            known: HashMap::new(),
+            known: FxHashMap::default(),
             bytes: Vec::new(),
             conditional,
             aliasing: options.aliasing,
@@ -160,7 +159,7 @@ impl<'a> Facts<'a> {
         let mut facts = Self::empty(pipeline, options, sources);
         let mut classes = Classes {
             pipeline,
-            known: HashMap::new(),
+            known: FxHashMap::default(),
             bytes: Vec::new(),
             conditional,
             aliasing: options.aliasing,
@@ -319,7 +318,7 @@ fn told<'a>(options: &'a PlanOptions, resource: &Resource) -> Option<&'a Import>
 struct Classes<'a> {
     pipeline: &'a Pipeline,
     /// What is alike, and of what stands for nothing else the handle.
-    known: HashMap<(Descriptor, Option<ResourceHandle>), usize>,
+    known: FxHashMap<(Descriptor, Option<ResourceHandle>), usize>,
     /// The bytes of the largest of each.
     bytes: Vec<u64>,
     conditional: &'a [bool],

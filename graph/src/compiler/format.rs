@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use smallvec::SmallVec;
 use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureSampleType};
 
 use crate::diagnostic::{Diagnostic, codes};
@@ -14,7 +15,7 @@ use crate::work::{BoundSlot, PassHandle, SlotSource, TextureView, Work};
 #[derive(Default)]
 pub(super) struct Wants<'a> {
     /// The uses, each with its pass.
-    pub(super) uses: Vec<(PassHandle, &'a Use)>,
+    pub(super) uses: SmallVec<[(PassHandle, &'a Use); 4]>,
     /// The bindings, each with its pass.
     pub(super) bindings: Vec<(PassHandle, BindingType, TextureView)>,
     /// The formats in which it is seen, each with the pass.

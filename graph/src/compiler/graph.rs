@@ -18,6 +18,7 @@ use petgraph::visit::EdgeRef as _;
 
 use super::access::accesses;
 use super::history;
+use super::rows::Rows;
 use super::writers::Builder;
 use crate::diagnostic::Diagnostics;
 use crate::pipeline::{Part, Pipeline};
@@ -72,9 +73,9 @@ pub struct Graph {
     pub order: Vec<PassHandle>,
     pub(super) nodes: Vec<NodeIndex>,
     /// For each resource the nodes of its versions in their order.
-    pub(super) versions: Vec<Vec<NodeIndex>>,
+    pub(super) versions: Rows<NodeIndex>,
     /// For each pass those that have to run later, whatever the reason; repetitions are possible.
-    pub(super) successors: Vec<Vec<PassHandle>>,
+    pub(super) successors: Rows<PassHandle>,
 }
 
 impl Graph {

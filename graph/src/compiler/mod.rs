@@ -34,6 +34,7 @@ mod property_tests;
 #[cfg(test)]
 mod property_tests_toggles;
 mod resize;
+mod rows;
 mod sharing;
 mod size;
 mod toggles;

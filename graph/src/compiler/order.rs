@@ -192,7 +192,7 @@ impl<'a> Ready<'a> {
         for pass in live {
             ready.live[pass.index()] = true;
         }
-        for to in graph.successors.iter().flatten() {
+        for to in graph.successors.items() {
             ready.missing[to.index()] += 1;
         }
         let free: Vec<PassHandle> =

@@ -20,11 +20,13 @@ use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap, HashMap, HashSet};
 
 use petgraph::graph::{DiGraph, NodeIndex};
+use smallvec::SmallVec;
 
 use super::access::{Access, Writers, in_conflict};
 use super::cycle;
 use super::graph::{Edge, Graph, GraphNode, Hazard};
 use super::toggles::{self, Runs};
+use super::rows::Rows;
 use super::visible::View;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
@@ -46,9 +48,9 @@ pub(super) struct Builder<'a> {
     pipeline: &'a Pipeline,
     accesses: &'a [Vec<Access<'a>>],
     /// Successors of each pass, and why.
-    next: Vec<Vec<(PassHandle, Via)>>,
+    next: Vec<SmallVec<[(PassHandle, Via); 4]>>,
     /// What each pass reads: a resource, and the rank of the writer.
-    reads: Vec<Vec<(ResourceHandle, usize)>>,
+    reads: Vec<SmallVec<[(ResourceHandle, u32); 3]>>,
     /// The writers of each resource that is ordered.
     ordered: Vec<Option<Writers>>,
 }
@@ -60,8 +62,8 @@ impl<'a> Builder<'a> {
         let mut builder = Self {
             pipeline,
             accesses,
-            next: vec![Vec::new(); count],
-            reads: vec![Vec::new(); count],
+            next: vec![SmallVec::new(); count],
+            reads: vec![SmallVec::new(); count],
             ordered: accesses.iter().map(|_| None).collect(),
         };
         for pass in pipeline.pass_handles() {
@@ -270,7 +272,7 @@ impl<'a> Builder<'a> {
     /// A write that a reader reads.
     fn feed(&mut self, resource: ResourceHandle, rank: usize, writer: PassHandle, reader: PassHandle) {
         self.add(writer, reader, Via::Data(resource));
-        self.reads[reader.index()].push((resource, rank));
+        self.reads[reader.index()].push((resource, rank as u32));
     }
 
     /// Connects one reader to the writers below a limit that feed it, and to those from the limit that overwrite it.
@@ -406,29 +408,30 @@ impl<'a> Builder<'a> {
     /// The graph of what was connected.
     pub(super) fn finish(self) -> Graph {
         let order = self.sorted();
-        let edges: usize = self.next.iter().map(Vec::len).sum();
+        let edges: usize = self.next.iter().map(SmallVec::len).sum();
         let mut graph = DiGraph::with_capacity(self.next.len() * 2, edges + self.next.len());
         let nodes: Vec<NodeIndex> =
             self.pipeline.pass_handles().map(|pass| graph.add_node(GraphNode::Pass(pass))).collect();
-        let mut versions: Vec<Vec<NodeIndex>> = vec![Vec::new(); self.ordered.len()];
+        let count = self.ordered.iter().flatten().map(|writers| writers.list.len()).sum();
+        let mut versions = Rows::with_capacity(self.ordered.len(), count);
         for resource in self.pipeline.resource_handles() {
-            let Some(writers) = &self.ordered[resource.index()] else { continue };
-            for (rank, at) in writers.list.iter().enumerate() {
+            let list = self.ordered[resource.index()].as_ref().map_or(&[][..], |writers| &writers.list);
+            versions.push(list.iter().enumerate().map(|(rank, at)| {
                 let access = &self.accesses[resource.index()][*at];
                 let (part, writer, number) = (access.part, access.pass, rank as u32 + 1);
                 let node = graph.add_node(GraphNode::Version { resource, part, number, writer });
                 graph.add_edge(nodes[writer.index()], node, Edge::Writes);
-                versions[resource.index()].push(node);
-            }
+                node
+            }));
         }
         for (reader, mut reads) in self.reads.into_iter().enumerate() {
             reads.sort_unstable();
             reads.dedup();
             for (resource, rank) in reads {
-                graph.add_edge(versions[resource.index()][rank], nodes[reader], Edge::Reads);
+                graph.add_edge(versions[resource.index()][rank as usize], nodes[reader], Edge::Reads);
             }
         }
-        let mut successors = Vec::with_capacity(self.next.len());
+        let mut successors = Rows::with_capacity(self.next.len(), edges);
         for (from, mut list) in self.next.into_iter().enumerate() {
             let key = |via: &Via| match via {
                 Via::Data(resource) => (None, Some(*resource)),
@@ -441,7 +444,7 @@ impl<'a> Builder<'a> {
                     graph.add_edge(nodes[from], nodes[to.index()], Edge::Order(*hazard));
                 }
             }
-            successors.push(list.into_iter().map(|(to, _)| to).collect());
+            successors.push(list.into_iter().map(|(to, _)| to));
         }
         Graph { graph, order, nodes, versions, successors }
     }

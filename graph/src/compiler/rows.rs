@@ -1,0 +1,58 @@
+//! Lists of different lengths, one after another in one piece of memory.
+//!
+//! What belongs to each pass or resource is mostly one or two things. A vector of vectors would put each of these lists
+//! somewhere else in memory, and a graph of 10,000 passes would be a walk over all of it.
+
+/// Lists by number.
+#[derive(Clone, Debug)]
+pub(super) struct Rows<T> {
+    items: Vec<T>,
+    /// Where each list ends.
+    ends: Vec<u32>,
+}
+
+impl<T> Rows<T> {
+    pub(super) fn with_capacity(rows: usize, items: usize) -> Self {
+        Self { items: Vec::with_capacity(items), ends: Vec::with_capacity(rows) }
+    }
+
+    /// Adds the next list.
+    pub(super) fn push(&mut self, row: impl IntoIterator<Item = T>) {
+        self.items.extend(row);
+        self.ends.push(self.items.len() as u32);
+    }
+
+    /// The number of lists.
+    pub(super) fn len(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// All lists, one after another.
+    pub(super) fn items(&self) -> &[T] {
+        &self.items
+    }
+}
+
+impl<T> std::ops::Index<usize> for Rows<T> {
+    type Output = [T];
+
+    fn index(&self, row: usize) -> &[T] {
+        let start = row.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.items[start as usize..self.ends[row] as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Rows;
+
+    #[test]
+    fn lists_stay_apart() {
+        let mut rows = Rows::with_capacity(3, 3);
+        rows.push([1, 2]);
+        rows.push([]);
+        rows.push([3]);
+        assert_eq!((&rows[0], &rows[1], &rows[2]), (&[1, 2][..], &[][..], &[3][..]));
+        assert_eq!((rows.len(), rows.items()), (3, &[1, 2, 3][..]));
+    }
+}
