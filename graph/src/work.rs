@@ -57,9 +57,9 @@ pub enum Work {
     /// Draws into attachments.
     Render(Box<RenderWork>),
     /// Dispatches a compute shader.
-    Compute(ComputeWork),
+    Compute(Box<ComputeWork>),
     /// Copies texels or bytes, or clears a buffer.
-    Transfer(TransferWork),
+    Transfer(Box<TransferWork>),
 }
 
 /// A function from what the host says of a frame to named data and views.

@@ -95,10 +95,10 @@ impl Node for Compute {
                 None
             }
         };
-        Some(pass.produce(Work::Compute(ComputeWork {
+        Some(pass.produce(Work::Compute(Box::new(ComputeWork {
             program: program?,
             bindings: bindings?,
             dispatch: dispatch?,
-        })))
+        }))))
     }
 }

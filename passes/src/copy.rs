@@ -95,7 +95,11 @@ impl Node for Copy {
             });
         let (extent, source, destination) =
             (extent.filter(|one| one.is_none() || !bytes)?, source?, destination?);
-        Some(pass.produce(Work::Transfer(TransferWork { source: Some(source), destination, extent })))
+        Some(pass.produce(Work::Transfer(Box::new(TransferWork {
+            source: Some(source),
+            destination,
+            extent,
+        }))))
     }
 }
 
@@ -122,7 +126,7 @@ impl Node for Clear {
         let view = bytes_of(pass, &self.buffer, ends, true, Usage::CopyDestination, "", "/buffer")?;
         let region = BufferRegion { view, bytes_per_row: None, rows_per_image: None };
         let destination = TransferEnd::Buffer(region);
-        Some(pass.produce(Work::Transfer(TransferWork { source: None, destination, extent: None })))
+        Some(pass.produce(Work::Transfer(Box::new(TransferWork { source: None, destination, extent: None }))))
     }
 }
 

@@ -6,7 +6,10 @@
 //!
 //! Cost: linear in uses. Uses of one resource inside one pass are compared in pairs.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::BTreeSet;
+
+use rustc_hash::FxHashMap;
+use smallvec::SmallVec;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::pipeline::{Aspect, Part, Pipeline, Use, Version};
@@ -85,44 +88,46 @@ fn is_exact(part: Part) -> bool {
 #[derive(Debug, Default)]
 pub(super) struct Writers {
     /// Positions in the list of accesses, in order; a rank is a position here.
-    pub(super) list: Vec<usize>,
+    pub(super) list: SmallVec<[usize; 2]>,
+    plain: bool,
+    /// Most resources have one writer, which needs no index.
+    index: Option<Box<Index>>,
+}
+
+/// The ranks of several writers.
+#[derive(Debug, Default)]
+struct Index {
     all: Vec<usize>,
     wide: Vec<usize>,
-    exact: HashMap<Part, Vec<usize>>,
-    by_pass: HashMap<(PassHandle, Part), usize>,
-    single: Option<(PassHandle, Part)>,
-    plain: bool,
+    exact: FxHashMap<Part, Vec<usize>>,
+    by_pass: FxHashMap<(PassHandle, Part), usize>,
 }
 
 impl Writers {
     /// The index of writers that are in order.
-    pub(super) fn new(accesses: &[Access<'_>], list: Vec<usize>) -> Self {
+    pub(super) fn new(accesses: &[Access<'_>], list: SmallVec<[usize; 2]>) -> Self {
         let plain = list.iter().all(|at| accesses[*at].part.is_plain());
-        let mut writers = Self { all: (0..list.len()).collect(), plain, ..Self::default() };
-        // Most resources have one writer, which needs no index.
-        if let [at] = list[..] {
-            writers.single = Some((accesses[at].pass, accesses[at].part));
-            writers.list = list;
-            return writers;
+        if list.len() < 2 {
+            return Self { list, plain, index: None };
         }
+        let mut index = Index { all: (0..list.len()).collect(), ..Index::default() };
         for (rank, at) in list.iter().enumerate() {
             let access = &accesses[*at];
             if is_exact(access.part) {
-                writers.exact.entry(access.part).or_default().push(rank);
+                index.exact.entry(access.part).or_default().push(rank);
             } else {
-                writers.wide.push(rank);
+                index.wide.push(rank);
             }
-            writers.by_pass.insert((access.pass, access.part), rank);
+            index.by_pass.insert((access.pass, access.part), rank);
         }
-        writers.list = list;
-        writers
+        Self { list, plain, index: Some(Box::new(index)) }
     }
 
     /// The rank of the write of a part by a pass.
-    pub(super) fn rank(&self, pass: PassHandle, part: Part) -> Option<usize> {
-        match self.single {
-            Some(single) => (single == (pass, part)).then_some(0),
-            None => self.by_pass.get(&(pass, part)).copied(),
+    pub(super) fn rank(&self, accesses: &[Access<'_>], pass: PassHandle, part: Part) -> Option<usize> {
+        match &self.index {
+            Some(index) => index.by_pass.get(&(pass, part)).copied(),
+            None => self.list.iter().position(|at| (accesses[*at].pass, accesses[*at].part) == (pass, part)),
         }
     }
 
@@ -132,10 +137,10 @@ impl Writers {
     }
 
     fn lists(&self, part: Part) -> (&[usize], &[usize]) {
-        if is_exact(part) && self.single.is_none() {
-            (self.exact.get(&part).map_or(&[], Vec::as_slice), &self.wide)
-        } else {
-            (&[], &self.all)
+        match &self.index {
+            None => (&[], if self.list.is_empty() { &[] } else { &[0] }),
+            Some(index) if is_exact(part) => (index.exact.get(&part).map_or(&[], Vec::as_slice), &index.wide),
+            Some(index) => (&[], &index.all),
         }
     }
 

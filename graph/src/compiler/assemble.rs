@@ -102,7 +102,7 @@ impl Assembly {
             description: None,
         };
         describe(&mut texture);
-        self.resource(name, ResourceKind::Texture(texture))
+        self.resource(name, ResourceKind::Texture(Box::new(texture)))
     }
 
     /// A transient texture of a size of its own.
@@ -115,7 +115,7 @@ impl Assembly {
         let size = Expr::from(f64::from(bytes));
         let declaration =
             BufferDeclaration { size, lifetime, frames: None, initial: None, description: None };
-        self.resource(name, ResourceKind::Buffer(declaration))
+        self.resource(name, ResourceKind::Buffer(Box::new(declaration)))
     }
 
     /// A texture of which so many earlier frames can be read, opaque black before there are any.

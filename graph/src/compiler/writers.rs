@@ -25,8 +25,8 @@ use smallvec::SmallVec;
 use super::access::{Access, Writers, in_conflict};
 use super::cycle;
 use super::graph::{Edge, Graph, GraphNode, Hazard};
-use super::toggles::{self, Runs};
 use super::rows::Rows;
+use super::toggles::{self, Runs};
 use super::visible::View;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
@@ -79,7 +79,7 @@ impl<'a> Builder<'a> {
         let mut waiting: Vec<ResourceHandle> = Vec::new();
         for resource in self.pipeline.resource_handles() {
             let list = &self.accesses[resource.index()];
-            let writers: Vec<usize> = (0..list.len()).filter(|at| list[*at].writes).collect();
+            let writers: SmallVec<[usize; 2]> = (0..list.len()).filter(|at| list[*at].writes).collect();
             if writers.len() > 1 && in_conflict(list, &writers) {
                 self.add_certain(resource);
                 waiting.push(resource);
@@ -169,9 +169,9 @@ impl<'a> Builder<'a> {
         &self,
         resource: ResourceHandle,
         position: &[usize],
-    ) -> Result<Vec<usize>, (usize, usize)> {
+    ) -> Result<SmallVec<[usize; 2]>, (usize, usize)> {
         let list = &self.accesses[resource.index()];
-        let mut order: Vec<usize> = (0..list.len()).filter(|at| list[*at].writes).collect();
+        let mut order: SmallVec<[usize; 2]> = (0..list.len()).filter(|at| list[*at].writes).collect();
         let condition = |access: &Access<'_>| self.pipeline.pass(access.pass).condition;
         let mut fresh: Vec<usize> = order.iter().copied().filter(|at| !list[*at].reads).take(3).collect();
         let single = match fresh[..] {
@@ -228,7 +228,12 @@ impl<'a> Builder<'a> {
     }
 
     /// Adds the edges of a resource whose writers are in order.
-    fn connect(&mut self, resource: ResourceHandle, order: Vec<usize>, diagnostics: &mut Diagnostics) {
+    fn connect(
+        &mut self,
+        resource: ResourceHandle,
+        order: SmallVec<[usize; 2]>,
+        diagnostics: &mut Diagnostics,
+    ) {
         let list = &self.accesses[resource.index()];
         let writers = Writers::new(list, order);
         for (rank, at) in writers.list.iter().enumerate() {
@@ -253,11 +258,12 @@ impl<'a> Builder<'a> {
         let is_toggled = |at: &usize| self.pipeline.pass(list[*at].pass).condition.is_some();
         let simple = writers.are_plain() && !writers.list.iter().any(is_toggled);
         for reader in list.iter().filter(|access| access.reads) {
-            let own = writers.rank(reader.pass, reader.part).filter(|_| reader.writes);
+            let own = writers.rank(list, reader.pass, reader.part).filter(|_| reader.writes);
             let limit = match reader.version {
                 Version::WrittenBy(name) => {
                     let named = names.get(name.as_str()).map(|at| &list[*at]);
-                    let Some(rank) = named.and_then(|writer| writers.rank(writer.pass, writer.part)) else {
+                    let Some(rank) = named.and_then(|writer| writers.rank(list, writer.pass, writer.part))
+                    else {
                         continue;
                     };
                     rank + 1

@@ -196,9 +196,9 @@ impl Resource {
 #[derive(Clone, Debug)]
 pub enum ResourceKind {
     /// A texture.
-    Texture(TextureDeclaration),
+    Texture(Box<TextureDeclaration>),
     /// A buffer.
-    Buffer(BufferDeclaration),
+    Buffer(Box<BufferDeclaration>),
     /// Host data: values and views; `None` until the pass that publishes it is declared.
     Data(Option<DataShape>),
     /// A declaration with findings of its own: nothing is known, and nothing is said of it.

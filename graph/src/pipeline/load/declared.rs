@@ -45,8 +45,8 @@ impl<'a, 'r> Declarations<'a, 'r> {
             return ResourceKind::Broken;
         }
         let decode = || match instance.entry.value.decode() {
-            Ok(ResourceDeclaration::Texture(texture)) => ResourceKind::Texture(texture),
-            Ok(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(buffer),
+            Ok(ResourceDeclaration::Texture(texture)) => ResourceKind::Texture(Box::new(texture)),
+            Ok(ResourceDeclaration::Buffer(buffer)) => ResourceKind::Buffer(Box::new(buffer)),
             Err(_) => ResourceKind::Broken,
         };
         if instance.environment.is_top() {
