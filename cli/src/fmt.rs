@@ -9,7 +9,7 @@ use umbragraph::read_source;
 use umbragraph::source::{FileId, MAXIMUM_FILE_BYTES, Sources, Span};
 
 use crate::arguments::FmtArguments;
-use crate::replace::replace;
+use crate::replace::{replace, unwritable};
 use crate::streams::{complain, print};
 
 /// What findings call standard input.
@@ -47,12 +47,7 @@ fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result
     } else if is_input {
         print(&text);
     } else if !is_canonical {
-        replace(path, &text).map_err(|error| {
-            let name = path.display().to_string();
-            let message = format!("\"{name}\" cannot be written: {error}");
-            Diagnostic::in_file(codes::FILE_UNWRITABLE, &name, "", message)
-                .help("check that its folder may be written to; the file is as it was")
-        })?;
+        replace(path, &text).map_err(|error| unwritable(path, &error))?;
     }
     Ok(is_canonical)
 }

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use umbragraph::diagnostic::{Diagnostic, codes};
 use umbragraph::report::{GraphFormat, Report, diff, draw};
 
 use crate::arguments::{Choices, GraphArguments};
+use crate::replace::{replace, unwritable};
 use crate::session::Session;
 use crate::streams::{complain, print};
 
@@ -27,13 +27,8 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
             true
         }
         Some(path) => {
-            if let Err(error) = std::fs::write(path, text) {
-                let name = path.display().to_string();
-                let message = format!("\"{name}\" cannot be written: {error}");
-                let help = "check that the folder exists and may be written to";
-                session
-                    .findings
-                    .push(Diagnostic::in_file(codes::FILE_UNWRITABLE, &name, "", message).help(help));
+            if let Err(error) = replace(path, text) {
+                session.findings.push(unwritable(path, &error));
             } else if arguments.format == GraphFormat::Html {
                 complain(&format!("open {} in a browser; it needs no network\n", path.display()));
             }

@@ -8,10 +8,10 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use similar::TextDiff;
-use umbragraph::diagnostic::{Diagnostic, codes, fix};
+use umbragraph::diagnostic::{Diagnostic, fix};
 
 use crate::arguments::CheckArguments;
-use crate::replace::replace;
+use crate::replace::{replace, unwritable};
 use crate::session::Session;
 use crate::streams::{complain, print};
 
@@ -82,9 +82,7 @@ impl Mended {
                     self.edits.iter().filter(of_file).for_each(|line| complain(&format!("fixed {line}")));
                 }
                 Err(error) => {
-                    let message = format!("\"{name}\" cannot be written: {error}");
-                    let finding = Diagnostic::in_file(codes::FILE_UNWRITABLE, name, "", message);
-                    findings.push(finding.help("check that the file may be written to, and run this again"));
+                    findings.push(unwritable(Path::new(name), &error));
                 }
             }
         }
@@ -101,5 +99,5 @@ fn write(path: &Path, original: &str, text: &str) -> std::io::Result<()> {
     if rest != original.as_bytes() {
         return Err(std::io::Error::new(ErrorKind::InvalidData, "it was changed meanwhile"));
     }
-    replace(path, &format!("{mark}{text}"))
+    replace(path, format!("{mark}{text}"))
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
 
 use crate::device::Graphics;
+use crate::replace::{replace, unwritable};
 
 /// Reads an rgba8 texture back, row 0 on top.
 ///
@@ -52,35 +53,21 @@ pub(crate) fn read_back(graphics: &Graphics, texture: &wgpu::Texture) -> Result<
     Ok(bytes.chunks_exact(row as usize).flat_map(|line| &line[..width as usize * 4]).copied().collect())
 }
 
-/// Writes a PNG: to a temporary file beside it first, so that no half picture is ever left.
+/// Writes a PNG, and makes its folder where that is missing.
 ///
 /// # Errors
 /// A folder that does not exist or cannot be written to.
 pub(crate) fn write_png(path: &Path, width: u32, height: u32, rgba: &[u8]) -> Result<(), Diagnostic> {
-    let name = path.display().to_string();
-    let unwritable = |reason: String| {
-        Diagnostic::in_file(
-            codes::FILE_UNWRITABLE,
-            &name,
-            "",
-            format!("\"{name}\" cannot be written: {reason}"),
-        )
-        .help("check that the folder exists and may be written to")
-    };
+    let failed = |error: &dyn std::fmt::Display| unwritable(path, error);
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width, height);
     encoder.set_color(png::ColorType::Rgba);
     encoder.set_depth(png::BitDepth::Eight);
-    let mut writer = encoder.write_header().map_err(|error| unwritable(error.to_string()))?;
-    writer.write_image_data(rgba).map_err(|error| unwritable(error.to_string()))?;
-    writer.finish().map_err(|error| unwritable(error.to_string()))?;
+    let mut writer = encoder.write_header().map_err(|error| failed(&error))?;
+    writer.write_image_data(rgba).map_err(|error| failed(&error))?;
+    writer.finish().map_err(|error| failed(&error))?;
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).map_err(|error| unwritable(error.to_string()))?;
+        std::fs::create_dir_all(folder).map_err(|error| failed(&error))?;
     }
-    let temporary = path.with_extension(format!("{}.part", std::process::id()));
-    let result = std::fs::write(&temporary, &bytes).and_then(|()| std::fs::rename(&temporary, path));
-    if result.is_err() {
-        let _ = std::fs::remove_file(&temporary);
-    }
-    result.map_err(|error| unwritable(error.to_string()))
+    replace(path, &bytes).map_err(|error| failed(&error))
 }

@@ -1,21 +1,79 @@
 //! Files that are written as a whole or not at all.
 
+use std::fmt::Display;
 use std::path::Path;
 
-/// Puts a text in the place of a file that is there: to a temporary file beside it, which is then renamed. A link stays
-/// one, and what it leads to is written; permissions stay as they are.
+use umbragraph::diagnostic::{Diagnostic, codes};
+
+/// Writes a file: to a temporary one beside it, which is then renamed, so that no half file is ever left. A link stays
+/// one, and what it leads to is written; permissions stay as they are. What is no plain file, such as a device, is
+/// written directly.
 ///
 /// # Errors
-/// A file that is not there, or a folder that cannot be written to; the file is as it was.
-pub(crate) fn replace(path: &Path, text: &str) -> std::io::Result<()> {
-    let path = path.canonicalize()?;
+/// A folder that is not there or cannot be written to; a file that was there is as it was.
+pub(crate) fn replace(path: &Path, contents: impl AsRef<[u8]>) -> std::io::Result<()> {
+    let known = std::fs::metadata(path).ok();
+    if known.as_ref().is_some_and(|known| !known.is_file()) {
+        return std::fs::write(path, contents);
+    }
+    let path = if known.is_some() { path.canonicalize()? } else { path.to_owned() };
     let mut temporary = path.clone().into_os_string();
     temporary.push(format!(".{}.part", std::process::id()));
-    let result = std::fs::write(&temporary, text)
-        .and_then(|()| std::fs::set_permissions(&temporary, std::fs::metadata(&path)?.permissions()))
+    let result = std::fs::write(&temporary, contents)
+        .and_then(|()| match &known {
+            Some(known) => std::fs::set_permissions(&temporary, known.permissions()),
+            None => Ok(()),
+        })
         .and_then(|()| std::fs::rename(&temporary, &path));
     if result.is_err() {
         let _ = std::fs::remove_file(&temporary);
     }
     result
+}
+
+/// The finding for a file that cannot be written.
+pub(crate) fn unwritable(path: &Path, error: &dyn Display) -> Diagnostic {
+    let name = path.display().to_string();
+    let message = format!("\"{name}\" cannot be written: {error}");
+    Diagnostic::in_file(codes::FILE_UNWRITABLE, &name, "", message)
+        .help("check that the folder exists and may be written to; a file that was there is as it was")
+}
+
+#[cfg(test)]
+mod tests {
+    use umbragraph_test_support::scratch::ScratchFolder;
+
+    use super::*;
+
+    #[test]
+    fn a_file_is_made_or_replaced_as_a_whole_and_nothing_else_is_left() {
+        let folder = ScratchFolder::new("replace");
+        let path = folder.join("file.png");
+        for text in ["one", "two"] {
+            replace(&path, text).unwrap();
+            assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+        }
+        // The folder cannot be renamed over; nothing of the attempt stays.
+        std::fs::create_dir(folder.join("folder")).unwrap();
+        assert!(replace(&folder.join("folder"), "three").is_err());
+        assert!(replace(&folder.join("missing/file"), "three").is_err());
+        let names: Vec<_> =
+            std::fs::read_dir(folder.join("")).unwrap().map(|one| one.unwrap().file_name()).collect();
+        assert_eq!(names.len(), 2, "{names:?}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_and_permissions_stay() {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = ScratchFolder::new("replace-link");
+        let (path, link) = (folder.join("file"), folder.join("link"));
+        replace(&path, "one").unwrap();
+        std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o640)).unwrap();
+        std::os::unix::fs::symlink(&path, &link).unwrap();
+        replace(&link, "two").unwrap();
+        assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "two");
+        assert_eq!(std::fs::metadata(&path).unwrap().permissions().mode() & 0o777, 0o640);
+    }
 }

@@ -5,10 +5,12 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
 use umbragraph::shader::TemplateSet;
 use umbragraph::shader::permutations::{Count, Permutations, TemplateReport};
 use umbragraph::source::Sources;
+
+use crate::replace::{replace, unwritable};
 
 /// The outcome of a run.
 #[derive(Default)]
@@ -139,22 +141,12 @@ fn counted(number: usize, noun: &str) -> String {
     format!("{number} {noun}{}", if number == 1 { "" } else { "s" })
 }
 
-/// Writes every distinct text to a folder, each under another name first, so that no half file is ever left.
+/// Writes every distinct text to a folder.
 pub(crate) fn write(
     folder: &Path,
     templates: &TemplateSet,
     reports: &[TemplateReport],
 ) -> Result<(), Diagnostic> {
-    let unwritable = |path: &Path, error: &std::io::Error| {
-        let name = path.display().to_string();
-        Diagnostic::in_file(
-            codes::FILE_UNWRITABLE,
-            &name,
-            "",
-            format!("\"{name}\" cannot be written: {error}"),
-        )
-        .help("check that the folder exists and may be written to")
-    };
     std::fs::create_dir_all(folder).map_err(|error| unwritable(folder, &error))?;
     let mut written = BTreeSet::new();
     for report in reports {
@@ -165,12 +157,7 @@ pub(crate) fn write(
             }
             let Some(text) = report.text(templates, variant) else { continue };
             let path = folder.join(&name);
-            let temporary = folder.join(format!(".{}.part", std::process::id()));
-            let result = std::fs::write(&temporary, text).and_then(|()| std::fs::rename(&temporary, &path));
-            if let Err(error) = result {
-                let _ = std::fs::remove_file(&temporary);
-                return Err(unwritable(&path, &error));
-            }
+            replace(&path, text).map_err(|error| unwritable(&path, &error))?;
         }
     }
     Ok(())
