@@ -1,9 +1,9 @@
 //! Laying one document over another, and putting one beside another.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::document::{Kind, Pointer, Value};
+use crate::document::{Keys, Kind, Pointer, Value};
 use crate::source::Span;
 
 /// The sections whose members an include may add to.
@@ -55,14 +55,14 @@ pub(super) fn over(
     // The keys that a misspelt deletion cannot have meant.
     let deletes = newer.iter().any(|entry| matches!(entry.value.kind, Kind::Null));
     let written: Vec<String> = newer.iter().filter(|_| deletes).map(|entry| entry.key.clone()).collect();
+    let mut keys = Keys::default();
+    let mut deleted: BTreeSet<usize> = BTreeSet::new();
     for mut entry in newer {
-        let key = entry.key.as_str();
-        let at = pointer.key(key);
-        let known = entries.iter().position(|known| known.key == entry.key);
-        match (known, &entry.value.kind) {
+        let at = pointer.key(&entry.key);
+        match (keys.find(&entries, &entry.key), &entry.value.kind) {
             (Some(index), Kind::Null) => {
-                let gone = entries.remove(index);
-                changes.remember(&at, gone.value.span);
+                deleted.insert(index);
+                changes.remember(&at, entries[index].value.span);
                 changes.deleted.insert(at.to_string(), entry.value.span);
             }
             (None, Kind::Null) => {
@@ -71,7 +71,8 @@ pub(super) fn over(
                     entry.value.span,
                     format!("there is no \"{}\" to delete", entry.key),
                 );
-                let names = entries.iter().map(|known| known.key.as_str());
+                let left = entries.iter().enumerate().filter(|(index, _)| !deleted.contains(index));
+                let names = left.map(|(_, known)| known.key.as_str());
                 let taken = |name: &str| written.iter().any(|key| key == name);
                 let finding = finding.meant_unless(&entry.key, names, Some(entry.key_span), taken, |_| {
                     "null deletes what the extended file has under that key".to_owned()
@@ -90,6 +91,8 @@ pub(super) fn over(
             }
         }
     }
+    let mut index = 0..entries.len();
+    entries.retain(|_| !index.next().is_some_and(|index| deleted.contains(&index)));
     Value { span: value.span, kind: Kind::Object(entries) }
 }
 
@@ -159,8 +162,9 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
         else {
             continue;
         };
+        let mut keys = Keys::default();
         for entry in added {
-            match known.iter().find(|other| other.key == entry.key) {
+            match keys.find(known, &entry.key).and_then(|at| known.get(at)) {
                 Some(other) => diagnostics.push(
                     Diagnostic::error(
                         codes::DUPLICATE_KEY,

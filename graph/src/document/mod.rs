@@ -9,11 +9,13 @@
 
 mod decode;
 pub mod format;
+mod keys;
 mod parse;
 mod pointer;
 pub mod schema;
 
 pub use decode::decode_entries;
+pub(crate) use keys::Keys;
 pub use parse::parse;
 pub use pointer::{Pointer, pointer_join};
 

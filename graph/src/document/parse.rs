@@ -2,14 +2,12 @@
 //!
 //! What is wrong with a text that is no JSON, that crate's own parser says.
 
-use std::borrow::Cow;
-use std::collections::HashMap;
 use std::str::FromStr as _;
 
 use jsonc_parser::tokens::Token;
 use jsonc_parser::{CollectOptions, ParseOptions, Scanner, ScannerOptions, parse_to_ast};
 
-use super::{Document, Entry, Kind, Value};
+use super::{Document, Entry, Keys, Kind, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes};
 use crate::source::{FileId, Sources, Span};
 
@@ -37,8 +35,6 @@ const STRICT_TOKENS: ScannerOptions = ScannerOptions {
 
 /// How deep a text may nest: as deep as `jsonc-parser` goes.
 const MAXIMUM_DEPTH: usize = 512;
-/// Up to so many keys it is quicker to look through them than to hash them.
-const FEW_KEYS: usize = 16;
 
 /// The most values that a text may have. The largest pipelines have 65,536 passes of a dozen values each.
 const MAXIMUM_VALUES: usize = 1_500_000;
@@ -206,8 +202,7 @@ impl<'t> Reader<'t> {
 
     fn object(&mut self, depth: usize) -> Option<Vec<Entry>> {
         let start = self.entries.len();
-        // Where keys stand, once there are too many of them to look through.
-        let mut known: HashMap<Cow<'t, str>, usize> = HashMap::new();
+        let mut keys = Keys::default();
         let mut end_before = 0;
         let mut token = self.next()?;
         if matches!(token, Token::CloseBrace) {
@@ -224,23 +219,10 @@ impl<'t> Reader<'t> {
             let value = self.value(first, depth + 2)?;
             let end = std::mem::replace(&mut end_before, value.span.end);
             let entries = &self.entries[start..];
-            let twin = if entries.len() < FEW_KEYS {
-                entries.iter().position(|entry| entry.key == key)
-            } else {
-                if known.is_empty() {
-                    let keys = entries.iter().enumerate();
-                    known.extend(keys.map(|(at, entry)| (Cow::Owned(entry.key.clone()), at)));
-                }
-                known.get(&key).copied()
-            };
+            let twin = keys.find(entries, &key);
             match twin {
                 Some(twin) => self.stands_twice(start + twin, key_span, &value, end),
-                None => {
-                    if !known.is_empty() {
-                        known.insert(key.clone(), entries.len());
-                    }
-                    self.entries.push(Entry { key: key.into_owned(), key_span, value });
-                }
+                None => self.entries.push(Entry { key: key.into_owned(), key_span, value }),
             }
             match self.next()? {
                 Token::Comma => token = self.next()?,

@@ -46,6 +46,7 @@ pub(super) struct Instance<'a> {
 /// Expands a document.
 pub(super) struct Expander<'a, 's> {
     document: &'a Document,
+    subgraphs: HashMap<&'a str, &'a Entry>,
     registry: &'s Registry,
     is_broken: &'s dyn Fn(&str) -> bool,
     shared: &'s mut Shared,
@@ -74,8 +75,11 @@ impl<'a, 's> Expander<'a, 's> {
         is_broken: &'s dyn Fn(&str) -> bool,
         shared: &'s mut Shared,
     ) -> Self {
+        let subgraphs = document.root.get("subgraphs").and_then(document::Value::entries);
+        let subgraphs = subgraphs.unwrap_or_default().iter().map(|entry| (entry.key.as_str(), entry));
         Self {
             document,
+            subgraphs: subgraphs.collect(),
             registry,
             is_broken,
             shared,
@@ -258,11 +262,11 @@ impl<'a, 's> Expander<'a, 's> {
         environment: &Arc<Environment>,
         depth: usize,
     ) {
-        let subgraphs = self.document.root.get("subgraphs");
         let wanted = used.text().unwrap_or_default();
         let at = format!("{pointer}/use");
-        let Some(subgraph) = subgraphs.and_then(|subgraphs| subgraphs.entry(wanted)) else {
-            let known = subgraphs.and_then(document::Value::entries).unwrap_or_default();
+        let Some(subgraph) = self.subgraphs.get(wanted).copied() else {
+            let known = self.document.root.get("subgraphs").and_then(document::Value::entries);
+            let known = known.unwrap_or_default();
             let known = known.iter().map(|entry| entry.key.as_str());
             let message = format!("there is no subgraph \"{wanted}\"");
             let finding = Diagnostic::error(codes::UNKNOWN_SUBGRAPH, used.span, message).pointer(at);

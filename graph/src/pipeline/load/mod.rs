@@ -241,13 +241,13 @@ pub(crate) fn load_sharing(
         }
         for (position, written) in declared.common.after.iter().enumerate() {
             let environment = passes[at].environment.clone();
-            let pointer = format!("{}/after/{position}", passes[at].pointer);
-            let value = entry.value.nearest(&format!("/after/{position}"));
+            let pointer = || format!("{}/after/{position}", passes[at].pointer);
+            let value = || entry.value.nearest(&format!("/after/{position}"));
             let name = match environment.interpolate(written, &shared.scope) {
                 Ok(name) => environment.pass(&name),
                 Err(mut error) => {
                     environment.widen(&mut error, std::iter::empty());
-                    shared.diagnostics.extend(expression_finding(&error, value, &pointer));
+                    shared.diagnostics.extend(expression_finding(&error, value(), &pointer()));
                     continue;
                 }
             };
@@ -262,10 +262,11 @@ pub(crate) fn load_sharing(
             };
             if members.is_empty() && !is_absent(&absent, &name) && !is_gap(&gaps, &name) {
                 let message = format!("there is no pass \"{name}\"");
-                let finding = Diagnostic::error(codes::UNKNOWN_PASS, value.span, message).pointer(pointer);
+                let place = value().span;
+                let finding = Diagnostic::error(codes::UNKNOWN_PASS, place, message).pointer(pointer());
                 let all = instances.iter().filter_map(|instance| environment.pass_inside(&instance.name));
                 let known_as = environment.pass_inside(&name).unwrap_or(&name);
-                let written = (written == known_as).then_some(value.span);
+                let written = (written == known_as).then_some(place);
                 shared.diagnostics.push(finding.meant(known_as, all, written, |names| {
                     format!("the passes are {}", list_of(names.iter().copied()))
                 }));

@@ -1,0 +1,66 @@
+//! Where the keys of an object stand, for those who ask for many.
+//!
+//! Objects keep the order of the text in a list; to look for each key of one object in another, as merging does, would
+//! cost the product of their lengths. [`Keys`] hashes the keys of a long list once, while it may still grow.
+
+use std::collections::HashMap;
+use std::hash::BuildHasher as _;
+
+use super::Entry;
+
+/// Up to so many keys it is quicker to look through them than to hash them.
+const FEW_KEYS: usize = 16;
+
+/// Finds keys in a list of entries that only grows.
+#[derive(Debug, Default)]
+pub(crate) struct Keys {
+    /// Where a key with this hash stands.
+    known: HashMap<u64, usize>,
+    /// How many entries are hashed.
+    hashed: usize,
+    /// Whether two keys have one hash.
+    is_ambiguous: bool,
+}
+
+impl Keys {
+    /// Where a key stands. The entries are always those of the same list.
+    pub(crate) fn find(&mut self, entries: &[Entry], key: &str) -> Option<usize> {
+        let look = || entries.iter().position(|entry| entry.key == key);
+        if entries.len() < FEW_KEYS {
+            return look();
+        }
+        for (at, entry) in entries.iter().enumerate().skip(self.hashed) {
+            let hash = self.known.hasher().hash_one(entry.key.as_str());
+            self.is_ambiguous |= self.known.insert(hash, at).is_some();
+        }
+        self.hashed = entries.len();
+        if self.is_ambiguous {
+            return look();
+        }
+        let at = *self.known.get(&self.known.hasher().hash_one(key))?;
+        (entries.get(at)?.key == key).then_some(at)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::{Kind, Value};
+    use crate::source::{Sources, Span};
+
+    #[test]
+    fn keys_are_found_where_they_stand_however_many_there_are() {
+        let span = Span::new(Sources::new().add("t", ""), 0..0);
+        let (mut keys, mut entries) = (Keys::default(), Vec::new());
+        for at in 0..100 {
+            let key = format!("k{at}");
+            assert_eq!(keys.find(&entries, &key), None);
+            entries.push(Entry { key, key_span: span, value: Value { span, kind: Kind::Null } });
+            for wanted in [0, at / 2, at] {
+                assert_eq!(keys.find(&entries, &format!("k{wanted}")), Some(wanted));
+            }
+        }
+        keys.is_ambiguous = true;
+        assert_eq!((keys.find(&entries, "k70"), keys.find(&entries, "k")), (Some(70), None));
+    }
+}
