@@ -131,13 +131,22 @@ impl Environment {
         Some(finding.meant(name, names, written, |_| "declare it under \"resources\"".to_owned()))
     }
 
-    /// An expression with names as they are outside; see [`Self::close`].
-    pub(crate) fn closed(&self, expression: Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
-        match expression.kind {
-            ExpressionKind::Literal(_) => expression,
-            _ if self.is_top() => expression,
-            _ => self.close(&expression, is_resource),
+    /// Evaluates an expression that is written here. `is_resource` says of a name outside whether it is one.
+    ///
+    /// # Errors
+    /// The first fault, with names as they are outside.
+    pub(crate) fn evaluate(
+        &self,
+        expression: &Expression,
+        is_resource: &dyn Fn(&str) -> bool,
+        scope: &dyn Scope,
+    ) -> Result<Value, ExpressionError> {
+        if self.is_top() {
+            return expression::evaluate(expression, scope);
         }
+        let inside = Inside { environment: self, is_resource, scope };
+        expression::evaluate(expression, &inside)
+            .or_else(|_| expression::evaluate(&self.close(expression, is_resource), scope))
     }
 
     /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
@@ -146,7 +155,7 @@ impl Environment {
         let kind = match &expression.kind {
             ExpressionKind::Name(name) => match self.locals.get(name) {
                 Some(value) => ExpressionKind::Literal(value.clone()),
-                None => ExpressionKind::Name(self.close_name(name, is_resource)),
+                None => ExpressionKind::Name(self.close_name(name, is_resource).into_owned()),
             },
             ExpressionKind::Literal(value) => ExpressionKind::Literal(value.clone()),
             ExpressionKind::Unary(operator, a) => ExpressionKind::Unary(*operator, close(a)),
@@ -164,15 +173,15 @@ impl Environment {
         Expression { range: expression.range.clone(), kind }
     }
 
-    fn close_name(&self, name: &str, is_resource: &dyn Fn(&str) -> bool) -> String {
+    fn close_name<'a>(&self, name: &'a str, is_resource: &dyn Fn(&str) -> bool) -> Cow<'a, str> {
         let (head, tail) = name.split_once('.').map_or((name, None), |(head, tail)| (head, Some(tail)));
         let outside = self.resource(head);
         if outside == head || !is_resource(&outside) {
-            return name.to_owned();
+            return name.into();
         }
         match tail {
-            None => outside.into_owned(),
-            Some(tail) => format!("{outside}.{tail}"),
+            None => outside.into_owned().into(),
+            Some(tail) => format!("{outside}.{tail}").into(),
         }
     }
 
@@ -207,7 +216,7 @@ impl Environment {
                 error
             };
             let expression = expression::parse(&text[open + 1..close]).map_err(shift)?;
-            match expression::evaluate(&self.close(&expression, &|_| false), scope).map_err(shift)? {
+            match self.evaluate(&expression, &|_| false, scope).map_err(shift)? {
                 Value::Number(number) if number.fract() == 0.0 => result.push_str(&number.to_string()),
                 Value::Text(word) => result.push_str(&word),
                 _ => return Err(fault(open..close + 1, "a whole number or a word is wanted between braces")),
@@ -216,6 +225,26 @@ impl Environment {
         }
         result.push_str(&text[at..]);
         Ok(result.into())
+    }
+}
+
+/// What an expression sees that is written in an environment.
+struct Inside<'a> {
+    environment: &'a Environment,
+    is_resource: &'a dyn Fn(&str) -> bool,
+    scope: &'a dyn Scope,
+}
+
+impl Scope for Inside<'_> {
+    fn lookup(&self, name: &str) -> Option<Value> {
+        match self.environment.locals.get(name) {
+            Some(value) => Some(value.clone()),
+            None => self.scope.lookup(&self.environment.close_name(name, self.is_resource)),
+        }
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.scope.names()
     }
 }
 
@@ -254,6 +283,9 @@ mod tests {
         assert_eq!(environment.resource("image"), "moments");
         assert_eq!(environment.version("image"), Some("warp"));
         assert_eq!(environment.resource("half"), "blur.half");
+        let two = expression::parse("level * 2 + 1").unwrap();
+        let evaluated = environment.evaluate(&two, &|_| false, &StaticScope::default());
+        assert_eq!(evaluated, Ok(Value::Number(5.0)));
         let expression = expression::parse("image.width / level + half.height + radius").unwrap();
         let closed = environment.close(&expression, &|name| name == "moments" || name == "blur.half");
         assert_eq!(closed, {

@@ -25,7 +25,7 @@ use super::load::{RESERVED, Shared, bad_name, is_name};
 use super::setting;
 use crate::diagnostic::{Code, Diagnostic, codes, did_you_mean};
 use crate::document::{self, Document, Entry, Kind, pointer_join};
-use crate::expression::{self, Value};
+use crate::expression::Value;
 use crate::language::{Expr, ParameterDeclaration, Reference};
 use crate::node::Registry;
 
@@ -513,9 +513,9 @@ impl<'a, 's> Expander<'a, 's> {
         pointer: &str,
         environment: &Environment,
     ) -> Option<Value> {
-        let result = Expr(value.to_json()).parse().and_then(|expression| {
-            expression::evaluate(&environment.close(&expression, &|_| false), &self.shared.scope)
-        });
+        let result = Expr(value.to_json())
+            .parse()
+            .and_then(|expression| environment.evaluate(&expression, &|_| false, &self.shared.scope));
         match result {
             Ok(value) => Some(value),
             Err(mut error) => {

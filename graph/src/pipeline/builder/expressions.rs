@@ -1,9 +1,11 @@
 //! Expressions in settings: evaluated over parameters and features, or kept until sizes are known.
 
+use std::rc::Rc;
+
 use super::PassBuilder;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::document;
-use crate::expression::{self, Expression, ExpressionError, Fault, UnknownName, Value};
+use crate::expression::{Expression, ExpressionError, Fault, UnknownName, Value};
 use crate::language::{Expr, Word};
 use crate::work::Deferred;
 
@@ -84,10 +86,13 @@ impl PassBuilder<'_> {
 
     /// An expression that may name sizes too; it is evaluated when they are known.
     pub fn deferred(&mut self, expr: &Expr, pointer: &str) -> Option<Deferred> {
-        match expr.parse() {
+        match self.parse(expr) {
             Ok(expression) => {
-                let expression =
-                    self.environment.closed(expression, &|name| self.shared.find(name).is_some());
+                let expression = if self.environment.is_top() {
+                    Rc::unwrap_or_clone(expression)
+                } else {
+                    self.environment.close(&expression, &|name| self.shared.find(name).is_some())
+                };
                 self.check_names(&expression, pointer)?;
                 Some(Deferred { expression, place: self.place(pointer), pointer: self.absolute(pointer) })
             }
@@ -98,9 +103,23 @@ impl PassBuilder<'_> {
         }
     }
 
-    pub(super) fn evaluate(&self, expr: &Expr) -> Result<Value, ExpressionError> {
-        let expression = self.environment.closed(expr.parse()?, &|name| self.shared.find(name).is_some());
-        expression::evaluate(&expression, &self.shared.scope)
+    pub(super) fn evaluate(&mut self, expr: &Expr) -> Result<Value, ExpressionError> {
+        let expression = self.parse(expr)?;
+        let shared = &*self.shared;
+        self.environment.evaluate(&expression, &|name| shared.find(name).is_some(), &shared.scope)
+    }
+
+    /// The parsed expression; what many instances share is parsed once.
+    fn parse(&mut self, expr: &Expr) -> Result<Rc<Expression>, ExpressionError> {
+        let Some(text) = expr.0.as_str().filter(|_| !self.environment.is_top()) else {
+            return expr.parse().map(Rc::new);
+        };
+        if let Some(known) = self.shared.expressions.get(text) {
+            return Ok(known.clone());
+        }
+        let parsed = Rc::new(expr.parse()?);
+        self.shared.expressions.insert(text.to_owned(), parsed.clone());
+        Ok(parsed)
     }
 
     pub(super) fn wrong_type<T>(&mut self, pointer: &str, wanted: &str, found: &str) -> Option<T> {

@@ -124,6 +124,7 @@ pub(crate) fn load_sharing(
         refused: BTreeSet::new(),
         expected: Vec::new(),
         misgiven: Diagnostics::new(),
+        expressions: HashMap::new(),
         withheld: 0,
         templates: templates.clone(),
         profile: profile.clone(),
@@ -138,6 +139,8 @@ pub(crate) fn load_sharing(
         .map(|(name, entry, pointer, environment)| toggle::Said { name, entry, pointer, environment })
         .collect();
     let mut declarations = Declarations::new(registry);
+    shared.resource_index.reserve(resources.len());
+    shared.resources.reserve(resources.len());
     for instance in resources {
         let kind = declarations.resource(&instance);
         let resource = Resource {
@@ -151,7 +154,7 @@ pub(crate) fn load_sharing(
         };
         history::add(&mut shared, resource);
     }
-    let mut passes: Vec<Pass> = Vec::new();
+    let mut passes: Vec<Pass> = Vec::with_capacity(instances.len());
     let mut after: Vec<(usize, Rc<Declared<'_>>, &Entry)> = Vec::new();
     for instance in &instances {
         if shared.diagnostics.len() >= MAXIMUM_FINDINGS {

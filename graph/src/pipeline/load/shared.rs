@@ -1,6 +1,7 @@
 //! What all passes of one pipeline share while they are declared.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::rc::Rc;
 use std::sync::Arc;
 
 use super::has_word;
@@ -45,6 +46,8 @@ pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) diagnostics: Diagnostics,
     /// Findings about what subgraphs are given; they stand where the subgraph is used.
     pub(in crate::pipeline) misgiven: Diagnostics,
+    /// Expressions of subgraphs and loops, by their text.
+    pub(in crate::pipeline) expressions: HashMap<String, Rc<Expression>>,
     /// How often a pass had a fault that only follows from a finding elsewhere.
     pub(in crate::pipeline) withheld: usize,
     pub(super) sources: Sources,
