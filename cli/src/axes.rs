@@ -13,8 +13,9 @@ pub(crate) fn human(templates: &TemplateSet, names: &[String]) -> String {
         let _ = writeln!(text, "{name}{}", if axes.is_empty() { ": no axes" } else { "" });
         for axis in axes.iter() {
             let mode = if axis.mode == AxisMode::Override { ", an override of the module" } else { "" };
-            let _ =
-                writeln!(text, "  {}: {} (default {}){mode}", axis.name, axis.kind.describe(), axis.default);
+            let ends = if axis.ends { ", proven by its ends and the default" } else { "" };
+            let values = axis.kind.describe();
+            let _ = writeln!(text, "  {}: {values} (default {}){mode}{ends}", axis.name, axis.default);
             if !axis.description.is_empty() {
                 let _ = writeln!(text, "      {}", axis.description);
             }
@@ -39,6 +40,7 @@ pub(crate) fn json(templates: &TemplateSet, names: &[String]) -> serde_json::Val
                     "count": axis.kind.count(),
                     "default": axis.default,
                     "override": axis.mode == AxisMode::Override,
+                    "ends": axis.ends,
                     "description": axis.description,
                 })
             })

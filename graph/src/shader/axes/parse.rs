@@ -170,8 +170,18 @@ impl Reader<'_> {
     }
 
     fn axis(&mut self, entry: &Entry) {
-        const KEYS: &[&str] =
-            &["type", "default", "description", "values", "min", "max", "as", "requires", "excludes"];
+        const KEYS: &[&str] = &[
+            "type",
+            "default",
+            "description",
+            "values",
+            "min",
+            "max",
+            "prove",
+            "as",
+            "requires",
+            "excludes",
+        ];
         let name = entry.key.as_str();
         if !is_identifier(name) {
             self.wrong(
@@ -190,6 +200,7 @@ impl Reader<'_> {
         }
         let Some(kind) = self.kind(entry) else { return };
         let mode = self.mode(entry, &kind);
+        let ends = self.ends(entry);
         let default = self.default(entry, &kind);
         let description =
             entry.value.get("description").and_then(|value| self.text(value, "\"description\""));
@@ -198,7 +209,8 @@ impl Reader<'_> {
             self.short_constraint(entry, &kind);
         }
         let (Some(default), Some(mode)) = (default, mode) else { return };
-        let axis = Axis { name: name.to_owned(), kind, default, description, mode, span: entry.key_span };
+        let span = entry.key_span;
+        let axis = Axis { name: name.to_owned(), kind, default, description, mode, ends, span };
         self.declaration.axes.axes.insert(name.to_owned(), axis);
     }
 
@@ -211,13 +223,13 @@ impl Reader<'_> {
         let allowed: &[&str] = match written.text() {
             Some("bool") => &[],
             Some("enum" | "texture_format") => &["values"],
-            Some("integer") => &["min", "max"],
+            Some("integer") => &["min", "max", "prove"],
             _ => {
                 self.diagnostics.push(unknown_word(written, TYPES));
                 return None;
             }
         };
-        for key in ["values", "min", "max"] {
+        for key in ["values", "min", "max", "prove"] {
             if let (false, Some(member)) = (allowed.contains(&key), entry.value.entry(key)) {
                 let kind = written.text().unwrap_or_default();
                 self.wrong(
@@ -298,6 +310,17 @@ impl Reader<'_> {
                 None
             }
         }
+    }
+
+    fn ends(&mut self, entry: &Entry) -> bool {
+        const WORDS: &[&str] = &["all", "ends"];
+        let written = entry.value.get("prove");
+        if let Some(written) =
+            written.filter(|written| !written.text().is_some_and(|word| WORDS.contains(&word)))
+        {
+            self.diagnostics.push(unknown_word(written, WORDS));
+        }
+        written.and_then(|written| written.text()) == Some("ends")
     }
 
     fn default(&mut self, entry: &Entry, kind: &AxisKind) -> Option<AxisValue> {

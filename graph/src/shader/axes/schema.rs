@@ -45,6 +45,10 @@ pub fn schema() -> Value {
                         "values": values,
                         "min": { "type": "integer" },
                         "max": { "type": "integer" },
+                        "prove": {
+                            "description": "Which integers are proven where nothing narrows them: all, or the least, the default and the largest, for a number that is only a size. Pipelines are proven with the values that they reach all the same.",
+                            "enum": ["all", "ends"], "default": "all"
+                        },
                         "requires": conditions,
                         "excludes": conditions
                     }

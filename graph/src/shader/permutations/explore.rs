@@ -294,7 +294,7 @@ fn finish(
                 format!("the text of \"{template}\" depends on \"{name}\", which has {count} values");
             exploration.findings.push(
                 Diagnostic::warning(codes::PATHS_LIMIT, axis.span, message)
-                    .help("only its least, default and largest value are checked; narrow its range, or make it an override"),
+                    .help("only its least, default and largest value are checked; narrow its range, make it an override, or write \"prove\": \"ends\" if it is only a size"),
             );
         }
     }

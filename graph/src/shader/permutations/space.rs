@@ -10,11 +10,11 @@
 //! Limits: a layer, which holds one group of axes that constraints tie to one another, has at most 65,536 nodes and a count at most 128 bits. Beyond either the count says "at least", and
 //! an undecided question of completion is answered with yes, so that nothing is left out.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::count::Count;
 use super::diagram::{Diagram, classes};
-use crate::shader::axes::{Axes, AxisMode, Constraint};
+use crate::shader::axes::{Axes, AxisKind, AxisMode, Constraint};
 use crate::shader::value::{AxisValue, AxisValues};
 
 /// The most nodes of one layer of the diagram.
@@ -73,7 +73,11 @@ impl Space {
                 (Some(values), kind) => {
                     Domain::Values(values.iter().filter(|value| kind.contains(value)).cloned().collect())
                 }
-                (None, crate::shader::axes::AxisKind::Integer { min, max }) => Domain::Range(*min, *max),
+                (None, AxisKind::Integer { min, max }) if axis.ends => {
+                    let ends = [AxisValue::Integer(*min), axis.default.clone(), AxisValue::Integer(*max)];
+                    Domain::Values(BTreeSet::from(ends).into_iter().collect())
+                }
+                (None, AxisKind::Integer { min, max }) => Domain::Range(*min, *max),
                 (None, kind) => Domain::Values((0..kind.count()).filter_map(|at| kind.value(at)).collect()),
             };
             (axis.name.clone(), (domain, axis.mode))

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::{FRAGMENT, Fixture};
 use crate::shader::permutations::{Count, ExternalValidator, Options, Permutations, Request, check};
-use crate::shader::{AxisValues, TargetProfile, compile, render};
+use crate::shader::{AxisValue, AxisValues, TargetProfile, compile, render};
 
 const AXES: &str = r#"{ "axes": {
     "a": { "type": "bool", "default": false },
@@ -269,4 +269,34 @@ fn a_provocation_is_sufficient_and_minimal() {
             assert!(!always_fails(&fewer), "{condition}: {name} of {provoked:?} is not needed");
         }
     }
+}
+
+#[test]
+fn a_number_that_is_only_a_size_is_proven_by_its_ends() {
+    let text = "const A = array<u32, {{ size }}>();\n@compute @workgroup_size(1) fn main() {}\n";
+    let axes = |prove: &str| {
+        format!(
+            r#"{{ "axes": {{ "size": {{ "type": "integer", "min": 1, "max": 4096, "default": 32{prove} }} }} }}"#
+        )
+    };
+    let checked = |axes: &str, allowed: &[i64]| {
+        let fixture = Fixture::new(&[("a.wgsl.jinja", text), ("a.axes.json", axes)]);
+        let mut request = Request::all("a.wgsl.jinja", &[TargetProfile::webgpu()]);
+        if !allowed.is_empty() {
+            request.allowed =
+                [("size".to_owned(), allowed.iter().map(|at| AxisValue::Integer(*at)).collect())].into();
+        }
+        let outcome = check(&fixture.set, &[request], &Options::default());
+        (outcome.templates[0].variants.len(), outcome.findings.len() + fixture.findings.len())
+    };
+    assert_eq!(checked(&axes(", \"prove\": \"ends\""), &[]), (3, 0));
+    assert_eq!(checked(&axes(", \"prove\": \"ends\""), &[5, 6]), (2, 0));
+    // Unsaid, the same is a warning.
+    assert_eq!(checked(&axes(""), &[]), (3, 1));
+    assert_eq!(
+        Fixture::new(&[("a.wgsl.jinja", text), ("a.axes.json", &axes(", \"prove\": \"some\""))])
+            .findings
+            .len(),
+        1
+    );
 }
