@@ -28,7 +28,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 21, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 22, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -110,6 +110,11 @@ fn each_use_of_a_subgraph_has_resources_and_parameters_of_its_own() {
     let outcome = lesson("08-subgraph");
     assert_eq!(outcome.order(), ["paint", "soft.down", "soft.up", "coarse.down", "coarse.up"]);
     assert_eq!((size(&outcome, "soft.small"), size(&outcome, "coarse.small")), ((320, 240), (40, 30)));
+}
+
+#[test]
+fn what_is_replaced_needs_nothing_before() {
+    assert_eq!(lesson("22-contents").order(), ["wave", "above", "draw"]);
 }
 
 #[test]

@@ -1,13 +1,13 @@
 //! Settings of attachments, shared by the node kinds that draw.
 //!
-//! What an attachment holds before a pass follows from what is said: `clear` clears; otherwise a pass that covers
-//! everything (full screen, without blending) discards, and every other pass loads.
+//! What an attachment holds before a pass follows from what is said: `clear` clears, `contents` loads or discards;
+//! otherwise a pass that covers everything (full screen, without blending) discards, and every other pass loads.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_graph::diagnostic::codes;
 use umbragraph_graph::language::{Expr, Word};
-use umbragraph_graph::pipeline::{Face as CubeFace, Part, PartSettings, PassBuilder, Run, Usage};
+use umbragraph_graph::pipeline::{Contents, Face as CubeFace, Part, PartSettings, PassBuilder, Run, Usage};
 use umbragraph_graph::wgpu_types::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, StencilFaceState, StencilOperation, StencilState,
 };
@@ -33,6 +33,10 @@ pub struct ColorSettings {
     /// Red, green, blue and alpha that it holds before.
     #[serde(default)]
     pub clear: Option<Expr>,
+    /// Instead of "clear" whether what was there is needed: "load", or "discard" where all of it is drawn over;
+    /// without it a full-screen pass without blending discards, and any other loads.
+    #[serde(default)]
+    pub contents: Option<Word<Contents>>,
     /// How colors are combined with what is there; without it they replace it.
     #[serde(default)]
     pub blend: Option<Word<Blend>>,
@@ -90,6 +94,9 @@ pub struct DepthSettings {
     /// The depth that it holds before; without it what was there.
     #[serde(default)]
     pub clear: Option<Expr>,
+    /// Instead of "clear" whether what was there is needed: "load", or "discard" where all of it is drawn over.
+    #[serde(default)]
+    pub contents: Option<Word<Contents>>,
     /// Whether depth is written; true without it.
     #[serde(default)]
     pub write: Option<Expr>,
@@ -119,6 +126,9 @@ pub struct StencilSettings {
     /// The value that it holds before (0 to 255); without it what was there.
     #[serde(default)]
     pub clear: Option<Expr>,
+    /// Instead of "clear" whether what was there is needed: "load", or "discard" where all of it is drawn over.
+    #[serde(default)]
+    pub contents: Option<Word<Contents>>,
     /// What is compared with what is there, and what "replace" writes (0 to 255); 0 without it.
     #[serde(default)]
     pub reference: Option<Expr>,
@@ -218,9 +228,13 @@ pub(crate) fn color(
             };
             LoadOperation::Clear(value)
         }
-        None if covers && blend.is_none() => LoadOperation::Discard,
-        None => LoadOperation::Load,
+        None => {
+            let without =
+                if covers && blend.is_none() { LoadOperation::Discard } else { LoadOperation::Load };
+            contents(pass, settings.contents.as_ref(), without, at)?
+        }
     };
+    one_beginning(pass, settings.clear.as_ref(), settings.contents.as_ref(), at)?;
     let usage = if load == LoadOperation::Load { Usage::ColorAttachmentLoad } else { Usage::ColorAttachment };
     let format = match &settings.format {
         Some(name) => Some(pass.format(name, &format!("{at}/format"))?),
@@ -267,8 +281,9 @@ pub(crate) fn depth(
             }
             LoadOperation::Clear(value)
         }
-        None => LoadOperation::Load,
+        None => contents(pass, settings.contents.as_ref(), LoadOperation::Load, at)?,
     };
+    one_beginning(pass, settings.clear.as_ref(), settings.contents.as_ref(), at)?;
     let bias = match &settings.slope_bias {
         Some(expr) => {
             let pointer = format!("{at}/slope_bias");
@@ -329,8 +344,9 @@ pub(crate) fn stencil(
     };
     let load = match &settings.clear {
         Some(_) => LoadOperation::Clear(byte(pass, &settings.clear, "clear", 0)?),
-        None => LoadOperation::Load,
+        None => contents(pass, settings.contents.as_ref(), LoadOperation::Load, at)?,
     };
+    one_beginning(pass, settings.clear.as_ref(), settings.contents.as_ref(), at)?;
     let front = match &settings.front {
         Some(face) => stencil_face(pass, face, &format!("{at}/front"))?,
         None => StencilFaceState::IGNORE,
@@ -390,6 +406,36 @@ pub(crate) fn same_target(
         let help = "give \"depth\" and \"stencil\" one texture, mip and layer";
         let message = "depth and stencil of one pass belong to one texture";
         pass.report(codes::ATTACHMENTS, "/stencil/to", message, help);
+        return None;
+    }
+    Some(())
+}
+
+/// What an attachment that is not cleared holds before.
+fn contents<T>(
+    pass: &mut PassBuilder<'_>,
+    said: Option<&Word<Contents>>,
+    without: LoadOperation<T>,
+    at: &str,
+) -> Option<LoadOperation<T>> {
+    let Some(word) = said else { return Some(without) };
+    Some(match pass.word(word, &format!("{at}/contents"))? {
+        Contents::Load => LoadOperation::Load,
+        Contents::Discard => LoadOperation::Discard,
+    })
+}
+
+/// Finds "clear" and "contents" side by side.
+fn one_beginning(
+    pass: &mut PassBuilder<'_>,
+    clear: Option<&Expr>,
+    contents: Option<&Word<Contents>>,
+    at: &str,
+) -> Option<()> {
+    if clear.is_some() && contents.is_some() {
+        let help = "remove one of the two: \"clear\" says what it holds before";
+        let message = "\"clear\" and \"contents\" exclude one another";
+        pass.report(codes::ATTACHMENTS, &format!("{at}/contents"), message, help);
         return None;
     }
     Some(())

@@ -5,7 +5,9 @@ use serde::Deserialize;
 use umbragraph_graph::diagnostic::codes;
 use umbragraph_graph::language::{Expr, Word};
 use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{Aspect, Face, Part, PartSettings, PassBuilder, Produced, Run, Usage};
+use umbragraph_graph::pipeline::{
+    Aspect, Contents, Face, Part, PartSettings, PassBuilder, Produced, Run, Usage,
+};
 use umbragraph_graph::work::{
     BufferRegion, BufferView, Deferred, TextureRegion, TransferEnd, TransferWork, Work,
 };
@@ -67,6 +69,10 @@ pub struct CopyEnd {
     #[serde(default)]
     #[schemars(length(min = 2, max = 2))]
     pub origin: Option<Vec<Expr>>,
+    /// Under "to" whether what was there is needed, around the box or between the rows: "load" without it where a box of
+    /// a texture is copied to, else "discard".
+    #[serde(default)]
+    pub contents: Option<Word<Contents>>,
 }
 
 impl Node for Copy {
@@ -82,12 +88,24 @@ impl Node for Copy {
             let help = "remove \"extent\": \"size\" says how many bytes are copied";
             pass.report(codes::WRONG_RESOURCE, "/extent", "bytes have no width and height", help);
         }
-        let part = self.extent.is_some() || self.to.origin.is_some();
-        let written = if part { Usage::CopyDestinationLoad } else { Usage::CopyDestination };
+        let part = !buffers[1] && (self.extent.is_some() || self.to.origin.is_some());
+        if self.from.contents.is_some() {
+            let help = "remove \"contents\", which says whether what is copied to needs what was there";
+            pass.report(codes::WRONG_RESOURCE, "/from/contents", "what is copied from is only read", help);
+            return None;
+        }
+        let contents = match &self.to.contents {
+            Some(word) => pass.word(word, "/to/contents")?,
+            None if part => Contents::Load,
+            None => Contents::Discard,
+        };
+        let written = match contents {
+            Contents::Load => Usage::CopyDestinationLoad,
+            Contents::Discard => Usage::CopyDestination,
+        };
         let [source, destination] =
             [(ends[0], Usage::CopySource), (ends[1], written)].map(|((settings, at), usage)| {
                 if pass.is_buffer(&settings.name) {
-                    let usage = if usage.writes() { Usage::CopyDestination } else { usage };
                     buffer_end(pass, settings, bytes, usage, at)
                 } else {
                     texture_end(pass, settings, self.extent.is_some(), usage, at)

@@ -9,6 +9,7 @@ mod common;
 
 mod allocations;
 mod buffers;
+mod contents;
 mod copies;
 mod devices;
 mod history;

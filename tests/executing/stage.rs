@@ -95,6 +95,23 @@ const LENGTH: &str = r#"@group(1) @binding(0) var<storage, read> words: array<u3
 }
 "#;
 
+/// Makes the left half of an image green.
+const HALF: &str = r#"@group(1) @binding(0) var image: texture_storage_2d<rgba8unorm, write>;
+@compute @workgroup_size(4, 8) fn half(@builtin(global_invocation_id) at: vec3<u32>) {
+    textureStore(image, at.xy, vec4<f32>(0.0, 1.0, 0.0, 1.0));
+}
+"#;
+
+/// Fills the left half, and leaves the right one.
+const LEFT: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+struct Settings { color: vec4<f32> }
+@group(1) @binding(0) var<uniform> settings: Settings;
+@fragment fn fill(covered: Covered) -> @location(0) vec4<f32> {
+    if covered.position.x >= 4.0 { discard; }
+    return settings.color;
+}
+"#;
+
 /// Counts its invocations.
 const COUNT: &str = r#"struct Sum { value: atomic<u32> }
 @group(1) @binding(0) var<storage, read_write> sum: Sum;
@@ -136,6 +153,8 @@ pub(crate) fn plan_of_text(text: String, side: u32) -> Arc<Plan> {
         ("words.wgsl.jinja", WORDS),
         ("counts.wgsl.jinja", COUNTS),
         ("count.wgsl.jinja", COUNT),
+        ("half.wgsl.jinja", HALF),
+        ("left.wgsl.jinja", LEFT),
         ("length.wgsl.jinja", LENGTH),
     ];
     let templates = common::templates(&own, &mut sources, &mut findings);

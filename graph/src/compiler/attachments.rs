@@ -2,8 +2,8 @@
 //! passes' sizes (`pass_sizes`) say.
 //!
 //! Load comes from the pass. Store is per use: an attachment is stored if a later live pass reads a part of it before
-//! another clears all of that part, or if it outlives the frame. Only an attachment that clears or discards, of one
-//! fixed layer, counts as clearing: what draws a layer for each view may have fewer views than layers this frame. Nor
+//! another clears all of that part, or if it outlives the frame. Only storage that says so, and an attachment that clears
+//! or discards, of one fixed layer, count as clearing: what draws a layer for each view may have fewer views than layers this frame. Nor
 //! does a pass count that can be off in a frame in which the attachment is drawn.
 //!
 //! Cost: for each attachment the uses of its resource up to the one that decides.
@@ -39,7 +39,9 @@ impl Planner<'_> {
                 break;
             }
             let clears = later.usage.starts_afresh();
-            let fixed = later.part.layer.is_some() || single_layer(self.pipeline, target.resource);
+            let fixed = later.part.layer.is_some()
+                || single_layer(self.pipeline, target.resource)
+                || !later.usage.is_attachment();
             let when = self.conditions[*position];
             let follows = when.is_none() || when == self.conditions[at];
             if clears && fixed && follows && later.part.contains(part) {

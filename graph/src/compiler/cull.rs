@@ -92,7 +92,8 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
 }
 
 /// The passes of whose writes something is left at the end of the frame: those that no later attachment with a clear
-/// or discard covers whole. Storage and copies may leave texels as they were, so they never count as covering.
+/// or discard covers whole. Storage that does not say that it replaces everything, and copies, may leave texels as they
+/// were, so they never count as covering.
 pub(crate) fn surviving_writers(
     pipeline: &Pipeline,
     graph: &Graph,
@@ -100,15 +101,19 @@ pub(crate) fn surviving_writers(
 ) -> Vec<PassHandle> {
     let clears = |part: Part, writer: PassHandle| {
         let whole = part.layer.is_some() || single_layer(pipeline, resource);
-        let afresh = |one: &Use| one.resource == resource && one.part == part && one.usage.starts_afresh();
-        whole && pipeline.pass(writer).uses.iter().any(afresh)
+        let afresh = |one: &Use| {
+            let all = whole || !one.usage.is_attachment();
+            one.resource == resource && one.part == part && one.usage.starts_afresh() && all
+        };
+        pipeline.pass(writer).uses.iter().any(afresh)
     };
     let condition = |writer: PassHandle| pipeline.pass(writer).condition;
     let mut writers = Vec::new();
     if graph.versions_of(resource).all(|(part, writer)| condition(writer).is_none() && part.is_plain()) {
         let mut covered: BTreeSet<Part> = BTreeSet::new();
         for (part, writer) in graph.versions_of(resource).rev() {
-            if !covered.contains(&part) {
+            let wider = [part, Part { mip: None, ..part }, Part { layer: None, ..part }, Part::WHOLE];
+            if !wider.iter().any(|wider| covered.contains(wider)) {
                 writers.push(writer);
             }
             if clears(part, writer) {

@@ -147,7 +147,9 @@ fn pipeline(
         } else if random.action == 2 {
             pass = pass.color(resources[own], LoadOperation::Clear([0.0; 4]));
         } else {
-            pass = pass.uses(resources[own], part, Usage::StorageWrite, Version::Newest);
+            let replaces = random.reads.len() % 2 == 0;
+            let usage = if replaces { Usage::StorageReplace } else { Usage::StorageWrite };
+            pass = pass.uses(resources[own], part, usage, Version::Newest);
             state.parts.insert(random.part, ());
         }
         state.names.push(format!("p{at}"));

@@ -82,6 +82,20 @@ pub struct TextureBind {
     /// How the shader sees it; without it as the shader declares it.
     #[serde(default)]
     pub view: Option<TextureShape>,
+    /// Of what the shader writes, whether it needs what was there: "discard" where it writes all texels. Without it what
+    /// is only written is taken to be written, but not to the last texel.
+    #[serde(default)]
+    pub contents: Option<Word<Contents>>,
+}
+
+/// Whether a use that writes needs what was there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Contents {
+    /// It does: what it does not write stays.
+    Load,
+    /// It does not: all of it is written.
+    Discard,
 }
 
 /// A part of a buffer.
@@ -96,6 +110,10 @@ pub struct BufferBind {
     /// How many bytes (unit: bytes); all without it.
     #[serde(default)]
     pub size: Option<Expr>,
+    /// Of what the shader writes, whether it needs what was there; "load" without it, "discard" where the shader writes
+    /// all bytes and reads none before.
+    #[serde(default)]
+    pub contents: Option<Word<Contents>>,
 }
 
 /// A sampler.

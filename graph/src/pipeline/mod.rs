@@ -34,7 +34,7 @@ mod scope;
 mod setting;
 mod toggle;
 
-pub use binding::{Bind, BindObject, BufferBind, ValuesBind};
+pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind};
 pub(crate) use binding::{element_type, member_runs};
 pub(crate) use builder::expression_finding;
 pub use builder::{Face, PartSettings, PassBuilder, Produced};
@@ -269,8 +269,10 @@ pub enum Usage {
     Uniform,
     /// A storage binding that is read.
     StorageRead,
-    /// A storage binding that is written whole.
+    /// A storage binding that is only written.
     StorageWrite,
+    /// A storage binding that writes all of a part, whatever it held.
+    StorageReplace,
     /// A storage binding that is read and written.
     StorageReadWrite,
     /// A color attachment whose contents are not needed.
@@ -316,6 +318,7 @@ impl Usage {
         !matches!(
             self,
             U::StorageWrite
+                | U::StorageReplace
                 | U::ColorAttachment
                 | U::DepthAttachment
                 | U::StencilAttachment
@@ -373,11 +376,15 @@ impl Usage {
         )
     }
 
-    /// Whether all of an attached part is written anew, whatever it held.
+    /// Whether all of a part is certain to be written anew, whatever it held.
     pub fn starts_afresh(self) -> bool {
         matches!(
             self,
-            Usage::ColorAttachment | Usage::DepthAttachment | Usage::StencilAttachment | Usage::ResolveTarget
+            Usage::StorageReplace
+                | Usage::ColorAttachment
+                | Usage::DepthAttachment
+                | Usage::StencilAttachment
+                | Usage::ResolveTarget
         )
     }
 
@@ -386,7 +393,9 @@ impl Usage {
         use wgpu_types::TextureUsages as T;
         match self {
             Usage::Sampled => T::TEXTURE_BINDING,
-            Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => T::STORAGE_BINDING,
+            Usage::StorageRead | Usage::StorageWrite | Usage::StorageReplace | Usage::StorageReadWrite => {
+                T::STORAGE_BINDING
+            }
             Usage::CopySource => T::COPY_SRC,
             Usage::CopyDestination | Usage::CopyDestinationLoad => T::COPY_DST,
             Usage::Uniform
@@ -404,7 +413,9 @@ impl Usage {
         use wgpu_types::BufferUsages as B;
         match self {
             Usage::Uniform => B::UNIFORM,
-            Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => B::STORAGE,
+            Usage::StorageRead | Usage::StorageWrite | Usage::StorageReplace | Usage::StorageReadWrite => {
+                B::STORAGE
+            }
             Usage::CopySource => B::COPY_SRC,
             Usage::CopyDestination | Usage::CopyDestinationLoad => B::COPY_DST,
             Usage::Vertex => B::VERTEX,
@@ -421,6 +432,7 @@ impl Usage {
             Usage::Uniform => "uniform buffer",
             Usage::StorageRead => "read-only storage",
             Usage::StorageWrite => "write-only storage",
+            Usage::StorageReplace => "storage that is replaced",
             Usage::StorageReadWrite => "read-write storage",
             Usage::ColorAttachment | Usage::ColorAttachmentLoad => "color attachment",
             Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly => {

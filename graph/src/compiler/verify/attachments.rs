@@ -89,6 +89,7 @@ fn stays(
                 Usage::Sampled
                     | Usage::StorageRead
                     | Usage::StorageWrite
+                    | Usage::StorageReplace
                     | Usage::StorageReadWrite
                     | Usage::CopySource
                     | Usage::CopyDestination

@@ -21,7 +21,7 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::{FaultKind, Faults, Schedule};
 use crate::compiler::plan::{Plan, StoreOperation};
 use crate::language::Lifetime;
-use crate::pipeline::{Aspect, Part, Run, Use, Version};
+use crate::pipeline::{Aspect, Part, Run, Usage, Use, Version};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// The most toggles of which every combination is tried for one resource.
@@ -482,14 +482,15 @@ impl Player<'_, '_> {
         }
     }
 
-    /// Whether a pass clears or discards a region at its start.
+    /// Whether a pass clears or discards a region at its start, or says that it replaces it.
     fn covers(&self, pass: PassHandle, region: usize, writers: &[Vec<(PassHandle, bool)>]) -> bool {
         let loads = writers[region].iter().any(|(writer, loads)| *writer == pass && *loads);
         let attached = self.plan.pipeline.pass(pass).uses.iter().any(|one| {
             let texture = self.plan.pipeline.resource(self.handle).texture();
             let one_layer =
                 one.part.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
-            one.resource == self.handle && one.usage.writes() && one.usage.is_attachment() && one_layer
+            let attached = one.usage.writes() && one.usage.is_attachment() && one_layer;
+            one.resource == self.handle && (attached || one.usage == Usage::StorageReplace)
         });
         !loads && attached
     }

@@ -105,7 +105,7 @@ fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
     match usage {
         Usage::Sampled => (T::TEXTURE_BINDING, B::empty()),
         Usage::Uniform => (T::empty(), B::UNIFORM),
-        Usage::StorageRead | Usage::StorageWrite | Usage::StorageReadWrite => {
+        Usage::StorageRead | Usage::StorageWrite | Usage::StorageReplace | Usage::StorageReadWrite => {
             (T::STORAGE_BINDING, B::STORAGE)
         }
         Usage::Vertex => (T::empty(), B::VERTEX),

@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::{PartSettings, PassBuilder, host_contract};
 use crate::diagnostic::{codes, did_you_mean};
 use crate::document;
-use crate::language::TextureShape;
-use crate::pipeline::{Aspect, Bind, BindObject, Part, Program, ProgramBinding, Run, Usage};
+use crate::language::{TextureShape, Word};
+use crate::pipeline::{Aspect, Bind, BindObject, Contents, Part, Program, ProgramBinding, Run, Usage};
 use crate::work::{BlockLayout, BoundSlot, BufferView, ProgramHandle, Sampler, SlotSource, TextureView};
 
 impl PassBuilder<'_> {
@@ -183,7 +183,7 @@ impl PassBuilder<'_> {
                 Bind::Object(BindObject::Buffer(buffer)) => {
                     let at = format!("{here}/buffer");
                     let bytes = self.bytes(buffer.offset.as_ref(), buffer.size.as_ref(), &at)?;
-                    let usage = buffer_usage(ty);
+                    let usage = self.written(buffer_usage(ty), buffer.contents.as_ref(), &at)?;
                     let resource = self.buffer_part(&buffer.name, bytes, usage, &format!("{at}/name"))?;
                     Some(SlotSource::Buffer(BufferView { resource, bytes }))
                 }
@@ -263,7 +263,13 @@ impl PassBuilder<'_> {
                 return None;
             }
         };
-        let resource = self.texture(name, part, usage, &at)?;
+        let (mut used, mut usage) = (part, usage);
+        if let Bind::Object(BindObject::Texture(texture)) = bind {
+            usage = self.written(usage, texture.contents.as_ref(), &format!("{here}/texture"))?;
+            // What is replaced is the one mip level that storage is.
+            used.mip = used.mip.or((usage == Usage::StorageReplace).then_some(Run::one(0)));
+        }
+        let resource = self.texture(name, used, usage, &at)?;
         Some(SlotSource::Texture(TextureView {
             resource,
             shape: shape.unwrap_or(declared),
@@ -272,6 +278,24 @@ impl PassBuilder<'_> {
             aspect: if part.aspect == Aspect::All { Aspect::DepthOnly } else { part.aspect },
             format,
         }))
+    }
+}
+
+impl PassBuilder<'_> {
+    /// The usage of storage of which settings say whether its contents are needed.
+    fn written(&mut self, usage: Usage, contents: Option<&Word<Contents>>, at: &str) -> Option<Usage> {
+        let Some(word) = contents else { return Some(usage) };
+        let at = format!("{at}/contents");
+        let contents = self.word(word, &at)?;
+        if !usage.writes() {
+            let help = "remove \"contents\": it says whether what is written needs what was there";
+            self.report(codes::WRONG_RESOURCE, &at, "the shader only reads this", help);
+            return None;
+        }
+        Some(match contents {
+            Contents::Load => Usage::StorageReadWrite,
+            Contents::Discard => Usage::StorageReplace,
+        })
     }
 }
 

@@ -1,0 +1,104 @@
+//! What is said of contents: storage that replaces or keeps, attachments that load or discard.
+
+use umbragraph_test_support::gpu;
+
+use crate::common::gpu::import;
+use crate::stage::{executor, fill, plan, show, target, texels};
+use crate::views::frame;
+
+const RED: [u8; 4] = [255, 0, 0, 255];
+const GREEN: [u8; 4] = [0, 255, 0, 255];
+
+/// A pass that makes the left half of an image green.
+fn half(contents: &str) -> String {
+    format!(
+        r#""half": {{ "compute": {{ "shader": "half.wgsl.jinja", "workgroups": [1, 1, 1],
+             "bind": {{ "image": {{ "texture": {{ "name": "image" {contents} }} }} }} }} }}"#
+    )
+}
+
+/// The names of the passes that run, and the picture.
+fn picture(resources: &str, passes: &str) -> Option<(Vec<String>, Vec<[u8; 4]>)> {
+    let gpu = gpu::device()?;
+    let plan = plan(&format!("{}, {resources}", target(1)), passes);
+    let mut executor = executor(&gpu, &plan, None);
+    let picture = import(&gpu, &plan, "target");
+    show(&gpu, &mut executor, None, &picture, &frame(&[]));
+    let names = plan.passes.iter().map(|pass| pass.name.clone()).collect();
+    Some((names, texels(&gpu, &picture, 0)))
+}
+
+const IMAGE: &str =
+    r#""image": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "persistent" } }"#;
+const SHOWN: &str = r#""shown": { "copy": { "from": { "name": "image" }, "to": { "name": "target" } } }"#;
+
+#[test]
+fn storage_that_loads_keeps_what_it_does_not_write() {
+    let red = fill("red", r#"{ "to": "image" }"#, "[1, 0, 0, 1]");
+    let passes = format!("{red}, {}, {SHOWN}", half(r#", "contents": "load""#));
+    let Some((names, found)) = picture(IMAGE, &passes) else { return };
+    assert_eq!(names, ["red", "half", "shown"]);
+    let wanted: Vec<_> = (0..64).map(|at| if at % 8 < 4 { GREEN } else { RED }).collect();
+    assert_eq!(found, wanted);
+}
+
+#[test]
+fn storage_that_replaces_lets_passes_before_it_be_left_out() {
+    let red = fill("red", r#"{ "to": "image" }"#, "[1, 0, 0, 1]");
+    for (contents, kept) in
+        [(r#", "contents": "discard""#, &["half", "shown"][..]), ("", &["red", "half", "shown"])]
+    {
+        let half = half(contents).replace(r#""half": {"#, r#""half": { "after": ["red"], "#);
+        let Some((names, found)) = picture(IMAGE, &format!("{red}, {half}, {SHOWN}")) else { return };
+        assert_eq!(names, kept, "{contents}");
+        assert!(found.iter().enumerate().all(|(at, texel)| at % 8 >= 4 || *texel == GREEN));
+    }
+}
+
+#[test]
+fn a_buffer_that_is_replaced_needs_no_clear_before() {
+    let resources = r#""words": { "buffer": { "size": 12 } }, "sum": { "buffer": { "size": 2048 } }"#;
+    let passes = r#""none": { "clear": { "buffer": "sum" } },
+        "say": { "compute": { "shader": "counts.wgsl.jinja", "workgroups": [1, 1, 1],
+          "bind": { "words": { "buffer": { "name": "words", "contents": "discard" } } } } },
+        "count": { "compute": { "shader": "count.wgsl.jinja", "bind": { "sum": "sum" }, "indirect": { "buffer": "words" } } },
+        "shown": { "copy": { "from": { "name": "sum" }, "to": { "name": "target" } } }"#;
+    let Some((_, found)) = picture(resources, passes) else { return };
+    assert_eq!(found[0], [24, 0, 0, 0]);
+}
+
+#[test]
+fn bytes_around_a_copy_stay_where_it_loads() {
+    let resources = r#""bytes": { "buffer": { "size": 2048 } },
+        "small": { "texture": { "format": "rgba8unorm", "size": [1, 1] } }"#;
+    let green = fill("green", r#"{ "to": "small" }"#, "[0, 1, 0, 1]");
+    for (contents, kept) in [(r#", "contents": "load""#, true), ("", false)] {
+        let passes = format!(
+            r#"{green}, "none": {{ "clear": {{ "buffer": "bytes" }} }},
+               "texel": {{ "after": ["none"], "copy": {{ "from": {{ "name": "small" }}, "to": {{ "name": "bytes" {contents} }} }} }},
+               "shown": {{ "copy": {{ "from": {{ "name": "bytes" }}, "to": {{ "name": "target" }} }} }}"#
+        );
+        let Some((names, found)) = picture(resources, &passes) else { return };
+        assert_eq!(names.contains(&"none".to_owned()), kept, "{names:?}");
+        assert_eq!(found[0], GREEN);
+        assert!(!kept || found[1..].iter().all(|texel| *texel == [0; 4]));
+    }
+}
+
+#[test]
+fn attachments_load_or_discard_as_is_said() {
+    let red = fill("red", r#"{ "to": "target", "layer": 0 }"#, "[1, 0, 0, 1]");
+    let veil = |contents: &str| {
+        let to = format!(r#"{{ "to": "target", "layer": 0 {contents} }}"#);
+        fill("veil", &to, "[0, 1, 0, 1]").replace("fill.wgsl.jinja", "left.wgsl.jinja")
+    };
+    for (contents, names, right) in [
+        (r#", "contents": "load""#, &["red", "veil"][..], RED),
+        (r#", "contents": "discard""#, &["veil"], [0; 4]),
+    ] {
+        let veil = veil(contents).replace(r#""veil": {"#, r#""veil": { "after": ["red"], "#);
+        let Some((found, texels)) = picture(IMAGE, &format!("{red}, {veil}")) else { return };
+        assert_eq!(found, names, "{contents}");
+        assert_eq!((texels[0], texels[7]), (GREEN, right), "{contents}");
+    }
+}
