@@ -164,7 +164,13 @@ fn progress_reaches_every_text() {
     };
     let outcome = all(&fixture, &Options { progress: &note, ..Options::default() });
     let seen = seen.into_inner().unwrap();
-    assert_eq!(seen, (1..=outcome.proven).map(|done| (done, outcome.proven)).collect());
+    // How many are known while some are done depends on the threads; at the end it is all.
+    assert_eq!(
+        seen.iter().map(|(done, _)| *done).collect::<Vec<_>>(),
+        (1..=outcome.proven).collect::<Vec<_>>()
+    );
+    assert!(seen.iter().all(|(done, of)| done <= of && *of <= outcome.proven), "{seen:?}");
+    assert!(seen.contains(&(outcome.proven, outcome.proven)), "{seen:?}");
 }
 
 #[test]
