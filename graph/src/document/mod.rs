@@ -13,6 +13,7 @@ mod keys;
 mod parse;
 mod pointer;
 pub mod schema;
+mod syntax;
 
 pub use decode::decode_entries;
 pub(crate) use keys::Keys;

@@ -1,28 +1,16 @@
 //! The parser: a tree with spans, made directly of the tokens of `jsonc-parser`'s scanner.
 //!
-//! What is wrong with a text that is no JSON, that crate's own parser says.
+//! What is wrong with a text that is no JSON, [`super::syntax`] says.
 
 use std::str::FromStr as _;
 
 use jsonc_parser::tokens::Token;
-use jsonc_parser::{CollectOptions, ParseOptions, Scanner, ScannerOptions, parse_to_ast};
+use jsonc_parser::{Scanner, ScannerOptions};
 
+use super::syntax::syntax;
 use super::{Document, Entry, Keys, Kind, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes};
 use crate::source::{FileId, Sources, Span};
-
-const STRICT: ParseOptions = ParseOptions {
-    allow_comments: true,
-    allow_loose_object_property_names: false,
-    allow_trailing_commas: false,
-    allow_missing_commas: false,
-    allow_single_quoted_strings: false,
-    allow_hexadecimal_numbers: false,
-    allow_unary_plus_numbers: false,
-    allow_bare_decimal_point_numbers: false,
-    allow_non_finite_numbers: false,
-    allow_extended_string_escapes: false,
-};
 
 const STRICT_TOKENS: ScannerOptions = ScannerOptions {
     allow_single_quoted_strings: false,
@@ -79,32 +67,6 @@ pub fn parse(sources: &Sources, file: FileId) -> Result<Document, Diagnostics> {
         Some(root) if reader.diagnostics.is_empty() => Ok(Document { root }),
         Some(_) => Err(reader.diagnostics),
     }
-}
-
-/// What is wrong with a text that is no JSON.
-fn syntax(file: FileId, text: &str) -> Diagnostic {
-    let whole = Span::new(file, 0..text.len());
-    let help = "pipelines are strict JSON; only // and /* */ comments are allowed on top of it";
-    match parse_to_ast(text, &CollectOptions::default(), &STRICT) {
-        Err(error) => {
-            let range = error.range();
-            let end = range.end.max(range.start + 1).min(text.len().max(range.start));
-            let message = format!("this is not JSON: {}", lower_first(&error.kind().to_string()));
-            Diagnostic::error(codes::SYNTAX, Span::new(file, range.start..end), message).help(help)
-        }
-        Ok(parsed) if parsed.value.is_none() => {
-            Diagnostic::error(codes::SYNTAX, whole, "the document is empty")
-                .help("the smallest pipeline has \"format\", \"name\", \"resources\" and \"passes\"")
-        }
-        Ok(_) => Diagnostic::error(codes::SYNTAX, whole, "this is not JSON").help(help),
-    }
-}
-
-fn lower_first(text: &str) -> String {
-    let mut characters = text.chars();
-    characters
-        .next()
-        .map_or_else(String::new, |first| first.to_lowercase().collect::<String>() + characters.as_str())
 }
 
 /// Makes the tree while the text is scanned. Methods give `None` where the text is no JSON.
@@ -262,6 +224,9 @@ fn shorten(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use jsonc_parser::{CollectOptions, parse_to_ast};
+
+    use super::super::syntax::STRICT;
     use super::*;
 
     fn parse_text(text: &str) -> (Sources, Result<Document, Diagnostics>) {
