@@ -211,3 +211,77 @@ fn passes_whose_template_is_broken_are_counted_as_such() {
     );
     assert!(findings.contains("UG0501") && findings.ends_with("1 error\n"), "{findings}");
 }
+
+/// A pipeline of several files, with a name misspelt in each way that there is; the right ones stand in brackets.
+const EVERYWHERE: [(&str, &str); 4] = [
+    (
+        "base.json",
+        r#"{ "format": 1, "name": "base",
+  "parameters": { "side": { "type": "u32", "default": 64, "unit": "texel" }, "spare": { "type": "f32", "default": 1 } },
+  "features": { "half": { "type": "bool", "default": true, "requires": ["whloe<whole>"] }, "whole": { "type": "bool", "default": true } },
+  "toggles": { "debug": { "default": true } },
+  "extension_points": { "at_the_end": { "after": ["fill"] } },
+  "presets": { "low": { "parameters": { "sdie<side>": 32 } } },
+  "subgraphs": { "copy": { "inputs": { "image": "what is copied" }, "parameters": { "divisor": { "type": "u32", "default": 2 } },
+    "resources": { "small": { "texture": { "format": "rgba8unrom<rgba8unorm>", "size": "iamge<image> / divisor" } } },
+    "passes": { "down": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "image" }, "color": [{ "to": "smlal<small>" }] }, "side_effect": true } } } },
+  "resources": {
+    "first": { "texture": { "format": "rgba8unorm", "size": ["side", "max(sdie<side>, 8)"] } },
+    "second": { "texture": { "format": "rgba8unorm", "size": ["frist<first>.width", "first.hieght<first.height>"] } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+  "passes": {
+    "fill": { "fullscreen": { "shader": "gradeint<gradient>.wgsl.jinja", "color": [{ "to": "first" }] } },
+    "more": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "first@flil<fill>" }, "color": [{ "to": "second" }] }, "toggle": "!debgu<debug>", "bypass": { "second": "frist<first>" } },
+    "small": { "use": "cpoy<copy>", "with": { "image": "secnod<second>", "divisor": "sdie<side> / 32" } },
+    "show": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "second" }, "color": [{ "to": "target" }] }, "after": ["flil<fill>"] } } }
+"#,
+    ),
+    (
+        "main.json",
+        r#"{ "format": 1, "name": "main", "extends": "base.json", "paremeters<parameters>": { "spaer<spare>": null } }
+"#,
+    ),
+    (
+        "more.json",
+        r#"{ "format": 1, "name": "more", "inserts": { "at_teh_end<at_the_end>": {
+  "mark": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "traget<target>", "blend": "add" }] }, "after": ["shwo<show>"] } } } }
+"#,
+    ),
+    (
+        "params.json",
+        r#"{ "preset": "lwo<low>", "paramters<parameters>": { "sdie<side>": 128 }, "features": { "hlaf<half>": true } }
+"#,
+    ),
+];
+
+#[test]
+fn a_name_misspelt_anywhere_is_mended_where_it_is_written() {
+    let folder = ScratchFolder::new("check-fix-everywhere");
+    // Each name as it is written, and as it is meant.
+    let read = |text: &str, is_right: bool| -> String {
+        let mut pieces = text.split('<');
+        let mut result = pieces.next().unwrap_or_default().to_owned();
+        for piece in pieces {
+            let (right, rest) = piece.split_once('>').unwrap();
+            if is_right {
+                let start = result
+                    .rfind(|c: char| !c.is_alphanumeric() && c != '_' && (c != '.' || !right.contains('.')));
+                result.truncate(start.map_or(0, |at| at + 1));
+                result += right;
+            }
+            result += rest;
+        }
+        result
+    };
+    for (name, text) in EVERYWHERE {
+        std::fs::write(folder.join(name), read(text, false)).unwrap();
+    }
+    let path = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (main, more, params) = (path("main.json"), path("more.json"), path("params.json"));
+    let output = run(&["check", "--fix", &main, "--extension", &more, "--params", &params]);
+    let said = text(&output.stderr);
+    for (name, text) in EVERYWHERE {
+        assert_eq!(std::fs::read_to_string(folder.join(name)).unwrap(), read(text, true), "{said}");
+    }
+    assert_eq!(output.status.code(), Some(0), "{said}");
+}

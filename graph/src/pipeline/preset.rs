@@ -104,7 +104,10 @@ pub(super) fn check(
         let at = pointer_join("/presets", &preset.key);
         let values =
             |section: &str| preset.value.get(section).and_then(document::Value::entries).unwrap_or_default();
-        let is_there = |section: &str, name: &str| values(section).iter().any(|entry| entry.key == name);
+        let is_there = |section: &str, entry: &Entry, name: &str| {
+            let is_twin = |other: &&Entry| other.key == name && other.key_span.file == entry.key_span.file;
+            values(section).iter().any(|other| is_twin(&other))
+        };
         for entry in values("parameters").iter().filter(|entry| !is_chosen(entry)) {
             let pointer = pointer_join(&format!("{at}/parameters"), &entry.key);
             match parameters.get(&entry.key) {
@@ -114,7 +117,7 @@ pub(super) fn check(
                     });
                 }
                 None => {
-                    let taken = |name: &str| is_there("parameters", name);
+                    let taken = |name: &str| is_there("parameters", entry, name);
                     let finding =
                         setting::not_there("parameter", &entry.key, parameters.keys(), entry.key_span, taken);
                     diagnostics.push(finding.pointer(pointer));
@@ -126,7 +129,7 @@ pub(super) fn check(
             let finding = match features.get(&entry.key) {
                 Some(declaration) => setting::decode_feature(&entry.key, declaration, &entry.value).err(),
                 None => {
-                    let taken = |name: &str| is_there("features", name);
+                    let taken = |name: &str| is_there("features", entry, name);
                     let finding =
                         setting::not_there("feature", &entry.key, features.keys(), entry.key_span, taken);
                     Some(Box::new(finding))

@@ -299,8 +299,9 @@ impl<'a> Checker<'a, '_> {
 pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnostic {
     let finding =
         Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, format!("unknown key \"{}\"", entry.key));
-    // A key that is there already would stand twice.
-    let taken = |name: &str| beside.iter().any(|other| other.key == name);
+    // A key that is there already would stand twice; one of a file below is laid over.
+    let file = entry.key_span.file;
+    let taken = |name: &str| beside.iter().any(|other| other.key == name && other.key_span.file == file);
     let known = known.iter().copied();
     finding.meant_unless(&entry.key, known, Some(entry.key_span), taken, |known| match known {
         [] => "no keys are known here".to_owned(),

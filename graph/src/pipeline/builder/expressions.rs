@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use super::PassBuilder;
-use crate::diagnostic::{Diagnostic, codes};
+use crate::diagnostic::{Diagnostic, codes, did_you_mean};
 use crate::document;
 use crate::expression::{Expression, ExpressionError, Fault, UnknownName, Value};
 use crate::language::{Expr, Word};
@@ -208,12 +208,17 @@ pub(crate) fn expression_finding(
         })
     };
     let Some(unknown) = &error.unknown else { return Some(finding.help(help())) };
-    let range = error.range.start..error.range.start + unknown.name.len();
-    // Inside a subgraph a name may be written in another way than it reads outside.
-    let is_written = value.text().and_then(|text| text.get(range.clone())) == Some(&unknown.name);
-    let written = value.part(range).filter(|_| is_written);
     let known = unknown.known.iter().map(String::as_str);
-    Some(finding.meant(&unknown.name, known, written, |_| help()))
+    // Of a resource's property the resource may be what is misspelt.
+    let name = match unknown.name.split_once('.') {
+        Some((head, _)) if did_you_mean(&unknown.name, known.clone()).is_none() => head,
+        _ => unknown.name.as_str(),
+    };
+    let range = error.range.start..error.range.start + name.len();
+    // Inside a subgraph a name may be written in another way than it reads outside.
+    let is_written = value.text().and_then(|text| text.get(range.clone())) == Some(name);
+    let written = value.part(range).filter(|_| is_written);
+    Some(finding.meant(name, known, written, |_| help()))
 }
 
 /// The string among the elements of a list of expressions that an unknown name stands in, with its pointer.

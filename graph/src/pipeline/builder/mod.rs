@@ -80,7 +80,10 @@ impl PassBuilder<'_> {
             (None, Some(text)) if text.starts_with(&format!("{name}@")) => value.part(0..name.len()),
             _ => None,
         };
-        let taken = |known: &str| key.is_some() && object.get(known).is_some();
+        let taken = |known: &str| {
+            let twin = object.entry(known).zip(key);
+            twin.is_some_and(|(other, key)| other.key_span.file == key.key_span.file)
+        };
         let finding = Diagnostic::error(code, place, message).pointer(at);
         let finding = finding.meant_unless(name, known.iter().copied(), written, taken, |_| otherwise());
         self.shared.diagnostics.push(finding);

@@ -328,9 +328,12 @@ fn meant_section(finding: &Diagnostic) -> Option<&str> {
 /// are no such keys.
 fn as_meant(document: &Document, schema_findings: &Diagnostics) -> Option<Document> {
     let entries = document.root.entries()?;
+    // What a file below says under the right key stays as it is.
+    let is_there = |section: &str| entries.iter().any(|entry| entry.key == section);
     let meant: BTreeMap<&str, &str> = schema_findings
         .iter()
         .filter_map(|one| Some((one.pointer.strip_prefix('/')?, meant_section(one)?)))
+        .filter(|(_, section)| !is_there(section))
         .collect();
     if meant.is_empty() {
         return None;
