@@ -10,7 +10,7 @@ use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime};
 use umbragraph::pipeline::{Part, Pipeline, Usage, Version};
 use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
-use umbragraph::work::LoadOperation;
+use umbragraph::work::{LoadOperation, Work};
 
 const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 
@@ -259,6 +259,16 @@ fn an_attachment_at_another_mip_is_caught() {
 #[test]
 fn a_clear_where_a_load_is_declared_is_caught() {
     caught(FaultKind::LoadDiffers, |plan| pass(plan, "draw2").color[0].load = LoadOperation::Clear(()));
+}
+
+#[test]
+fn a_store_of_what_is_declared_to_be_thrown_away_is_caught() {
+    caught(FaultKind::StoreDiffers, |plan| {
+        let draw2 = plan.pipeline.find_pass("draw2").expect("a pass").index();
+        if let Work::Render(render) = &mut pipeline(plan).passes[draw2].work {
+            render.color[0].discard = true;
+        }
+    });
 }
 
 #[test]

@@ -114,7 +114,11 @@ fn each_use_of_a_subgraph_has_resources_and_parameters_of_its_own() {
 
 #[test]
 fn what_is_replaced_needs_nothing_before() {
-    assert_eq!(lesson("22-contents").order(), ["wave", "above", "draw"]);
+    use umbragraph::compiler::StoreOperation;
+    let outcome = lesson("22-contents");
+    assert_eq!(outcome.order(), ["wave", "above", "draw"]);
+    let depth = outcome.plan().passes[2].depth.as_ref().map(|depth| depth.store);
+    assert_eq!(depth, Some(StoreOperation::Discard));
 }
 
 #[test]

@@ -125,6 +125,8 @@ pub struct ColorAttachment {
     pub format: Option<wgpu_types::TextureFormat>,
     /// Where its samples are resolved to, one for each texel.
     pub resolve: Option<AttachmentTarget>,
+    /// Whether what it holds afterwards is thrown away, whoever might have read it.
+    pub discard: bool,
 }
 
 /// A depth attachment.
@@ -140,6 +142,8 @@ pub struct DepthAttachment {
     pub compare: wgpu_types::CompareFunction,
     /// The bias of the rasteriser per unit of depth slope, away from the viewer where positive and depth grows away.
     pub slope_bias: f32,
+    /// Whether what it holds afterwards is thrown away, whoever might have read it.
+    pub discard: bool,
 }
 
 /// A stencil attachment.
@@ -153,6 +157,8 @@ pub struct StencilAttachment {
     pub state: wgpu_types::StencilState,
     /// What is compared and written.
     pub reference: u32,
+    /// Whether what it holds afterwards is thrown away, whoever might have read it.
+    pub discard: bool,
 }
 
 impl StencilAttachment {

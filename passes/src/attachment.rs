@@ -37,6 +37,10 @@ pub struct ColorSettings {
     /// without it a full-screen pass without blending discards, and any other loads.
     #[serde(default)]
     pub contents: Option<Word<Contents>>,
+    /// What happens to it after the pass: "automatic" without it, which stores it where something reads it later or it
+    /// outlives the frame; "discard" where nobody reads it, not even the host.
+    #[serde(default)]
+    pub store: Option<Word<Store>>,
     /// How colors are combined with what is there; without it they replace it.
     #[serde(default)]
     pub blend: Option<Word<Blend>>,
@@ -60,6 +64,16 @@ pub struct ResolveSettings {
     /// The layer; without it that of the attachment.
     #[serde(default)]
     pub layer: Option<Expr>,
+}
+
+/// What happens to an attachment after a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Store {
+    /// It is stored where it is needed.
+    Automatic,
+    /// It is thrown away.
+    Discard,
 }
 
 /// How colors are combined with what is there.
@@ -97,6 +111,10 @@ pub struct DepthSettings {
     /// Instead of "clear" whether what was there is needed: "load", or "discard" where all of it is drawn over.
     #[serde(default)]
     pub contents: Option<Word<Contents>>,
+    /// What happens to it after the pass: "automatic" without it, which stores it where something reads it later or it
+    /// outlives the frame; "discard" where nobody reads it, not even the host.
+    #[serde(default)]
+    pub store: Option<Word<Store>>,
     /// Whether depth is written; true without it.
     #[serde(default)]
     pub write: Option<Expr>,
@@ -129,6 +147,10 @@ pub struct StencilSettings {
     /// Instead of "clear" whether what was there is needed: "load", or "discard" where all of it is drawn over.
     #[serde(default)]
     pub contents: Option<Word<Contents>>,
+    /// What happens to it after the pass: "automatic" without it, which stores it where something reads it later or it
+    /// outlives the frame; "discard" where nobody reads it, not even the host.
+    #[serde(default)]
+    pub store: Option<Word<Store>>,
     /// What is compared with what is there, and what "replace" writes (0 to 255); 0 without it.
     #[serde(default)]
     pub reference: Option<Expr>,
@@ -256,7 +278,8 @@ pub(crate) fn color(
         }
         None => None,
     };
-    Some(ColorAttachment { target, load, blend, format, resolve })
+    let discard = discards(pass, settings.store.as_ref(), at)?;
+    Some(ColorAttachment { target, load, blend, format, resolve, discard })
 }
 
 /// Declares the depth attachment.
@@ -314,7 +337,9 @@ pub(crate) fn depth(
         ..PartSettings::default()
     };
     let target = target(pass, &settings.to, part, usage, at)?;
+    let discard = discards(pass, settings.store.as_ref(), at)?;
     Some(DepthAttachment {
+        discard,
         target,
         load,
         write,
@@ -374,7 +399,8 @@ pub(crate) fn stencil(
         _ => Usage::StencilAttachment,
     };
     let target = target(pass, &settings.to, part, usage, at)?;
-    Some(StencilAttachment { target, load, state, reference })
+    let discard = discards(pass, settings.store.as_ref(), at)?;
+    Some(StencilAttachment { target, load, state, reference, discard })
 }
 
 fn stencil_face(pass: &mut PassBuilder<'_>, settings: &StencilFace, at: &str) -> Option<StencilFaceState> {
@@ -423,6 +449,12 @@ fn contents<T>(
         Contents::Load => LoadOperation::Load,
         Contents::Discard => LoadOperation::Discard,
     })
+}
+
+/// Whether an attachment is thrown away.
+fn discards(pass: &mut PassBuilder<'_>, store: Option<&Word<Store>>, at: &str) -> Option<bool> {
+    let Some(word) = store else { return Some(false) };
+    Some(pass.word(word, &format!("{at}/store"))? == Store::Discard)
 }
 
 /// Finds "clear" and "contents" side by side.

@@ -3,7 +3,8 @@
 use umbragraph_test_support::gpu;
 
 use crate::common::gpu::import;
-use crate::stage::{executor, fill, plan, show, target, texels};
+use crate::squares::{Squares, square};
+use crate::stage::{color, draw, executor, fill, plan, show, target, texels};
 use crate::views::frame;
 
 const RED: [u8; 4] = [255, 0, 0, 255];
@@ -101,4 +102,34 @@ fn attachments_load_or_discard_as_is_said() {
         assert_eq!(found, names, "{contents}");
         assert_eq!((texels[0], texels[7]), (GREEN, right), "{contents}");
     }
+}
+
+#[test]
+fn what_is_thrown_away_is_not_stored_and_no_output() {
+    use umbragraph::compiler::StoreOperation;
+    let Some(gpu) = gpu::device() else { return };
+    let depth = r#""depth": { "texture": { "format": "depth32float", "size": "viewport", "lifetime": "persistent" } }"#;
+    let masked = |store: &str| {
+        let to = r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#;
+        let depth =
+            format!(r#""depth": {{ "to": "depth", "clear": 1, "compare": "less" {store} }}, "color":"#);
+        draw(1, to).replace(r#""color":"#, &depth)
+    };
+    for (store, planned) in
+        [("", StoreOperation::Store), (r#", "store": "discard""#, StoreOperation::Discard)]
+    {
+        let plan = plan(&format!("{}, {depth}", target(1)), &masked(store));
+        assert_eq!(plan.passes[1].depth.as_ref().map(|depth| depth.store), Some(planned));
+        let squares = Squares::new(&gpu.device, &gpu.queue, &[square(crate::squares::RED)], &[[1.0; 4]]);
+        let mut executor = executor(&gpu, &plan, Some(&squares));
+        let picture = import(&gpu, &plan, "target");
+        for _ in 0..2 {
+            show(&gpu, &mut executor, Some(&squares), &picture, &frame(&["0"]));
+            assert_eq!(color(&gpu, &picture, 0), RED);
+        }
+    }
+    let red = fill("red", r#"{ "to": "image", "store": "discard" }"#, "[1, 0, 0, 1]");
+    let other = fill("other", r#"{ "to": "target" }"#, "[1, 0, 0, 1]");
+    let plan = plan(&format!("{}, {IMAGE}", target(1)), &format!("{red}, {other}"));
+    assert!(plan.culled.contains_key("red"), "{:?}", plan.culled);
 }

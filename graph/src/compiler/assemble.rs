@@ -289,7 +289,14 @@ impl AssemblyPass<'_> {
         let usage =
             if load == LoadOperation::Load { Usage::ColorAttachmentLoad } else { Usage::ColorAttachment };
         let target = attached(resource);
-        self.color.push(ColorAttachment { target, load, blend: None, format: None, resolve: None });
+        self.color.push(ColorAttachment {
+            target,
+            load,
+            blend: None,
+            format: None,
+            resolve: None,
+            discard: false,
+        });
         self.draw();
         self.uses(resource, Part::of(Some(0), Some(0)), usage, Version::Newest)
     }
@@ -302,8 +309,14 @@ impl AssemblyPass<'_> {
             _ => Usage::DepthAttachment,
         };
         let compare = wgpu_types::CompareFunction::Less;
-        self.depth =
-            Some(DepthAttachment { target: attached(resource), load, write, compare, slope_bias: 0.0 });
+        self.depth = Some(DepthAttachment {
+            target: attached(resource),
+            load,
+            write,
+            compare,
+            slope_bias: 0.0,
+            discard: false,
+        });
         self.draw();
         self.uses(resource, Part::of(Some(0), Some(0)), usage, Version::Newest)
     }

@@ -1,7 +1,7 @@
 //! Attachments: what each loads and stores, and whether they fit the shader. Whether their sizes fit one another, the
 //! passes' sizes (`pass_sizes`) say.
 //!
-//! Load comes from the pass. Store is per use: an attachment is stored if a later live pass reads a part of it before
+//! Load comes from the pass. Store is per use, unless the pass throws the attachment away: an attachment is stored if a later live pass reads a part of it before
 //! another clears all of that part, or if it outlives the frame. Only storage that says so, and an attachment that clears
 //! or discards, of one fixed layer, count as clearing: what draws a layer for each view may have fewer views than layers this frame. Nor
 //! does a pass count that can be off in a frame in which the attachment is drawn.
@@ -26,6 +26,7 @@ impl Planner<'_> {
         target: AttachmentTarget,
         aspect: Aspect,
         load: LoadOperation<()>,
+        discard: bool,
     ) -> PlannedAttachment {
         let resource = self.pipeline.resource(target.resource);
         let part = Part::of(Some(target.mip), target.layer).aspect(aspect);
@@ -48,6 +49,9 @@ impl Planner<'_> {
                 store = StoreOperation::Discard;
                 break;
             }
+        }
+        if discard {
+            store = StoreOperation::Discard;
         }
         let alone = users.first().is_some_and(|(first, _)| *first == at)
             && users.last().is_some_and(|(last, _)| *last == at)

@@ -11,11 +11,12 @@ use std::collections::{BTreeSet, VecDeque};
 
 use serde::Serialize;
 
+use super::discards;
 use super::graph::Graph;
 use super::visible::View;
 use crate::language::Lifetime;
 use crate::pipeline::{Part, Pipeline, Use};
-use crate::work::{PassHandle, ResourceHandle};
+use crate::work::{PassHandle, ResourceHandle, Work};
 
 /// Why a pass is kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,7 +94,7 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
 
 /// The passes of whose writes something is left at the end of the frame: those that no later attachment with a clear
 /// or discard covers whole. Storage that does not say that it replaces everything, and copies, may leave texels as they
-/// were, so they never count as covering.
+/// were, so they never count as covering. Nothing is left of what an attachment throws away.
 pub(crate) fn surviving_writers(
     pipeline: &Pipeline,
     graph: &Graph,
@@ -107,13 +108,21 @@ pub(crate) fn surviving_writers(
         };
         pipeline.pass(writer).uses.iter().any(afresh)
     };
+    let discards = |part: Part, writer: PassHandle| match &pipeline.pass(writer).work {
+        Work::Render(render) => discards::discards(render, resource, part),
+        _ => false,
+    };
+    let clears = |part: Part, writer: PassHandle| {
+        let whole = part.layer.is_some() || single_layer(pipeline, resource);
+        clears(part, writer) || whole && discards(part, writer)
+    };
     let condition = |writer: PassHandle| pipeline.pass(writer).condition;
     let mut writers = Vec::new();
     if graph.versions_of(resource).all(|(part, writer)| condition(writer).is_none() && part.is_plain()) {
         let mut covered: BTreeSet<Part> = BTreeSet::new();
         for (part, writer) in graph.versions_of(resource).rev() {
             let wider = [part, Part { mip: None, ..part }, Part { layer: None, ..part }, Part::WHOLE];
-            if !wider.iter().any(|wider| covered.contains(wider)) {
+            if !discards(part, writer) && !wider.iter().any(|wider| covered.contains(wider)) {
                 writers.push(writer);
             }
             if clears(part, writer) {
@@ -124,7 +133,7 @@ pub(crate) fn surviving_writers(
     }
     let mut view = View::new(Part::WHOLE, &[]);
     for (part, writer) in graph.versions_of(resource).rev() {
-        if view.sees(part, condition(writer)) {
+        if view.sees(part, condition(writer)) && !discards(part, writer) {
             writers.push(writer);
         }
         if clears(part, writer) {

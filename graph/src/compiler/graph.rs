@@ -17,6 +17,7 @@ use petgraph::graph::{DiGraph, NodeIndex};
 use petgraph::visit::EdgeRef as _;
 
 use super::access::accesses;
+use super::discards;
 use super::history;
 use super::rows::Rows;
 use super::writers::Builder;
@@ -126,11 +127,13 @@ impl Graph {
 
 /// Builds the graph of a pipeline.
 ///
-/// Findings: reads of what nothing writes, unordered writers, cycles, a pass that reads and writes one part in a way
-/// that no device allows. The result is `None` after errors that leave no order.
+/// Findings: reads of what nothing writes or of what is thrown away, unordered writers, cycles, a pass that reads and
+/// writes one part in a way that no device allows. The result is `None` after errors that leave no order.
 pub fn build(pipeline: &Pipeline, diagnostics: &mut Diagnostics) -> Option<Graph> {
     history::check_use(pipeline, diagnostics);
     let accesses = accesses(pipeline, diagnostics);
     let mut builder = Builder::new(pipeline, &accesses);
-    builder.order_all(diagnostics).then(|| builder.finish())
+    let graph = builder.order_all(diagnostics).then(|| builder.finish())?;
+    discards::check(pipeline, &graph, diagnostics);
+    Some(graph)
 }

@@ -16,6 +16,7 @@ mod copies;
 mod cull;
 mod cycle;
 mod device_rules;
+mod discards;
 mod dispatch;
 mod facts;
 mod format;

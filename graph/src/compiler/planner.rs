@@ -93,7 +93,7 @@ impl<'a> Planner<'a> {
         if let Work::Render(render) = &pass.work {
             for color in &render.color {
                 let load = attachments::load_kind(&color.load);
-                planned.color.push(self.attachment(at, color.target, Aspect::All, load));
+                planned.color.push(self.attachment(at, color.target, Aspect::All, load, color.discard));
             }
             let aspect = |of: fn(Usage) -> bool| {
                 let found = pass.uses.iter().find(|one| of(one.usage));
@@ -102,12 +102,12 @@ impl<'a> Planner<'a> {
             if let Some(depth) = &render.depth {
                 let load = attachments::load_kind(&depth.load);
                 let aspect = aspect(Usage::is_depth);
-                planned.depth = Some(self.attachment(at, depth.target, aspect, load));
+                planned.depth = Some(self.attachment(at, depth.target, aspect, load, depth.discard));
             }
             if let Some(stencil) = &render.stencil {
                 let load = attachments::load_kind(&stencil.load);
                 let aspect = aspect(Usage::is_stencil);
-                planned.stencil = Some(self.attachment(at, stencil.target, aspect, load));
+                planned.stencil = Some(self.attachment(at, stencil.target, aspect, load, stencil.discard));
             }
         }
         self.facts.size_pass(&mut planned, findings);

@@ -190,6 +190,9 @@ crate::codes! {
     /// Contents that a toggle takes away.
     TOGGLED_AWAY = "UG0411", "nothing left without the toggle",
         "A pass reads, or the picture shows, what only a pass with a toggle writes; in a frame in which the toggle is thrown the other way nothing would be there.\n\nFour ways out: give the reader the same toggle, so that it vanishes too; say under `bypass` of the writer what the reader sees instead; let an earlier pass write the resource and the toggled one load it; or write it by a second pass with the opposite toggle (`!name`).";
+    /// Contents that a pass throws away are read.
+    DISCARDED = "UG0412", "read of what is thrown away",
+        "An attachment with `\"store\": \"discard\"` promises that nobody reads what it holds after its pass, so that a tiling device never writes it to memory; but a later pass of the frame does, or a pass of a later frame, since the texture is persistent or a history.\n\nWithout `store` an attachment is stored exactly where something reads it later, or where it outlives the frame. The key is for what outlives the frame and still is not needed: the depth of a host's own texture, for one.";
     /// A history of which nothing says how it begins.
     HISTORY_INITIAL = "UG0430", "history without an initial value",
         "A resource with `\"lifetime\": \"history\"` keeps what earlier frames left. In the first frame, after a resize and after a reset there is no earlier frame, and `initial` says what is read then: a number or a colour for a texture, `{ \"f32\": 0 }`, `{ \"u32\": 0 }` or `{ \"i32\": 0 }` for each four bytes of a buffer.";

@@ -17,14 +17,15 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
         }
     }
     for (at, planned) in plan.passes.iter().enumerate() {
-        let declared: Vec<(AttachmentTarget, &'static str)> = match &plan.pipeline.pass(planned.handle).work {
-            Work::Render(render) => declared(render),
-            _ => Vec::new(),
-        };
+        let declared: Vec<(AttachmentTarget, &'static str, bool)> =
+            match &plan.pipeline.pass(planned.handle).work {
+                Work::Render(render) => declared(render),
+                _ => Vec::new(),
+            };
         let attachments: Vec<&PlannedAttachment> =
             planned.color.iter().chain(&planned.depth).chain(&planned.stencil).collect();
         let same = attachments.len() == declared.len()
-            && attachments.iter().zip(&declared).all(|(planned, (declared, _))| {
+            && attachments.iter().zip(&declared).all(|(planned, (declared, ..))| {
                 planned.target == *declared
                     && plan
                         .pipeline
@@ -39,11 +40,17 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
             );
             continue;
         }
-        for (attachment, (_, load)) in attachments.iter().zip(&declared) {
+        for (attachment, (_, load, discard)) in attachments.iter().zip(&declared) {
             if word(&attachment.load) != *load {
                 faults.add(
                     FaultKind::LoadDiffers,
                     format!("\"{}\" declares {load} for \"{}\"", planned.name, attachment.resource),
+                );
+            }
+            if *discard && attachment.store == StoreOperation::Store {
+                faults.add(
+                    FaultKind::StoreDiffers,
+                    format!("\"{}\" declares that \"{}\" is thrown away", planned.name, attachment.resource),
                 );
             }
             if attachment.transient_attachment && !stays(plan, planned, attachment, at, &users) {
@@ -57,11 +64,11 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
     check_groups(plan, faults);
 }
 
-/// The declared attachments in order, each with its load operation as a word.
-fn declared(render: &RenderWork) -> Vec<(AttachmentTarget, &'static str)> {
-    let color = render.color.iter().map(|color| (color.target, word(&color.load)));
-    let depth = render.depth.iter().map(|depth| (depth.target, word(&depth.load)));
-    let stencil = render.stencil.iter().map(|stencil| (stencil.target, word(&stencil.load)));
+/// The declared attachments in order, each with its load operation as a word, and whether it is thrown away.
+fn declared(render: &RenderWork) -> Vec<(AttachmentTarget, &'static str, bool)> {
+    let color = render.color.iter().map(|one| (one.target, word(&one.load), one.discard));
+    let depth = render.depth.iter().map(|one| (one.target, word(&one.load), one.discard));
+    let stencil = render.stencil.iter().map(|one| (one.target, word(&one.load), one.discard));
     color.chain(depth).chain(stencil).collect()
 }
 

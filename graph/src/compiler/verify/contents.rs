@@ -22,7 +22,7 @@ use super::{FaultKind, Faults, Schedule};
 use crate::compiler::plan::{Plan, StoreOperation};
 use crate::language::Lifetime;
 use crate::pipeline::{Aspect, Part, Run, Usage, Use, Version};
-use crate::work::{PassHandle, ResourceHandle};
+use crate::work::{PassHandle, ResourceHandle, Work};
 
 /// The most toggles of which every combination is tried for one resource.
 const MAXIMUM_TOGGLES: usize = 6;
@@ -457,6 +457,7 @@ impl Player<'_, '_> {
     fn finish(&mut self, content: &[Content], writers: &[Vec<(PassHandle, bool)>]) {
         for (region, content) in content.iter().enumerate() {
             match content {
+                Content::Dropped(by) if self.throws_away(*by) => {}
                 Content::Dropped(by) => {
                     let (by, resource) = self.names(*by);
                     let message =
@@ -480,6 +481,16 @@ impl Player<'_, '_> {
                 Content::Nothing => {}
             }
         }
+    }
+
+    /// Whether a pass says that it throws away what it leaves.
+    fn throws_away(&self, pass: PassHandle) -> bool {
+        let Work::Render(render) = &self.plan.pipeline.pass(pass).work else { return false };
+        let color = render.color.iter().map(|one| (one.target, one.discard));
+        let depth = render.depth.iter().map(|one| (one.target, one.discard));
+        let stencil = render.stencil.iter().map(|one| (one.target, one.discard));
+        let mut all = color.chain(depth).chain(stencil);
+        all.any(|(target, discard)| discard && target.resource == self.handle)
     }
 
     /// Whether a pass clears or discards a region at its start, or says that it replaces it.

@@ -67,6 +67,8 @@ pub enum FaultKind {
     AttachmentsDiffer,
     /// A load operation is not the one that the pass declares.
     LoadDiffers,
+    /// A pass declares that it throws an attachment away, but the plan stores it.
+    StoreDiffers,
     /// An attachment is marked as staying in its pass, but does not.
     TransientAttachmentLeaves,
     /// Passes of one group cannot be one render pass.
