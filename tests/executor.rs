@@ -301,6 +301,66 @@ fn sharing_memory_changes_no_picture() {
     assert_eq!(picture(&gpu, &shared).bytes(), picture(&gpu, &alone).bytes());
 }
 
+/// Passes that fill new textures, copy and double older ones, and add to them, and a picture that is the sum of some.
+fn random_passes(mut random: u64) -> (String, Vec<String>) {
+    let mut next = move |below: usize| {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        (random % below as u64) as usize
+    };
+    let show = |name: &str, from: &str, to: &str, more: &str| {
+        format!(
+            r#""{name}": {{ "fullscreen": {{ "shader": "tonemap.wgsl.jinja", "axes": {{ "debug_view": "'shadow_term'" }},
+                "bind": {{ "source": "{from}" }}, "color": [{{ "to": "{to}" {more} }}] }} }}"#
+        )
+    };
+    let mut passes = Vec::new();
+    // The passes that wrote each texture last.
+    let mut writers: Vec<String> = Vec::new();
+    for at in 0..10 + next(10) {
+        let name = format!("p{at}");
+        let (new, old) = (format!("t{}", writers.len()), writers.len().saturating_sub(1 + next(2)));
+        let color = format!("[0.0{}, 0.0{}, 0.0{}, 0.1]", next(10), next(10), next(10));
+        match next(4) {
+            1 if !writers.is_empty() => passes.push(show(&name, &format!("t{old}"), &new, "")),
+            2 if !writers.is_empty() => passes.push(format!(
+                r#""{name}": {{ "compute": {{ "shader": "double.wgsl.jinja", "bind": {{ "source": "t{old}", "result": "{new}" }}, "over": "{new}" }} }}"#
+            )),
+            3 if !writers.is_empty() => {
+                passes.push(fill(&name, &format!("t{old}@{}", writers[old]), &color, r#", "blend": "add""#));
+                writers[old] = name;
+                continue;
+            }
+            _ => passes.push(fill(&name, &new, &color, "")),
+        }
+        writers.push(name);
+    }
+    let mut target = "target".to_owned();
+    for at in (0..writers.len()).filter(|at| *at == 0 || next(4) == 0).collect::<Vec<_>>() {
+        let (name, more) = (format!("show{at}"), if at == 0 { "" } else { r#", "blend": "add""# });
+        passes.push(show(&name, &format!("t{at}"), &target, more));
+        target = format!("target@{name}");
+    }
+    let texture = r#"{ "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+    ((0..writers.len()).map(|at| format!("\"t{at}\": {texture}, ")).collect(), passes)
+}
+
+#[test]
+fn sharing_memory_changes_no_random_picture() {
+    let Some(gpu) = gpu::device() else { return };
+    let (mut shared_textures, mut pictures) = (0, std::collections::BTreeSet::new());
+    for seed in 1..=24 {
+        let (resources, passes) = random_passes(0x9e37_79b9_7f4a_7c15_u64.wrapping_mul(seed));
+        let (shared, alone) = (outcome(&resources, &passes, false), outcome(&resources, &passes, true));
+        shared_textures += alone.plan().textures.len() - shared.plan().textures.len();
+        let (one, other) = (picture(&gpu, &shared), picture(&gpu, &alone));
+        assert_eq!(one.bytes(), other.bytes(), "seed {seed}: {passes:#?}");
+        pictures.insert(one.bytes().to_vec());
+    }
+    assert!(shared_textures >= 12 && pictures.len() > 12, "{shared_textures} {}", pictures.len());
+}
+
 #[test]
 fn imports_that_are_missing_or_not_as_planned_are_refused_and_the_next_frame_is_fine() {
     let Some(gpu) = gpu::device() else { return };
