@@ -82,6 +82,27 @@ fn files_that_lead_back_to_themselves_are_one_finding() {
     }
 }
 
+#[test]
+fn subgraph_files_without_end_are_a_finding() {
+    // Each file uses the next, which either is there or is not.
+    for there in [true, false] {
+        let uses = |from: usize, to: usize| {
+            let passes: Vec<String> =
+                (from..to).map(|at| format!("\"p{at}\": {{ \"use\": \"f{at}.json\" }}")).collect();
+            format!("{{ \"passes\": {{ {} }} }}", passes.join(", "))
+        };
+        let text = if there { uses(1, 2) } else { uses(1, 100_000) };
+        let files = (1..500).filter(|_| there).map(|at| (format!("f{at}.json"), uses(at + 1, at + 2)));
+        let mut memory = Memory(files.collect());
+        let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+        let file = sources.add("f0.json", text);
+        let path = Path::new("f0.json");
+        assert!(compose::compose(file, path, &mut memory, &mut sources, &mut findings).is_none());
+        assert!(findings.len() <= 65, "{}", findings.len());
+        assert!(findings.iter().any(|finding| finding.code == codes::FILE_CYCLE), "{there}");
+    }
+}
+
 /// The pieces of a text: strings, words and numbers, and single other characters.
 fn tokens(text: &str) -> Vec<&str> {
     let (mut tokens, mut rest) = (Vec::new(), text);

@@ -285,3 +285,24 @@ fn a_name_misspelt_anywhere_is_mended_where_it_is_written() {
     }
     assert_eq!(output.status.code(), Some(0), "{said}");
 }
+
+#[test]
+fn findings_of_a_subgraph_file_stand_in_it_and_are_mended_there() {
+    let folder = ScratchFolder::new("check-subgraph-file");
+    let read = |name: &str| std::fs::read_to_string(root().join("pipelines/learn").join(name)).unwrap();
+    std::fs::create_dir(folder.join("parts")).unwrap();
+    let (pipeline, part) = (folder.join("pipeline.json"), folder.join("parts/through_small.json"));
+    let sound = read("parts/through_small.json");
+    std::fs::write(&pipeline, read("21-subgraph-file.json")).unwrap();
+    std::fs::write(&part, sound.replacen("\"color\":", "\"colour\":", 1)).unwrap();
+    let path = pipeline.to_string_lossy().into_owned();
+    let output = run(&["check", &path, "--format", "json"]);
+    let findings: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let [finding] = &findings["findings"].as_array().unwrap()[..] else { panic!("{findings}") };
+    assert_eq!(finding["place"]["file"], *part.to_string_lossy());
+    assert_eq!(finding["place"]["pointer"], "/passes/down/fullscreen/colour");
+    let sarif = text(&run(&["check", &path, "--format", "sarif"]).stdout);
+    assert!(sarif.contains("\"/passes/down/fullscreen/colour\""), "{sarif}");
+    assert_eq!(run(&["check", &path, "--fix"]).status.code(), Some(0));
+    assert_eq!(std::fs::read_to_string(&part).unwrap(), sound);
+}

@@ -170,6 +170,62 @@ fn a_stencil_is_filled_from_a_buffer() {
 }
 
 #[test]
+fn depth_and_stencil_are_copied_together() {
+    let (resources, mark) =
+        marked("depth24plus-stencil8", r#""depth": { "to": "mask", "clear": 1, "compare": "less-equal" },"#);
+    let resources = format!(
+        r#"{resources}, "other": {{ "texture": {{ "format": "depth24plus-stencil8", "size": "viewport" }} }}"#
+    );
+    let passes = format!(
+        r#"{mark}, "both": {{ "copy": {{ "from": {{ "name": "mask" }}, "to": {{ "name": "other" }} }} }},
+           "colored": {{ "fullscreen": {{ "shader": "fill.wgsl.jinja",
+             "bind": {{ "settings": {{ "values": {{ "color": [1, 0, 0, 1] }} }} }},
+             "stencil": {{ "to": "other", "reference": 3, "front": {{ "compare": "equal" }} }},
+             "color": [{{ "to": "target" }}] }} }}"#
+    );
+    let Some(found) = pictures(1, &[0], &resources, &passes) else { return };
+    assert_eq!(found[0], boxes(&[([0, 0], [4, 8], red(255))]));
+}
+
+#[test]
+fn depth_of_sixteen_bits_is_filled_from_a_buffer() {
+    let resources = r#"
+        "red": { "texture": { "format": "rg8unorm", "size": "viewport" } }, "bytes": { "buffer": { "size": 2048 } },
+        "maps": { "texture": { "format": "depth16unorm", "size": "viewport", "layers": 1, "view": "2d-array" } }"#;
+    // The low and the high byte of 65,535 × 0.2 are both 51.
+    let passes = format!(
+        r#"{}, "down": {{ "copy": {{ "from": {{ "name": "red" }}, "to": {{ "name": "bytes" }} }} }},
+           "up": {{ "copy": {{ "from": {{ "name": "bytes" }}, "to": {{ "name": "maps" }} }} }},
+           "show": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
+             "bind": {{ "settings": {{ "values": {{ "layer": 0 }} }}, "maps": "maps" }}, "color": [{{ "to": "target" }}] }} }}"#,
+        fill("fill", r#"{ "to": "red" }"#, "[0.2, 0.2, 0, 1]"),
+    );
+    let Some(found) = pictures(1, &[], resources, &passes) else { return };
+    assert_eq!(found[0], boxes(&[([0, 0], [8, 8], [51, 51, 51, 255])]));
+}
+
+#[test]
+fn all_samples_are_copied() {
+    let resources = r#"
+        "samples": { "texture": { "format": "rgba8unorm", "size": "viewport", "samples": 4 } },
+        "others": { "texture": { "format": "rgba8unorm", "size": "viewport", "samples": 4 } }"#;
+    let to = r#"{ "to": "samples", "clear": [0, 0, 1, 1] }"#;
+    let passes = format!(
+        r#"{}, "copy": {{ "copy": {{ "from": {{ "name": "samples" }}, "to": {{ "name": "others" }} }} }},
+           {}"#,
+        draw(1, to),
+        fill(
+            "resolve",
+            r#"{ "to": "others", "blend": "add", "resolve": { "to": "target", "layer": 0 } }"#,
+            "[0, 0, 0, 0]"
+        )
+    );
+    let Some(found) = pictures(1, &[], resources, &passes) else { return };
+    let right = ([4, 0], [4, 8], [0, 0, 255, 255]);
+    assert_eq!(found[0], boxes(&[([0, 0], [4, 8], red(255)), right]));
+}
+
+#[test]
 fn depth_is_copied_to_a_buffer() {
     let resources = r#"
         "depth": { "texture": { "format": "depth32float", "size": "viewport" } }, "bytes": { "buffer": { "size": 2048 } },

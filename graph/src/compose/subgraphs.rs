@@ -91,6 +91,11 @@ impl Composer<'_> {
             if !known.insert(name.clone()) {
                 continue;
             }
+            // Files that are not there count, too, so that looking for them comes to an end.
+            if known.len() > MAXIMUM_FILES {
+                self.too_many_files(place);
+                return None;
+            }
             match self.used_file(&name, place) {
                 Some(subgraph) => {
                     waiting.extend(files_of(subgraph.get("passes")));

@@ -12,6 +12,7 @@ use codespan_reporting::term;
 use std::ops::Range;
 
 use super::{Diagnostic, Place, Severity};
+use crate::document::pointer_join;
 use crate::source::{FileId, Sources};
 
 /// One finding for people: message, source line with a mark, related places, help.
@@ -197,6 +198,7 @@ fn json_place(place: &Place, pointer: &str, sources: &Sources) -> serde_json::Va
         Place::Span(span) => {
             let Some(file) = sources.get(span.file) else { return serde_json::Value::Null };
             let (start, end) = (file.line_column(span.start), file.line_column(span.end));
+            let pointer = in_file(file.name(), pointer);
             serde_json::json!({
                 "file": file.name(), "line": start.line, "column": start.column,
                 "end_line": end.line, "end_column": end.column, "pointer": pointer,
@@ -205,6 +207,12 @@ fn json_place(place: &Place, pointer: &str, sources: &Sources) -> serde_json::Va
         Place::File { path, locator } => serde_json::json!({ "file": path, "pointer": locator }),
         Place::Nowhere => serde_json::Value::Null,
     }
+}
+
+/// A JSON pointer as seen from its file. A subgraph in a file of its own stands in the composed document under its path.
+fn in_file<'a>(name: &str, pointer: &'a str) -> &'a str {
+    let below = pointer.strip_prefix(pointer_join("/subgraphs", name).as_str());
+    below.filter(|below| below.is_empty() || below.starts_with('/')).unwrap_or(pointer)
 }
 
 /// [`Sources`] as codespan wants to see them; offsets are clamped, so that no finding can make rendering fail.

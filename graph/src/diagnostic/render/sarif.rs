@@ -183,7 +183,10 @@ fn result(finding: &Diagnostic, rule_index: usize, sources: &Sources) -> Finding
 
 fn location(place: &Place, pointer: &str, sources: &Sources) -> Option<Location> {
     let (artifact, region, pointer) = match place {
-        Place::Span(span) => (artifact(*span, sources)?, region(*span, sources), pointer),
+        Place::Span(span) => {
+            let pointer = super::in_file(sources.get(span.file)?.name(), pointer);
+            (artifact(*span, sources)?, region(*span, sources), pointer)
+        }
         Place::File { path, locator } => (Artifact { uri: uri(path) }, None, locator.as_str()),
         Place::Nowhere => return None,
     };
