@@ -1,5 +1,6 @@
 //! A schema made ready: references followed, types as sets, words and keys at hand, so that a check looks nothing up.
 
+use std::cmp::Ordering;
 use std::collections::HashMap;
 
 use serde_json::{Map, Value as Json};
@@ -55,7 +56,7 @@ pub(super) struct Wanted {
 #[derive(Debug, Default)]
 pub(super) struct Properties {
     list: Vec<(String, Node)>,
-    /// Indices into the list, sorted by key.
+    /// Indices into the list, sorted by the length of the key, then by the key: lengths tell most keys apart.
     sorted: Vec<usize>,
 }
 
@@ -117,7 +118,7 @@ impl Schema {
 
 impl Properties {
     pub(super) fn get(&self, key: &str) -> Option<&Node> {
-        let at = self.sorted.binary_search_by(|at| self.list[*at].0.as_str().cmp(key)).ok()?;
+        let at = self.sorted.binary_search_by(|at| by_length(&self.list[*at].0, key)).ok()?;
         Some(&self.list[self.sorted[at]].1)
     }
 
@@ -241,7 +242,7 @@ impl<'a> Maker<'a> {
             let list: Vec<(String, Node)> =
                 properties.iter().map(|(key, schema)| (key.clone(), self.node(schema))).collect();
             let mut sorted: Vec<usize> = (0..list.len()).collect();
-            sorted.sort_by(|a, b| list[*a].0.cmp(&list[*b].0));
+            sorted.sort_by(|a, b| by_length(&list[*a].0, &list[*b].0));
             Properties { list, sorted }
         });
         rules.additional = match json.get("additionalProperties") {
@@ -290,6 +291,10 @@ impl<'a> Maker<'a> {
             .collect();
         Alternatives { takes_expressions, branches, wanted: join_or(&names) }
     }
+}
+
+fn by_length(a: &str, b: &str) -> Ordering {
+    a.len().cmp(&b.len()).then_with(|| a.cmp(b))
 }
 
 fn resolve<'a>(schema: &'a Json, root: &'a Json) -> Option<&'a Json> {

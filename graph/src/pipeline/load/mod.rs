@@ -10,7 +10,6 @@ pub(super) use names::{RESERVED, bad_name, has_word, is_name};
 pub(super) use shared::{Expected, Shared};
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::rc::Rc;
 use std::sync::Arc;
 
 use super::builder::{PassBuilder, expression_finding};
@@ -155,7 +154,7 @@ pub(crate) fn load_sharing(
         history::add(&mut shared, resource);
     }
     let mut passes: Vec<Pass> = Vec::with_capacity(instances.len());
-    let mut after: Vec<(usize, Rc<Declared<'_>>, &Entry)> = Vec::new();
+    let mut after: Vec<(usize, Vec<String>, &Entry)> = Vec::new();
     for instance in &instances {
         if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
             diagnostics.extend(shared.diagnostics);
@@ -207,7 +206,7 @@ pub(crate) fn load_sharing(
             }
             (_, Some(produced)) if sound => {
                 if !common.after.is_empty() {
-                    after.push((passes.len(), declared.clone(), entry));
+                    after.push((passes.len(), common.after.clone(), entry));
                 }
                 let mut findings = Diagnostics::new();
                 let condition = toggle::condition(entry, pointer, environment, &toggles, &mut findings);
@@ -238,11 +237,11 @@ pub(crate) fn load_sharing(
     }
     let named = passes.iter().enumerate().filter(|_| !after.is_empty());
     let positions: BTreeMap<String, usize> = named.map(|(at, pass)| (pass.name.clone(), at)).collect();
-    for (at, declared, entry) in after {
+    for (at, wanted, entry) in after {
         if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
             break;
         }
-        for (position, written) in declared.common.after.iter().enumerate() {
+        for (position, written) in wanted.iter().enumerate() {
             let environment = passes[at].environment.clone();
             let pointer = || format!("{}/after/{position}", passes[at].pointer);
             let value = || entry.value.nearest(&format!("/after/{position}"));

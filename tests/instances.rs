@@ -1,0 +1,76 @@
+//! What is done once for all instances of a subgraph.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use umbragraph::data::{DataShape, HostData, ValueType};
+use umbragraph::diagnostic::{Diagnostics, render};
+use umbragraph::document;
+use umbragraph::node::Node;
+use umbragraph::pipeline::{self, Choice, PassBuilder, Produced};
+use umbragraph::shader::TargetProfile;
+use umbragraph::source::Sources;
+use umbragraph::work::{HostContext, HostNode, HostWork, Work};
+
+/// How often [`Counted`] is decoded and declared.
+static COUNTED: [AtomicUsize; 2] = [AtomicUsize::new(0), AtomicUsize::new(0)];
+
+/// A node kind that counts what is done with it.
+#[derive(schemars::JsonSchema)]
+struct Counted {
+    /// The data to publish.
+    to: String,
+}
+
+impl<'de> serde::Deserialize<'de> for Counted {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        COUNTED[0].fetch_add(1, Ordering::Relaxed);
+        let mut members = BTreeMap::<String, String>::deserialize(deserializer)?;
+        Ok(Self { to: members.remove("to").unwrap_or_default() })
+    }
+}
+
+impl Node for Counted {
+    const NAME: &'static str = "counted";
+    const SUMMARY: &'static str = "Counts what is done with it.";
+
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        COUNTED[1].fetch_add(1, Ordering::Relaxed);
+        let shape = DataShape::new().value("number", ValueType::U32);
+        let output = pass.publish(&self.to, "/to", shape)?;
+        Some(pass.produce(Work::Host(HostWork { node: Arc::new(Idle), output, inputs: Vec::new() })))
+    }
+}
+
+#[derive(Debug)]
+struct Idle;
+
+impl HostNode for Idle {
+    fn run(&self, _: &HostContext<'_>, _: &mut HostData) {}
+}
+
+#[test]
+fn settings_are_decoded_once_however_often_their_subgraph_is_used() {
+    let uses: Vec<String> = (0..1_000).map(|at| format!(r#""u{at}": {{ "use": "one" }}"#)).collect();
+    let text = format!(
+        r#"{{ "format": 1, "name": "many", "resources": {{}},
+  "subgraphs": {{ "one": {{ "passes": {{
+      "a": {{ "counted": {{ "to": "x" }} }}, "b": {{ "for_each": {{ "i": 2 }}, "counted": {{ "to": "y{{i}}" }} }} }} }} }},
+  "passes": {{ {} }} }}"#,
+        uses.join(", ")
+    );
+    let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+    let templates = umbragraph::templates(&mut sources, &mut findings);
+    let file = sources.add("many.json", text);
+    let document = document::parse(&sources, file).unwrap();
+    let mut registry = umbragraph::registry();
+    registry.register::<Counted>();
+    let (profile, choice) = (TargetProfile::webgpu(), Choice::default());
+    let pipeline =
+        pipeline::load(&document, &registry, &templates, &profile, &choice, &sources, &mut findings).unwrap();
+    assert_eq!(render::human_all(&findings, &sources), "");
+    assert_eq!(pipeline.passes.len(), 3_000);
+    assert!(pipeline.find_resource("u999.y1").is_some());
+    assert_eq!(COUNTED.each_ref().map(|count| count.load(Ordering::Relaxed)), [2, 3_000]);
+}
