@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use common::{Outcome, With, check_with, root};
 use umbragraph::diagnostic::{Diagnostic, fix};
+use umbragraph::document;
 
 struct Case {
     name: String,
@@ -151,6 +152,25 @@ fn a_finding_that_names_what_was_meant_is_gone_when_its_fix_is_made() {
             "misspelt-parameter-beside-the-right-one-in-a-preset"
         ]
     );
+}
+
+#[test]
+fn pointers_lead_through_the_document_as_it_is_written() {
+    let mut lost = Vec::new();
+    for case in &cases() {
+        let outcome = check_with("chain.json", &case.text(), &With::default());
+        let file = outcome.sources.find("chain.json").unwrap();
+        let Ok(document) = document::parse(&outcome.sources, file) else { continue };
+        let root = document.root.to_json();
+        // Findings in a subgraph's own file lead through the pipeline that it is part of.
+        for finding in outcome.findings.iter().filter(|one| one.span().is_some_and(|span| span.file == file))
+        {
+            if root.pointer(&finding.pointer).is_none() {
+                lost.push(format!("{}: {} {}", case.name, finding.code, finding.pointer));
+            }
+        }
+    }
+    assert!(lost.is_empty(), "{}", lost.join("\n"));
 }
 
 #[test]

@@ -72,6 +72,18 @@ pub fn check_document(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Checked {
+    let mut own = Diagnostics::new();
+    let checked = check_own(document, job, sources, &mut own);
+    diagnostics.extend(pipeline::as_written(document, own));
+    checked
+}
+
+fn check_own(
+    document: &Document,
+    job: &Job<'_>,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Checked {
     let mut checked = Checked::default();
     let Job { registry, templates, profile, choice, options } = job;
     let Some(pipeline) = pipeline::load(document, registry, templates, profile, choice, sources, diagnostics)

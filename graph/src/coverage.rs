@@ -10,7 +10,7 @@ use crate::check::{Checked, Job};
 use crate::compiler::{self, verify};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
 use crate::document::Document;
-use crate::pipeline::{FeatureConfigurations, Modules, load_sharing};
+use crate::pipeline::{FeatureConfigurations, Modules, as_written, load_sharing};
 use crate::shader::AxisValues;
 use crate::source::Sources;
 
@@ -48,7 +48,7 @@ pub fn check_configurations(
             load_sharing(document, registry, templates, profile, choice, sources, &mut own, &mut modules);
         let Some(pipeline) = loaded.map(Arc::new) else {
             // Too broken to have passes at all, whatever the features.
-            diagnostics.extend(own);
+            diagnostics.extend(as_written(document, own));
             return coverage;
         };
         for program in &pipeline.programs {
@@ -65,7 +65,7 @@ pub fn check_configurations(
                 faults.entry(fault.to_string()).or_default().push(at);
             }
         }
-        found.add(own, at);
+        found.add(as_written(document, own), at);
         if at == 0 {
             coverage.first = Checked { pipeline: Some(pipeline), graph, plan };
         }

@@ -44,7 +44,7 @@ pub use feature_configurations::{
 };
 pub use history::History;
 pub use load::load;
-pub(crate) use load::load_sharing;
+pub(crate) use load::{as_written, load_sharing};
 pub(crate) use modules::Modules;
 pub use part::{Aspect, Part, Run};
 pub use preset::{ParameterFile, of_preset};

@@ -3,10 +3,12 @@
 mod connect;
 mod declared;
 mod names;
+mod sections;
 mod shared;
 mod versions;
 
 pub(super) use names::{RESERVED, bad_name, has_word, is_name};
+pub(crate) use sections::as_written;
 pub(super) use shared::{Expected, Shared};
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -27,6 +29,7 @@ use crate::source::Sources;
 use crate::work::PassHandle;
 use connect::connect;
 use declared::{Declarations, Declared};
+use sections::{as_meant, check_schema};
 use versions::{check_versions, is_absent, is_gap, uncertain};
 
 /// Makes the pipeline that a document describes, in the configuration that `choice` names.
@@ -302,47 +305,6 @@ pub(crate) fn load_sharing(
         diagnostics.extend(check_host(&pipeline, geometry, interface));
     }
     Some(pipeline)
-}
-
-/// The findings of the schema, also of what stands under misspelt sections.
-fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {
-    let mut findings = Diagnostics::new();
-    registry.schema().check(&document.root, "", &mut findings);
-    if let Some(read) = as_meant(document, &findings) {
-        let mut all: Diagnostics = findings.into_iter().filter(|one| meant_section(one).is_some()).collect();
-        registry.schema().check(&read.root, "", &mut all);
-        return all;
-    }
-    findings
-}
-
-/// The section that a misspelt key at the top surely means, by the fix of its finding.
-fn meant_section(finding: &Diagnostic) -> Option<&str> {
-    let is_section = finding.code == codes::UNKNOWN_KEY && finding.pointer.matches('/').count() == 1;
-    let [edit] = finding.fix.as_ref().filter(|_| is_section)?.edits.as_slice() else { return None };
-    Some(edit.replacement.trim_matches('"'))
-}
-
-/// The document with the sections that misspelt keys mean, so that nothing is missing for their sake; `None` where there
-/// are no such keys.
-fn as_meant(document: &Document, schema_findings: &Diagnostics) -> Option<Document> {
-    let entries = document.root.entries()?;
-    // What a file below says under the right key stays as it is.
-    let is_there = |section: &str| entries.iter().any(|entry| entry.key == section);
-    let meant: BTreeMap<&str, &str> = schema_findings
-        .iter()
-        .filter_map(|one| Some((one.pointer.strip_prefix('/')?, meant_section(one)?)))
-        .filter(|(_, section)| !is_there(section))
-        .collect();
-    if meant.is_empty() {
-        return None;
-    }
-    let renamed = entries.iter().map(|entry| {
-        let key = meant.get(entry.key.as_str()).map_or_else(|| entry.key.clone(), |key| (*key).to_owned());
-        Entry { key, ..entry.clone() }
-    });
-    let kind = document::Kind::Object(renamed.collect());
-    Some(Document { root: document::Value { kind, ..document.root.clone() } })
 }
 
 /// The parts of a document that fit the schema, decoded; what does not fit has its findings already.
