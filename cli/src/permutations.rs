@@ -213,8 +213,12 @@ fn prove(
     });
     let progress = |done: usize, all: usize| {
         if let Some(bar) = &bar {
-            bar.set_length(all as u64);
-            bar.set_position(done as u64);
+            // Threads may report out of their order.
+            let (done, all) = (done as u64, all as u64);
+            bar.update(|state| {
+                state.set_pos(done.max(state.pos()));
+                state.set_len(all.max(state.len().unwrap_or(0)));
+            });
         }
     };
     let defaults = Options::default();

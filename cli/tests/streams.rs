@@ -87,8 +87,14 @@ fn progress_is_shown_on_terminals_only() {
         eprintln!("`script` is not installed: the terminal's half of this test is left out");
         return;
     };
-    assert!(seen.contains(" of 294 texts"), "{seen:?}");
-    let after = seen.rfind(" of 294 texts").map(|at| &seen[at..]).unwrap_or_default();
+    let shown = |each: &str| -> Option<(usize, usize)> {
+        let (done, all) = each.trim_start_matches(['█', '░', ' ']).trim_end().split_once(" of ")?;
+        Some((done.parse().ok()?, all.strip_suffix(" texts")?.parse().ok()?))
+    };
+    let bars: Vec<(usize, usize)> =
+        seen.split(['\r', '\n']).map(|line| line.trim_start_matches("\u{1b}[2K")).filter_map(shown).collect();
+    assert!(bars.len() > 1 && bars.is_sorted() && bars.iter().all(|(done, all)| done <= all), "{bars:?}");
+    let after = seen.rfind(" texts").map(|at| &seen[at..]).unwrap_or_default();
     assert!(after.contains("\u{1b}[2K") || after.contains("\u{1b}[K"), "the bar is removed: {after:?}");
 }
 
