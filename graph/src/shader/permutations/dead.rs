@@ -8,6 +8,7 @@ use crate::shader::markers::MarkedTemplates;
 use crate::shader::render::Placement;
 use crate::shader::scan::TagKind;
 use crate::shader::text_map::Origin;
+use crate::shader::value::AxisValue;
 use crate::source::{FileId, Span};
 
 /// The most paths whose pairs are compared; with more, every axis that is read counts as alive.
@@ -21,9 +22,17 @@ pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
     if leaves.len() > MAXIMUM_COMPARED {
         return exploration.read.clone();
     }
+    // What has one value everywhere tells no two paths apart.
+    let mut first: BTreeMap<&String, &AxisValue> = BTreeMap::new();
+    let mut varied: BTreeSet<&String> = BTreeSet::new();
+    for (name, value) in leaves.iter().flat_map(|leaf| leaf.decided.iter()) {
+        if *first.entry(name).or_insert(value) != value {
+            varied.insert(name);
+        }
+    }
     let mut effective = BTreeSet::new();
     for (at, one) in leaves.iter().enumerate() {
-        if effective.len() == exploration.read.len() {
+        if effective.len() == varied.len() {
             break;
         }
         for two in &leaves[at + 1..] {
