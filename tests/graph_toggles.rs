@@ -4,7 +4,8 @@ use umbragraph::compiler::{
     Assembly, FaultKind, KeepReason, Plan, PlanOptions, StoreOperation, build, plan, verify,
 };
 use umbragraph::diagnostic::{Diagnostics, codes};
-use umbragraph::pipeline::{Condition, Part, Usage, Version};
+use umbragraph::language::{Expr, Lifetime, TextureDeclaration};
+use umbragraph::pipeline::{Condition, Part, Run, Usage, Version};
 use umbragraph::work::{LoadOperation, ResourceHandle};
 
 const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
@@ -123,6 +124,56 @@ fn a_reader_of_a_part_that_a_toggle_takes_away_is_refused() {
     let _ = assembly.pass("second").writes_part(a, part(1)).toggle(toggle, true);
     let _ = assembly.pass("show").reads(a).color(target, CLEAR);
     assert_eq!(refused(assembly).0, codes::TOGGLED_AWAY.id);
+}
+
+#[test]
+fn what_always_writes_each_piece_stands_in_for_a_toggled_write_of_everything() {
+    let (mut assembly, [a, ..], target) = start();
+    let toggle = assembly.toggle("effect");
+    let layers = assembly.texture_with("layers", |texture| texture.layers = Some(Expr::from(2.0)));
+    let buffer = assembly.buffer("bytes", 256, Lifetime::Transient);
+    let whole = assembly.pass("attachment").color(a, CLEAR).handle();
+    let bytes = assembly.pass("bytes").writes_part(buffer, Part::bytes(0, 256)).handle();
+    let [one, two] = [0, 1].map(|layer| {
+        let part = Part::of(Some(0), Some(layer));
+        assembly.pass(&format!("layer{layer}")).writes_part(layers, part).handle()
+    });
+    let effect = assembly.pass("effect").toggle(toggle, true).writes(a).writes(layers).writes(buffer);
+    let _ = effect.after(whole).after(bytes).after(one).after(two);
+    let _ = assembly.pass("show").reads(a).reads(layers).reads(buffer).color(target, CLEAR);
+    let plan = right(assembly);
+    assert_eq!(names(&plan), ["attachment", "bytes", "layer0", "layer1", "effect", "show"]);
+}
+
+#[test]
+fn a_toggled_write_within_a_range_that_is_always_there_keeps_no_memory_apart() {
+    let (mut assembly, _, target) = start();
+    let toggle = assembly.toggle("effect");
+    let mips = assembly.texture_with("mips", |texture| texture.mips = Some(Expr::from(3.0)));
+    let mip = |first, count| Part { mip: Some(Run { first, count }), ..Part::WHOLE };
+    let all = assembly.pass("all").writes_part(mips, mip(0, 3)).handle();
+    let _ = assembly.pass("one").toggle(toggle, true).writes_part(mips, mip(1, 1)).after(all);
+    let _ = assembly.pass("show").reads(mips).color(target, CLEAR);
+    let plan = right(assembly);
+    assert_eq!(names(&plan), ["all", "one", "show"]);
+    assert!(!plan.resources["mips"].conditional);
+}
+
+#[test]
+fn a_picture_whose_layers_are_drawn_alone_while_a_toggle_is_off_is_fine() {
+    let (mut assembly, _, target) = start();
+    let toggle = assembly.toggle("at_once");
+    let layered = |texture: &mut TextureDeclaration| {
+        (texture.layers, texture.lifetime) = (Some(Expr::from(2.0)), Lifetime::Imported);
+    };
+    let layers = assembly.texture_with("layers", layered);
+    let _ = assembly.pass("at_once").toggle(toggle, true).writes(layers);
+    for layer in 0..2 {
+        let part = Part::of(Some(0), Some(layer));
+        let _ = assembly.pass(&format!("layer{layer}")).toggle(toggle, false).writes_part(layers, part);
+    }
+    let _ = assembly.pass("show").color(target, CLEAR);
+    assert_eq!(names(&right(assembly)), ["at_once", "layer0", "layer1", "show"]);
 }
 
 #[test]

@@ -306,3 +306,36 @@ fn findings_of_a_subgraph_file_stand_in_it_and_are_mended_there() {
     assert_eq!(run(&["check", &path, "--fix"]).status.code(), Some(0));
     assert_eq!(std::fs::read_to_string(&part).unwrap(), sound);
 }
+
+/// What is read was written in this frame by then, though the attachment names the mip level and the reader nothing.
+#[test]
+fn what_is_thrown_away_after_it_was_read_is_no_finding() {
+    let folder = ScratchFolder::new("check-thrown-away-later");
+    let path = folder.join("pipeline.json");
+    let check = |toggle: &str| {
+        let text = format!(
+            r#"{{ "format": 1, "name": "later", "toggles": {{ "paint": {{ "default": true }} }},
+  "resources": {{
+    "kept": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "persistent" }} }},
+    "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}
+  }},
+  "passes": {{
+    "paint": {{ {toggle} "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "kept", "clear": [0, 0, 0, 0] }}] }} }},
+    "show": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "kept@paint" }},
+      "color": [{{ "to": "target" }}] }} }},
+    "scratch": {{ "after": ["show"], "fullscreen": {{ "shader": "gradient.wgsl.jinja",
+      "color": [{{ "to": "kept", "clear": [0, 0, 0, 0], "store": "discard" }}] }} }}
+  }} }}"#
+        );
+        std::fs::write(&path, text).unwrap();
+        text_of_check(&path)
+    };
+    assert!(check("").contains("valid for webgpu"));
+    let toggled = check(r#""toggle": "paint","#);
+    assert!(toggled.contains("\"show\" reads \"kept\" of the frame before"), "{toggled}");
+}
+
+fn text_of_check(path: &std::path::Path) -> String {
+    let output = run(&["check", &path.to_string_lossy()]);
+    [text(&output.stdout), text(&output.stderr)].concat()
+}

@@ -4,11 +4,14 @@
 //! nobody does, neither a later pass, nor a later frame, nor the host. Passes that break it are found here; the host's
 //! own reads are its own affair. What is thrown away counts for no output.
 //!
-//! A read comes from the frame before where no write of this frame that is always there covers it.
+//! A read comes from the frame before where writes of this frame leave something of it [open](super::visible) in some
+//! state of the toggles.
 //!
 //! Cost: for each such attachment the uses of its resource.
 
 use super::graph::Graph;
+use super::toggles;
+use super::visible::View;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
 use crate::pipeline::{Part, Pipeline, Use};
@@ -16,14 +19,30 @@ use crate::work::{AttachmentTarget, PassHandle, RenderWork, ResourceHandle, Work
 
 /// Finds the readers of what passes throw away.
 pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagnostics) {
+    let mut thrown_away = Vec::new();
     for handle in pipeline.pass_handles() {
         let pass = pipeline.pass(handle);
         let Work::Render(render) = &pass.work else { continue };
-        for one in pass.uses.iter().filter(|one| one.usage.is_attachment() && one.usage.writes()) {
-            if discards(render, one.resource, one.part) {
-                Check { pipeline, graph, handle, one }.run(diagnostics);
+        let written = pass.uses.iter().filter(|one| one.usage.is_attachment() && one.usage.writes());
+        thrown_away
+            .extend(written.filter(|one| discards(render, one.resource, one.part)).map(|one| (handle, one)));
+    }
+    if thrown_away.is_empty() {
+        return;
+    }
+    // The passes that use each resource, or an earlier frame of it.
+    let mut users: Vec<Vec<PassHandle>> = vec![Vec::new(); pipeline.resources.len()];
+    for handle in pipeline.pass_handles() {
+        for one in &pipeline.pass(handle).uses {
+            let history = pipeline.resource(one.resource).history;
+            let list = &mut users[history.map_or(one.resource, |history| history.of).index()];
+            if list.last() != Some(&handle) {
+                list.push(handle);
             }
         }
+    }
+    for (handle, one) in thrown_away {
+        Check { pipeline, graph, handle, one, users: &users[one.resource.index()] }.run(diagnostics);
     }
 }
 
@@ -51,6 +70,8 @@ struct Check<'a> {
     handle: PassHandle,
     /// What it throws away.
     one: &'a Use,
+    /// Who uses the resource, in this frame or a later one.
+    users: &'a [PassHandle],
 }
 
 impl Check<'_> {
@@ -65,16 +86,14 @@ impl Check<'_> {
         readers.sort_unstable();
         readers.dedup();
         for reader in &readers {
-            if let Some(read) = self.reads(*reader, self.one.resource) {
+            if let Some(read) = self.reads(*reader).next() {
                 diagnostics.push(self.finding(*reader, read, ""));
             }
         }
         let before = " of the frame before";
-        for reader in self.pipeline.pass_handles().filter(|reader| !readers.contains(reader)) {
+        for reader in self.users.iter().copied().filter(|reader| readers.binary_search(reader).is_err()) {
             let read = match resource.lifetime() {
-                Lifetime::Persistent => {
-                    self.reads(reader, self.one.resource).filter(|read| !self.is_written(reader, read))
-                }
+                Lifetime::Persistent => self.reads(reader).find(|read| !self.is_written(reader, read)),
                 Lifetime::History => self.pipeline.pass(reader).uses.iter().find(|read| {
                     let history = self.pipeline.resource(read.resource).history;
                     history.is_some_and(|history| history.back > 0 && history.of == self.one.resource)
@@ -89,21 +108,24 @@ impl Check<'_> {
     }
 
     /// Where a pass reads what is thrown away.
-    fn reads(&self, reader: PassHandle, resource: ResourceHandle) -> Option<&Use> {
+    fn reads(&self, reader: PassHandle) -> impl Iterator<Item = &Use> {
         let uses = self.pipeline.pass(reader).uses.iter();
-        uses.filter(|read| read.resource == resource && read.usage.reads())
-            .find(|read| read.part.overlaps(self.one.part))
+        uses.filter(|read| read.resource == self.one.resource && read.usage.reads())
+            .filter(|read| read.part.overlaps(self.one.part))
     }
 
-    /// Whether passes before write all that a use reads, in each frame.
+    /// Whether passes before write, in each frame with the reader, all that it reads of what is thrown away.
     fn is_written(&self, reader: PassHandle, read: &Use) -> bool {
-        self.graph.producers(reader).any(|(writer, resource)| {
+        let Some(known) = toggles::known(self.pipeline.pass(reader), read) else { return true };
+        let mut view = View::new(read.part, &known);
+        for (writer, _) in self.graph.producers(reader).filter(|(_, resource)| *resource == read.resource) {
             let pass = self.pipeline.pass(writer);
-            let writes = |one: &&Use| one.resource == resource && one.usage.writes() && !one.usage.reads();
-            resource == read.resource
-                && (pass.condition.is_none() || pass.condition == self.pipeline.pass(reader).condition)
-                && pass.uses.iter().filter(writes).any(|one| one.part.contains(read.part))
-        })
+            let written = pass.uses.iter().filter(|one| one.resource == read.resource);
+            for one in written.filter(|one| one.usage.writes() && !one.usage.reads()) {
+                view.cover(one.part, pass.condition, ());
+            }
+        }
+        !view.is_open_in(self.one.part)
     }
 
     fn finding(&self, reader: PassHandle, read: &Use, when: &str) -> Diagnostic {

@@ -9,7 +9,6 @@
 use std::collections::BTreeMap;
 
 use super::access::Access;
-use super::cull::single_layer;
 use super::facts::{Descriptor, Facts};
 use super::graph::Graph;
 use super::visible::View;
@@ -160,7 +159,6 @@ pub(super) fn check_outputs(
         let list: Vec<_> =
             graph.versions_of(resource).filter(|(_, writer)| is_live[writer.index()]).collect();
         let condition = |pass: PassHandle| pipeline.pass(pass).condition;
-        let one_layer = single_layer(pipeline, resource);
         for (part, writer) in &list {
             let Some(own) = condition(*writer) else { continue };
             let fresh = pipeline.pass(*writer).uses.iter().find(|one| {
@@ -168,11 +166,9 @@ pub(super) fn check_outputs(
             });
             let mut view = View::new(*part, &[own.opposite()]);
             for (other, pass) in &list {
-                let same = one_layer && other.mip == part.mip;
-                view.cover(if same { *part } else { *other }, condition(*pass), ());
+                view.cover(*other, condition(*pass), ());
             }
-            let instead = view.is_covered();
-            if let Some(one) = fresh.filter(|_| !instead) {
+            if let Some(one) = fresh.filter(|_| view.is_open_in(*part)) {
                 let toggle = &pipeline.toggles[own.toggle];
                 let state = if own.on { "off" } else { "on" };
                 let message =

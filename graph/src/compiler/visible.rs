@@ -6,6 +6,9 @@
 //! single conditions: those of the looker, and the opposite of each newer writer's. A writer is seen if some box that it
 //! writes is open in a state in which it runs. This is exact: no state is forgotten, and none has to be enumerated.
 //!
+//! How many mips, layers and bytes there are is not known yet. What lies beyond all that is named may not exist, so it
+//! keeps older writes in sight, but is never said to be missing.
+//!
 //! Cost: boxes times writers, so it is for resources of which a writer can be off or writes several subresources at
 //! once. Every covering cuts a box into nine at most.
 
@@ -36,7 +39,7 @@ impl<W: Copy + Ord> View<W> {
     /// Whether something of a write is seen.
     pub(super) fn sees(&self, part: Part, condition: Option<Condition>) -> bool {
         let extents = extents(part);
-        self.boxes.iter().any(|open| overlap(open.extents, extents) && open.is_open_where(condition))
+        self.boxes.iter().any(|open| common(open.extents, extents).is_some() && open.is_open_where(condition))
     }
 
     /// A write, which covers all of its part whenever it happens.
@@ -44,15 +47,15 @@ impl<W: Copy + Ord> View<W> {
         let extents = extents(part);
         let mut boxes = Vec::with_capacity(self.boxes.len());
         for open in self.boxes.drain(..) {
-            if !overlap(open.extents, extents) || !open.is_open_where(condition) {
+            let covered = common(open.extents, extents).filter(|_| open.is_open_where(condition));
+            let Some(covered) = covered else {
                 boxes.push(open);
                 continue;
-            }
+            };
             let mut inside = open.extents;
             for axis in 0..inside.len() {
                 let (first, end) = inside[axis];
-                let (cut_first, cut_end) = (extents[axis].0.max(first), extents[axis].1.min(end));
-                for beside in [(first, cut_first), (cut_end, end)] {
+                for beside in [(first, covered[axis].0), (covered[axis].1, end)] {
                     if beside.0 < beside.1 {
                         let mut rest = inside;
                         rest[axis] = beside;
@@ -63,7 +66,7 @@ impl<W: Copy + Ord> View<W> {
                         });
                     }
                 }
-                inside[axis] = (cut_first, cut_end);
+                inside[axis] = covered[axis];
             }
             let Some(condition) = condition.filter(|condition| !open.conditions.contains(condition)) else {
                 continue;
@@ -81,9 +84,16 @@ impl<W: Copy + Ord> View<W> {
         self.boxes.is_empty()
     }
 
+    /// Whether something of a part, and that exists, is not covered in some state.
+    pub(super) fn is_open_in(&self, part: Part) -> bool {
+        let extents = extents(part);
+        self.boxes.iter().filter_map(|open| common(open.extents, extents)).any(exists)
+    }
+
     /// The newest write below which nothing is seen in some state in which it does not happen.
     pub(super) fn missing(&self) -> Option<(W, Condition)> {
-        self.boxes.iter().filter_map(|open| open.newest).max_by_key(|(writer, _)| *writer)
+        let open = self.boxes.iter().filter(|open| exists(open.extents));
+        open.filter_map(|open| open.newest).max_by_key(|(writer, _)| *writer)
     }
 }
 
@@ -96,7 +106,7 @@ impl<W> Open<W> {
 fn extents(part: Part) -> Extents {
     let run = |first: Option<u64>, end: Option<u64>| (first.unwrap_or(0), end.unwrap_or(u64::MAX));
     let aspect = match part.aspect {
-        Aspect::All => (0, u64::MAX),
+        Aspect::All => (0, 2),
         Aspect::DepthOnly => (0, 1),
         Aspect::StencilOnly => (1, 2),
     };
@@ -108,14 +118,20 @@ fn extents(part: Part) -> Extents {
     ]
 }
 
-fn overlap(a: Extents, b: Extents) -> bool {
-    a.iter().zip(&b).all(|(a, b)| a.0 < b.1 && b.0 < a.1)
+fn common(a: Extents, b: Extents) -> Option<Extents> {
+    let both: Extents = std::array::from_fn(|axis| (a[axis].0.max(b[axis].0), a[axis].1.min(b[axis].1)));
+    both.iter().all(|(first, end)| first < end).then_some(both)
+}
+
+/// Whether it does not lie beyond all that is named.
+fn exists(extents: Extents) -> bool {
+    extents.iter().all(|(first, end)| *first == 0 || *end < u64::MAX)
 }
 
 #[cfg(test)]
 mod tests {
     use super::View;
-    use crate::pipeline::{Condition, Part, Run};
+    use crate::pipeline::{Aspect, Condition, Part, Run};
 
     fn when(toggle: usize, on: bool) -> Option<Condition> {
         Some(Condition { toggle, on })
@@ -135,6 +151,20 @@ mod tests {
         view.cover(Part::WHOLE, when(0, false), 2);
         assert!(view.is_covered() && view.missing().is_none());
         assert!(!view.sees(Part::WHOLE, None));
+    }
+
+    #[test]
+    fn what_may_not_exist_is_not_missing_but_still_seen() {
+        let mut view = View::new(Part::WHOLE, &[]);
+        view.cover(Part::WHOLE, when(0, true), 4);
+        view.cover(layers(0, 1), None, 3);
+        assert!(!view.is_open_in(Part::WHOLE) && view.missing().is_none());
+        assert!(view.is_open_in(layers(1, 1)));
+        view.cover(layers(2, 1), None, 2);
+        assert_eq!(view.missing(), Some((4, Condition { toggle: 0, on: true })));
+        view.cover(layers(1, 1).aspect(Aspect::DepthOnly), None, 1);
+        view.cover(layers(1, 1).aspect(Aspect::StencilOnly), None, 0);
+        assert!(!view.is_open_in(layers(0, 3)) && !view.is_covered() && view.sees(Part::WHOLE, None));
     }
 
     #[test]

@@ -80,7 +80,7 @@ impl Axis {
 }
 
 /// What a part covers in each direction; nothing said means everything.
-fn extents(part: Part) -> [Option<(u64, u64)>; 4] {
+pub(super) fn extents(part: Part) -> [Option<(u64, u64)>; 4] {
     let aspect = match part.aspect {
         Aspect::All => None,
         Aspect::DepthOnly => Some((0, 1)),

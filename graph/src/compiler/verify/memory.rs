@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use wgpu_types::{BufferUsages, TextureUsages};
 
+use super::contents::extents;
 use super::{FaultKind, Faults};
 use crate::compiler::plan::{Physical, PhysicalBuffer, Plan, PlanOptions, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
@@ -220,8 +221,11 @@ fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
         for one in pass.uses.iter().filter(|one| one.usage.writes()) {
             let written = always.entry(one.resource).or_default();
             let covers = |below: &Part| {
-                (below.mip.is_none() || below.mip == one.part.mip)
-                    && (below.layer.is_none() || below.layer == one.part.layer)
+                extents(*below).into_iter().zip(extents(one.part)).all(|(below, own)| match (below, own) {
+                    (None, _) => true,
+                    (Some(below), Some(own)) => below.0 <= own.0 && own.1 <= below.1,
+                    (Some(_), None) => false,
+                })
             };
             if plan.pipeline.resource(one.resource).lifetime() != Lifetime::Transient {
                 continue;
