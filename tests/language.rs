@@ -160,6 +160,12 @@ fn files_that_lead_back_to_themselves_or_are_not_there_are_findings_at_the_path(
     assert!(findings.contains("UG0007") && findings.contains("b.json:1:15"), "{findings}");
     let (_, findings) = composed(&[("a.json", r#"{ "extends": "gone.json" }"#)]);
     assert!(findings.contains("UG0001") && findings.contains("a.json:1:14"), "{findings}");
+    let (_, findings) =
+        composed(&[("a.json", r#"{ "extends": "gone.json", "x": null, "y": { "z": null } }"#)]);
+    assert!(findings.contains("UG0001") && !findings.contains("UG0109"), "{findings}");
+    let base = ("b.json", r#"{ "x": 1 }"#);
+    let (_, findings) = composed(&[("a.json", r#"{ "extend": "b.json", "x": null }"#), base]);
+    assert!(findings.contains("UG0102") && !findings.contains("UG0109"), "{findings}");
     let (_, findings) = composed(&[("a.json", r#"{ "extends": "b.json", "x": null }"#), ("b.json", "{}")]);
     assert!(findings.contains("UG0109"), "{findings}");
 }

@@ -24,7 +24,7 @@ pub(crate) use merge::SECTIONS;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
 use crate::document::{self, Document, Kind, Pointer, Value};
 use crate::source::{FileId, Sources, Span};
 
@@ -187,6 +187,9 @@ impl Composer<'_> {
     }
 
     fn compose_value(&mut self, mut root: Value, path: &Path) -> Option<Value> {
+        if self.misspells_a_file_key(&root) {
+            return None;
+        }
         let bases = self.named_files(&root, "extends", path);
         let parts = self.named_files(&root, "include", path);
         if let Kind::Object(entries) = &mut root.kind {
@@ -194,6 +197,7 @@ impl Composer<'_> {
         }
         subgraphs::resolve(&mut root, path);
         let mut fine = true;
+        let extends = !bases.is_empty();
         let mut below: Option<Value> = None;
         for (name, place) in bases {
             match self.follow(&name, place, path, Layer::Extended) {
@@ -207,6 +211,8 @@ impl Composer<'_> {
             }
         }
         let mut merged = match below {
+            // What a base that could not be read has is not known.
+            None if extends => root,
             None => {
                 merge::refuse_deletions(&mut root, &TOP, self.diagnostics);
                 root
@@ -220,6 +226,28 @@ impl Composer<'_> {
             }
         }
         fine.then_some(merged)
+    }
+
+    /// Finds keys of the document that were meant to name other files: without those, nothing else can be said of it.
+    fn misspells_a_file_key(&mut self, root: &Value) -> bool {
+        let entries = root.entries().unwrap_or_default();
+        let is_there = |name: &str| entries.iter().any(|entry| entry.key == name);
+        let known = || ["extends", "include"].into_iter().chain(merge::SECTIONS.iter().copied());
+        let mut found = false;
+        for entry in entries.iter().filter(|entry| !known().any(|name| name == entry.key)) {
+            let names_files = matches!(did_you_mean(&entry.key, known()), Some("extends" | "include"));
+            let meant = did_you_mean(&entry.key, known()).filter(|meant| names_files && !is_there(meant));
+            let holds_paths = matches!(entry.value.kind, Kind::Text(_) | Kind::Array(_));
+            if meant.is_some() && holds_paths {
+                found = true;
+                let message = format!("unknown key \"{}\"", entry.key);
+                let finding = Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, message)
+                    .pointer(document::pointer_join("", &entry.key))
+                    .meant_unless(&entry.key, known(), Some(entry.key_span), is_there, |_| String::new());
+                self.diagnostics.push(finding);
+            }
+        }
+        found
     }
 
     /// The paths under a key, a string or a list of strings, each with its place.

@@ -9,6 +9,8 @@ use super::Diagnostic;
 use crate::source::Span;
 
 const MAXIMUM_NAME: usize = 64;
+/// Shorter names begin too many others by chance.
+const MINIMUM_BEGUN: usize = 4;
 
 impl Diagnostic {
     /// Adds the way out of a `name` that is none of `known`: the one that was probably meant, else what `otherwise` says
@@ -39,7 +41,10 @@ impl Diagnostic {
     ) -> Self {
         let known: Vec<&str> = known.into_iter().collect();
         let Some(meant) = did_you_mean(name, known.iter().copied()) else {
-            return self.help(otherwise(&known));
+            return self.help(match begun(name, &known) {
+                Some(meant) => format!("is \"{meant}\" meant?"),
+                None => otherwise(&known),
+            });
         };
         let finding = self.help(format!("did you mean \"{meant}\"?"));
         let replacement = written.and_then(|span| match span.range().len().checked_sub(name.len())? {
@@ -55,6 +60,15 @@ impl Diagnostic {
             _ => finding,
         }
     }
+}
+
+/// The one known name that begins as this one does: `rgba16f` for `rgba16float`.
+fn begun<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
+    if name.len() < MINIMUM_BEGUN {
+        return None;
+    }
+    let mut longer = known.iter().filter(|known| known.starts_with(name));
+    longer.next().copied().filter(|_| longer.next().is_none())
 }
 
 /// The closest of `candidates` to a misspelt `name`, where one is close enough to be meant.
@@ -107,6 +121,15 @@ mod tests {
     fn what_is_as_close_as_another_is_no_fix() {
         assert_eq!(surely_meant("color_c", ["color_a", "color_b"]), None);
         assert_eq!(surely_meant("colr", ["color", "colder"]), Some("color"));
+    }
+
+    #[test]
+    fn what_begins_one_name_alone_is_that_name() {
+        let names = ["rgba16float", "rgba16snorm", "rgba32float", "vignette.wgsl.jinja"];
+        assert_eq!(begun("rgba16f", &names), Some("rgba16float"));
+        assert_eq!(begun("vignette", &names), Some("vignette.wgsl.jinja"));
+        assert_eq!(begun("rgba16", &names), None);
+        assert_eq!(begun("vig", &names), None);
     }
 
     #[test]

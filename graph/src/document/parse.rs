@@ -2,12 +2,13 @@
 //!
 //! What is wrong with a text that is no JSON, [`super::syntax`] says.
 
+use std::ops::Range;
 use std::str::FromStr as _;
 
 use jsonc_parser::tokens::Token;
 use jsonc_parser::{Scanner, ScannerOptions};
 
-use super::syntax::syntax;
+use super::syntax::{control_character, syntax};
 use super::{Document, Entry, Keys, Kind, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes};
 use crate::source::{FileId, Sources, Span};
@@ -63,7 +64,11 @@ pub fn parse(sources: &Sources, file: FileId) -> Result<Document, Diagnostics> {
     }
     let mut reader = Reader::new(file, &text);
     match reader.document() {
-        None => Err(syntax(file, &text).into()),
+        None => Err(match reader.control_character {
+            Some(string) => control_character(file, &text, string),
+            None => syntax(file, &text),
+        }
+        .into()),
         Some(root) if reader.diagnostics.is_empty() => Ok(Document { root }),
         Some(_) => Err(reader.diagnostics),
     }
@@ -78,13 +83,15 @@ struct Reader<'t> {
     entries: Vec<Entry>,
     elements: Vec<Value>,
     diagnostics: Diagnostics,
+    /// The string at which reading stopped, since a character in it has to be an escape.
+    control_character: Option<Range<usize>>,
 }
 
 impl<'t> Reader<'t> {
     fn new(file: FileId, text: &'t str) -> Self {
         let scanner = Scanner::new(text, &STRICT_TOKENS);
         let (entries, elements, diagnostics) = (Vec::new(), Vec::new(), Diagnostics::new());
-        Self { file, text, scanner, entries, elements, diagnostics }
+        Self { file, text, scanner, entries, elements, diagnostics, control_character: None }
     }
 
     fn document(&mut self) -> Option<Value> {
@@ -103,9 +110,23 @@ impl<'t> Reader<'t> {
         loop {
             match self.scanner.scan().ok()?? {
                 Token::CommentLine(_) | Token::CommentBlock(_) => {}
+                // The scanner takes them; JSON does not.
+                Token::String(text) if text.bytes().any(|byte| byte < 0x20) && self.is_control_written() => {
+                    return None;
+                }
                 token => return Some(token),
             }
         }
+    }
+
+    /// Whether the last string has a control character that is not an escape.
+    fn is_control_written(&mut self) -> bool {
+        let written = self.scanner.token_start()..self.scanner.token_end();
+        let found = self.text.get(written.clone()).is_some_and(|text| text.bytes().any(|byte| byte < 0x20));
+        if found {
+            self.control_character = Some(written);
+        }
+        found
     }
 
     /// Where the last token stands.

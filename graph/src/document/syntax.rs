@@ -41,6 +41,12 @@ pub(super) fn syntax(file: FileId, text: &str) -> Diagnostic {
                 _ => range.start..end,
             };
             let message = format!("this is not JSON: {}", lower_first(&error.kind().to_string()));
+            let help = match error.kind() {
+                ParseErrorKind::MultipleRootJsonValues => {
+                    "the first value has ended before: a } or ] closes too early, or what follows is too much"
+                }
+                _ => help,
+            };
             let finding = Diagnostic::error(codes::SYNTAX, Span::new(file, place), message);
             match correction(text, &error).filter(|correction| correction.mends(text)) {
                 Some(Correction { range, replacement, help }) => {
@@ -55,6 +61,22 @@ pub(super) fn syntax(file: FileId, text: &str) -> Diagnostic {
         }
         Ok(_) => Diagnostic::error(codes::SYNTAX, whole, "this is not JSON").help(help),
     }
+}
+
+/// The finding for a string with a character that only an escape can write: most often its end is missing, and it goes
+/// on to the quotes of the next line.
+pub(super) fn control_character(file: FileId, text: &str, string: std::ops::Range<usize>) -> Diagnostic {
+    let written = text.get(string.clone()).unwrap_or_default();
+    let line = written.split(['\n', '\r']).next().unwrap_or_default();
+    let (place, message, help) = if line.len() < written.len() {
+        let message = "the string does not end on its line";
+        (string.start..string.start + line.len(), message, "close it with \", or write \\n for a new line")
+    } else {
+        let message = "a control character stands in the string";
+        (string, message, "write it as an escape: \\t is a tab, \\u001b the character 1B")
+    };
+    Diagnostic::error(codes::SYNTAX, Span::new(file, place), format!("this is not JSON: {message}"))
+        .help(help)
 }
 
 /// The one way to mend an error.
@@ -86,6 +108,15 @@ fn correction(text: &str, error: &ParseError) -> Option<Correction> {
         ParseErrorKind::UnaryPlusNumbersNotAllowed => {
             let is_plus = text.get(start..)?.starts_with('+');
             (is_plus.then_some(start..start + 1)?, String::new(), "positive numbers have no sign")
+        }
+        ParseErrorKind::ExpectedColonAfterObjectKey => {
+            let end = text.get(..start)?.trim_end().len();
+            (end..end, ":".to_owned(), "put a colon between the key and its value")
+        }
+        ParseErrorKind::UnexpectedWord | ParseErrorKind::UnexpectedToken
+            if matches!(found, "True" | "TRUE" | "False" | "FALSE") =>
+        {
+            (range, found.to_lowercase(), "true and false are written in small letters")
         }
         _ => return None,
     };
@@ -140,8 +171,26 @@ mod tests {
             ("{ \"a\": [1, 2,], }", "{ \"a\": [1, 2] }"),
             ("{ \"a\": 1 // first\n  \"b\": [2 3] }", "{ \"a\": 1, // first\n  \"b\": [2, 3] }"),
             ("{ a: 'x', $b: +1 }", "{ \"a\": \"x\", \"$b\": 1 }"),
+            ("{ \"a\" 1, \"b\": FALSE }", "{ \"a\": 1, \"b\": false }"),
         ] {
             assert_eq!(mend(text), mended);
+        }
+    }
+
+    #[test]
+    fn a_string_ends_on_its_line() {
+        for (text, place) in [
+            ("{ \"a\": \"x,\n  \"b\": \"y\" }", "\"x,"),
+            ("{ \"a\": \"x\r\n y\" }", "\"x"),
+            ("{ \"a\n\": 1 }", "\"a"),
+            ("{ \"a\": \"\tx\" }", "\"\tx\""),
+        ] {
+            let mut sources = Sources::new();
+            let file = sources.add("a", text);
+            let findings = parse(&sources, file).unwrap_err();
+            let places: Vec<&str> =
+                findings.iter().filter_map(|each| Some(sources.text(each.span()?))).collect();
+            assert_eq!(places, [place], "{text:?}");
         }
     }
 

@@ -184,8 +184,11 @@ impl<'a, 's> Expander<'a, 's> {
                 (0..count as u32).map(|round| Value::Number(f64::from(round))).collect()
             }
             Some(other) => {
-                let message =
-                    format!("a loop goes over a whole number or a list, this is {}", other.kind_name());
+                let found = match other {
+                    Value::Number(number) => number.to_string(),
+                    other => other.kind_name().to_owned(),
+                };
+                let message = format!("a loop goes over a list or a count (0, 1, 2, …), this is {found}");
                 self.refuse(
                     codes::LOOP,
                     &variable.value,

@@ -147,7 +147,7 @@ pub(super) fn features(
         }
     }
     groups(declarations, entries, choice, &mut features, diagnostics);
-    for (name, feature) in features.iter().filter(|(_, feature)| feature.is_on()) {
+    for (name, feature) in &features {
         let is_on = |other: &String| features.get(other).map(Feature::is_on);
         for (others, wanted, words) in [
             (&feature.declaration.requires, true, "requires"),
@@ -167,7 +167,7 @@ pub(super) fn features(
                         let pointer = document::pointer_join("/features", name);
                         diagnostics.push(finding.pointer(format!("{pointer}/{words}/{at}")));
                     }
-                    Some(on) if on != wanted => diagnostics.push(
+                    Some(on) if on != wanted && feature.is_on() => diagnostics.push(
                         Diagnostic::error(
                             codes::FEATURE_CONFLICT,
                             feature.place,

@@ -84,6 +84,8 @@ impl PassBuilder<'_> {
             let twin = object.entry(known).zip(key);
             twin.is_some_and(|(other, key)| other.key_span.file == key.key_span.file)
         };
+        // Where a key is unknown, what stands under it is not at fault.
+        let place = key.map_or(place, |entry| entry.key_span);
         let finding = Diagnostic::error(code, place, message).pointer(at);
         let finding = finding.meant_unless(name, known.iter().copied(), written, taken, |_| otherwise());
         self.shared.diagnostics.push(finding);

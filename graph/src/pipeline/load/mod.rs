@@ -2,6 +2,7 @@
 
 mod connect;
 mod declared;
+mod extension_points;
 mod names;
 mod sections;
 mod shared;
@@ -29,6 +30,7 @@ use crate::source::Sources;
 use crate::work::PassHandle;
 use connect::connect;
 use declared::{Declarations, Declared};
+use extension_points::check_extension_points;
 use sections::{as_meant, check_schema};
 use versions::{check_versions, is_absent, is_gap, uncertain};
 
@@ -279,7 +281,8 @@ pub(crate) fn load_sharing(
             passes[at].after.extend(members.into_iter().map(|index| PassHandle(index as u32)));
         }
     }
-    let mut uncertain = uncertain(&gaps, unreadable, &shared);
+    check_extension_points(document, &mut shared.diagnostics);
+    let mut uncertain = uncertain(&gaps, &instances, unreadable, &shared);
     connect(&mut passes, &uncertain, &mut shared);
     let bypasses = toggle::connect(&said, &mut passes, &toggles, &mut uncertain, &mut shared);
     check_versions(&passes, &absent, &gaps, &mut shared);

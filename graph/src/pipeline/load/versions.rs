@@ -5,7 +5,8 @@ use std::collections::{BTreeSet, HashMap};
 use super::Shared;
 use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::document::Entry;
-use crate::pipeline::{History, Pass, ResourceKind, Use, Version};
+use crate::pipeline::expand::Instance;
+use crate::pipeline::{Environment, History, Pass, ResourceKind, Use, Version};
 use crate::work::ResourceHandle;
 
 /// Finds versions that no pass writes.
@@ -85,6 +86,7 @@ pub(super) fn is_gap(gaps: &[(String, &Entry)], name: &str) -> bool {
 /// resource is certain.
 pub(super) fn uncertain(
     gaps: &[(String, &Entry)],
+    instances: &[Instance<'_>],
     unreadable: bool,
     shared: &Shared,
 ) -> BTreeSet<ResourceHandle> {
@@ -92,9 +94,16 @@ pub(super) fn uncertain(
     let broken =
         |handle: &ResourceHandle| matches!(shared.resources[handle.index()].kind, ResourceKind::Broken);
     let mut found: BTreeSet<ResourceHandle> = all.filter(|handle| unreadable || broken(handle)).collect();
-    for (_, gap) in gaps {
+    let lacking: BTreeSet<&str> = gaps.iter().map(|(name, _)| name.as_str()).collect();
+    let known = instances.iter().filter(|each| lacking.contains(each.name.as_str()));
+    let environments: HashMap<&str, &Environment> =
+        known.map(|each| (each.name.as_str(), &*each.environment)).collect();
+    for (pass, gap) in gaps {
+        let environment = environments.get(pass.as_str());
         gap.value.for_each_text(&mut |text| {
             let name = text.split('@').next().unwrap_or(text);
+            // In a subgraph a name is that of an input, or of a resource of its own.
+            found.extend(environment.and_then(|inside| shared.find(&inside.resource(name))));
             found.extend(shared.find(name));
         });
     }
