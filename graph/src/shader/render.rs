@@ -279,7 +279,8 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
         }
         let names = axes.into_iter().flat_map(Axes::names).chain(filters::FUNCTIONS[..3].iter().copied());
         let mut finding = finding.meant(name, names, Some(Span::new(file, range)), |_| {
-            "declare the axis beside the template, or inherit the template that declares it".to_owned()
+            let stem = root.strip_suffix(".wgsl.jinja").unwrap_or(root);
+            format!("declare the axis in {stem}.axes.json, or inherit the template that declares it")
         });
         // Another template that has the word may mean an axis of its own, and this one only where it is included.
         let fix = finding.fix.take().filter(|_| uses.len() == 1);
