@@ -75,7 +75,16 @@ impl Space {
                 }
                 (None, AxisKind::Integer { min, max }) if axis.ends => {
                     let ends = [AxisValue::Integer(*min), axis.default.clone(), AxisValue::Integer(*max)];
-                    Domain::Values(BTreeSet::from(ends).into_iter().collect())
+                    // Constraints tell apart the values that they name, and one that stands for all others.
+                    let conditions = axes.constraints().iter().flat_map(Constraint::conditions);
+                    let named: BTreeSet<AxisValue> = conditions
+                        .filter(|condition| condition.axis == axis.name)
+                        .map(|condition| condition.value.clone())
+                        .collect();
+                    let other = (*min..=*max).map(AxisValue::Integer).find(|value| !named.contains(value));
+                    let other = other.filter(|_| !named.is_empty());
+                    let named = named.into_iter().chain(other).chain(ends).collect::<BTreeSet<_>>();
+                    Domain::Values(named.into_iter().filter(|value| axis.kind.contains(value)).collect())
                 }
                 (None, AxisKind::Integer { min, max }) => Domain::Range(*min, *max),
                 (None, kind) => Domain::Values((0..kind.count()).filter_map(|at| kind.value(at)).collect()),

@@ -306,3 +306,22 @@ fn a_number_that_is_only_a_size_is_proven_by_its_ends() {
         1
     );
 }
+
+#[test]
+fn what_constraints_leave_beside_the_ends_is_proven_too() {
+    let text = "const A = array<u32, {{ size }}>();\n{% if mode %}broken here{% endif %}\n@compute @workgroup_size(1) fn main() {}\n";
+    for constraint in [
+        r#"{ "when": "mode", "requires": ["size=64"] }"#,
+        r#"{ "when": "mode", "excludes": ["size=1", "size=32", "size=4096"] }"#,
+    ] {
+        let axes = format!(
+            r#"{{ "axes": {{ "mode": {{ "type": "bool", "default": false }},
+                "size": {{ "type": "integer", "min": 1, "max": 4096, "default": 32, "prove": "ends" }} }},
+                "constraints": [{constraint}] }}"#
+        );
+        let fixture = Fixture::sound(&[("a.wgsl.jinja", text), ("a.axes.json", &axes)]);
+        let request = Request::all("a.wgsl.jinja", &[TargetProfile::webgpu()]);
+        let outcome = check(&fixture.set, &[request], &Options::default());
+        assert!(outcome.findings.has_errors(), "{constraint}");
+    }
+}
