@@ -1,12 +1,12 @@
 //! The shadow atlas: the time of a frame, and tiles against two general allocators of rectangles.
 //!
-//! Frames: 10,000 lights ask for a tile each, while the camera stands, while it moves (each light's wanted size changes a
-//! little), and while a tenth of the lights come and go. Lines `ratio atlas/frame/… VALUE` are divided by the bound that
-//! is aimed at, 2 ms.
+//! Frames: 10,000 lights ask for a tile each, while the camera stands, while it moves (each light's wanted size changes
+//! a little), and while a tenth of the lights come and go. Lines `ratio atlas/frame/… VALUE` are divided by the bound
+//! that is aimed at, 2 ms.
 //!
 //! Tiles: one sequence of allocations and releases keeps an atlas of 4096 texels filled to a share; sides are powers of
-//! two from 32 to 512. Counted are first tries that fail although the area is free. Lines `ratio atlas/fill_…/RIVAL_…` are
-//! ours divided by theirs. The rivals take any rectangles, and give theirs no alignment.
+//! two from 32 to 512. Counted are first tries that fail although the area is free. Lines `ratio atlas/fill_…/RIVAL_…`
+//! are ours divided by theirs. The rivals take any rectangles, and give theirs no alignment.
 //!
 //! Times are the least of several runs in a row.
 

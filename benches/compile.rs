@@ -2,8 +2,8 @@
 //!
 //! Lines `ratio NAME VALUE` are ours divided by the bound that is aimed at: 3 µs a pass, a log-log slope of 1.1, and
 //! 100 MiB for 10,000 passes. `ratio .../resize/full VALUE` is the time of planning for another size divided by that of
-//! planning from scratch, at 1,000 passes. Rivals are in `benches/peers`, a package of its own. Times are the least of several runs
-//! in a row; memory is the peak of a process that does nothing else.
+//! planning from scratch, at 1,000 passes. Rivals are in `benches/peers`, a package of its own. Times are the least of
+//! several runs in a row; memory is the peak of a process that does nothing else.
 
 use std::process::Command;
 use std::sync::Arc;

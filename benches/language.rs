@@ -1,12 +1,12 @@
 //! The cost of the way from JSON text to a resolved pipeline: parsed, composed, checked against the schema, loaded.
 //!
-//! A chain of full-screen passes, each of which reads what the one before it wrote, is written out flat, as one subgraph
-//! that is instanced, and in a file that another extends and says something of each pass. The first pipeline of all is
-//! the only one for which the schema is made. Lines `ratio NAME VALUE` are ours divided by the bound that is aimed at (10 ms for 1,000
-//! passes, a log-log slope of 1.1 to 10,000), by the flat pipeline (what instancing costs), or by `serde_json` making an
-//! untyped tree of the same text (the least that anything could do with it). The last lines are hopeless texts and how
-//! long each takes to be refused; "none" stands where the fault is in an expression that is first evaluated with the
-//! sizes, when the plan is made. Times are the least of several runs.
+//! A chain of full-screen passes, each of which reads what the one before it wrote, is written out flat, as one
+//! subgraph that is instanced, and in a file that another extends and says something of each pass. The first pipeline
+//! of all is the only one for which the schema is made. Lines `ratio NAME VALUE` are ours divided by the bound that is
+//! aimed at (10 ms for 1,000 passes, a log-log slope of 1.1 to 10,000), by the flat pipeline (what instancing costs),
+//! or by `serde_json` making an untyped tree of the same text (the least that anything could do with it). The last
+//! lines are hopeless texts and how long each takes to be refused; "none" stands where the fault is in an expression
+//! that is first evaluated with the sizes, when the plan is made. Times are the least of several runs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

@@ -1,9 +1,9 @@
 //! Proving permutations, against doing it without this crate, in one run.
 //!
-//! Each line `ratio NAME VALUE` is ours divided by the rival's, or by the bound where there is no rival; the goal of each
-//! stands beside it. Rivals: naga called directly on the same distinct texts, to parse and validate them and to resolve
-//! their overrides, and the same without resolving; one thread; one `naga` process per combination (the installed one, or this program standing in for it). Times are the least of
-//! several runs.
+//! Each line `ratio NAME VALUE` is ours divided by the rival's, or by the bound where there is no rival; the goal of
+//! each stands beside it. Rivals: naga called directly on the same distinct texts, to parse and validate them and to
+//! resolve their overrides, and the same without resolving; one thread; one `naga` process per combination (the
+//! installed one, or this program standing in for it). Times are the least of several runs.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;

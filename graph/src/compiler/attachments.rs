@@ -1,10 +1,11 @@
 //! Attachments: what each loads and stores, and whether they fit the shader. Whether their sizes fit one another, the
 //! passes' sizes (`pass_sizes`) say.
 //!
-//! Load comes from the pass. Store is per use, unless the pass throws the attachment away: an attachment is stored if a later live pass reads a part of it before
-//! another clears all of that part, or if it outlives the frame. Only storage that says so, and an attachment that clears
-//! or discards, of one fixed layer, count as clearing: what draws a layer for each view may have fewer views than layers this frame. Nor
-//! does a pass count that can be off in a frame in which the attachment is drawn.
+//! Load comes from the pass. Store is per use, unless the pass throws the attachment away: an attachment is stored if a
+//! later live pass reads a part of it before another clears all of that part, or if it outlives the frame. Only storage
+//! that says so, and an attachment that clears or discards, of one fixed layer, count as clearing: what draws a layer
+//! for each view may have fewer views than layers this frame. Nor does a pass count that can be off in a frame in which
+//! the attachment is drawn.
 //!
 //! Cost: for each attachment the uses of its resource up to the one that decides.
 

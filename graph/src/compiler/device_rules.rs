@@ -1,9 +1,10 @@
 //! Rules of WebGPU that span more than one declaration, checked on a plan, so that no device is the first to say no.
 //!
 //! Views fit their textures (cubes have six square layers, multisampled bindings see multisampled textures, volumes are
-//! not attached), full-screen passes say which layer of several they write, color attachments stay within the bytes of a sample, and blocks stay within the profile's binding
-//! sizes. Limits of one shader on its own (workgroup sizes, bindings for each stage) are checked with the shader's
-//! variants, and what a copy joins where copies are planned ([`super::copies`]).
+//! not attached), full-screen passes say which layer of several they write, color attachments stay within the bytes of
+//! a sample, and blocks stay within the profile's binding sizes. Limits of one shader on its own (workgroup sizes,
+//! bindings for each stage) are checked with the shader's variants, and what a copy joins where copies are planned
+//! ([`super::copies`]).
 
 use super::plan::{Plan, PlannedPass, PlannedResource};
 use super::size::TextureSize;

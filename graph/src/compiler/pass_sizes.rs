@@ -1,4 +1,5 @@
-//! What sizes change about a pass: the number of workgroups, what is copied, the bytes of its blocks, and whether attachments fit.
+//! What sizes change about a pass: the number of workgroups, what is copied, the bytes of its blocks, and whether
+//! attachments fit.
 //!
 //! Planning a pass ends here, and planning it again for another size is nothing else.
 

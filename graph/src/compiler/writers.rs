@@ -2,16 +2,18 @@
 //!
 //! **Order of writers.** The writers of one part of a resource have to be ordered by something that the document says:
 //! data that flows from one to the other, `after`, or a version (`color@opaque`). One rule is added: a single writer
-//! that does not load runs before those that do, and so do two with opposite toggles. What is left unordered is an error that names both, because any
-//! choice would be a guess. Since an order found for one resource can order the writers of another, resources are
-//! tried until nothing changes.
+//! that does not load runs before those that do, and so do two with opposite toggles. What is left unordered is an
+//! error that names both, because any choice would be a guess. Since an order found for one resource can order the
+//! writers of another, resources are tried until nothing changes.
 //!
 //! **Versions read.** A plain reference reads the newest version; a pass that loads what it writes reads the one
 //! before its own. Two uses overlap if their mip and their layer can be the same; a part without a mip (layer) means
 //! all of them.
 //!
 //! **Toggles.** A pass that can be off never covers what is below it for a reader that can run without it: such a
-//! reader is connected to the writers below too, as far as it [sees](super::visible) them in some state. Writers with opposite toggles never run in one frame and need no order. What is left without one is an error, unless the contents of the frame before are there.
+//! reader is connected to the writers below too, as far as it [sees](super::visible) them in some state. Writers with
+//! opposite toggles never run in one frame and need no order. What is left without one is an error, unless the contents
+//! of the frame before are there.
 //!
 //! Cost: each writer and reader looks back only to the first write that covers its part. Whether a way leads from one
 //! writer to the next is searched only between their positions, and mostly found at the first step.

@@ -1,20 +1,21 @@
 //! Plays a frame through, region by region.
 //!
 //! A resource is cut into regions so that every use covers whole regions: at each mip, layer and byte where some use
-//! begins or ends, and into depth and stencil where a use tells them apart. For each region the player knows which pass wrote it last, or that it
-//! was dropped. Then:
+//! begins or ends, and into depth and stencil where a use tells them apart. For each region the player knows which pass
+//! wrote it last, or that it was dropped. Then:
 //!
 //! - a read of the newest version has to come after every write of the region by another pass;
 //! - a read of the version of a named pass has to find what that pass, or the last writer before it, left;
 //! - a part that is read has to be written in at least one region, and dropped in none;
 //! - at the end nothing of what outlives the frame may be dropped;
-//! - an earlier frame of a history holds what was left then, and this frame's nothing; where a planned pass reads earlier
-//!   frames, what this frame leaves must have all of its writers;
+//! - an earlier frame of a history holds what was left then, and this frame's nothing; where a planned pass reads
+//!   earlier frames, what this frame leaves must have all of its writers;
 //! - two writers of a region have to be ordered by data, by `after` or by a named version, unless the first of them is
 //!   the only one that does not load. An order found for one resource may explain that of another.
 //!
 //! Where passes that use a resource have toggles, its frame is played through in every state of those toggles (with
-//! more than [`MAXIMUM_TOGGLES`] of them: all on, all off, and each alone), with the passes and uses of that state only.
+//! more than [`MAXIMUM_TOGGLES`] of them: all on, all off, and each alone), with the passes and uses of that state
+//! only.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 

@@ -129,8 +129,9 @@ pub struct Axis {
     pub description: String,
     /// What it becomes.
     pub mode: AxisMode,
-    /// Whether its least, default and largest value stand for all where nothing narrows them: a number that is only a
-    /// size, in a text that is otherwise the same. Pipelines are proven with the values that they reach all the same.
+    /// Whether its least, default and largest value, and those that constraints name, stand for all where nothing
+    /// narrows them: a number that is only a size, in a text that is otherwise the same. Pipelines are proven with the
+    /// values that they reach all the same.
     pub ends: bool,
     /// Where its name is declared.
     pub span: Span,

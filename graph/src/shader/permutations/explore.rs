@@ -1,16 +1,17 @@
 //! All texts of a template, with one rendering per path through it.
 //!
-//! Nobody knows beforehand which axes a template reads: it depends on the values of others, on includes, on macros. So the
-//! rendering itself asks. It starts with no axis decided; at the first read of an axis the exploration takes the first
-//! value that the constraints allow, and remembers to come back for the others. What ends is one path, with the axes
-//! that decided it; all configurations that agree on these axes take the same path, so their number is known without
-//! going through them. A template with 30 axes that no path reads costs no more than one without them.
+//! Nobody knows beforehand which axes a template reads: it depends on the values of others, on includes, on macros. So
+//! the rendering itself asks. It starts with no axis decided; at the first read of an axis the exploration takes the
+//! first value that the constraints allow, and remembers to come back for the others. What ends is one path, with the
+//! axes that decided it; all configurations that agree on these axes take the same path, so their number is known
+//! without going through them. A template with 30 axes that no path reads costs no more than one without them.
 //!
-//! A read without effect makes paths with the same text; these are told by the hash of the text and proven once. Texts are
-//! handed on as they are found and not kept: any of them comes back by rendering its path again.
+//! A read without effect makes paths with the same text; these are told by the hash of the text and proven once. Texts
+//! are handed on as they are found and not kept: any of them comes back by rendering its path again.
 //!
-//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; of an axis with over 1,024 values that the text reads, only its least,
-//! its default and its largest value are taken. Each is a finding, and the exploration says that it is incomplete.
+//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; of an axis with over 1,024 values that the text reads,
+//! only its least, its default and its largest value are taken. Each is a finding, and the exploration says that it is
+//! incomplete.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};

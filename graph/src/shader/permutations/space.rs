@@ -7,8 +7,9 @@
 //! with their number as weight. An axis in no clause is a factor. The same walk answers whether a partial configuration
 //! can be completed at all.
 //!
-//! Limits: a layer, which holds one group of axes that constraints tie to one another, has at most 65,536 nodes and a count at most 128 bits. Beyond either the count says "at least", and
-//! an undecided question of completion is answered with yes, so that nothing is left out.
+//! Limits: a layer, which holds one group of axes that constraints tie to one another, has at most 65,536 nodes and a
+//! count at most 128 bits. Beyond either the count says "at least", and an undecided question of completion is answered
+//! with yes, so that nothing is left out.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
