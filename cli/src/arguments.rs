@@ -63,10 +63,10 @@ pub(crate) enum Command {
 /// What gives parameters and features their values.
 #[derive(Args, Clone)]
 pub(crate) struct Settings {
-    /// Gives a parameter a value: JSON, or a word of an enumeration.
+    /// Gives a parameter a value: JSON, a word of an enumeration, or on or off for a boolean.
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Gives a feature a value; without one it is switched on.
+    /// Gives a feature a value: on, off, true, false or a word of an enumeration. Without a value it is switched on.
     #[arg(long = "feature", value_name = "NAME[=VALUE]")]
     pub(crate) feature: Vec<String>,
     /// Takes the values of one of the pipeline's presets.

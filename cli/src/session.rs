@@ -249,9 +249,39 @@ impl Session {
             preset.map(|(name, place)| pipeline::of_preset(document, &name, place, &mut self.findings));
         let below =
             files.into_iter().fold(preset.unwrap_or_default(), |below, file| below.under(file.choice));
-        let parameters = settings.set.iter().filter_map(|text| self.setting(text, None)).collect();
-        let features = settings.feature.iter().filter_map(|text| self.setting(text, Some("true"))).collect();
+        let mut given = |texts: &[String], without_value, section| {
+            let settings = texts.iter().filter_map(|text| self.setting(text, without_value));
+            let settings: Vec<Setting> = settings.collect();
+            settings.into_iter().filter_map(|one| self.switched(one, section, document)).collect()
+        };
+        let parameters = given(&settings.set, None, "parameters");
+        let features = given(&settings.feature, Some("true"), "features");
         below.under(Choice { parameters, features })
+    }
+
+    /// A setting of the command line with `on` and `off` as the booleans that they are where one is declared.
+    fn switched(&mut self, mut setting: Setting, section: &str, document: &Document) -> Option<Setting> {
+        let declared = document.root.get(section).and_then(Value::entries).unwrap_or_default();
+        let entry = declared.iter().find(|entry| entry.key == setting.name);
+        let Some(entry) = entry.filter(|one| one.value.get("type").and_then(Value::text) == Some("bool"))
+        else {
+            return Some(setting);
+        };
+        setting.value.kind = match (&setting.value.kind, setting.value.text()) {
+            (document::Kind::Bool(on), _) => document::Kind::Bool(*on),
+            (_, Some("on")) => document::Kind::Bool(true),
+            (_, Some("off")) => document::Kind::Bool(false),
+            _ => {
+                let (name, what) = (&setting.name, section.trim_end_matches('s'));
+                let message = format!("the {what} \"{name}\" is a boolean: on, off, true or false");
+                let finding = Diagnostic::error(codes::SETTING_TYPE, setting.place, message)
+                    .related(entry.key_span, format!("the {what} is declared here"))
+                    .help(format!("write {name}=on or {name}=off; true and false say the same"));
+                self.findings.push(finding);
+                return None;
+            }
+        };
+        Some(setting)
     }
 
     fn parameter_file(&mut self, path: &Path) -> Option<ParameterFile> {

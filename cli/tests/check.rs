@@ -188,6 +188,37 @@ fn a_feature_of_a_group_that_is_switched_on_switches_the_default_off() {
 }
 
 #[test]
+fn features_and_boolean_parameters_are_switched_on_and_off_by_four_words() {
+    let path = "pipelines/learn/19-feature-groups.json";
+    let plan = |settings: &[&str]| {
+        let output = run(&[&["plan", path], settings].concat());
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
+    };
+    let words = plan(&["--feature", "plain=off", "--feature", "bright=on"]);
+    assert_eq!(words, plan(&["--feature", "plain=false", "--feature", "bright=true"]));
+    assert!(words.1.contains("\"again\"") && words.2.is_empty(), "{words:?}");
+    assert_ne!(words, plan(&["--feature", "plain=on", "--feature", "bright=off"]));
+    let parameter = r#""features": { "#;
+    let document = pipeline(1, "").replace(
+        parameter,
+        &[r#""parameters": { "wide": { "type": "bool", "default": true } }, "#, parameter].concat(),
+    );
+    let folder = ScratchFolder::new("check-on-off");
+    let file = folder.join("features.json");
+    std::fs::write(&file, document.replace("},\n    ,", "},\n    ")).unwrap();
+    for (word, code) in [("wide=off", 0), ("wide=true", 0), ("wide=1", 1)] {
+        let output = run(&["check", file.to_str().unwrap(), "--set", word]);
+        assert_eq!(output.status.code(), Some(code), "{word}: {}", text(&output.stderr));
+    }
+    for word in ["ON", "yes", "0", "of", "[]", ""] {
+        let (code, _, said) = plan(&["--feature", &format!("bright={word}")]);
+        assert_eq!(code, Some(1), "{word}");
+        assert!(said.contains("UG0203") && said.contains("on, off, true or false"), "{word}: {said}");
+        assert!(said.contains("write bright=on or bright=off") && said.ends_with("1 error\n"), "{said}");
+    }
+}
+
+#[test]
 fn passes_whose_template_is_broken_are_counted_as_such() {
     let folder = ScratchFolder::new("check-broken-template");
     let write = |name: &str, text: &str| {

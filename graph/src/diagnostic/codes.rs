@@ -27,7 +27,7 @@ crate::codes! {
         "An extension puts passes at a point that the pipeline does not name under `extension_points`.";
     /// A setting on the command line without a value.
     SETTING_FORM = "UG0005", "not a setting",
-        "Settings on the command line are written NAME=VALUE; the value is JSON, or a word of an enumeration.";
+        "Settings on the command line are written NAME=VALUE; the value is JSON, a word of an enumeration, or `on` or `off` where a boolean is declared.";
     /// A target profile that does not exist.
     UNKNOWN_PROFILE = "UG0006", "unknown profile",
         "A target profile that does not exist is asked for, or claimed by a pipeline. The profiles are webgpu, webgpu-compat, vulkan, metal, dx12 and gles.";
@@ -65,7 +65,7 @@ crate::codes! {
         "A value is given for a parameter or feature that the pipeline does not declare, or a feature requires or excludes one that is not there.";
     /// A value of the wrong type for a setting.
     SETTING_TYPE = "UG0203", "wrong type of setting",
-        "The value of a parameter or feature is not of the type that the pipeline declares.";
+        "The value of a parameter or feature is not of the type that the pipeline declares. A boolean is `true` or `false`; on the command line `on` and `off` say the same (`--feature soft=off`).";
     /// A value outside the range of a setting.
     SETTING_RANGE = "UG0204", "setting out of range",
         "The value of a parameter is outside the range that the pipeline declares, or a list has too few or too many elements.";
