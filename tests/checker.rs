@@ -58,6 +58,10 @@ fn right() -> Plan {
     let out = assembly.pass("out").reads(e).reads(v).reads(w).reads(x).reads(past1);
     let out = out.uses(first, part, read, version.clone());
     let _ = out.uses(second, part, read, version).color(target, CLEAR);
+    planned(assembly)
+}
+
+fn planned(assembly: Assembly) -> Plan {
     let (pipeline, sources) = assembly.finish();
     let mut findings = Diagnostics::new();
     let graph = build(&pipeline, &mut findings).expect("a graph");
@@ -387,12 +391,35 @@ fn a_buffer_that_is_too_small_is_caught() {
 }
 
 #[test]
-fn a_buffer_larger_than_the_largest_of_its_class_is_caught() {
+fn a_buffer_larger_than_the_largest_that_it_stands_for_is_caught() {
     caught(FaultKind::ClassMismatch, |plan| {
         plan.buffers[0].bytes += 4;
         plan.bytes += 4;
         plan.bytes_bound += 4;
     });
+}
+
+#[test]
+fn a_resource_in_a_buffer_of_its_class_that_is_too_small_is_caught() {
+    let mut assembly = Assembly::new("sizes");
+    let mut previous = None;
+    for (at, bytes) in [600, 1000, 700].into_iter().enumerate() {
+        let buffer = assembly.buffer(&format!("b{at}"), bytes, Lifetime::Transient);
+        let mut pass = assembly.pass(&format!("p{at}")).side_effect();
+        if let Some(previous) = previous.replace(buffer) {
+            pass = pass.uses(previous, Part::WHOLE, Usage::StorageRead, Version::Newest);
+        }
+        let _ = pass.uses(buffer, Part::WHOLE, Usage::StorageWrite, Version::Newest);
+    }
+    let mut plan = planned(assembly);
+    assert_eq!(verify(&plan, &options()), Vec::new());
+    assert_eq!(plan.resources["b0"].physical, plan.resources["b2"].physical);
+    let Physical::Buffer(index) = plan.resources["b2"].physical else { panic!("no buffer") };
+    plan.buffers[index].bytes = 600;
+    plan.bytes -= 100;
+    let faults = verify(&plan, &options());
+    assert_eq!(kinds(&faults)[0], FaultKind::ClassMismatch);
+    assert_eq!(faults[0].message, format!("\"b2\" is not of the class of buffer {index}, or larger"));
 }
 
 #[test]

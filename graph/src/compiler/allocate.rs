@@ -2,12 +2,14 @@
 //!
 //! wgpu has no placed memory, so sharing means that one whole texture or buffer stands for several resources of its
 //! class, one after the other. Which ones, `lifetime` decides; this file makes the physical resources and sums bytes.
+//! For textures, whose classes have one size, the bytes are the bound; of buffers of different sizes more may be needed,
+//! which is what was created beside the bound.
 //!
 //! Cost: linear in resources but for sorting them by name and by start.
 
 use super::facts::{Descriptor, Facts};
 use super::history;
-use super::lifetime::{Want, assign};
+use super::lifetime::{Assignment, Want, assign};
 use super::plan::{Fixed, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlannedResource};
 use crate::language::Lifetime;
 use crate::pipeline::ResourceKind;
@@ -22,7 +24,7 @@ pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>) {
     let Fixed { spans, conditional, aliasing, .. } = &*fixed;
     let pipeline = plan.pipeline.clone();
     let (mut textures, mut buffers) = (Kind::default(), Kind::default());
-    let mut peak = Peak::new(&facts.class_bytes, plan.passes.len());
+    let mut peak = Peak::new(facts.classes, plan.passes.len());
     let end = plan.passes.len().saturating_sub(1);
     for handle in pipeline.resource_handles() {
         let Some(fact) = facts.get(handle) else { continue };
@@ -37,14 +39,13 @@ pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>) {
         peak.add(class, fact.bytes, from, to);
         let kind = if matches!(descriptor, Descriptor::Texture(_)) { &mut textures } else { &mut buffers };
         kind.handles.push(handle);
-        kind.wants.push(Want { class, first, last });
+        kind.wants.push(Want { class, bytes: fact.bytes, first, last });
     }
     (plan.bytes_bound, plan.bytes_peak) = peak.finish();
     let mut physical = vec![Physical::Host; pipeline.resources.len()];
-    for (handle, index) in textures.assigned() {
+    for (handle, index, bytes) in textures.assigned() {
         physical[handle.index()] = Physical::Texture(index);
         if let Some(texture) = facts.texture(handle) {
-            let bytes = facts.get(handle).map_or(0, |fact| fact.bytes);
             if index == plan.textures.len() {
                 plan.bytes += bytes;
                 let (format, size) = (texture.format, texture.size);
@@ -62,12 +63,10 @@ pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>) {
             append(&mut plan.textures[index].label, &pipeline.resource(handle).name);
         }
     }
-    for (handle, index) in buffers.assigned() {
+    for (handle, index, bytes) in buffers.assigned() {
         physical[handle.index()] = Physical::Buffer(index);
         let fact = facts.get(handle);
         if let Some(Descriptor::Buffer { usages, .. }) = fact.and_then(|fact| fact.descriptor) {
-            let class = fact.and_then(|fact| fact.class);
-            let bytes = class.map_or(0, |class| facts.class_bytes[class]);
             if index == plan.buffers.len() {
                 plan.bytes += bytes;
                 plan.buffers.push(PhysicalBuffer { label: String::new(), bytes, usages });
@@ -111,54 +110,51 @@ struct Kind {
 }
 
 impl Kind {
-    /// Each with its physical resource, by the start of their lifetimes.
-    fn assigned(&self) -> Vec<(ResourceHandle, usize)> {
-        let assigned = assign(&self.wants);
+    /// Each with its physical resource and the bytes of that, by the start of their lifetimes.
+    fn assigned(&self) -> Vec<(ResourceHandle, usize, u64)> {
+        let Assignment { places, bytes } = assign(&self.wants);
         let mut by_start: Vec<usize> = (0..self.wants.len()).collect();
         by_start.sort_by_key(|at| (self.wants[*at].first, *at));
-        by_start.into_iter().map(|at| (self.handles[at], assigned[at])).collect()
+        by_start.into_iter().map(|at| (self.handles[at], places[at], bytes[places[at]])).collect()
     }
 }
 
-/// Counts what is alive at each pass.
+/// Counts the bytes that are alive at each pass.
 struct Peak {
-    /// For each class the bytes of one, and at which positions its count changes.
-    changes: Vec<(u64, Vec<(usize, i64)>)>,
-    /// Bytes that begin or have ended at each position, over all classes.
+    /// For each class at which positions how many bytes begin, or have ended.
+    changes: Vec<Vec<(usize, i128)>>,
+    /// The same over all classes, by position.
     all: Vec<i128>,
 }
 
 impl Peak {
-    fn new(classes: &[u64], passes: usize) -> Self {
-        let changes = classes.iter().map(|bytes| (*bytes, Vec::new())).collect();
-        Self { changes, all: vec![0; passes + 1] }
+    fn new(classes: usize, passes: usize) -> Self {
+        Self { changes: vec![Vec::new(); classes], all: vec![0; passes + 1] }
     }
 
     fn add(&mut self, class: usize, bytes: u64, first: usize, last: usize) {
-        self.changes[class].1.extend([(first, 1), (last + 1, -1)]);
-        self.all[first] += i128::from(bytes);
-        self.all[last + 1] -= i128::from(bytes);
+        let bytes = i128::from(bytes);
+        self.changes[class].extend([(first, bytes), (last + 1, -bytes)]);
+        self.all[first] += bytes;
+        self.all[last + 1] -= bytes;
     }
 
     /// The sum over the classes of their peaks, and the peak over all together.
     fn finish(self) -> (u64, u64) {
-        let mut bound = 0;
-        for (bytes, mut changes) in self.changes {
+        let peak = |changes: &mut dyn Iterator<Item = i128>| {
+            let (mut alive, mut most) = (0i128, 0i128);
+            for change in changes {
+                alive += change;
+                most = most.max(alive);
+            }
+            u64::try_from(most).unwrap_or(u64::MAX)
+        };
+        let bound = self.changes.into_iter().fold(0u64, |bound, mut changes| {
             // At one position what ends comes first.
             changes.sort_unstable();
-            let (mut count, mut most) = (0i64, 0i64);
-            for (_, change) in changes {
-                count += change;
-                most = most.max(count);
-            }
-            bound += bytes * most.unsigned_abs();
-        }
-        let mut alive = 0i128;
-        let peak = self.all.into_iter().map(|change| {
-            alive += change;
-            alive
+            bound.saturating_add(peak(&mut changes.into_iter().map(|(_, change)| change)))
         });
-        (bound, u64::try_from(peak.max().unwrap_or(0)).unwrap_or(u64::MAX))
+        (bound, peak(&mut self.all.into_iter()))
     }
 }
 

@@ -112,7 +112,11 @@ impl Assembly {
 
     /// A buffer.
     pub fn buffer(&mut self, name: &str, bytes: u32, lifetime: Lifetime) -> ResourceHandle {
-        let size = Expr::from(f64::from(bytes));
+        self.sized_buffer(name, Expr::from(f64::from(bytes)), lifetime)
+    }
+
+    /// A buffer whose bytes an expression says.
+    pub fn sized_buffer(&mut self, name: &str, size: Expr, lifetime: Lifetime) -> ResourceHandle {
         let declaration =
             BufferDeclaration { size, lifetime, frames: None, initial: None, description: None };
         self.resource(name, ResourceKind::Buffer(Box::new(declaration)))

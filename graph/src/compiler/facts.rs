@@ -2,9 +2,9 @@
 //!
 //! Two resources of one class can stand for one another on a device: the same format, size, layers, mips, samples,
 //! dimension and usages, or, for buffers, the same usages and the same size class: the next power of two of their bytes.
-//! A buffer of a class is as large as its largest member; what is bound of it is as long as the resource, since a shader
-//! can ask for the length. What outlives the frame is a class of its own, and so is what a
-//! toggle can leave without its first write.
+//! A buffer is as large as the largest that it stands for; what is bound of it is as long as the resource, since a
+//! shader can ask for the length. What outlives the frame is a class of its own, and so is what a toggle can leave
+//! without its first write.
 //!
 //! Findings: parts that a texture does not have, formats that do not support their uses, imports used beyond the usage
 //! that the host created them with.
@@ -67,8 +67,8 @@ pub(super) struct Facts<'a> {
     pub(super) sizes: Sizes<'a>,
     /// By handle; `None` for what no live pass uses.
     pub(super) list: Vec<Option<Fact>>,
-    /// For each class the bytes of what stands for its members: those of the largest.
-    pub(super) class_bytes: Vec<u64>,
+    /// How many classes there are.
+    pub(super) classes: usize,
 }
 
 impl<'a> Facts<'a> {
@@ -83,13 +83,8 @@ impl<'a> Facts<'a> {
     ) -> Self {
         let mut facts = Self::empty(pipeline, options, sources);
         let mut formats = format::Formats::default();
-        let mut classes = Classes {
-            pipeline,
-            known: FxHashMap::default(),
-            bytes: Vec::new(),
-            conditional,
-            aliasing: options.aliasing,
-        };
+        let mut classes =
+            Classes { pipeline, known: FxHashMap::default(), conditional, aliasing: options.aliasing };
         let wants = format::wants(pipeline, live);
         for handle in pipeline.resource_handles() {
             let resource = pipeline.resource(handle);
@@ -140,7 +135,7 @@ impl<'a> Facts<'a> {
             };
             facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
         }
-        facts.class_bytes = classes.bytes;
+        facts.classes = classes.known.len();
         facts.check_parts(findings);
         history::check_initial(&facts, findings);
         facts
@@ -157,13 +152,8 @@ impl<'a> Facts<'a> {
         findings: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
         let mut facts = Self::empty(pipeline, options, sources);
-        let mut classes = Classes {
-            pipeline,
-            known: FxHashMap::default(),
-            bytes: Vec::new(),
-            conditional,
-            aliasing: options.aliasing,
-        };
+        let mut classes =
+            Classes { pipeline, known: FxHashMap::default(), conditional, aliasing: options.aliasing };
         for handle in pipeline.resource_handles() {
             let Some(fact) = before[handle.index()] else { continue };
             let descriptor = match (fact.descriptor, facts.sizes.of(handle)?) {
@@ -183,7 +173,7 @@ impl<'a> Facts<'a> {
             }
             facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
         }
-        facts.class_bytes = classes.bytes;
+        facts.classes = classes.known.len();
         facts.check_parts(findings);
         history::check_initial(&facts, findings);
         Some(facts)
@@ -197,7 +187,7 @@ impl<'a> Facts<'a> {
             pipeline,
             sizes: Sizes::new(pipeline, sources, options.viewport, imported, &options.data_sizes),
             list: vec![None; pipeline.resources.len()],
-            class_bytes: Vec::new(),
+            classes: 0,
         }
     }
 
@@ -319,8 +309,6 @@ struct Classes<'a> {
     pipeline: &'a Pipeline,
     /// What is alike, and of what stands for nothing else the handle.
     known: FxHashMap<(Descriptor, Option<ResourceHandle>), usize>,
-    /// The bytes of the largest of each.
-    bytes: Vec<u64>,
     conditional: &'a [bool],
     aliasing: bool,
 }
@@ -343,13 +331,8 @@ impl Classes<'_> {
                 }
                 texture @ Descriptor::Texture(_) => texture,
             };
-            let next = self.bytes.len();
-            let class = *self.known.entry((like, alone)).or_insert(next);
-            if class == next {
-                self.bytes.push(bytes);
-            }
-            self.bytes[class] = self.bytes[class].max(bytes);
-            class
+            let next = self.known.len();
+            *self.known.entry((like, alone)).or_insert(next)
         });
         Fact { descriptor, class, bytes }
     }

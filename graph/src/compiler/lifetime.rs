@@ -1,53 +1,89 @@
-//! Which resources share one physical resource.
+//! Which resources share one physical resource, and how large each of those is.
 //!
 //! A lifetime runs from the first to the last pass of the order that uses a resource. Two resources of one class
 //! (descriptors that wgpu can exchange for one another) share if their lifetimes do not touch: taking resources by
-//! their start, and the physical resource of the class that has been free the longest, needs exactly as many as are
+//! their start, and a physical resource of the class that is free wherever there is one, needs exactly as many as are
 //! ever alive at once, which no assignment can beat (interval graphs are perfect).
 //!
-//! Cost: each resource is pushed and popped once in a heap of its class: linear but for the logarithm.
+//! A physical resource is as large as its largest tenant. Members of a class of textures are of one size; those of a
+//! class of buffers are not, and which of the free ones is taken decides about bytes: the smallest that is large enough,
+//! else the largest, which has to grow least; among equals the one that has been free the longest. Together they never
+//! have more bytes than their tenants. The fewest bytes with as few buffers are NP-hard to find (max-coloring of
+//! interval graphs: Pemmaraju, Raman and Varadarajan, "Buffer minimization using max-coloring", SODA 2004); what is
+//! left above the bytes that are alive at once is less than half, since sizes of a class are within a factor of two.
+//!
+//! Cost: each resource enters and leaves a heap and an ordered set of its class once: linear but for the logarithm.
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BTreeSet, BinaryHeap};
 
-/// A resource that wants a place: its class and the first and last pass that use it.
+/// A resource that wants a place: its class, its bytes, and the first and last pass that use it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Want {
     /// What can be exchanged for one another: classes are numbered from 0.
     pub(super) class: usize,
+    /// How large it is.
+    pub(super) bytes: u64,
     /// The first pass of the order that uses it.
     pub(super) first: usize,
     /// The last one.
     pub(super) last: usize,
 }
 
-/// The index of the physical resource of each wanted one. Physical resources are numbered by their first use.
-pub(super) fn assign(wants: &[Want]) -> Vec<usize> {
+/// Which physical resource stands for which wanted one.
+#[derive(Debug, Default)]
+pub(super) struct Assignment {
+    /// The index of the physical resource of each wanted one. They are numbered by their first use.
+    pub(super) places: Vec<usize>,
+    /// The bytes of each physical resource.
+    pub(super) bytes: Vec<u64>,
+}
+
+/// The physical resources of one class.
+#[derive(Clone, Default)]
+struct Class {
+    /// Those in use with the pass that uses them last, the earliest on top.
+    busy: BinaryHeap<Reverse<(usize, usize)>>,
+    /// Those that are free: their bytes, the pass that used them last, and their index.
+    free: BTreeSet<(u64, usize, usize)>,
+}
+
+/// Gives each of the wanted ones a place.
+pub(super) fn assign(wants: &[Want]) -> Assignment {
     let mut by_start: Vec<usize> = (0..wants.len()).collect();
     by_start.sort_by_key(|at| (wants[*at].first, *at));
-    let classes = wants.iter().map(|want| want.class + 1).max().unwrap_or(0);
-    // For each class the physical resources in use, the one that is free the earliest on top.
-    let mut busy: Vec<BinaryHeap<Reverse<(usize, usize)>>> = vec![BinaryHeap::new(); classes];
-    let mut assigned = vec![0; wants.len()];
-    let mut count = 0;
+    let count = wants.iter().map(|want| want.class + 1).max().unwrap_or(0);
+    let mut classes = vec![Class::default(); count];
+    let mut assignment = Assignment { places: vec![0; wants.len()], bytes: Vec::new() };
     for at in by_start {
         let want = &wants[at];
-        let heap = &mut busy[want.class];
-        let physical = match heap.peek() {
-            Some(Reverse((last, physical))) if *last < want.first => {
-                let physical = *physical;
-                heap.pop();
-                physical
+        let Class { busy, free } = &mut classes[want.class];
+        while let Some(Reverse((last, place))) =
+            busy.peek().copied().filter(|Reverse((last, _))| *last < want.first)
+        {
+            busy.pop();
+            free.insert((assignment.bytes[place], last, place));
+        }
+        let fits = free.range((want.bytes, 0, 0)..).next().copied();
+        let taken = fits.or_else(|| {
+            let (most, ..) = *free.last()?;
+            free.range((most, 0, 0)..).next().copied()
+        });
+        let place = match taken {
+            Some(found) => {
+                free.remove(&found);
+                found.2
             }
-            _ => {
-                count += 1;
-                count - 1
+            None => {
+                assignment.bytes.push(0);
+                assignment.bytes.len() - 1
             }
         };
-        heap.push(Reverse((want.last, physical)));
-        assigned[at] = physical;
+        assignment.bytes[place] = assignment.bytes[place].max(want.bytes);
+        busy.push(Reverse((want.last, place)));
+        assignment.places[at] = place;
     }
-    assigned
+    assignment
 }
 
 #[cfg(test)]
@@ -56,37 +92,62 @@ mod tests {
     use proptest::prelude::*;
 
     fn want(class: usize, first: usize, last: usize) -> Want {
-        Want { class, first, last }
+        Want { class, bytes: 1, first, last }
+    }
+
+    fn sized(bytes: u64, first: usize, last: usize) -> Want {
+        Want { class: 0, bytes, first, last }
     }
 
     #[test]
     fn touching_lifetimes_do_not_share_and_disjoint_ones_do() {
-        assert_eq!(assign(&[want(0, 1, 2), want(0, 2, 3), want(0, 3, 4)]), [0, 1, 0]);
-        assert_eq!(assign(&[want(0, 1, 2), want(0, 4, 5), want(0, 4, 6)]), [0, 0, 1]);
-        assert_eq!(assign(&[want(0, 1, 1), want(1, 2, 2)]), [0, 1]);
+        assert_eq!(assign(&[want(0, 1, 2), want(0, 2, 3), want(0, 3, 4)]).places, [0, 1, 0]);
+        assert_eq!(assign(&[want(0, 1, 2), want(0, 4, 5), want(0, 4, 6)]).places, [0, 0, 1]);
+        assert_eq!(assign(&[want(0, 1, 1), want(1, 2, 2)]).places, [0, 1]);
+    }
+
+    #[test]
+    fn the_smallest_that_is_large_enough_is_taken_else_the_largest_grows() {
+        let three = [sized(70, 0, 1), sized(100, 0, 1), sized(80, 0, 1)];
+        let with = |wants: &[Want]| assign(&[&three, wants].concat());
+        assert_eq!(with(&[sized(75, 2, 2)]).places[3..], [2]);
+        assert_eq!(with(&[sized(70, 2, 2), sized(70, 2, 2)]).places[3..], [0, 2]);
+        let grown = with(&[sized(110, 2, 2)]);
+        assert_eq!((&grown.places[3..], &grown.bytes[..]), (&[1][..], &[70, 110, 80][..]));
+        // Among equals the one that has been free the longest.
+        let equals = assign(&[sized(64, 0, 3), sized(64, 0, 1), sized(64, 5, 5)]);
+        assert_eq!(equals.places, [0, 1, 1]);
     }
 
     proptest! {
         #[test]
         fn the_count_is_the_peak_and_nothing_overlaps(
-            list in proptest::collection::vec((0usize..3, 0usize..40, 0usize..10), 0..60)
+            list in proptest::collection::vec((0usize..3, 0usize..40, 0usize..10, 65u64..129), 0..60)
         ) {
-            let wants: Vec<_> = list.iter().map(|(class, first, length)| want(*class, *first, first + length)).collect();
-            let assigned = assign(&wants);
+            let wants: Vec<_> = list
+                .iter()
+                .map(|(class, first, length, bytes)| Want { class: *class, bytes: *bytes, first: *first, last: first + length })
+                .collect();
+            let Assignment { places, bytes } = assign(&wants);
             for a in 0..wants.len() {
                 for b in 0..a {
-                    if assigned[a] == assigned[b] {
+                    if places[a] == places[b] {
                         prop_assert_eq!(wants[a].class, wants[b].class);
                         prop_assert!(wants[a].last < wants[b].first || wants[b].last < wants[a].first);
                     }
                 }
             }
-            let peak: usize = (0usize..3)
-                .map(|class| {
-                    (0..60).map(|t| wants.iter().filter(|w| w.class == class && w.first <= t && t <= w.last).count()).max().unwrap_or(0)
-                })
-                .sum();
-            prop_assert_eq!(assigned.iter().max().map_or(0, |most| most + 1), peak);
+            let alive = |class: usize, at: usize| wants.iter().filter(move |w| w.class == class && w.first <= at && at <= w.last);
+            let most = |of: &dyn Fn(usize, usize) -> u64| (0usize..3).map(|class| (0..60).map(|at| of(class, at)).max().unwrap_or(0)).sum::<u64>();
+            prop_assert_eq!(bytes.len() as u64, most(&|class, at| alive(class, at).count() as u64));
+            for (place, own) in bytes.iter().enumerate() {
+                let tenants = (0..wants.len()).filter(|at| places[*at] == place);
+                prop_assert_eq!(Some(*own), tenants.map(|at| wants[at].bytes).max());
+            }
+            let created: u64 = bytes.iter().sum();
+            let bound = most(&|class, at| alive(class, at).map(|want| want.bytes).sum());
+            prop_assert!(bound <= created && created <= wants.iter().map(|want| want.bytes).sum::<u64>());
+            prop_assert!(bound == 0 || created < 2 * bound);
         }
     }
 }

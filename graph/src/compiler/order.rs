@@ -78,14 +78,14 @@ pub enum OrderMethod {
     Heuristic,
 }
 
-/// The bytes of orders, each the sum over the classes of what is alive at once.
+/// The bytes of orders.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct MemoryOrder {
     /// The order of the document.
     pub declaration: u64,
     /// The order chosen.
     pub chosen: u64,
-    /// A bound that no order goes below: what single passes need at once.
+    /// A bound that no order goes below: for each class what single passes need at once, summed.
     pub bound: u64,
 }
 

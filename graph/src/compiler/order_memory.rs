@@ -1,11 +1,13 @@
 //! The order that needs the fewest bytes.
 //!
-//! The bytes of an order are the sum over the classes of the most that is alive at once, which aliasing meets exactly.
-//! Finding the best order is NP-hard (it contains register-sufficiency).
+//! The bytes of an order are at least the sum over the classes of the most that is alive at once, and just that where no
+//! class has members of different sizes, which only classes of buffers have. There the orders that are compared are
+//! given their places by `lifetime`. Finding the best order is NP-hard (it contains register-sufficiency).
 //!
 //! - Up to [`EXACT_PASSES`] passes: branch and bound over the sets of passes that have run. What is alive depends only
 //!   on the set, so a way to a set is dropped if another way to it had no higher peak in any class. The peaks start
-//!   from what single passes need, below which no order goes.
+//!   from what single passes need, below which no order goes. With buffers of different sizes, the order found counts
+//!   as exact only if no way that was gone has a lower sum of peaks than it has bytes.
 //! - Beyond, or after [`MAXIMUM_STEPS`] steps: list scheduling. Among the first [`WINDOW`] passes that can run and the
 //!   [`WINDOW`] that could run last (the consumers of what was just made), the one that raises the peaks least goes
 //!   next, then the one that leaves the fewest bytes alive, then the first of the document. The order of the document
@@ -17,6 +19,7 @@ use std::collections::{HashMap, VecDeque};
 
 use super::facts::Facts;
 use super::graph::Graph;
+use super::lifetime::{Want, assign};
 use super::order::{MemoryOrder, OrderMethod, Ready};
 use crate::language::Lifetime;
 use crate::pipeline::Pipeline;
@@ -39,7 +42,7 @@ pub(super) fn choose(
     live: &[PassHandle],
 ) -> (Vec<PassHandle>, OrderMethod, MemoryOrder) {
     let model = Model::new(pipeline, facts, live);
-    let bound = model.total(&model.least);
+    let bound: u64 = model.least.iter().sum();
     let declaration = model.bytes(live);
     let mut best = (declaration, live.to_vec());
     let heuristic = schedule(&model, graph, live);
@@ -56,11 +59,12 @@ pub(super) fn choose(
             live,
             predecessors: predecessors(graph, live),
             best,
+            lowest: u64::MAX,
             known: HashMap::new(),
             steps: 0,
         };
         search.run(0, &mut model.start(), &mut Vec::new());
-        if search.steps < MAXIMUM_STEPS {
+        if search.steps < MAXIMUM_STEPS && search.best.0 <= search.lowest {
             method = OrderMethod::Exact;
         }
         best = search.best;
@@ -76,22 +80,29 @@ pub(super) fn choose(
 struct Model {
     /// For each pass of the pipeline the transient resources that it uses, by an own number.
     uses: Vec<Vec<usize>>,
-    /// For each of those resources its class and the number of live passes that use it.
-    resources: Vec<(usize, u32)>,
-    /// For each class the bytes of one.
-    bytes: Vec<u64>,
-    /// For each class the most that a single pass uses.
-    least: Vec<u32>,
+    resources: Vec<Needed>,
+    /// For each class the most bytes that a single pass uses.
+    least: Vec<u64>,
+    /// Whether the members of each class have one size.
+    even: bool,
     /// Bytes that no order changes.
     fixed: u64,
 }
 
-/// What is alive, and what was at most, during an order.
+/// A transient resource that live passes use.
+struct Needed {
+    class: usize,
+    bytes: u64,
+    /// How many live passes use it.
+    users: u32,
+}
+
+/// The bytes of each class that are alive, and that were at most, during an order.
 #[derive(Clone)]
 struct State {
     remaining: Vec<u32>,
-    alive: Vec<u32>,
-    peak: Vec<u32>,
+    alive: Vec<u64>,
+    peak: Vec<u64>,
 }
 
 impl Model {
@@ -99,11 +110,12 @@ impl Model {
         let mut model = Self {
             uses: vec![Vec::new(); pipeline.passes.len()],
             resources: Vec::new(),
-            bytes: facts.class_bytes.clone(),
-            least: vec![0; facts.class_bytes.len()],
+            least: vec![0; facts.classes],
+            even: true,
             fixed: 0,
         };
         let mut numbers = vec![None; pipeline.resources.len()];
+        let mut sizes: Vec<Option<u64>> = vec![None; facts.classes];
         for handle in pipeline.resource_handles() {
             let Some((class, bytes)) = facts.get(handle).and_then(|fact| Some((fact.class?, fact.bytes)))
             else {
@@ -111,7 +123,8 @@ impl Model {
             };
             if pipeline.resource(handle).lifetime() == Lifetime::Transient {
                 numbers[handle.index()] = Some(model.resources.len());
-                model.resources.push((class, 0));
+                model.resources.push(Needed { class, bytes, users: 0 });
+                model.even &= *sizes[class].get_or_insert(bytes) == bytes;
             } else {
                 model.fixed += bytes;
             }
@@ -121,14 +134,14 @@ impl Model {
                 pipeline.pass(*pass).uses.iter().filter_map(|one| numbers[one.resource.index()]).collect();
             used.sort_unstable();
             used.dedup();
-            let mut counts: HashMap<usize, u32> = HashMap::new();
+            let mut needed: HashMap<usize, u64> = HashMap::new();
             for resource in &used {
-                let (class, users) = &mut model.resources[*resource];
+                let Needed { class, bytes, users } = &mut model.resources[*resource];
                 *users += 1;
-                *counts.entry(*class).or_default() += 1;
+                *needed.entry(*class).or_default() += *bytes;
             }
-            for (class, count) in counts {
-                model.least[class] = model.least[class].max(count);
+            for (class, bytes) in needed {
+                model.least[class] = model.least[class].max(bytes);
             }
             model.uses[pass.index()] = used;
         }
@@ -136,34 +149,29 @@ impl Model {
     }
 
     fn start(&self) -> State {
-        let remaining = self.resources.iter().map(|(_, users)| *users).collect();
-        State { remaining, alive: vec![0; self.bytes.len()], peak: self.least.clone() }
-    }
-
-    fn total(&self, peak: &[u32]) -> u64 {
-        peak.iter().zip(&self.bytes).map(|(count, bytes)| u64::from(*count) * bytes).sum()
+        let remaining = self.resources.iter().map(|resource| resource.users).collect();
+        State { remaining, alive: vec![0; self.least.len()], peak: self.least.clone() }
     }
 
     /// Runs a pass; by how many bytes the peaks rise, and how many more bytes are alive afterwards.
     fn run(&self, state: &mut State, pass: PassHandle) -> (u64, i64) {
         let (mut rise, mut change) = (0, 0i64);
         for resource in &self.uses[pass.index()] {
-            let (class, users) = self.resources[*resource];
+            let Needed { class, bytes, users } = self.resources[*resource];
             if state.remaining[*resource] == users {
-                state.alive[class] += 1;
-                change += self.bytes[class] as i64;
-                if state.alive[class] > state.peak[class] {
-                    state.peak[class] = state.alive[class];
-                    rise += self.bytes[class];
-                }
+                state.alive[class] += bytes;
+                change += bytes as i64;
+                let above = state.alive[class].saturating_sub(state.peak[class]);
+                state.peak[class] += above;
+                rise += above;
             }
         }
         for resource in &self.uses[pass.index()] {
             state.remaining[*resource] -= 1;
             if state.remaining[*resource] == 0 {
-                let (class, _) = self.resources[*resource];
-                state.alive[class] -= 1;
-                change -= self.bytes[class] as i64;
+                let Needed { class, bytes, .. } = self.resources[*resource];
+                state.alive[class] -= bytes;
+                change -= bytes as i64;
             }
         }
         (rise, change)
@@ -171,36 +179,52 @@ impl Model {
 
     /// What running a pass would do, without running it.
     fn weigh(&self, state: &State, pass: PassHandle) -> (u64, i64) {
-        let mut begun: Vec<(usize, u32)> = Vec::new();
-        let (mut rise, mut change) = (0, 0i64);
+        let mut begun: Vec<(usize, u64)> = Vec::new();
+        let mut change = 0i64;
         for resource in &self.uses[pass.index()] {
-            let (class, users) = self.resources[*resource];
-            let bytes = self.bytes[class];
+            let Needed { class, bytes, users } = self.resources[*resource];
             if state.remaining[*resource] == users {
-                let known = begun.iter().position(|(known, _)| *known == class);
-                let at = known.unwrap_or_else(|| {
-                    begun.push((class, 0));
-                    begun.len() - 1
-                });
-                begun[at].1 += 1;
-                change += bytes as i64;
-                if state.alive[class] + begun[at].1 > state.peak[class] {
-                    rise += bytes;
+                match begun.iter_mut().find(|(known, _)| *known == class) {
+                    Some((_, begun)) => *begun += bytes,
+                    None => begun.push((class, bytes)),
                 }
+                change += bytes as i64;
             }
             if state.remaining[*resource] == 1 {
                 change -= bytes as i64;
             }
         }
-        (rise, change)
+        let above =
+            |(class, bytes): &(usize, u64)| (state.alive[*class] + bytes).saturating_sub(state.peak[*class]);
+        (begun.iter().map(above).sum(), change)
     }
 
+    /// What an order comes to.
     fn bytes(&self, order: &[PassHandle]) -> u64 {
+        if !self.even {
+            return self.created(order);
+        }
         let mut state = self.start();
         for pass in order {
             self.run(&mut state, *pass);
         }
-        self.total(&state.peak)
+        state.peak.iter().sum()
+    }
+
+    /// The bytes that are created for an order.
+    fn created(&self, order: &[PassHandle]) -> u64 {
+        let mut spans: Vec<Option<(usize, usize)>> = vec![None; self.resources.len()];
+        for (at, pass) in order.iter().enumerate() {
+            for resource in &self.uses[pass.index()] {
+                spans[*resource].get_or_insert((at, at)).1 = at;
+            }
+        }
+        let wants = self.resources.iter().zip(spans);
+        let wants = wants.filter_map(|(Needed { class, bytes, .. }, span)| {
+            let (first, last) = span?;
+            Some(Want { class: *class, bytes: *bytes, first, last })
+        });
+        assign(&wants.collect::<Vec<_>>()).bytes.iter().sum()
     }
 }
 
@@ -244,19 +268,32 @@ struct Search<'a> {
     live: &'a [PassHandle],
     predecessors: Vec<u32>,
     best: (u64, Vec<PassHandle>),
+    /// The lowest sum of peaks of an order that was found.
+    lowest: u64,
     /// The peaks with which each set of passes was reached.
-    known: HashMap<u32, Vec<Vec<u32>>>,
+    known: HashMap<u32, Vec<Vec<u64>>>,
     steps: usize,
 }
 
 impl Search<'_> {
     fn run(&mut self, done: u32, state: &mut State, order: &mut Vec<PassHandle>) {
         self.steps += 1;
-        if self.steps >= MAXIMUM_STEPS || self.model.total(&state.peak) >= self.best.0 {
+        let peaks: u64 = state.peak.iter().sum();
+        if self.steps >= MAXIMUM_STEPS || peaks >= self.best.0 {
             return;
         }
         if order.len() == self.live.len() {
-            self.best = (self.model.total(&state.peak), order.clone());
+            self.lowest = self.lowest.min(peaks);
+            let bytes = if self.model.even {
+                peaks
+            } else {
+                // Places cost about as much as going the way.
+                self.steps += order.len();
+                self.model.created(order)
+            };
+            if bytes < self.best.0 {
+                self.best = (bytes, order.clone());
+            }
             return;
         }
         let ways = self.known.entry(done).or_default();

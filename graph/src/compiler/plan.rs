@@ -99,8 +99,8 @@ pub struct Plan {
     pub bytes_without_aliasing: u64,
     /// Bytes that are created.
     pub bytes: u64,
-    /// The least bytes with which this order can do: for each class of resources that can stand for one another the
-    /// bytes of those that are alive at once, summed.
+    /// Fewer bytes this order cannot do with: for each class of resources that can stand for one another the most bytes
+    /// that are alive at once, summed. Only buffers of different sizes can keep `bytes` above it.
     pub bytes_bound: u64,
     /// The most bytes that are alive at once over all classes together. No program of wgpu reaches it, since memory
     /// never changes its class.

@@ -152,7 +152,7 @@ pub struct MemoryReport {
     pub without_aliasing: u64,
     /// What is created.
     pub created: u64,
-    /// The least that this order can do with: the sum over the classes.
+    /// What this order cannot go below: the sum over the classes of what is alive at once.
     pub bound: u64,
     /// The most that is alive at once over all classes.
     pub peak: u64,
@@ -173,8 +173,8 @@ pub struct ClassReport {
     pub resources: usize,
     /// The number that is created.
     pub created: usize,
-    /// The bytes of one.
-    pub bytes_each: u64,
+    /// The bytes that are created, all together.
+    pub bytes: u64,
 }
 
 impl Report {
@@ -401,17 +401,29 @@ fn alive(resources: &[ResourceReport], columns: usize) -> Vec<u64> {
 }
 
 fn classes(plan: &Plan) -> Vec<ClassReport> {
-    let mut classes: BTreeMap<String, (BTreeSet<Physical>, usize, u64)> = BTreeMap::new();
+    /// What is known of a class so far: its places with their bytes, and the bytes of its resources.
+    #[derive(Default)]
+    struct Class {
+        places: BTreeMap<Physical, u64>,
+        members: Vec<u64>,
+    }
+    // By what they are, for buffers their size class, and how they are used.
+    let mut classes: BTreeMap<(String, u64, String), Class> = BTreeMap::new();
     for planned in plan.resources.values() {
-        let usages = match planned.physical {
-            Physical::Texture(index) => plan.textures.get(index).map(|one| format!("{:?}", one.usages)),
-            Physical::Buffer(index) => plan.buffers.get(index).map(|one| format!("{:?}", one.usages)),
+        let shares = planned.lifetime == Lifetime::Transient && !planned.conditional;
+        let place = match planned.physical {
+            Physical::Texture(index) => {
+                plan.textures.get(index).map(|one| (format!("{:?}", one.usages), one.bytes))
+            }
+            Physical::Buffer(index) => {
+                plan.buffers.get(index).map(|one| (format!("{:?}", one.usages), one.bytes))
+            }
             _ => None,
         };
-        let Some(usages) = usages else { continue };
-        let bytes = match planned.physical {
-            Physical::Buffer(index) => plan.buffers.get(index).map_or(planned.bytes, |one| one.bytes),
-            _ => planned.bytes,
+        let Some((usages, bytes)) = place else { continue };
+        let size = match planned.size {
+            Some(_) => 0,
+            None => planned.bytes.checked_next_power_of_two().filter(|_| shares).unwrap_or(planned.bytes),
         };
         let names: Vec<String> = usages
             .trim_start_matches("TextureUsages(")
@@ -425,17 +437,26 @@ fn classes(plan: &Plan) -> Vec<ClassReport> {
             Lifetime::Transient => "",
             _ => ", kept from frame to frame",
         };
-        let description =
-            format!("{} ({}{kept})", describe(planned.format, planned.size, bytes), names.join(", "));
-        let class = classes.entry(description).or_default();
-        class.0.insert(planned.physical);
-        class.1 += 1;
-        class.2 = bytes;
+        let what = describe(planned.format, planned.size, 0);
+        let class = classes.entry((what, size, format!("({}{kept})", names.join(", ")))).or_default();
+        class.places.insert(planned.physical, bytes);
+        class.members.push(planned.bytes);
     }
-    let report =
-        |(description, (places, resources, bytes_each)): (String, (BTreeSet<Physical>, usize, u64))| {
-            ClassReport { description, resources, created: places.len(), bytes_each }
+    let report = |((what, _, usages), class): ((String, u64, String), Class)| {
+        let size = |of: Option<&u64>| bytes_in_words(of.copied().unwrap_or(0));
+        let (least, most) = (size(class.members.iter().min()), size(class.members.iter().max()));
+        let what = match what.is_empty() {
+            false => what,
+            true if least == most => least,
+            true => format!("{least} to {most}"),
         };
+        ClassReport {
+            description: format!("{what} {usages}"),
+            resources: class.members.len(),
+            created: class.places.len(),
+            bytes: class.places.values().sum(),
+        }
+    };
     classes.into_iter().map(report).collect()
 }
 

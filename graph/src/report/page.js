@@ -70,7 +70,7 @@ function overview() {
     make("div", {}, `${bytes(memory.bound)} bound: the sum of what each class has alive at once`), meter(memory.bound, most),
     make("div", {}, `${bytes(memory.peak)} alive at most over all classes`), meter(memory.peak, most),
     ...(memory.orders ? [make("h3", {}, "Order for memory"), make("div", {}, `${bytes(memory.orders[0])} as declared, ${bytes(memory.orders[1])} chosen, no order below ${bytes(memory.orders[2])}`)] : []),
-    make("h3", {}, "Classes"), rows(["class", "resources", "created", "each"], memory.classes.map((one) => [one.description, `${one.resources}`, `${one.created}`, bytes(one.bytes_each)])),
+    make("h3", {}, "Classes"), rows(["class", "resources", "created", "bytes"], memory.classes.map((one) => [one.description, `${one.resources}`, `${one.created}`, bytes(one.bytes)])),
   ];
 }
 function passDetails(pass) {

@@ -66,8 +66,8 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physica
             faults.add(FaultKind::ToggleWrong, message);
         }
     }
-    check_sharing(plan, options, &conditional, &mut tenants, spare, faults);
-    check_sums(plan, options, spare, faults);
+    let bound = check_sharing(plan, options, &conditional, &mut tenants, spare, faults);
+    check_sums(plan, options, spare, bound, faults);
 }
 
 /// The last mip or layer of a run.
@@ -185,7 +185,7 @@ fn check_place(
                 if planned.bytes > buffer.bytes || class(planned.bytes) != class(buffer.bytes) {
                     faults.add(
                         FaultKind::ClassMismatch,
-                        format!("\"{name}\" is not of the class of buffer {index}"),
+                        format!("\"{name}\" is not of the class of buffer {index}, or larger"),
                     );
                 }
                 if !buffer.usages.contains(used.buffers) {
@@ -240,6 +240,7 @@ fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
     conditional
 }
 
+/// Returns the bytes that no sharing can go below.
 fn check_sharing(
     plan: &Plan,
     options: &PlanOptions,
@@ -247,7 +248,7 @@ fn check_sharing(
     tenants: &mut BTreeMap<Physical, Vec<(usize, usize, &str)>>,
     spare: &BTreeSet<Physical>,
     faults: &mut Faults,
-) {
+) -> u64 {
     for list in tenants.values_mut() {
         list.sort_unstable();
         for pair in list.windows(2) {
@@ -282,71 +283,74 @@ fn check_sharing(
             faults.add(FaultKind::PhysicalUnused, format!("{place:?} stands for nothing"));
         }
     }
-    check_buffer_bytes(plan, options, conditional, tenants, faults);
-    check_minimal(plan, options, conditional, tenants, faults);
+    check_buffer_bytes(plan, tenants, faults);
+    check_minimal(plan, options, conditional, tenants, faults)
 }
 
-/// A buffer is as large as the largest resource of its class: of those with its usages that round up to the same power
-/// of two. What shares no memory is as large as it is.
+/// A buffer is as large as the largest resource that it stands for.
 fn check_buffer_bytes(
     plan: &Plan,
-    options: &PlanOptions,
-    conditional: &HashSet<ResourceHandle>,
     tenants: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
     faults: &mut Faults,
 ) {
-    let mut largest: HashMap<(u32, u32), (u64, Vec<usize>)> = HashMap::new();
     for (place, list) in tenants {
         let Physical::Buffer(index) = place else { continue };
         let Some(buffer) = plan.buffers.get(*index) else { continue };
         let most = list.iter().map(|(.., name)| plan.resources[*name].bytes).max().unwrap_or(0);
-        let shares = options.aliasing
-            && list.iter().all(|(.., name)| {
-                let planned = &plan.resources[*name];
-                planned.lifetime == Lifetime::Transient && !conditional.contains(&planned.handle)
-            });
-        if shares {
-            let class = (buffer.usages.bits(), u64::BITS - most.saturating_sub(1).leading_zeros());
-            let entry = largest.entry(class).or_default();
-            entry.0 = entry.0.max(most);
-            entry.1.push(*index);
-        } else if buffer.bytes != most {
-            wrong_bytes(plan, *index, most, faults);
-        }
-    }
-    let mut classes: Vec<_> = largest.into_iter().collect();
-    classes.sort_unstable();
-    for (_, (most, list)) in classes {
-        for index in list.into_iter().filter(|index| plan.buffers[*index].bytes != most) {
-            wrong_bytes(plan, index, most, faults);
+        if buffer.bytes != most {
+            let message = format!(
+                "buffer {index} has {} bytes, and the largest that it stands for {most}",
+                buffer.bytes
+            );
+            faults.add(FaultKind::ClassMismatch, message);
         }
     }
 }
 
-fn wrong_bytes(plan: &Plan, index: usize, right: u64, faults: &mut Faults) {
-    let bytes = plan.buffers[index].bytes;
-    faults.add(
-        FaultKind::ClassMismatch,
-        format!("buffer {index} has {bytes} bytes, and the largest of its class {right}"),
-    );
+/// A class of resources that may stand for one another.
+#[derive(Default)]
+struct Class {
+    /// How many are created.
+    created: usize,
+    /// At twice the first position, and just behind twice the last one, the bytes that begin and end: lifetimes that
+    /// touch are both alive.
+    events: Vec<(usize, bool, u64)>,
 }
 
-/// In each class as many physical resources as are alive at once.
+impl Class {
+    /// How many are alive at once, and how many bytes.
+    fn peaks(&mut self) -> (usize, u64) {
+        self.events.sort_unstable();
+        let (mut alive, mut most) = ((0usize, 0u64), (0, 0));
+        for (_, begins, bytes) in &self.events {
+            alive = if *begins {
+                (alive.0 + 1, alive.1.saturating_add(*bytes))
+            } else {
+                (alive.0.saturating_sub(1), alive.1.saturating_sub(*bytes))
+            };
+            most = (most.0.max(alive.0), most.1.max(alive.1));
+        }
+        most
+    }
+}
+
+/// In each class as many physical resources as are alive at once; the bytes that cannot be less.
 fn check_minimal(
     plan: &Plan,
     options: &PlanOptions,
     conditional: &HashSet<ResourceHandle>,
     tenants: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
     faults: &mut Faults,
-) {
+) -> u64 {
     // Classes by what wgpu would be told at creation.
-    let mut classes: HashMap<String, (usize, Vec<(usize, bool)>)> = HashMap::new();
+    let mut classes: HashMap<String, Class> = HashMap::new();
+    let mut bound = 0u64;
     for (place, list) in tenants {
         let class = match place {
-            Physical::Texture(index) => plan
-                .textures
-                .get(*index)
-                .map(|one| (format!("{:?} {:?}", one.format, one.size), one.volume, one.usages.bits())),
+            Physical::Texture(index) => plan.textures.get(*index).map(|one| {
+                let like = format!("{:?} {:?} {:?}", one.format, one.size, one.view_format);
+                (like, one.volume, one.usages.bits())
+            }),
             Physical::Buffer(index) => {
                 let class = |bytes: u64| u64::BITS - bytes.saturating_sub(1).leading_zeros();
                 let class = |one: &PhysicalBuffer| format!("up to 2^{} bytes", class(one.bytes));
@@ -358,33 +362,41 @@ fn check_minimal(
             let planned = &plan.resources[*name];
             planned.lifetime == Lifetime::Transient && !conditional.contains(&planned.handle)
         });
-        let Some(class) = class.filter(|_| transient && options.aliasing) else { continue };
-        let (count, events) = classes.entry(format!("{class:?}")).or_default();
-        *count += 1;
-        for (first, last, _) in list {
-            // At one position what begins is counted before what ends: touching lifetimes are both alive.
-            events.extend([(2 * first, true), (2 * last + 1, false)]);
+        let bytes = |name: &str| plan.resources[name].bytes;
+        let Some(class) = class.filter(|_| transient && options.aliasing) else {
+            // What shares no memory takes its bytes whatever else there is.
+            bound = list.iter().fold(bound, |bound, (.., name)| bound.saturating_add(bytes(name)));
+            continue;
+        };
+        let class = classes.entry(format!("{class:?}")).or_default();
+        class.created += 1;
+        for (first, last, name) in list {
+            class.events.extend([(2 * first, true, bytes(name)), (2 * last + 1, false, bytes(name))]);
         }
     }
     let mut names: Vec<_> = classes.into_iter().collect();
-    names.sort_unstable();
-    for (class, (count, mut events)) in names {
-        events.sort_unstable();
-        let (mut alive, mut peak) = (0usize, 0usize);
-        for (_, begins) in events {
-            alive = if begins { alive + 1 } else { alive.saturating_sub(1) };
-            peak = peak.max(alive);
-        }
-        if count > peak {
+    names.sort_unstable_by(|a, b| a.0.cmp(&b.0));
+    for (name, mut class) in names {
+        let (peak, bytes) = class.peaks();
+        bound = bound.saturating_add(bytes);
+        if class.created > peak {
+            let created = class.created;
             faults.add(
                 FaultKind::NotMinimal,
-                format!("{count} resources of the class {class} are created, {peak} are alive at once"),
+                format!("{created} resources of the class {name} are created, {peak} are alive at once"),
             );
         }
     }
+    bound
 }
 
-fn check_sums(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physical>, faults: &mut Faults) {
+fn check_sums(
+    plan: &Plan,
+    options: &PlanOptions,
+    spare: &BTreeSet<Physical>,
+    bound: u64,
+    faults: &mut Faults,
+) {
     let created: u64 =
         plan.textures.iter().map(|one| one.bytes).chain(plan.buffers.iter().map(|one| one.bytes)).sum();
     let own =
@@ -396,14 +408,15 @@ fn check_sums(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physical>, fa
     });
     let kept: u64 = kept.sum();
     let apart: u64 = kept + plan.resources.values().filter(own).map(|planned| planned.bytes).sum::<u64>();
-    for (what, stated, right) in
-        [("bytes", plan.bytes, created), ("bytes_without_aliasing", plan.bytes_without_aliasing, apart)]
-    {
+    for (what, stated, right) in [
+        ("bytes", plan.bytes, created),
+        ("bytes_without_aliasing", plan.bytes_without_aliasing, apart),
+        ("bytes_bound", plan.bytes_bound, bound.saturating_add(kept)),
+    ] {
         if stated != right {
             faults.add(FaultKind::BytesWrong, format!("{what} is {stated}, but should be {right}"));
         }
     }
-    // Aliasing meets its bound, and the bound is at least what is alive at once.
     let mut alive = vec![0i128; plan.passes.len() + 1];
     for planned in plan.resources.values().filter(own) {
         let lasts = planned.lifetime != Lifetime::Transient || !options.aliasing;
@@ -425,11 +438,13 @@ fn check_sums(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physical>, fa
     if i128::from(plan.bytes_peak) != peak {
         faults.add(FaultKind::BytesWrong, format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak));
     }
-    if plan.bytes_bound != plan.bytes || i128::from(plan.bytes_bound) < peak {
-        faults.add(
-            FaultKind::BytesWrong,
-            format!("bytes_bound is {}, but {created} bytes are created", plan.bytes_bound),
+    // Sharing never costs bytes, and nothing goes below its bound.
+    if created > apart || plan.bytes_bound > created || i128::from(plan.bytes_bound) < peak {
+        let message = format!(
+            "{created} bytes are created: not between the bound, {}, and what nothing shares, {apart}",
+            plan.bytes_bound
         );
+        faults.add(FaultKind::BytesWrong, message);
     }
     for texture in plan.textures.iter().filter(|texture| texture.bytes == 0) {
         faults.add(FaultKind::BytesWrong, format!("the texture \"{}\" has no bytes", texture.label));
