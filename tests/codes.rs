@@ -15,6 +15,7 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("cli/tests/permutations.rs", &["UG0560", "UG0561", "UG0562"]),
     ("cli/tests/why.rs", &["UG0008"]),
     ("graph/src/shader/tests/compiling.rs", &["UG0513"]),
+    ("tests/learn.rs", &["UG0219"]),
     ("graph/src/shader/wgsl.rs", &["UG0523"]),
     ("graph/src/shader/tests/exploring.rs", &["UG0511"]),
     (

@@ -3,7 +3,8 @@
 mod common;
 
 use common::{Outcome, With, check_file, root};
-use umbragraph::wgpu_types::TextureFormat;
+use umbragraph::shader::TargetProfile;
+use umbragraph::wgpu_types::{DownlevelFlags, Limits, TextureFormat};
 
 fn lesson(name: &str) -> Outcome {
     check_file(&format!("pipelines/learn/{name}.json"), &With::default())
@@ -28,7 +29,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 22, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 23, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -162,6 +163,32 @@ fn of_a_group_of_features_exactly_one_is_on() {
     assert_eq!(with(&[("covered", "true")]).order(), ["paint", "show", "cover"]);
     assert_eq!(with(&[("covered", "true"), ("bright", "true")]).codes(), ["UG0217", "UG0402"]);
     assert_eq!(with(&[("plain", "false")]).codes(), ["UG0217"]);
+}
+
+#[test]
+fn a_feature_is_off_where_the_profile_has_less_than_it_requires() {
+    let path = "pipelines/learn/23-required-limits.json";
+    let on =
+        |profile, features| check_file(path, &With { profile: Some(profile), features, ..With::default() });
+    assert_eq!(size(&on(TargetProfile::webgpu(), &[]), "strip"), (8192, 8));
+    assert_eq!(size(&on(TargetProfile::webgpu(), &[("wide", "false")]), "strip"), (4096, 8));
+    assert_eq!(size(&on(TargetProfile::webgpu_compat(), &[]), "strip"), (4096, 8));
+    assert_eq!(size(&on(TargetProfile::webgpu_compat(), &[("wide", "false")]), "strip"), (4096, 8));
+    let refused = on(TargetProfile::webgpu_compat(), &[("wide", "true")]);
+    assert!(refused.codes() == ["UG0219"], "{}", refused.text());
+    let text = refused.text();
+    assert!(text.contains("of at least 8192, but webgpu-compat has 4096"), "{text}");
+}
+
+#[test]
+fn a_device_with_less_switches_a_feature_off_and_one_with_more_changes_nothing() {
+    let limits = |max_texture_dimension_2d| Limits { max_texture_dimension_2d, ..Limits::defaults() };
+    let profile = |most| TargetProfile::webgpu().on_device(&limits(most), DownlevelFlags::all());
+    assert_eq!(profile(16384), TargetProfile::webgpu());
+    let path = "pipelines/learn/23-required-limits.json";
+    let on = |most| check_file(path, &With { profile: Some(profile(most)), ..With::default() });
+    assert_eq!(size(&on(16384), "strip"), (8192, 8));
+    assert_eq!(size(&on(4096), "strip"), (4096, 8));
 }
 
 #[test]

@@ -8,6 +8,8 @@ use common::{Outcome, With, check_file, root};
 use glam::{DVec3, Vec3};
 use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph::scene::Scene;
+use umbragraph::shader::TargetProfile;
+use umbragraph::wgpu_types::Limits;
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::image::Picture;
 use umbragraph_test_support::truth::{self, TruthScene};
@@ -434,4 +436,35 @@ fn the_atlas_and_the_arrays_grow_with_the_lights_and_shrink_after_a_while() {
     assert!((10..150).contains(&calm), "{calm} frames");
     host.picture(&lit_by(&scene, few));
     assert!(sizes(&host).0 <= 256 && sizes(&host).1 == 6, "{:?}", sizes(&host));
+}
+
+#[test]
+fn lights_lie_in_a_storage_buffer_where_the_device_has_one_and_else_in_a_uniform_block() {
+    let Some(gpu) = gpu::device() else { return };
+    let limits = Limits { max_storage_buffers_per_shader_stage: 0, ..gpu.device.limits() };
+    let without = gpu.with_limits(limits);
+    let flags = gpu.adapter.get_downlevel_capabilities().flags;
+    let [usual, small_one] = [&gpu, &without].map(|gpu| {
+        let profile = TargetProfile::webgpu().on_device(&gpu.device.limits(), flags);
+        awsm_on(Some(profile))
+    });
+    let storage = |outcome: &Outcome| {
+        let variants = outcome.checked.pipeline.as_ref().unwrap().programs.iter().flat_map(|it| &it.variants);
+        let texts: Vec<&str> = variants.map(|variant| variant.module.wgsl.as_ref()).collect();
+        ["var<storage, read> lights", "var<uniform> lights"]
+            .map(|words| texts.iter().any(|text| text.contains(words)))
+    };
+    assert_eq!(storage(&usual), [true, false]);
+    assert_eq!(storage(&small_one), [false, true]);
+    let scene = interior();
+    let input = scene.frame_input(160.0 / 120.0, 0.0);
+    let one = Host::new(&gpu, &usual, &scene).picture(&input);
+    let other = Host::new(&without, &small_one, &scene).picture(&input);
+    assert_eq!(differing(&one, &other, 1), 0);
+}
+
+/// A small picture for a profile.
+fn awsm_on(profile: Option<TargetProfile>) -> Outcome {
+    let parameters = [("cube_side", "128"), ("atlas_greatest_side", "1024"), ("tile_greatest_side", "256")];
+    check_file(AWSM, &With { parameters: &parameters, profile, size: Some([160, 120]), ..With::default() })
 }

@@ -8,6 +8,8 @@ pub(crate) struct Graphics {
     pub(crate) device: Device,
     pub(crate) queue: Queue,
     pub(crate) name: String,
+    /// What the adapter can do of what older ones cannot.
+    pub(crate) flags: wgpu::DownlevelFlags,
 }
 
 /// The variable that names the adapter to be used, or a part of its name or backend.
@@ -51,7 +53,9 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
         ..wgpu::DeviceDescriptor::default()
     };
     match pollster::block_on(adapter.request_device(&descriptor)) {
-        Ok((device, queue)) => Ok(Graphics { device, queue, name }),
+        Ok((device, queue)) => {
+            Ok(Graphics { device, queue, name, flags: adapter.get_downlevel_capabilities().flags })
+        }
         Err(error) => {
             Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("{name} gives no device: {error}"))
                 .help("update the driver, or close what uses up its memory"))

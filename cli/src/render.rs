@@ -10,6 +10,7 @@ use umbragraph::frame::FrameInput;
 use umbragraph::language::Lifetime;
 use umbragraph::scene::Scene;
 use umbragraph::scene::gpu::SceneResources;
+use umbragraph::shader::TargetProfile;
 
 use crate::arguments::RenderArguments;
 use crate::device::{self, Graphics};
@@ -57,12 +58,15 @@ fn render(
         }
     };
     session.findings.extend(scene.warnings.clone());
-    let Some(plan) = checked.plan.clone() else { return Ok(None) };
-    session.findings.extend(umbragraph::scene::filter::left_out(&scene, &plan));
+    let Some(plan) = &checked.plan else { return Ok(None) };
+    session.findings.extend(umbragraph::scene::filter::left_out(&scene, plan));
     if session.findings.has_errors() {
         return Ok(None);
     }
     let graphics = progress.stage("open device", device::open)?;
+    let on_device = |profile: TargetProfile| profile.on_device(&graphics.device.limits(), graphics.flags);
+    let checked = session.check_on(checked, &on_device, &arguments.pipeline, &arguments.choices);
+    let Some(plan) = checked.plan.clone().filter(|_| !session.findings.has_errors()) else { return Ok(None) };
     let [width, height] = arguments.choices.size;
     let input = scene.frame_input(f64::from(width) / f64::from(height), arguments.time);
     let options = Session::options(&arguments.choices);

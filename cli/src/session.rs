@@ -118,6 +118,26 @@ impl Session {
             .unwrap_or_default()
     }
 
+    /// The same on a device, which may have less than the profile; what was checked is left as it is where that fits.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn check_on(
+        &mut self,
+        checked: Checked,
+        on_device: &dyn Fn(TargetProfile) -> TargetProfile,
+        path: &Path,
+        choices: &Choices,
+    ) -> Checked {
+        let Some(claimed) = checked.pipeline.as_ref().map(|pipeline| &pipeline.profile) else {
+            return checked;
+        };
+        let profile = on_device(claimed.clone());
+        if profile == *claimed {
+            return checked;
+        }
+        let Some(configured) = self.configured(path, choices) else { return Checked::default() };
+        self.check_one(&Configured { profiles: vec![profile], ..configured }, choices)
+    }
+
     /// The same, with everything that is known of where its values come from.
     pub(crate) fn trace(&mut self, path: &Path, choices: &Choices) -> Option<(Composed, Choice, Checked)> {
         let configured = self.configured(path, choices)?;
@@ -151,13 +171,14 @@ impl Session {
         verified: bool,
     ) -> Option<Covered> {
         let Configured { composed, choice, profiles } = self.configured(path, choices)?;
-        let configurations = if only_one {
-            FeatureConfigurations::one(&choice)
-        } else {
-            pipeline::feature_configurations(&composed.document, &choice)
-        };
+        let mut most = FeatureConfigurations::default();
         let mut first: Option<Coverage> = None;
         for profile in &profiles {
+            let configurations = if only_one {
+                FeatureConfigurations::one(&choice)
+            } else {
+                pipeline::feature_configurations(&composed.document, &choice, profile)
+            };
             let job = Job {
                 registry: &self.registry,
                 templates: &self.templates,
@@ -183,11 +204,15 @@ impl Session {
                 }
                 None => first = Some(coverage),
             }
+            // Profiles that lack what features require have fewer.
+            if configurations.list.len() > most.list.len() {
+                most = configurations;
+            }
         }
         let coverage = first?;
         self.prove_for(&coverage.variants, &profiles);
         let profiles = profiles.into_iter().map(|profile| profile.name).collect();
-        Some(Covered { coverage, configurations, profiles })
+        Some(Covered { coverage, configurations: most, profiles })
     }
 
     fn configured(&mut self, path: &Path, choices: &Choices) -> Option<Configured> {

@@ -72,6 +72,8 @@ pub struct With<'a> {
     pub templates: &'a [(&'a str, &'a str)],
     /// Width and height of the picture; 640 by 480 without it.
     pub size: Option<[u32; 2]>,
+    /// What shaders may rely on; WebGPU without it.
+    pub profile: Option<TargetProfile>,
     /// Whether transients keep their own memory.
     pub without_aliasing: bool,
 }
@@ -112,7 +114,7 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
     let job = umbragraph::Job {
         registry: &umbragraph::registry(),
         templates: &templates,
-        profile: &TargetProfile::webgpu(),
+        profile: &with.profile.clone().unwrap_or_else(TargetProfile::webgpu),
         choice: &choice,
         options: &options,
     };

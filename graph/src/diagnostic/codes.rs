@@ -104,6 +104,12 @@ crate::codes! {
     /// A group of features of which not exactly one is on.
     FEATURE_GROUP = "UG0217", "not one of a group",
         "Features with the same name under `one_of` form a group, and exactly one of them is on.\n\n```json\n\"features\": {\n  \"hard\": { \"type\": \"bool\", \"default\": true, \"one_of\": \"filter\" },\n  \"soft\": { \"type\": \"bool\", \"default\": false, \"one_of\": \"filter\" }\n}\n```\n\nWhoever switches one on (`--feature soft`, a preset, a parameter file) thereby switches those off that are on by default alone. Two that are both chosen, a group of which none is on, and a group with a single feature are errors. An enumeration is often the simpler way to say the same.";
+    /// A limit that no target has.
+    UNKNOWN_LIMIT = "UG0218", "unknown limit",
+        "A feature says under `required_limits` what it needs of the target: limits of WebGPU of which more is better, by the names that wgpu gives them, such as `max_storage_buffers_per_shader_stage`. Storage buffers are also counted as `max_storage_buffers_in_vertex_stage` and `max_storage_buffers_in_fragment_stage`.";
+    /// A feature that is switched on where the target lacks what it requires.
+    FEATURE_UNAVAILABLE = "UG0219", "feature unavailable",
+        "A feature says under `required_limits` what it needs of the target.\n\n```json\n\"features\": {\n  \"storage\": { \"type\": \"bool\", \"default\": true, \"required_limits\": { \"max_storage_buffers_in_vertex_stage\": 1 } }\n}\n```\n\nWhere the target profile, or the device that a picture is rendered on, has less, the feature is off (an enumeration has its first word) though it is on by default, and whoever switches it on is told so. `umbragraph why PIPELINE FEATURE` shows where a value comes from.";
     /// A resource that is not there.
     UNKNOWN_RESOURCE = "UG0301", "unknown resource",
         "A reference names a resource that \"resources\" does not declare.";

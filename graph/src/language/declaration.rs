@@ -221,6 +221,10 @@ pub struct FeatureDeclaration {
     /// that are on by default alone.
     #[serde(default)]
     pub one_of: Option<String>,
+    /// What the feature needs of the target at least: limits by name, such as "max_storage_buffers_per_shader_stage".
+    /// Where the target profile, or the device, has less, the feature is off and cannot be switched on.
+    #[serde(default)]
+    pub required_limits: BTreeMap<String, u64>,
     /// What it does, for people.
     #[serde(default)]
     pub description: Option<String>,

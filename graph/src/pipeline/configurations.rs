@@ -15,14 +15,15 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
+use super::availability;
 use super::dependence;
 use super::load::has_word;
 use super::setting::{Choice, Setting};
-use crate::document::{Document, Kind, Value};
+use crate::document::{Document, Entry, Kind, Value};
 use crate::language::{FeatureDeclaration, Order, ParameterDeclaration, ParameterType};
 use crate::shader::axes::{Condition, Constraint, Rule};
 use crate::shader::permutations::{Count, Space};
-use crate::shader::{AxisValue, AxisValues, TemplateSet};
+use crate::shader::{AxisValue, AxisValues, TargetProfile, TemplateSet};
 
 /// The most configurations that are enumerated in full: of a pipeline, or of the settings of one of its passes.
 const MAXIMUM: usize = 1 << 12;
@@ -65,7 +66,11 @@ struct Mention<'a> {
 }
 
 /// Enumerates the configurations of a document.
-pub(super) fn enumerate(document: &Document, templates: &TemplateSet) -> Configurations {
+pub(super) fn enumerate(
+    document: &Document,
+    templates: &TemplateSet,
+    profile: &TargetProfile,
+) -> Configurations {
     let mut mentions = Vec::new();
     for section in ["passes", "subgraphs"] {
         if let Some(value) = document.root.get(section) {
@@ -84,7 +89,7 @@ pub(super) fn enumerate(document: &Document, templates: &TemplateSet) -> Configu
         .filter_map(|name| templates.axes(name))
         .flat_map(crate::shader::Axes::names)
         .collect();
-    let varied = varied(document, &mentions, &axes);
+    let varied = varied(document, &mentions, &axes, profile);
     let open_settings: Vec<&str> =
         varied.iter().filter(|each| !each.exhaustive).map(|each| each.name.as_str()).collect();
     let by_expression = mentions
@@ -167,12 +172,17 @@ fn collect<'a>(value: &'a Value, axis: Option<&'a str>, deciding: bool, mentions
     }
 }
 
-fn varied(document: &Document, mentions: &[Mention<'_>], axes: &BTreeSet<&str>) -> Vec<Varied> {
+fn varied(
+    document: &Document,
+    mentions: &[Mention<'_>],
+    axes: &BTreeSet<&str>,
+    profile: &TargetProfile,
+) -> Vec<Varied> {
     let entries = |name: &str| document.root.get(name).and_then(Value::entries).unwrap_or_default();
-    let mut features: BTreeMap<&str, (FeatureDeclaration, &Value)> = BTreeMap::new();
+    let mut features: BTreeMap<&str, (FeatureDeclaration, &Entry)> = BTreeMap::new();
     for entry in entries("features") {
         if let Ok(declaration) = entry.value.decode() {
-            features.insert(&entry.key, (declaration, &entry.value));
+            features.insert(&entry.key, (declaration, entry));
         }
     }
     let is_mentioned =
@@ -204,10 +214,10 @@ fn varied(document: &Document, mentions: &[Mention<'_>], axes: &BTreeSet<&str>) 
         }
     }
     let mut varied = Vec::new();
-    for (name, (declaration, value)) in features.iter().filter(|(name, _)| wanted.contains(**name)) {
+    for (name, (declaration, entry)) in features.iter().filter(|(name, _)| wanted.contains(**name)) {
         varied.push(Varied {
             name: (*name).to_owned(),
-            values: default_first(value.get("default"), feature_values(declaration, value)),
+            values: feature_values(declaration, entry, entries("features"), profile),
             feature: Some(declaration.clone()),
             exhaustive: true,
         });
@@ -235,10 +245,19 @@ fn varied(document: &Document, mentions: &[Mention<'_>], axes: &BTreeSet<&str>) 
     varied
 }
 
-/// The values that a feature can have.
-pub(super) fn feature_values(declaration: &FeatureDeclaration, value: &Value) -> Vec<Value> {
+/// The values that a feature can have on a profile, the default first.
+pub(super) fn feature_values(
+    declaration: &FeatureDeclaration,
+    entry: &Entry,
+    features: &[Entry],
+    profile: &TargetProfile,
+) -> Vec<Value> {
+    let value = &entry.value;
+    if let Some(lacking) = availability::lacking(entry, features, profile) {
+        return vec![availability::off(declaration, lacking.place)];
+    }
     let words = words(&declaration.values, value);
-    if words.is_empty() { booleans(value) } else { words }
+    default_first(value.get("default"), if words.is_empty() { booleans(value) } else { words })
 }
 
 fn words(words: &[String], declaration: &Value) -> Vec<Value> {
@@ -253,7 +272,7 @@ fn at(declaration: &Value, kind: Kind) -> Value {
     Value { span: declaration.span, kind }
 }
 
-pub(super) fn default_first(default: Option<&Value>, values: Vec<Value>) -> Vec<Value> {
+fn default_first(default: Option<&Value>, values: Vec<Value>) -> Vec<Value> {
     let Some(default) = default else { return values };
     let json = default.to_json();
     std::iter::once(default.clone())

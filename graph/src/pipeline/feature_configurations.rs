@@ -10,12 +10,13 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::configurations::{Varied, choice, count, default_first, feature_values};
+use super::configurations::{Varied, choice, count, feature_values};
 use super::preset::of_preset;
 use super::setting::Choice;
 use crate::diagnostic::Diagnostics;
 use crate::document::{Document, Value};
 use crate::language::FeatureDeclaration;
+use crate::shader::TargetProfile;
 use crate::shader::permutations::Count;
 
 /// The most configurations of features that are listed one by one.
@@ -63,9 +64,13 @@ pub struct FeatureConfigurations {
     values: Vec<Vec<Value>>,
 }
 
-/// The configurations that the features of a document can reach where the caller gives the values `base`.
-pub fn feature_configurations(document: &Document, base: &Choice) -> FeatureConfigurations {
-    let varied = varied(document, base);
+/// The configurations that the features of a document can reach on a profile where the caller gives the values `base`.
+pub fn feature_configurations(
+    document: &Document,
+    base: &Choice,
+    profile: &TargetProfile,
+) -> FeatureConfigurations {
+    let varied = varied(document, base, profile);
     let rules = Rules::new(&varied);
     let (picks, cover) = picks(&rules);
     let configuration = |pick: Vec<usize>| Configuration {
@@ -153,7 +158,7 @@ impl FeatureConfigurations {
 }
 
 /// The features with their values, the default or what the caller gives first; the latter has no others.
-fn varied(document: &Document, base: &Choice) -> Vec<Varied> {
+fn varied(document: &Document, base: &Choice, profile: &TargetProfile) -> Vec<Varied> {
     let entries = document.root.get("features").and_then(Value::entries).unwrap_or_default();
     let mut varied: BTreeMap<&str, Varied> = BTreeMap::new();
     for entry in entries {
@@ -163,7 +168,7 @@ fn varied(document: &Document, base: &Choice) -> Vec<Varied> {
         let given = base.features.iter().rev().find(|setting| setting.name == entry.key);
         let values = match given {
             Some(setting) => vec![setting.value.clone()],
-            None => default_first(entry.value.get("default"), feature_values(&declaration, &entry.value)),
+            None => feature_values(&declaration, entry, entries, profile),
         };
         let name = entry.key.clone();
         varied.insert(&entry.key, Varied { name, values, feature: Some(declaration), exhaustive: true });
@@ -375,11 +380,29 @@ mod tests {
     use super::*;
     use crate::source::Sources;
 
+    #[test]
+    fn what_the_profile_has_no_room_for_is_off_with_all_that_requires_it() {
+        let features = |most: u32| {
+            format!(
+                "\"big\": {{ \"type\": \"bool\", \"default\": true, \
+                   \"required_limits\": {{ \"max_texture_dimension_2d\": {most} }} }}, \
+                 \"bigger\": {{ \"type\": \"enum\", \"values\": [\"x\", \"y\"], \"default\": \"y\", \"requires\": [\"big\"] }}, \
+                 \"other\": {{ \"type\": \"bool\", \"default\": false }}"
+            )
+        };
+        let there = configurations(&features(8192));
+        assert_eq!((there.list.len(), there.number.number), (6, 6));
+        let lacking = configurations(&features(8193));
+        assert_eq!((lacking.list.len(), lacking.number.number), (2, 2));
+        assert_eq!(lacking.values[0].iter().map(Value::to_json).collect::<Vec<_>>(), [false]);
+        assert_eq!(lacking.values[1].iter().map(Value::to_json).collect::<Vec<_>>(), ["x"]);
+    }
+
     fn configurations(features: &str) -> FeatureConfigurations {
         let mut sources = Sources::new();
         let file = sources.add("t", format!("{{ \"features\": {{ {features} }} }}"));
         let document = crate::document::parse(&sources, file).unwrap();
-        feature_configurations(&document, &Choice::default())
+        feature_configurations(&document, &Choice::default(), &TargetProfile::webgpu())
     }
 
     fn switches(count: usize) -> String {

@@ -13,6 +13,7 @@
 //! A pass that could not be declared leaves a gap: the resources that it mentions are exempt from findings that would
 //! only follow ([`Pipeline::uncertain`]).
 
+mod availability;
 mod binding;
 mod builder;
 mod configurations;
@@ -34,6 +35,7 @@ mod scope;
 mod setting;
 mod toggle;
 
+pub(crate) use availability::{Lacking, lacking, off};
 pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind};
 pub(crate) use binding::{element_type, member_runs};
 pub(crate) use builder::expression_finding;

@@ -73,7 +73,7 @@ pub fn reach(
     diagnostics: &mut Diagnostics,
 ) -> Reached {
     let Configurations { choices, number, sampled, open_axes } = match configured {
-        Configured::All => configurations::enumerate(document, job.templates),
+        Configured::All => configurations::enumerate(document, job.templates, job.profile),
         Configured::One(choice) => {
             let number = Count { number: 1, exact: true };
             Configurations { choices: vec![choice.clone()], number, ..Configurations::default() }

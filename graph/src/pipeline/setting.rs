@@ -1,9 +1,11 @@
 //! Parameters and features: their values, where each comes from, and whether it is allowed.
 
+use super::availability;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, did_you_mean};
 use crate::document::{self, Entry};
 use crate::expression::Value;
 use crate::language::{FeatureDeclaration, FeatureType, Order, ParameterDeclaration, ParameterType};
+use crate::shader::TargetProfile;
 use crate::source::Span;
 use std::collections::BTreeMap;
 
@@ -110,11 +112,12 @@ pub(super) fn parameters(
     parameters
 }
 
-/// Gives every feature its value, and checks what they require and exclude of one another.
+/// Gives every feature its value, and checks what they require of the profile, and require and exclude of one another.
 pub(super) fn features(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],
     choice: &[Setting],
+    profile: &TargetProfile,
     diagnostics: &mut Diagnostics,
 ) -> BTreeMap<String, Feature> {
     unknown("feature", choice, declarations.keys(), diagnostics);
@@ -123,12 +126,24 @@ pub(super) fn features(
         let Some(declaration) = declarations.get(&entry.key) else { continue };
         let Some(default) = entry.value.get("default") else { continue };
         let setting = choice.iter().rev().find(|setting| setting.name == entry.key);
+        availability::check_names(entry, diagnostics);
+        let lacking = availability::lacking(entry, entries, profile);
+        let off = lacking.as_ref().map(|lacking| availability::off(declaration, lacking.place));
+        let (default, default_place) = match &off {
+            Some(off) => (off, off.span),
+            None => (default, default.span),
+        };
         let (value, place) =
-            setting.map_or((default, default.span), |setting| (&setting.value, setting.place));
+            setting.map_or((default, default_place), |setting| (&setting.value, setting.place));
         match decode_feature(&entry.key, declaration, value) {
             Ok(value) => {
-                features
-                    .insert(entry.key.clone(), Feature { declaration: declaration.clone(), value, place });
+                let mut feature = Feature { declaration: declaration.clone(), value, place };
+                if let (Some(setting), Some(lacking), true) = (setting, &lacking, feature.is_on()) {
+                    diagnostics.push(availability::cannot_be_on(setting, lacking, profile));
+                    // Nothing follows from what cannot be.
+                    feature.value = decode_feature(&entry.key, declaration, default).unwrap_or(feature.value);
+                }
+                features.insert(entry.key.clone(), feature);
             }
             Err(finding) => {
                 diagnostics.push(
@@ -137,7 +152,7 @@ pub(super) fn features(
                         .help("features are booleans, or words of their enumeration"),
                 );
                 if let Ok(value) = decode_feature(&entry.key, declaration, default) {
-                    let place = default.span;
+                    let place = default_place;
                     features.insert(
                         entry.key.clone(),
                         Feature { declaration: declaration.clone(), value, place },
@@ -158,7 +173,7 @@ pub(super) fn features(
                 let place = entry.map_or(feature.place, |entry| entry.key_span);
                 match is_on(other) {
                     // What is wrong with a feature that is declared has its finding.
-                    None if declarations.contains_key(other) => {}
+                    None if entries.iter().any(|entry| entry.key == *other) => {}
                     None => {
                         let written = entry.and_then(|entry| entry.value.get(words)?.elements()?.get(at));
                         let place = written.map_or(place, |written| written.span);

@@ -21,6 +21,7 @@ pub mod interface;
 mod limits;
 mod listing;
 mod markers;
+mod named_limits;
 pub mod permutations;
 mod profile;
 mod reflection;

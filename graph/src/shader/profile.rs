@@ -163,6 +163,26 @@ impl TargetProfile {
         self
     }
 
+    /// The same profile with no more than a device has, so that what is checked and planned runs on that device; `flags`
+    /// are those of its adapter. A device that has more changes nothing.
+    ///
+    /// Features of a pipeline that require a limit ([`crate::language::FeatureDeclaration::required_limits`]) are off
+    /// where the device has less.
+    #[must_use]
+    pub fn on_device(mut self, limits: &Limits, flags: DownlevelFlags) -> Self {
+        let claimed = self.clone();
+        self.limits = self.limits.or_worse_values_from(limits);
+        let storage_buffers = self.limits.max_storage_buffers_per_shader_stage;
+        let has_vertex_storage = flags.contains(DownlevelFlags::VERTEX_STORAGE);
+        self.vertex_storage_buffers =
+            if has_vertex_storage { self.vertex_storage_buffers.min(storage_buffers) } else { 0 };
+        self.capabilities &= wgpu_naga_bridge::features_to_naga_capabilities(self.features, flags);
+        if self != claimed {
+            self.name += " on this device";
+        }
+        self
+    }
+
     fn new(
         name: &str,
         features: Features,

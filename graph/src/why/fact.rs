@@ -336,9 +336,21 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
             }
             facts
         }
-        Kind::Feature | Kind::Parameter if found.uses.is_empty() => users(subject, root, |entry| {
-            entry.value.get("when").and_then(Value::text).is_some_and(|when| words(when).contains(&name))
-        }),
+        Kind::Feature | Kind::Parameter if found.uses.is_empty() => {
+            let lacking =
+                given::lacking_in(subject, found.kind, found.entry).map(|(profile, lacking)| Fact {
+                    about: "unavailable",
+                    text: format!(
+                        "{} has {} {}, the feature requires {}",
+                        profile.name, lacking.limit, lacking.guaranteed, lacking.required
+                    ),
+                    at: Some(location(subject.sources, lacking.place)),
+                });
+            let users = users(subject, root, |entry| {
+                entry.value.get("when").and_then(Value::text).is_some_and(|when| words(when).contains(&name))
+            });
+            lacking.into_iter().chain(users).collect()
+        }
         _ => used(subject, &found.uses),
     }
 }

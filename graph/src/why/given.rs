@@ -6,12 +6,13 @@ use super::origin::{self, Location, as_json, json, location};
 use super::{Kind, Subject};
 use crate::compose::Layer;
 use crate::document::{Entry, Value, pointer_join};
-use crate::pipeline::Setting;
+use crate::pipeline::{self, Lacking, Setting};
+use crate::shader::TargetProfile;
 
 /// One value that was given.
 #[derive(Clone, Debug, Serialize)]
 pub struct Given {
-    /// By what: `default`, `preset NAME`, `parameter file`, `--set` or `--feature`, `with`.
+    /// By what: `default`, `profile NAME` (a feature that is off because the target lacks what it requires), `preset NAME`, `parameter file`, `--set` or `--feature`, `with`.
     pub by: String,
     /// The value as JSON text.
     #[serde(serialize_with = "as_json")]
@@ -33,6 +34,16 @@ pub(super) fn given(subject: &Subject<'_>, kind: Kind, entry: &Entry, pointer: &
     if let Some(value) = entry.value.get("default") {
         of_document(subject, "default", value, &format!("{pointer}/default"), &mut list);
     }
+    if let Some((profile, lacking)) = lacking_in(subject, kind, entry)
+        && let Ok(declaration) = entry.value.decode()
+    {
+        list.push(Given {
+            by: format!("profile {}", profile.name),
+            value: json(&pipeline::off(&declaration, lacking.place)),
+            at: location(subject.sources, lacking.place),
+            layer: Some(origin::layer(subject, lacking.place)),
+        });
+    }
     for setting in settings.iter().filter(|setting| setting.name == entry.key) {
         let preset = preset_of(subject, section, setting);
         if let Some(preset) = preset {
@@ -50,6 +61,18 @@ pub(super) fn given(subject: &Subject<'_>, kind: Kind, entry: &Entry, pointer: &
         });
     }
     list
+}
+
+/// What a feature requires that the profile does not have.
+pub(super) fn lacking_in<'a>(
+    subject: &Subject<'a>,
+    kind: Kind,
+    entry: &Entry,
+) -> Option<(&'a TargetProfile, Lacking)> {
+    let profile = &subject.checked.pipeline.as_deref()?.profile;
+    let features = subject.composed.document.root.get("features").and_then(Value::entries)?;
+    let lacking = (kind == Kind::Feature).then(|| pipeline::lacking(entry, features, profile)).flatten()?;
+    Some((profile, lacking))
 }
 
 /// A value of the document, above what it was laid over.

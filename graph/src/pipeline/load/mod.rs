@@ -93,7 +93,8 @@ pub(crate) fn load_sharing(
     }
     let parameters =
         setting::parameters(&decoded.parameters, section("parameters"), &choice.parameters, diagnostics);
-    let features = setting::features(&decoded.features, section("features"), &choice.features, diagnostics);
+    let features =
+        setting::features(&decoded.features, section("features"), &choice.features, profile, diagnostics);
     preset::check(section("presets"), &decoded.parameters, &decoded.features, choice, diagnostics);
     for entry in section("features") {
         if let Some(twin) = section("parameters").iter().find(|other| other.key == entry.key) {

@@ -44,6 +44,26 @@ pub struct Gpu {
     pub name: String,
 }
 
+impl Gpu {
+    /// Another device of the same adapter, with other limits than WebGPU's defaults.
+    ///
+    /// # Panics
+    /// Where the adapter has less.
+    #[must_use]
+    pub fn with_limits(&self, limits: wgpu::Limits) -> Self {
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("umbragraph tests, other limits"),
+            required_features: self.device.features(),
+            required_limits: limits,
+            ..Default::default()
+        };
+        match pollster::block_on(self.adapter.request_device(&descriptor)) {
+            Ok((device, queue)) => Self { device, queue, ..self.clone() },
+            Err(error) => panic!("{} has no device with these limits: {error}", self.name),
+        }
+    }
+}
+
 /// Whether a test that finds no adapter must fail.
 pub fn require_gpu() -> bool {
     environment::is_set(&environment::process, environment::REQUIRE_GPU)
