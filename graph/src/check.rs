@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::compiler::{self, Graph, Plan, PlanOptions};
+use crate::compose;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{self, Document};
 use crate::node::Registry;
@@ -63,6 +64,26 @@ pub fn check(file: FileId, job: &Job<'_>, sources: &Sources, diagnostics: &mut D
             Checked::default()
         }
     }
+}
+
+/// Takes a pipeline file, with the files that it extends, includes and uses, all the way to a plan. Every finding goes to
+/// `diagnostics`. Files that are not on a disk: [`crate::compose::compose`], then [`check_document`].
+pub fn check_path(
+    path: &Path,
+    job: &Job<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Checked {
+    let file = match read_source(path, sources) {
+        Ok(file) => file,
+        Err(finding) => {
+            diagnostics.push(finding);
+            return Checked::default();
+        }
+    };
+    compose::compose(file, path, &mut compose::Disk, sources, diagnostics)
+        .map(|composed| check_document(&composed.document, job, sources, diagnostics))
+        .unwrap_or_default()
 }
 
 /// Takes a document, perhaps composed of several files, all the way to a plan. Every finding goes to `diagnostics`.

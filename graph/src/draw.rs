@@ -11,7 +11,7 @@
 //! faces are counter-clockwise.
 
 use crate::data::ValueType;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Related};
 
 /// The property under which a mesh is drawn from both sides. It changes no shader unless a template has an axis of
 /// that name; the rasteriser's culling is switched off for it.
@@ -146,12 +146,19 @@ fn check_program(
 ) {
     use crate::shader::{Stage, TypeLayout};
     let mut report = |message: String| {
+        // Passes that draw with one template have one fault in common.
+        if let Some(known) = findings.iter_mut().find(|known| known.message == message) {
+            let also =
+                Related { place: pass.place.into(), message: "this pass draws with it too".to_owned() };
+            if known.pointer != pass.pointer && !known.related.contains(&also) {
+                known.related.push(also);
+            }
+            return;
+        }
         let finding = Diagnostic::error(crate::diagnostic::codes::HOST_INTERFACE, pass.place, message)
             .pointer(&pass.pointer)
             .help("change the host's interface, or the template");
-        if !findings.contains(&finding) {
-            findings.push(finding);
-        }
+        findings.push(finding);
     };
     let template = &program.template;
     for set in &host.property_sets {

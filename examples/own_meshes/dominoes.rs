@@ -1,0 +1,182 @@
+//! The application's meshes: dominoes on a spiral that fall one after the other, and the floor they stand on.
+//!
+//! One cube in one vertex buffer, and a uniform block for each domino. Nothing here is umbragraph's but the
+//! [`HostInterface`], which says how the bytes lie, and the [`DrawSource`], which issues the draws of a view.
+
+use std::num::NonZeroU64;
+
+use glam::{DMat4, DQuat, DVec3, Mat4, Vec3};
+use umbragraph::data::ValueType;
+use umbragraph::draw::{
+    DrawPass, DrawSource, HostAttribute, HostInterface, HostMember, HostSlot, HostSlotKind, HostVertexBuffer,
+    PropertySet,
+};
+use umbragraph::frame::Bounds;
+use umbragraph::wgpu;
+
+/// The name of the geometry in `dominoes.json`.
+pub(crate) const GEOMETRY: &str = "dominoes";
+
+/// Bytes from one block to the next.
+const STRIDE: u32 = 256;
+
+/// The bytes of a block: a matrix, then two vectors of three with a number's room behind each.
+const BLOCK: u32 = 96;
+
+/// Half the width, height and thickness of a domino, in metres.
+const HALF_SIZE: Vec3 = Vec3::new(0.14, 0.3, 0.045);
+
+const COUNT: u32 = 64;
+
+/// How the meshes are stored: said once, compared with every shader that draws them.
+pub(crate) fn interface() -> HostInterface {
+    let attribute = |name: &str, offset| HostAttribute {
+        name: name.to_owned(),
+        format: wgpu::VertexFormat::Float32x3,
+        offset,
+    };
+    let member =
+        |name: &str, value_type, offset, size| HostMember { name: name.to_owned(), value_type, offset, size };
+    let members = vec![
+        member("world_from_object", ValueType::MAT4, 0, 64),
+        member("half_size", ValueType::VEC3, 64, 12),
+        member("color", ValueType::VEC3, 80, 12),
+    ];
+    HostInterface {
+        vertex_buffers: vec![HostVertexBuffer {
+            stride: 24,
+            attributes: vec![attribute("position", 0), attribute("normal", 12)],
+        }],
+        object: vec![HostSlot {
+            name: "domino".to_owned(),
+            kind: HostSlotKind::Block { members, size: BLOCK, stride: STRIDE },
+        }],
+        property_sets: vec![PropertySet::default()],
+        ..HostInterface::default()
+    }
+}
+
+/// The dominoes on a device.
+pub(crate) struct Dominoes {
+    interface: HostInterface,
+    cube: wgpu::Buffer,
+    blocks: wgpu::Buffer,
+}
+
+impl Dominoes {
+    /// Uploads the dominoes as they stand before the first one falls.
+    pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let buffer = |label, size, usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage: usage | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        let vertices = cube();
+        let cube = buffer("cube", vertices.len() as u64, wgpu::BufferUsages::VERTEX);
+        queue.write_buffer(&cube, 0, &vertices);
+        let size = u64::from(STRIDE * (COUNT + 1));
+        let dominoes = Self {
+            interface: interface(),
+            cube,
+            blocks: buffer("dominoes", size, wgpu::BufferUsages::UNIFORM),
+        };
+        dominoes.update(queue, 0.0);
+        dominoes
+    }
+
+    /// Moves the dominoes to where they are after some seconds.
+    pub(crate) fn update(&self, queue: &wgpu::Queue, time: f64) {
+        let mut bytes = Vec::with_capacity((STRIDE * (COUNT + 1)) as usize);
+        for number in 0..COUNT {
+            let hue = number as f32 / COUNT as f32 * std::f32::consts::TAU;
+            let color = Vec3::new(hue.cos(), (hue - 2.1).cos(), (hue + 2.1).cos()) * 0.3 + 0.36;
+            block(&domino(number, time), HALF_SIZE, color, &mut bytes);
+        }
+        let floor = DMat4::from_translation(DVec3::new(0.0, -0.1, 0.0));
+        block(&floor, Vec3::new(20.0, 0.1, 20.0), Vec3::new(0.42, 0.36, 0.28), &mut bytes);
+        queue.write_buffer(&self.blocks, 0, &bytes);
+    }
+
+    /// The box around everything that casts shadows, in world metres.
+    pub(crate) fn bounds() -> Bounds {
+        Bounds { minimum: DVec3::new(-20.0, -0.2, -20.0), maximum: DVec3::new(20.0, 1.0, 20.0) }
+    }
+}
+
+impl DrawSource for Dominoes {
+    fn interface(&self, geometry: &str) -> Option<&HostInterface> {
+        (geometry == GEOMETRY).then_some(&self.interface)
+    }
+
+    fn filters(&self) -> &[&str] {
+        &["casters", "opaque"]
+    }
+
+    fn material_count(&self) -> u32 {
+        0
+    }
+
+    fn material(&self, _: u32, _: &str) -> Option<wgpu::BindingResource<'_>> {
+        None
+    }
+
+    fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>> {
+        (binding == "domino").then(|| {
+            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                buffer: &self.blocks,
+                offset: 0,
+                size: NonZeroU64::new(u64::from(BLOCK)),
+            })
+        })
+    }
+
+    fn draw(&self, pass: &mut dyn DrawPass) {
+        if !pass.set_properties(PropertySet::default()) {
+            return;
+        }
+        pass.render_pass().set_vertex_buffer(0, self.cube.slice(..));
+        for object in 0..=COUNT {
+            pass.set_object(object);
+            pass.render_pass().draw(0..36, 0..1);
+        }
+    }
+}
+
+/// Where a domino is: on a spiral outwards, falling when the one before has reached it.
+pub(crate) fn domino(number: u32, time: f64) -> DMat4 {
+    // An Archimedean spiral, in steps of about a third of a metre.
+    let angle = (f64::from(number) * 0.94 + 16.0).sqrt() * 1.6;
+    let radius = 0.3 * angle - 0.6;
+    let position = DVec3::new(radius * angle.cos(), 0.0, radius * angle.sin());
+    let heading = DQuat::from_rotation_y(-angle);
+    let fallen = ((time - f64::from(number) * 0.24) * 2.5).clamp(0.0, 1.0);
+    let height = f64::from(HALF_SIZE.y);
+    // It turns about the edge it stands on.
+    let tilt = DMat4::from_quat(DQuat::from_rotation_x(fallen * fallen * 1.3));
+    DMat4::from_rotation_translation(heading, position) * tilt * DMat4::from_translation(DVec3::Y * height)
+}
+
+fn block(world_from_object: &DMat4, half_size: Vec3, color: Vec3, bytes: &mut Vec<u8>) {
+    let start = bytes.len();
+    let matrix: Mat4 = world_from_object.as_mat4();
+    let values = matrix.to_cols_array().into_iter().chain(half_size.extend(0.0).to_array());
+    bytes.extend(values.chain(color.extend(0.0).to_array()).flat_map(f32::to_ne_bytes));
+    bytes.resize(start + STRIDE as usize, 0);
+}
+
+/// The positions and normals of a cube of side 2, counter-clockwise from outside.
+fn cube() -> Vec<u8> {
+    let mut bytes = Vec::new();
+    for normal in [Vec3::X, Vec3::NEG_X, Vec3::Y, Vec3::NEG_Y, Vec3::Z, Vec3::NEG_Z] {
+        let right = normal.any_orthonormal_vector();
+        let up = normal.cross(right);
+        for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)] {
+            let position = normal + right * x + up * y;
+            bytes.extend(position.to_array().into_iter().chain(normal.to_array()).flat_map(f32::to_ne_bytes));
+        }
+    }
+    bytes
+}
