@@ -1,9 +1,10 @@
 //! Vertices and indices of a scene in buffers.
 //!
 //! All primitives share one buffer for each stream. A static primitive is stored once, however often it is placed;
-//! each skinned draw has a range of its own, which is written when the pose changes.
+//! each skinned draw has a range of its own, which is written when the pose changes ([`super::skinning`]). These ranges
+//! come first, so that a storage binding of them is no larger than they are.
 
-use glam::{DMat3, DMat4, DVec3};
+use glam::{DMat3, DMat4};
 use std::collections::BTreeMap;
 use std::ops::Range;
 use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics};
@@ -12,8 +13,6 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use crate::codes;
 use crate::interface::{BLOCK_STRIDE, STREAMS};
-use crate::mesh::Primitive;
-use crate::pose::Pose;
 use crate::scene::{Draw, Scene};
 
 /// Where a primitive lies in the buffers.
@@ -33,15 +32,7 @@ pub(super) struct Geometry {
     indices: wgpu::Buffer,
     /// By mesh, primitive, and the number of the draw where that is skinned.
     parts: BTreeMap<(usize, usize, Option<usize>), Part>,
-    /// The joints, positions and normals of one skinned draw, kept to be used again.
-    scratch: Scratch,
-}
-
-#[derive(Default)]
-struct Scratch {
-    joints: Vec<DMat4>,
-    positions: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
+    skinned_vertices: u32,
 }
 
 /// Where a part is stored.
@@ -88,7 +79,10 @@ impl Geometry {
     pub(super) fn new(device: &wgpu::Device, scene: &Scene) -> Self {
         let (mut positions, mut normals, mut texcoords) = (Vec::new(), Vec::new(), Vec::new());
         let (mut indices, mut parts) = (Vec::<u32>::new(), BTreeMap::new());
-        for (number, draw) in scene.draws().enumerate() {
+        let mut skinned_vertices = 0;
+        let of_kind =
+            |is_skinned| scene.draws().enumerate().filter(move |(_, draw)| draw.skin.is_some() == is_skinned);
+        for (number, draw) in of_kind(true).chain(of_kind(false)) {
             parts.entry(key(number, draw)).or_insert_with(|| {
                 let primitive = scene.primitive(draw);
                 let first_vertex = positions.len() as i32;
@@ -102,6 +96,9 @@ impl Geometry {
                 let (indices, mirrored) = (start..start + count, start + count..start + 2 * count);
                 Part { indices, mirrored, first_vertex }
             });
+            if draw.skin.is_some() {
+                skinned_vertices = positions.len() as u32;
+            }
         }
         let buffer = |label: &str, contents: &[u8], usage: wgpu::BufferUsages| {
             // A buffer may not be empty, nor may a binding of it.
@@ -110,16 +107,19 @@ impl Geometry {
             device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents, usage })
         };
         let vertices = wgpu::BufferUsages::VERTEX;
+        let is_written = skinned_vertices > 0 && device.limits().max_storage_buffers_per_shader_stage > 0;
+        let moved = if is_written { vertices | wgpu::BufferUsages::STORAGE } else { vertices };
+        let moved = if cfg!(test) { moved | wgpu::BufferUsages::COPY_SRC } else { moved };
         let label = |stream: usize| format!("scene {}", STREAMS[stream].0);
         Self {
             streams: [
-                buffer(&label(0), bytemuck::cast_slice(&positions), vertices),
-                buffer(&label(1), bytemuck::cast_slice(&normals), vertices),
+                buffer(&label(0), bytemuck::cast_slice(&positions), moved),
+                buffer(&label(1), bytemuck::cast_slice(&normals), moved),
                 buffer(&label(2), bytemuck::cast_slice(&texcoords), vertices),
             ],
             indices: buffer("scene indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             parts,
-            scratch: Scratch::default(),
+            skinned_vertices,
         }
     }
 
@@ -136,38 +136,19 @@ impl Geometry {
         pass.set_index_buffer(self.indices.slice(..), wgpu::IndexFormat::Uint32);
     }
 
-    /// Writes the vertices of all skinned draws as a pose moves them, in world space.
-    pub(super) fn write_skinned(&mut self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
-        for (number, draw) in scene.draws().enumerate().filter(|(_, draw)| draw.skin.is_some()) {
-            let Some(part) = self.parts.get(&key(number, draw)) else { continue };
-            let Scratch { joints, positions, normals } = &mut self.scratch;
-            joints.clear();
-            joints.extend(scene.joint_transforms(draw.node, pose));
-            skin(scene.primitive(draw), joints, positions, normals);
-            let offset = part.first_vertex as u64 * 12;
-            queue.write_buffer(&self.streams[0], offset, bytemuck::cast_slice(positions));
-            queue.write_buffer(&self.streams[1], offset, bytemuck::cast_slice(normals));
-        }
+    /// The stream of positions, those of skinned draws first.
+    pub(super) fn positions(&self) -> &wgpu::Buffer {
+        &self.streams[0]
     }
-}
 
-/// Moves the vertices of a primitive by its joints (linear blend skinning).
-fn skin(primitive: &Primitive, joints: &[DMat4], positions: &mut Vec<[f32; 3]>, normals: &mut Vec<[f32; 3]>) {
-    positions.clear();
-    normals.clear();
-    let Some(weights) = &primitive.joints else { return };
-    let vertices = primitive.positions.iter().zip(&primitive.normals);
-    for ((position, normal), (four, weights)) in vertices.zip(weights.joints.iter().zip(&weights.weights)) {
-        let mut blended = DMat4::ZERO;
-        for (joint, weight) in four.iter().zip(weights) {
-            if let (Some(transform), true) = (joints.get(usize::from(*joint)), *weight > 0.0) {
-                blended += *transform * f64::from(*weight);
-            }
-        }
-        let position = blended.transform_point3(DVec3::from_array(position.map(f64::from)));
-        let normal = normal_matrix(&blended) * DVec3::from_array(normal.map(f64::from));
-        positions.push(position.as_vec3().to_array());
-        normals.push(normal.try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array());
+    /// The stream of normals, those of skinned draws first.
+    pub(super) fn normals(&self) -> &wgpu::Buffer {
+        &self.streams[1]
+    }
+
+    /// The number of vertices of skinned draws.
+    pub(super) fn skinned_vertices(&self) -> u32 {
+        self.skinned_vertices
     }
 }
 
@@ -185,8 +166,7 @@ pub(super) fn normal_matrix(transform: &DMat4) -> DMat3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::JointWeights;
-    use umbragraph_graph::frame::Bounds;
+    use glam::DVec3;
 
     #[test]
     fn normals_stay_at_right_angles_under_uneven_scale_and_mirroring() {
@@ -204,22 +184,5 @@ mod tests {
         let flat = DMat4::from_scale(DVec3::new(1.0, 0.0, 1.0));
         assert_eq!(normal_matrix(&flat) * DVec3::Y, DVec3::Y);
         assert_eq!(normal_matrix(&DMat4::ZERO), DMat3::IDENTITY);
-    }
-
-    #[test]
-    fn a_vertex_between_two_joints_goes_half_the_way() {
-        let primitive = Primitive {
-            positions: vec![[1.0, 0.0, 0.0]],
-            normals: vec![[0.0, 1.0, 0.0]],
-            texcoords: vec![[0.0; 2]],
-            joints: Some(JointWeights { joints: vec![[0, 1, 0, 0]], weights: vec![[0.5, 0.5, 0.0, 0.0]] }),
-            indices: Vec::new(),
-            material: 0,
-            bounds: Bounds::EMPTY,
-        };
-        let joints = [DMat4::IDENTITY, DMat4::from_translation(DVec3::new(0.0, 4.0, 0.0))];
-        let (mut positions, mut normals) = (Vec::new(), Vec::new());
-        skin(&primitive, &joints, &mut positions, &mut normals);
-        assert_eq!((positions, normals), (vec![[1.0, 2.0, 0.0]], vec![[0.0, 1.0, 0.0]]));
     }
 }

@@ -8,13 +8,14 @@
 //! transparent ones are sorted for each view, far ones first. Where a node mirrors its mesh, the winding is turned
 //! around in an index range of its own, so that fronts stay fronts.
 //!
-//! Skinned meshes are moved on the CPU, with vertices of their own for each draw: every pass draws them like any other
-//! mesh. That costs processor time for each vertex and frame, only while time passes.
+//! Skinned meshes have vertices of their own for each draw, which are moved when the pose changes: every pass draws them
+//! like any other mesh. The device moves them, or the processor where it cannot ([`SceneResources::update`]).
 
 mod draws;
 mod geometry;
 mod materials;
 mod objects;
+mod skinning;
 
 use std::sync::Mutex;
 
@@ -30,6 +31,7 @@ use draws::Item;
 use geometry::Geometry;
 use materials::Materials;
 use objects::Objects;
+use skinning::Skinning;
 
 /// A scene's buffers and textures on one device.
 pub struct SceneResources {
@@ -37,6 +39,7 @@ pub struct SceneResources {
     geometry: Geometry,
     materials: Materials,
     objects: Objects,
+    skinning: Skinning,
     items: Vec<Item>,
     /// Transparent items of the view being drawn with their distance, kept to be used again.
     sorted: Mutex<Vec<(f64, u32)>>,
@@ -63,25 +66,32 @@ impl SceneResources {
         let geometry = Geometry::new(device, scene);
         let materials = Materials::new(device, queue, scene);
         let objects = Objects::new(device, scene);
+        let skinning = Skinning::new(device, scene, &geometry);
         let items = draws::sorted_items(scene, &geometry);
         let sorted = Mutex::new(Vec::with_capacity(items.len()));
-        let mut resources = Self { interface: interface(scene), geometry, materials, objects, items, sorted };
+        let interface = interface(scene);
+        let mut resources = Self { interface, geometry, materials, objects, skinning, items, sorted };
         for item in &mut resources.items {
             item.place(scene, pose);
         }
         resources.objects.write_all(queue, scene, pose);
-        resources.geometry.write_skinned(queue, scene, pose);
+        resources.skinning.write(queue, &resources.geometry, scene, pose);
         Ok(resources)
     }
 
     /// Writes what has changed since the last pose: draws that can move, and skinned vertices. The scene must be the
     /// one that was uploaded.
+    ///
+    /// Command buffers that are submitted later draw the new pose, whether they are recorded already or not; those
+    /// submitted before have drawn the old one. Where joints have moved skinned meshes, their vertices are moved by
+    /// compute dispatches, in a command buffer that is submitted here. A device without compute stage, or with fewer
+    /// than four storage buffers in it, leaves that to the processor.
     pub fn update(&mut self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
         for item in self.items.iter_mut().filter(|item| item.draw.dynamic) {
             item.place(scene, pose);
         }
         self.objects.write_dynamic(queue, scene, pose);
-        self.geometry.write_skinned(queue, scene, pose);
+        self.skinning.write(queue, &self.geometry, scene, pose);
     }
 }
 

@@ -1,0 +1,84 @@
+//! Skinning on the processor, for devices that cannot do it themselves; the measure of those that can.
+
+use glam::{DMat4, DVec3};
+use umbragraph_graph::wgpu;
+
+use super::Skinned;
+use crate::gpu::geometry::{Geometry, normal_matrix};
+use crate::mesh::Primitive;
+use crate::scene::Scene;
+
+/// The skinned draws, and the vertices of one of them, kept to be used again.
+pub(super) struct HostSkinning {
+    draws: Vec<Skinned>,
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+}
+
+impl HostSkinning {
+    pub(super) fn new(draws: Vec<Skinned>) -> Self {
+        Self { draws, positions: Vec::new(), normals: Vec::new() }
+    }
+
+    pub(super) fn write(
+        &mut self,
+        queue: &wgpu::Queue,
+        geometry: &Geometry,
+        scene: &Scene,
+        joints: &[DMat4],
+    ) {
+        let Self { draws, positions, normals } = self;
+        for Skinned { draw, first_vertex, first_joint, joint_count } in draws {
+            let first = *first_joint as usize;
+            let joints = joints.get(first..first + *joint_count as usize).unwrap_or_default();
+            skin(scene.primitive(*draw), joints, positions, normals);
+            let offset = u64::from(*first_vertex) * 12;
+            queue.write_buffer(geometry.positions(), offset, bytemuck::cast_slice(positions));
+            queue.write_buffer(geometry.normals(), offset, bytemuck::cast_slice(normals));
+        }
+    }
+}
+
+/// Moves the vertices of a primitive by its joints.
+fn skin(primitive: &Primitive, joints: &[DMat4], positions: &mut Vec<[f32; 3]>, normals: &mut Vec<[f32; 3]>) {
+    positions.clear();
+    normals.clear();
+    let Some(weights) = &primitive.joints else { return };
+    let vertices = primitive.positions.iter().zip(&primitive.normals);
+    for ((position, normal), (four, weights)) in vertices.zip(weights.joints.iter().zip(&weights.weights)) {
+        let mut blended = DMat4::ZERO;
+        for (joint, weight) in four.iter().zip(weights) {
+            if let (Some(transform), true) = (joints.get(usize::from(*joint)), *weight > 0.0) {
+                blended += *transform * f64::from(*weight);
+            }
+        }
+        let position = blended.transform_point3(DVec3::from_array(position.map(f64::from)));
+        let normal = normal_matrix(&blended) * DVec3::from_array(normal.map(f64::from));
+        positions.push(position.as_vec3().to_array());
+        normals.push(normal.try_normalize().unwrap_or(DVec3::Y).as_vec3().to_array());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::JointWeights;
+    use umbragraph_graph::frame::Bounds;
+
+    #[test]
+    fn a_vertex_between_two_joints_goes_half_the_way() {
+        let primitive = Primitive {
+            positions: vec![[1.0, 0.0, 0.0]],
+            normals: vec![[0.0, 1.0, 0.0]],
+            texcoords: vec![[0.0; 2]],
+            joints: Some(JointWeights { joints: vec![[0, 1, 0, 0]], weights: vec![[0.5, 0.5, 0.0, 0.0]] }),
+            indices: Vec::new(),
+            material: 0,
+            bounds: Bounds::EMPTY,
+        };
+        let joints = [DMat4::IDENTITY, DMat4::from_translation(DVec3::new(0.0, 4.0, 0.0))];
+        let (mut positions, mut normals) = (Vec::new(), Vec::new());
+        skin(&primitive, &joints, &mut positions, &mut normals);
+        assert_eq!((positions, normals), (vec![[1.0, 2.0, 0.0]], vec![[0.0, 1.0, 0.0]]));
+    }
+}

@@ -1,0 +1,99 @@
+//! Vertices that joints move: linear blend skinning, once for each pose, whatever number of passes and views draw it.
+//!
+//! A skinned draw has a range of its own in the vertex streams. When the pose changes, its positions and normals are
+//! written there in world space, so that every pass draws it like any other mesh. That is done on the device: a compute
+//! dispatch for each skinned draw reads the primitive as it is modelled and the matrices of the joints, and writes the
+//! streams. Where a device cannot do that ([`DeviceSkinning::fits`]: no compute stage, too few storage buffers, or ones
+//! that are too small), the processor does, each vertex of each pose.
+//!
+//! A vertex is moved by the weighted sum of its joints' matrices, its normal by the cofactors of that sum. The device
+//! computes in `f32`, so its vertices differ from those of the processor, which computes in `f64`, by a few units in the
+//! last place of their coordinates.
+//!
+//! The dispatches are submitted on their own, after the matrices have been written to the queue: what was submitted
+//! before sees the old pose, what is submitted later the new one, just as with `Queue::write_buffer`. A pose in which no
+//! joint has moved costs nothing.
+
+mod device;
+mod host;
+
+use glam::DMat4;
+use umbragraph_graph::wgpu;
+
+use super::geometry::Geometry;
+use crate::pose::Pose;
+use crate::scene::{Draw, Scene};
+use device::DeviceSkinning;
+use host::HostSkinning;
+
+/// What moves the skinned draws of a scene.
+pub(super) struct Skinning {
+    way: Way,
+    /// The joints of all skinned draws one after the other, as they were last written.
+    joints: Vec<DMat4>,
+    /// The same of the pose that is being written, kept to be used again.
+    next: Vec<DMat4>,
+}
+
+enum Way {
+    /// Nothing is skinned.
+    Nothing,
+    Device(Box<DeviceSkinning>),
+    Host(HostSkinning),
+}
+
+/// A skinned draw and where its vertices and joints are.
+#[derive(Clone, Copy, Debug)]
+struct Skinned {
+    draw: Draw,
+    /// Its first vertex in the streams.
+    first_vertex: u32,
+    /// Its first joint among those of all skinned draws.
+    first_joint: u32,
+    joint_count: u32,
+}
+
+impl Skinning {
+    pub(super) fn new(device: &wgpu::Device, scene: &Scene, geometry: &Geometry) -> Self {
+        let draws = skinned_draws(scene, geometry);
+        let way = if draws.is_empty() {
+            Way::Nothing
+        } else if DeviceSkinning::fits(&device.limits(), scene, &draws, geometry.skinned_vertices()) {
+            Way::Device(Box::new(DeviceSkinning::new(device, scene, &draws, geometry)))
+        } else {
+            Way::Host(HostSkinning::new(draws))
+        };
+        Self { way, joints: Vec::new(), next: Vec::new() }
+    }
+
+    /// Moves the vertices of all skinned draws to where a pose has them.
+    pub(super) fn write(&mut self, queue: &wgpu::Queue, geometry: &Geometry, scene: &Scene, pose: &Pose) {
+        let joints = scene.draws().filter(|draw| draw.skin.is_some());
+        self.next.clear();
+        self.next.extend(joints.flat_map(|draw| scene.joint_transforms(draw.node, pose)));
+        if self.next == self.joints {
+            return;
+        }
+        std::mem::swap(&mut self.next, &mut self.joints);
+        match &mut self.way {
+            Way::Nothing => {}
+            Way::Device(skinning) => skinning.write(queue, &self.joints),
+            Way::Host(skinning) => skinning.write(queue, geometry, scene, &self.joints),
+        }
+    }
+}
+
+fn skinned_draws(scene: &Scene, geometry: &Geometry) -> Vec<Skinned> {
+    let mut first_joint = 0;
+    let skinned = scene.draws().enumerate().filter_map(|(number, draw)| {
+        let joint_count = scene.skins.get(draw.skin?)?.joints.len() as u32;
+        let first_vertex = geometry.part(number, draw)?.first_vertex as u32;
+        let skinned = Skinned { draw, first_vertex, first_joint, joint_count };
+        first_joint += joint_count;
+        Some(skinned)
+    });
+    skinned.collect()
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,124 @@
+use glam::{DQuat, DVec3};
+use std::path::Path;
+use umbragraph_test_support::gpu::{self, Gpu};
+
+use super::*;
+use crate::node::{Node, NodeId};
+
+/// A scene's positions and normals on a device, and whether the device moves them.
+struct Streams {
+    geometry: Geometry,
+    skinning: Skinning,
+}
+
+impl Streams {
+    fn new(gpu: &Gpu, scene: &Scene) -> Self {
+        let geometry = Geometry::new(&gpu.device, scene);
+        Self { skinning: Skinning::new(&gpu.device, scene, &geometry), geometry }
+    }
+
+    fn is_on_device(&self) -> bool {
+        matches!(self.skinning.way, Way::Device(_))
+    }
+
+    /// All positions and normals in a pose.
+    fn in_pose(&mut self, gpu: &Gpu, scene: &Scene, pose: &Pose) -> [Vec<f32>; 2] {
+        self.skinning.write(&gpu.queue, &self.geometry, scene, pose);
+        [self.geometry.positions(), self.geometry.normals()].map(|stream| read(gpu, stream))
+    }
+}
+
+fn read(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<f32> {
+    let copy = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read back"),
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    encoder.copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+    gpu.queue.submit([encoder.finish()]);
+    copy.slice(..).map_async(wgpu::MapMode::Read, |result| result.expect("a mapped buffer"));
+    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
+    let mapped = copy.slice(..).get_mapped_range().expect("a mapped buffer");
+    bytemuck::cast_slice(&mapped).to_vec()
+}
+
+/// The device and one of the same adapter on which the processor has to skin.
+fn devices() -> Option<[Gpu; 2]> {
+    let gpu = gpu::device()?;
+    let few = wgpu::Limits { max_storage_buffers_per_shader_stage: 3, ..gpu.device.limits() };
+    let other = gpu.with_limits(few);
+    Some([gpu, other])
+}
+
+fn figure() -> Scene {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/scenes/figure.glb");
+    crate::load(&path).expect("a scene")
+}
+
+/// Holds the device's vertices to the processor's in some poses; the farthest that a coordinate is off, as a part of the
+/// largest.
+#[track_caller]
+fn assert_alike(scene: &Scene, poses: &[Pose]) -> f64 {
+    let Some(gpus) = devices() else { return 0.0 };
+    let [mut device, mut host] = gpus.each_ref().map(|gpu| Streams::new(gpu, scene));
+    assert!(device.is_on_device() && !host.is_on_device());
+    let mut farthest = 0.0_f64;
+    let mut seen: Vec<Vec<f32>> = Vec::new();
+    for pose in poses {
+        let [positions, normals] = device.in_pose(&gpus[0], scene, pose);
+        let [wanted, wanted_normals] = host.in_pose(&gpus[1], scene, pose);
+        let largest = wanted.iter().fold(1.0_f32, |largest, value| largest.max(value.abs()));
+        for (found, wanted) in positions.iter().zip(&wanted) {
+            farthest = farthest.max(f64::from((found - wanted).abs() / largest));
+        }
+        assert!(farthest < 1e-5, "positions are {farthest} of {largest} m off");
+        for (at, (found, wanted)) in normals.iter().zip(&wanted_normals).enumerate() {
+            assert!((found - wanted).abs() < 1e-4, "normal {}: {found}, not {wanted}", at / 3);
+        }
+        assert!(!seen.contains(&wanted), "poses are alike");
+        seen.push(wanted);
+    }
+    farthest
+}
+
+#[test]
+fn the_device_moves_the_figure_as_the_processor_does() {
+    let scene = figure();
+    let poses: Vec<Pose> = [0.0, 0.3, 1.2, 2.7].map(|time| scene.pose(time)).into();
+    println!("the figure: {:.1e} of the largest coordinate", assert_alike(&scene, &poses));
+}
+
+/// The figure thrice in one scene: once as it is, once scaled unevenly and far from the origin, once mirrored and almost
+/// flat, with joints of their own each time.
+fn crowd() -> Scene {
+    let mut scene = figure();
+    let skinned: Vec<Draw> = scene.draws().filter(|draw| draw.skin.is_some()).collect();
+    let far = DMat4::from_scale_rotation_translation(
+        DVec3::new(0.3, 2.0, 1.0),
+        DQuat::from_rotation_x(0.7),
+        DVec3::new(900.0, 3.0, -400.0),
+    );
+    for transform in [far, DMat4::from_scale(DVec3::new(-1.0, 1.0, 1e-3))] {
+        for draw in &skinned {
+            let mut skin = scene.skins[draw.skin.expect("a skin")].clone();
+            for (at, inverse_bind) in skin.inverse_bind.iter_mut().enumerate() {
+                *inverse_bind = *inverse_bind * transform * DMat4::from_rotation_z(0.05 * at as f64);
+            }
+            let skin_index = Some(scene.skins.len());
+            scene.skins.push(skin);
+            let node = NodeId(scene.nodes.len() as u32);
+            scene.nodes.push(Node { skin: skin_index, ..scene.nodes[draw.node.index()].clone() });
+            scene.draws.push(Draw { node, skin: skin_index, ..*draw });
+        }
+    }
+    scene
+}
+
+#[test]
+fn uneven_scale_mirroring_and_great_distances_make_no_difference() {
+    let scene = crowd();
+    let poses: Vec<Pose> = [0.0, 1.2].map(|time| scene.pose(time)).into();
+    println!("changed joints: {:.1e} of the largest coordinate", assert_alike(&scene, &poses));
+}
