@@ -107,10 +107,12 @@ fn check_own(
 ) -> Checked {
     let mut checked = Checked::default();
     let Job { registry, templates, profile, choice, options } = job;
-    let Some(pipeline) = pipeline::load(document, registry, templates, profile, choice, sources, diagnostics)
+    let Some(mut pipeline) =
+        pipeline::load(document, registry, templates, profile, choice, sources, diagnostics)
     else {
         return checked;
     };
+    compiler::set_aside(&mut pipeline, options, sources, diagnostics);
     let pipeline = Arc::new(pipeline);
     checked.pipeline = Some(pipeline.clone());
     let Some(graph) = compiler::build(&pipeline, diagnostics) else { return checked };

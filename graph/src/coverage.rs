@@ -46,11 +46,13 @@ pub fn check_configurations(
         let choice = &configuration.choice;
         let loaded =
             load_sharing(document, registry, templates, profile, choice, sources, &mut own, &mut modules);
-        let Some(pipeline) = loaded.map(Arc::new) else {
+        let Some(mut pipeline) = loaded else {
             // Too broken to have passes at all, whatever the features.
             diagnostics.extend(as_written(document, own));
             return coverage;
         };
+        compiler::set_aside(&mut pipeline, options, sources, &mut own);
+        let pipeline = Arc::new(pipeline);
         for program in &pipeline.programs {
             let variants = program.variants.iter();
             coverage

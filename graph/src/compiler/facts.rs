@@ -16,11 +16,12 @@ use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 
 use super::format;
 use super::history;
+use super::parts;
 use super::plan::{Import, PlanOptions};
 use super::size::{Size, Sizes, TextureSize};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Part, Pipeline, Resource, ResourceKind};
+use crate::pipeline::{Pipeline, Resource, ResourceKind};
 use crate::source::Sources;
 use crate::work::{PassHandle, ResourceHandle};
 
@@ -136,7 +137,7 @@ impl<'a> Facts<'a> {
             facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
         }
         facts.classes = classes.known.len();
-        facts.check_parts(findings);
+        findings.extend(parts::beyond(pipeline, &facts.sizes).into_iter().map(|(_, finding)| finding));
         history::check_initial(&facts, findings);
         facts
     }
@@ -174,18 +175,16 @@ impl<'a> Facts<'a> {
             facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
         }
         facts.classes = classes.known.len();
-        facts.check_parts(findings);
+        findings.extend(parts::beyond(pipeline, &facts.sizes).into_iter().map(|(_, finding)| finding));
         history::check_initial(&facts, findings);
         Some(facts)
     }
 
     /// Nothing known yet.
     fn empty(pipeline: &'a Pipeline, options: &'a PlanOptions, sources: &'a Sources) -> Self {
-        let imported =
-            pipeline.resources.iter().map(|one| told(options, one).map(|import| import.size)).collect();
         Self {
             pipeline,
-            sizes: Sizes::new(pipeline, sources, options.viewport, imported, &options.data_sizes),
+            sizes: sizes(pipeline, options, sources),
             list: vec![None; pipeline.resources.len()],
             classes: 0,
         }
@@ -211,53 +210,6 @@ impl<'a> Facts<'a> {
     /// The findings about sizes and other expressions.
     pub(super) fn take_findings(&self) -> Diagnostics {
         self.sizes.take_findings()
-    }
-
-    /// Finds uses of mips and layers that a texture does not have, also by passes that are culled.
-    fn check_parts(&self, findings: &mut Vec<Diagnostic>) {
-        for one in
-            self.pipeline.passes.iter().flat_map(|pass| &pass.uses).filter(|one| one.part != Part::WHOLE)
-        {
-            let resource = self.pipeline.resource(one.resource);
-            if let (Some(run), Some(Size::Buffer(bytes))) = (one.part.bytes, self.sizes.of(one.resource))
-                && run.end() > bytes
-            {
-                let message = format!(
-                    "bytes {} to {} of \"{}\" are used, which has {bytes}",
-                    run.first,
-                    run.end() - 1,
-                    resource.name
-                );
-                findings.push(
-                    Diagnostic::error(codes::ATTACHMENTS, one.place, message)
-                        .pointer(&one.pointer)
-                        .related(resource.place, "declared here")
-                        .help("choose \"offset\" and \"size\" within the buffer, or make it larger"),
-                );
-            }
-            let (Some(texture), Some(size)) = (resource.texture(), self.sizes.texture(one.resource)) else {
-                continue;
-            };
-            let volume = texture.view == Some(TextureShape::D3);
-            // The layers of a volume are slices, fewer on each mip.
-            let mip = one.part.mip.map_or(0, |run| run.first);
-            let layers = if volume { (size.layers >> mip.min(31)).max(1) } else { size.layers };
-            for (what, run, count) in [("mip", one.part.mip, size.mips), ("layer", one.part.layer, layers)] {
-                if let Some(run) = run.filter(|run| run.end() > u64::from(count)) {
-                    let message = match run.count {
-                        1 => format!("\"{}\" has no {what} {}", resource.name, run.first),
-                        _ => {
-                            format!("\"{}\" has no {what}s {} to {}", resource.name, run.first, run.end() - 1)
-                        }
-                    };
-                    findings.push(
-                        Diagnostic::error(codes::ATTACHMENTS, one.place, message)
-                            .pointer(&one.pointer)
-                            .help(format!("it has {count}, counted from 0")),
-                    );
-                }
-            }
-        }
     }
 
     /// Finds uses of the host's own texture that it was not created for.
@@ -297,6 +249,13 @@ impl<'a> Facts<'a> {
             );
         }
     }
+}
+
+/// The sizes of resources, none of which is known yet.
+pub(super) fn sizes<'a>(pipeline: &'a Pipeline, options: &'a PlanOptions, sources: &'a Sources) -> Sizes<'a> {
+    let imported =
+        pipeline.resources.iter().map(|one| told(options, one).map(|import| import.size)).collect();
+    Sizes::new(pipeline, sources, options.viewport, imported, &options.data_sizes)
 }
 
 /// What the host has told of a resource that stands for a texture of its own.

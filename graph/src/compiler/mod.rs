@@ -27,6 +27,7 @@ mod lifetime;
 mod merge;
 mod order;
 mod order_memory;
+mod parts;
 mod pass_sizes;
 mod plan;
 mod planner;
@@ -52,6 +53,7 @@ pub(crate) use format::{format_name, parse_format};
 pub use graph::{Edge, Graph, GraphNode, Hazard, build};
 pub use history::{InitialValue, PlannedHistory};
 pub use order::{MemoryOrder, Objective, OrderMethod, OrderReport};
+pub(crate) use parts::set_aside;
 pub use plan::{
     Import, Kept, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedAttachment,
     PlannedPass, PlannedResource, StoreOperation, plan,

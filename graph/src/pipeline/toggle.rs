@@ -24,12 +24,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use super::builder::expression_finding;
 use super::environment::Environment;
 use super::load::{RESERVED, Shared, bad_name, is_name};
 use super::{Pass, Pipeline, ResourceKind, Use, Version, history};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, did_you_mean, list_of};
-use crate::document::{Document, Entry, Value, pointer_join};
-use crate::expression::Fault;
+use crate::document::{Document, Entry, Kind, Value, pointer_join};
 use crate::language::{Reference, ToggleDeclaration};
 use crate::source::Span;
 use crate::work::ResourceHandle;
@@ -203,7 +203,8 @@ fn unknown(document: &Document, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// In which frames a pass runs, by its own toggle and those of the subgraphs around it. Finding: two that differ.
+/// In which frames a pass runs, by its own toggle and those of the subgraphs around it. Finding: two that differ, unless
+/// one of them is not declared.
 pub(super) fn condition(
     entry: &Entry,
     pointer: &str,
@@ -212,9 +213,15 @@ pub(super) fn condition(
     diagnostics: &mut Diagnostics,
 ) -> Option<Condition> {
     let own = entry.value.get("toggle").and_then(Value::text);
-    let mut all: Vec<&str> = environment.toggles.iter().map(String::as_str).chain(own).collect();
+    let thrown = |text: &str| {
+        let (on, name) = text.strip_prefix('!').map_or((true, text), |name| (false, name));
+        let toggle = toggles.iter().position(|toggle| toggle.name == name)?;
+        Some(Condition { toggle, on })
+    };
+    let all = environment.toggles.iter().map(String::as_str).chain(own);
+    let mut all: Vec<(&str, Condition)> = all.filter_map(|text| Some((text, thrown(text)?))).collect();
     all.dedup();
-    if let [first, second, ..] = all[..] {
+    if let [(first, _), (second, _), ..] = all[..] {
         let place = entry.value.get("toggle").map_or(entry.key_span, |value| value.span);
         let message = format!("the pass has the toggles \"{first}\" and \"{second}\"");
         let finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, place, message)
@@ -222,10 +229,7 @@ pub(super) fn condition(
             .help("a pass has one toggle; the toggle of a \"use\" is that of all passes of the subgraph");
         diagnostics.push(finding);
     }
-    let text = all.first()?;
-    let (on, name) = text.strip_prefix('!').map_or((true, *text), |name| (false, name));
-    let toggle = toggles.iter().position(|toggle| toggle.name == name)?;
-    Some(Condition { toggle, on })
+    all.first().map(|(_, condition)| *condition)
 }
 
 /// One "bypass" of a pass or of a use of a subgraph.
@@ -248,18 +252,23 @@ pub(super) fn connect(
 ) -> BTreeMap<ResourceHandle, Bypass> {
     let mut bypasses: BTreeMap<ResourceHandle, Bypass> = BTreeMap::new();
     for said in said {
-        let all = said.entry.value.get("bypass").and_then(Value::entries).unwrap_or_default();
-        for one in all {
-            let mut findings = Diagnostics::new();
+        for one in said.entry.value.get("bypass").and_then(Value::entries).unwrap_or_default() {
             let look = Look { said, one, passes, toggles, uncertain, shared };
-            let found = look.bypass(&bypasses, &mut findings);
-            // What would be said of its readers only follows.
-            let name = said.environment.interpolate(&one.key, &shared.scope).unwrap_or_default();
-            let resource = shared.find(&said.environment.resource(&name));
-            uncertain.extend(resource.filter(|_| findings.has_errors()));
-            shared.report_from(findings, &said.environment);
-            if let Some((resource, bypass)) = found {
-                bypasses.entry(resource).or_insert(bypass);
+            match look.bypass(&bypasses) {
+                Ok(found) => {
+                    if let Some((resource, bypass)) = found {
+                        bypasses.entry(resource).or_insert(bypass);
+                    }
+                }
+                Err(finding) => {
+                    // What would be said of the readers of what is meant only follows.
+                    let meant = look.meant();
+                    shared.report_from(
+                        finding.into_iter().map(|finding| *finding).collect(),
+                        &said.environment,
+                    );
+                    uncertain.extend(meant);
+                }
             }
         }
     }
@@ -353,6 +362,9 @@ pub(crate) fn add_stand_ins(
     refused
 }
 
+/// Why an entry of a "bypass" is none; `None` where that only follows from a finding elsewhere.
+type Refusal = Option<Box<Diagnostic>>;
+
 /// One entry of one "bypass".
 struct Look<'a> {
     said: &'a Said<'a>,
@@ -364,13 +376,30 @@ struct Look<'a> {
 }
 
 impl Look<'_> {
-    fn refuse(&self, place: Span, message: String, help: impl Into<String>) -> Diagnostic {
-        self.finding(codes::BYPASS, place, message, help)
+    fn refuse(&self, place: Span, message: String, help: impl Into<String>) -> Refusal {
+        Some(Box::new(self.finding(codes::BYPASS, place, message, help)))
     }
 
     fn finding(&self, code: Code, place: Span, message: String, help: impl Into<String>) -> Diagnostic {
-        let pointer = pointer_join(&format!("{}/bypass", self.said.pointer), &self.one.key);
-        Diagnostic::error(code, place, message).pointer(pointer).help(help)
+        Diagnostic::error(code, place, message).pointer(self.pointer()).help(help)
+    }
+
+    fn pointer(&self) -> String {
+        pointer_join(&format!("{}/bypass", self.said.pointer), &self.one.key)
+    }
+
+    /// What a faulty entry may be about: the resource that it names if the passes write that, else all that they write.
+    fn meant(&self) -> BTreeSet<ResourceHandle> {
+        let environment = &self.said.environment;
+        let name = environment.interpolate(&self.one.key, &self.shared.scope).ok();
+        let named = name.and_then(|name| self.shared.find(&environment.resource(&name)));
+        let uses = self.members().flat_map(|pass| &pass.uses);
+        let written: BTreeSet<ResourceHandle> =
+            uses.filter(|one| one.usage.writes()).map(|one| one.resource).collect();
+        match named.filter(|named| written.contains(named)) {
+            Some(named) => BTreeSet::from([named]),
+            None => written.into_iter().chain(named).collect(),
+        }
     }
 
     fn members(&self) -> impl Iterator<Item = &Pass> {
@@ -380,36 +409,19 @@ impl Look<'_> {
         })
     }
 
-    /// A resource by a reference, and the version that it names.
-    fn resource(
-        &self,
-        text: &str,
-        place: Span,
-        findings: &mut Diagnostics,
-    ) -> Option<(ResourceHandle, Version)> {
+    /// A resource by a reference, and the version that it names; `None` where nothing is known of it.
+    fn resource(&self, text: &str, place: Span) -> Result<Option<(ResourceHandle, Version)>, Refusal> {
         let environment = &self.said.environment;
         let given = text;
-        let text = match environment.interpolate(text, &self.shared.scope) {
-            Ok(text) => text,
-            Err(error) if error.fault == Fault::Follows => return None,
-            Err(error) => {
-                findings.push(self.finding(
-                    codes::BAD_REFERENCE,
-                    place,
-                    error.message,
-                    "see `umbragraph explain UG0208`",
-                ));
-                return None;
-            }
-        };
-        let reference = match Reference::parse(&text) {
-            Ok(reference) => reference,
-            Err(error) => {
-                let message = format!("\"{text}\" is no reference");
-                findings.push(self.finding(codes::BAD_REFERENCE, place, message, error.to_string()));
-                return None;
-            }
-        };
+        let text = environment.interpolate(text, &self.shared.scope).map_err(|mut error| {
+            environment.widen(&mut error, std::iter::empty());
+            let value = Value { span: place, kind: Kind::Text(given.to_owned()) };
+            expression_finding(&error, &value, &self.pointer()).map(Box::new)
+        })?;
+        let reference = Reference::parse(&text).map_err(|error| {
+            let message = format!("\"{text}\" is no reference");
+            Some(Box::new(self.finding(codes::BAD_REFERENCE, place, message, error.to_string())))
+        })?;
         let Some(handle) = self.shared.find(&environment.resource(reference.resource)) else {
             let resources = self.shared.resources.iter();
             let names = resources.filter_map(|resource| environment.resource_inside(&resource.name));
@@ -417,32 +429,19 @@ impl Look<'_> {
             let finding = self.finding(codes::UNKNOWN_RESOURCE, place, message, "");
             let written = place.of_quoted(given, 0..reference.resource.len());
             let written = written.filter(|_| given.starts_with(reference.resource));
-            findings.push(
-                finding.meant(reference.resource, names, written, |_| {
-                    "declare it under \"resources\"".to_owned()
-                }),
-            );
-            return None;
+            let finding = finding
+                .meant(reference.resource, names, written, |_| "declare it under \"resources\"".to_owned());
+            return Err(Some(Box::new(finding)));
         };
         let back = environment.back(reference.resource).saturating_add(reference.back);
         if back > 0 {
-            let earlier = history::earlier(self.shared, handle, back);
-            if earlier.is_none() {
+            let earlier = history::earlier(self.shared, handle, back).ok_or_else(|| {
                 let (message, help) = history::beyond(self.shared, handle, back);
-                findings.push(self.finding(codes::HISTORY_READ, place, message, help));
-            }
-            return Some((earlier?, Version::Newest));
-        }
-        let back = environment.back(reference.resource).saturating_add(reference.back);
-        if back > 0 {
-            if let Some(earlier) = history::earlier(self.shared, handle, back) {
-                return Some((earlier, Version::Newest));
-            }
-            let (message, help) = history::beyond(self.shared, handle, back);
-            let declared = self.shared.resources[handle.index()].place;
-            let finding = self.finding(codes::HISTORY_READ, place, message, help);
-            findings.push(finding.related(declared, "declared here"));
-            return None;
+                let declared = self.shared.resources[handle.index()].place;
+                let finding = self.finding(codes::HISTORY_READ, place, message, help);
+                Some(Box::new(finding.related(declared, "declared here")))
+            })?;
+            return Ok(Some((earlier, Version::Newest)));
         }
         let version = match (reference.version, environment.version(reference.resource)) {
             (Some(pass), _) => Version::WrittenBy(environment.pass(pass)),
@@ -450,48 +449,48 @@ impl Look<'_> {
             (None, None) => Version::Newest,
         };
         let known = !matches!(self.shared.resources[handle.index()].kind, ResourceKind::Broken);
-        known.then_some((handle, version))
+        Ok(known.then_some((handle, version)))
     }
 
+    /// What stands in for which resource; `None` where a bypass changes nothing, or nothing is known.
     fn bypass(
         &self,
         others: &BTreeMap<ResourceHandle, Bypass>,
-        findings: &mut Diagnostics,
-    ) -> Option<(ResourceHandle, Bypass)> {
+    ) -> Result<Option<(ResourceHandle, Bypass)>, Refusal> {
         let key = self.one.key_span;
         let has_toggle =
             self.said.entry.value.get("toggle").is_some() || !self.said.environment.toggles.is_empty();
         if !has_toggle {
             let message = format!("\"{}\" has a bypass, but no toggle", self.said.name);
             let help = "add \"toggle\", or remove the bypass";
-            findings.push(self.refuse(key, message, help));
-            return None;
+            return Err(self.refuse(key, message, help));
         }
-        let written = self.one.value.text()?;
-        let (resource, _) = self.resource(&self.one.key, key, findings)?;
-        let (stand_in, version) = self.resource(written, self.one.value.span, findings)?;
+        let Some(written) = self.one.value.text() else { return Ok(None) };
+        let Some((resource, _)) = self.resource(&self.one.key, key)? else { return Ok(None) };
+        let Some((stand_in, version)) = self.resource(written, self.one.value.span)? else { return Ok(None) };
         let writes = |pass: &Pass| pass.uses.iter().any(|one| one.resource == resource && one.usage.writes());
         let known = &self.shared.resources[resource.index()];
         let other = &self.shared.resources[stand_in.index()];
         let mut members = self.members().peekable();
         // A pass that could not be declared, or is switched off, says nothing about what it writes.
-        members.peek()?;
+        if members.peek().is_none() {
+            return Ok(None);
+        }
         let Some(writer) = members.find(|pass| writes(pass)) else {
-            if !self.uncertain.contains(&resource) {
-                let message = format!("\"{}\" does not write \"{}\"", self.said.name, known.name);
-                let help = "a bypass names what the pass writes, and what readers see instead";
-                findings.push(self.refuse(key, message, help));
+            if self.uncertain.contains(&resource) {
+                return Ok(None);
             }
-            return None;
+            let message = format!("\"{}\" does not write \"{}\"", self.said.name, known.name);
+            let help = "a bypass names what the pass writes, and what readers see instead";
+            return Err(self.refuse(key, message, help));
         };
         // An unknown toggle has a finding already.
-        let condition = writer.condition?;
+        let Some(condition) = writer.condition else { return Ok(None) };
         let toggle = &self.toggles[condition.toggle].name;
         if stand_in == resource {
             let message = format!("\"{}\" cannot stand in for itself", known.name);
             let help = "name what readers see instead";
-            findings.push(self.refuse(self.one.value.span, message, help));
-            return None;
+            return Err(self.refuse(self.one.value.span, message, help));
         }
         if let Some(pass) = self.passes.iter().find(|pass| writes(pass) && pass.condition != Some(condition))
         {
@@ -504,24 +503,24 @@ impl Look<'_> {
                 format!("\"{}\" {verb} \"{}\" too, without the toggle \"{toggle}\"", pass.name, known.name);
             let place = pass.uses.iter().find(|one| one.resource == resource && one.usage.writes());
             let help = "what is bypassed is written only by passes of one toggle: give the other the same, or write to another resource";
-            let finding = self.refuse(key, message, help);
-            findings.push(finding.related(place.map_or(pass.place, |one| one.place), "it is written here"));
-            return None;
+            let finding = self.finding(codes::BYPASS, key, message, help);
+            let finding = finding.related(place.map_or(pass.place, |one| one.place), "it is written here");
+            return Err(Some(Box::new(finding)));
         }
         if let Some(twin) = others.get(&resource) {
             if (twin.stand_in, &twin.version) != (stand_in, &version) {
                 let message = format!("\"{}\" has two bypasses", known.name);
-                let finding = self.refuse(key, message, "one resource has one bypass");
-                findings.push(finding.related(twin.place, "the other"));
+                let finding = self.finding(codes::BYPASS, key, message, "one resource has one bypass");
+                return Err(Some(Box::new(finding.related(twin.place, "the other"))));
             }
-            return None;
+            return Ok(None);
         }
         let fault = match (&known.kind, &other.kind) {
             (ResourceKind::Texture(_), ResourceKind::Texture(_))
             | (ResourceKind::Buffer(_), ResourceKind::Buffer(_)) => None,
             (ResourceKind::Data(Some(a)), ResourceKind::Data(Some(b))) => (a != b)
                 .then(|| format!("\"{}\" and \"{}\" publish other values or views", known.name, other.name)),
-            (ResourceKind::Data(None), _) | (_, ResourceKind::Data(None)) => return None,
+            (ResourceKind::Data(None), _) | (_, ResourceKind::Data(None)) => return Ok(None),
             _ => Some(format!(
                 "\"{}\" is {}, \"{}\" is {}",
                 known.name,
@@ -532,11 +531,10 @@ impl Look<'_> {
         };
         if let Some(message) = fault {
             let help = "what stands in is of the same kind; host data has the same shape";
-            findings.push(self.refuse(self.one.value.span, message, help));
-            return None;
+            return Err(self.refuse(self.one.value.span, message, help));
         }
         let pointer = pointer_join(&format!("{}/bypass", self.said.pointer), &self.one.key);
         let place = self.one.value.span;
-        Some((resource, Bypass { condition, stand_in, version, place, pointer }))
+        Ok(Some((resource, Bypass { condition, stand_in, version, place, pointer })))
     }
 }
