@@ -289,14 +289,21 @@ fn lights_beyond_the_capacity_and_bounded_filters_are_notices() {
     );
     let mut lights: Vec<Light> =
         (0..8).map(|at| lamp(&format!("lamp {at}"), [at as f64 * 0.5 - 2.0, 2.0, 0.0])).collect();
+    lights.push(Light { priority: 8.0, ..spot("spot", [0.0, 2.0, 0.0]) });
     let sun = Light { priority: 9.0, ..light("sun", LightKind::Directional, [0.0; 3]) };
     lights.push(Light { direction: DVec3::new(0.2, -1.0, 0.1).normalize(), ..sun });
     let mut host = Host::new(&gpu, &outcome, &scene);
     host.picture(&lit_by(&scene, lights));
     let notices = host.notices().join("\n");
-    for (code, words) in [("UG0620", "5 lights are left out"), ("UG0622", "of \"sun\"")] {
-        let found = notices.lines().find(|notice| notice.starts_with(code));
-        assert!(found.is_some_and(|notice| notice.contains(words)), "{code} {words}: {notices}");
+    for (code, words) in [
+        ("UG0620", "6 lights are left out"),
+        ("UG0622", "in cascade 0 of \"sun\""),
+        ("UG0622", "m of \"spot\" (narrower)"),
+        ("UG0622", "m of \"lamp "),
+    ] {
+        let mut lines = notices.lines();
+        let found = lines.any(|notice| notice.starts_with(code) && notice.contains(words));
+        assert!(found, "{code} {words}: {notices}");
     }
 }
 

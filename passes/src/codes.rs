@@ -39,5 +39,5 @@ umbragraph_graph::codes! {
         "A frame has more lights with shadows than the shadow atlas, the cubes, the layers, the descriptors or the views can hold. Spots get smaller tiles first; then the least important lights go without shadows. Each is named with the reason.";
     /// A filter that is wider or narrower than was wanted.
     FILTER_BOUNDED = "UG0622", "filter bounded in texels",
-        "Filters are measured in the world, so that the edges of shadows are equally wide in every cascade. A filter of less than a texel or two shows the texels, one of very many leaves gaps between its taps; so pipelines bound it in texels. Where a bound bites, the width differs from cascade to cascade.";
+        "Filters are measured in the world, so that the edges of shadows are equally wide in every map. A filter of less than a texel or two shows the texels, one of very many leaves gaps between its taps; so pipelines bound it in texels. Where a bound bites, the width is another one: in the cascades that are named, or, since the texels of spots and point lights grow with the distance, narrower within a distance and wider beyond one.";
 }

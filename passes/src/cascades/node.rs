@@ -40,6 +40,7 @@ use super::fit::FitShape;
 use super::snap::Snap;
 use super::splits::{BlendOf, SplitScheme};
 use super::{MAXIMUM_CASCADES, declare, placed};
+use crate::lights::filter::FilterSettings;
 
 /// Fits cascades of a directional light to the frame's camera, and publishes a view for each.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -129,18 +130,6 @@ pub struct SplitSettings {
     /// The weight of the logarithmic part in the scheme "practical", 0 to 1; 0.5 without it.
     #[serde(default)]
     pub lambda: Option<Expr>,
-}
-
-/// Half the width of a filter, and its bounds.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct FilterSettings {
-    /// Half the width, in metres.
-    pub radius: Expr,
-    /// The least half width, in texels of the map.
-    pub least: Expr,
-    /// The greatest half width, in texels of the map.
-    pub greatest: Expr,
 }
 
 /// The zone at the end of each cascade that blends into the next.

@@ -18,6 +18,7 @@ use umbragraph_graph::pipeline::{PassBuilder, Produced};
 use umbragraph_graph::work::{HostContext, HostNode, HostWork, Work};
 
 use super::descriptor::{self, Descriptor};
+use super::filter::{Bounded, Filter, FilterSettings, receivers};
 use super::placement::{self, Backing};
 use crate::views::cube::{CubeViews, Face};
 
@@ -36,6 +37,9 @@ pub struct CubeShadows {
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
     #[serde(default)]
     pub reverse: Option<Expr>,
+    /// The filter that shaders use, so that the distances at which its bounds bite can be reported.
+    #[serde(default)]
+    pub filter: Option<FilterSettings>,
 }
 
 impl Node for CubeShadows {
@@ -50,11 +54,12 @@ impl Node for CubeShadows {
             Some(expr) => pass.boolean(expr, "/reverse"),
             None => Some(false),
         };
+        let filter = Filter::declare(self.filter.as_ref(), pass);
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
-        let (capacity, side, reverse, input) = (capacity?, side?, reverse?, input?);
+        let (capacity, side, reverse, filter, input) = (capacity?, side?, reverse?, filter?, input?);
         let shape = DataShape::new().value("count", ValueType::U32).views(6 * capacity).views_choose_layers();
         let output = pass.publish(&self.to, "/to", descriptor::shape(shape, capacity))?;
-        let node = RunCubeShadows { side, reverse, state: Mutex::default() };
+        let node = RunCubeShadows { side, reverse, filter, state: Mutex::default() };
         Some(pass.produce(Work::Host(HostWork { node: Arc::new(node), output, inputs: vec![input] })))
     }
 }
@@ -63,14 +68,23 @@ impl Node for CubeShadows {
 struct RunCubeShadows {
     side: u32,
     reverse: bool,
-    /// Memory that is used again in each frame.
-    state: Mutex<Vec<Descriptor>>,
+    filter: Option<Filter>,
+    state: Mutex<State>,
+}
+
+/// Memory that is used again in each frame.
+#[derive(Debug, Default)]
+struct State {
+    descriptors: Vec<Descriptor>,
+    bounded: Bounded,
 }
 
 impl HostNode for RunCubeShadows {
     fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
-        let mut descriptors = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let State { descriptors, bounded } = &mut *state;
         descriptors.clear();
+        bounded.clear();
         let Some(placement) = context.inputs.first() else { return };
         for entry in placement::entries(placement) {
             let Backing::Cube { slot } = entry.backing else { continue };
@@ -83,6 +97,12 @@ impl HostNode for RunCubeShadows {
                 data.push_view(cube.view(face, 6 * slot + face as u32, None));
             }
             let texel = 2.0 * cube.half_width / f64::from(self.side);
+            if let Some(filter) = self.filter {
+                let (nearest, farthest) =
+                    receivers(cube.position, cube.near, cube.far, &context.frame.scene_bounds);
+                bounded
+                    .add(entry.light, filter.in_perspective(texel, nearest, farthest).into_iter().flatten());
+            }
             let coefficients = depth_coefficients(cube.near, cube.far, self.reverse);
             descriptors.push(Descriptor {
                 clip_from_world: DMat4::ZERO,
@@ -91,7 +111,8 @@ impl HostNode for RunCubeShadows {
                 place: UVec2::new(slot, self.side),
             });
         }
-        descriptor::publish(data, &descriptors);
+        descriptor::publish(data, descriptors);
+        bounded.report(self.filter, context.frame, data);
     }
 }
 

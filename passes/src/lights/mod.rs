@@ -20,6 +20,7 @@
 
 pub mod cubes;
 pub mod descriptor;
+pub mod filter;
 pub mod list;
 pub mod placement;
 pub mod spots;

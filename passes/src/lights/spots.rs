@@ -16,6 +16,7 @@ use umbragraph_graph::pipeline::{PassBuilder, Produced};
 use umbragraph_graph::work::{HostContext, HostNode, HostWork, Work};
 
 use super::descriptor::{self, Descriptor};
+use super::filter::{Bounded, Filter, FilterSettings, receivers};
 use super::placement::{self, Backing};
 use crate::atlas::Tile;
 use crate::views::spot::SpotView;
@@ -36,6 +37,9 @@ pub struct SpotShadows {
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
     #[serde(default)]
     pub reverse: Option<Expr>,
+    /// The filter that shaders use, so that the distances at which its bounds bite can be reported.
+    #[serde(default)]
+    pub filter: Option<FilterSettings>,
 }
 
 impl Node for SpotShadows {
@@ -49,12 +53,13 @@ impl Node for SpotShadows {
             Some(expr) => pass.boolean(expr, "/reverse"),
             None => Some(false),
         };
+        let filter = Filter::declare(self.filter.as_ref(), pass);
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
-        let (capacity, reverse, input) = (capacity?, reverse?, input?);
+        let (capacity, reverse, filter, input) = (capacity?, reverse?, filter?, input?);
         let shape =
             descriptor::shape(DataShape::new().value("count", ValueType::U32).views(capacity), capacity);
         let output = pass.publish(&self.to, "/to", shape)?;
-        let node = RunSpotShadows { reverse, state: Mutex::default() };
+        let node = RunSpotShadows { reverse, filter, state: Mutex::default() };
         Some(pass.produce(Work::Host(HostWork { node: Arc::new(node), output, inputs: vec![input] })))
     }
 }
@@ -62,14 +67,23 @@ impl Node for SpotShadows {
 #[derive(Debug)]
 struct RunSpotShadows {
     reverse: bool,
-    /// Memory that is used again in each frame.
-    state: Mutex<Vec<Descriptor>>,
+    filter: Option<Filter>,
+    state: Mutex<State>,
+}
+
+/// Memory that is used again in each frame.
+#[derive(Debug, Default)]
+struct State {
+    descriptors: Vec<Descriptor>,
+    bounded: Bounded,
 }
 
 impl HostNode for RunSpotShadows {
     fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
-        let mut descriptors = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        let State { descriptors, bounded } = &mut *state;
         descriptors.clear();
+        bounded.clear();
         let Some(placement) = context.inputs.first() else { return };
         let atlas = placement::atlas_side(placement);
         for entry in placement::entries(placement) {
@@ -80,16 +94,24 @@ impl HostNode for RunSpotShadows {
                 descriptors.push(Descriptor::default());
                 continue;
             };
+            let texel = 2.0 * spot.half_width() / f64::from(side.max(1));
+            if let Some(filter) = self.filter {
+                let (nearest, farthest) =
+                    receivers(spot.position, spot.near, spot.far, &context.frame.scene_bounds);
+                bounded
+                    .add(entry.light, filter.in_perspective(texel, nearest, farthest).into_iter().flatten());
+            }
             let tile = Tile { x, y, size: side };
             let whole = (x, y, side) == (0, 0, atlas);
             data.push_view(spot.view(0, (!whole).then(|| tile.viewport())));
             descriptors.push(Descriptor {
                 clip_from_world: spot.clip_from_world,
                 rectangle: tile.scale_offset(atlas),
-                reach: DVec4::new(0.0, 0.0, 2.0 * spot.half_width() / f64::from(side.max(1)), 0.0),
+                reach: DVec4::new(0.0, 0.0, texel, 0.0),
                 place: UVec2::new(0, side),
             });
         }
-        descriptor::publish(data, &descriptors);
+        descriptor::publish(data, descriptors);
+        bounded.report(self.filter, context.frame, data);
     }
 }

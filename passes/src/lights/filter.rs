@@ -1,0 +1,193 @@
+//! Where filters are not as wide as a pipeline wants them.
+//!
+//! A filter of equal width in the world has other texels in each map, and in a perspective at each distance. Where the
+//! bounds that a pipeline sets in texels bite, the width is another one: a notice names the lights and where that is, for
+//! cascades by number with the width, for spots and point lights by the distance along the axis of their view, within
+//! which the filter is narrower, or beyond which it is wider.
+//!
+//! Limits: distances count where the scene's bounds and the light's range leave room for receivers; whether anything is
+//! there, nobody knows here. The notice is made when other bounds bite, not when distances or widths change alone.
+
+use glam::DVec3;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_graph::data::HostData;
+use umbragraph_graph::diagnostic::{Diagnostic, Place, Severity, list_of};
+use umbragraph_graph::frame::{Bounds, FrameInput, Light};
+use umbragraph_graph::language::Expr;
+use umbragraph_graph::pipeline::PassBuilder;
+
+use crate::codes;
+
+/// Half the width of a filter, and its bounds.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FilterSettings {
+    /// Half the width, in metres; 0 where shaders do not filter.
+    pub radius: Expr,
+    /// The least half width, in texels of the map.
+    pub least: Expr,
+    /// The greatest half width, in texels of the map.
+    pub greatest: Expr,
+}
+
+/// Half the width of a filter in metres, and its bounds in texels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Filter {
+    radius: f64,
+    least: f64,
+    greatest: f64,
+}
+
+/// Where a bound bites.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Where {
+    /// In a cascade: half the width there.
+    Cascade(usize, f64),
+    /// Up to a distance from the light.
+    Within(f64),
+    /// From a distance on.
+    Beyond(f64),
+}
+
+impl Filter {
+    /// The filter of settings; `None` after at least one finding, or without a filter.
+    pub(crate) fn declare(
+        settings: Option<&FilterSettings>,
+        pass: &mut PassBuilder<'_>,
+    ) -> Option<Option<Self>> {
+        let Some(settings) = settings else { return Some(None) };
+        let radius = pass.number(&settings.radius, "/filter/radius");
+        let least = pass.number(&settings.least, "/filter/least");
+        let greatest = pass.number(&settings.greatest, "/filter/greatest");
+        let filter = Self { radius: radius?, least: least?, greatest: greatest? };
+        Some((filter.radius > 0.0).then_some(filter))
+    }
+
+    /// Where the bounds bite in a cascade with texels so wide.
+    pub(crate) fn in_cascade(&self, at: usize, texel: f64) -> Option<Where> {
+        let width = (self.radius / texel).max(self.least).min(self.greatest) * texel;
+        ((width - self.radius).abs() > 1e-6 * self.radius).then_some(Where::Cascade(at, width))
+    }
+
+    /// Where the bounds bite in a perspective with texels so wide at 1 m, between its nearest and farthest receivers.
+    pub(crate) fn in_perspective(&self, texel: f64, nearest: f64, farthest: f64) -> [Option<Where>; 2] {
+        let narrower = self.radius / (self.greatest * texel);
+        let wider = self.radius / (self.least * texel);
+        let ends = nearest < farthest;
+        [
+            (ends && narrower > nearest).then(|| Where::Within(narrower.min(farthest))),
+            (ends && wider < farthest).then(|| Where::Beyond(wider.max(nearest))),
+        ]
+    }
+}
+
+/// The distances between which a light at a position, whose view reaches from a near to a far plane, can have receivers.
+pub(crate) fn receivers(position: DVec3, near: f64, far: f64, scene: &Bounds) -> (f64, f64) {
+    if scene.is_empty() {
+        return (near, near);
+    }
+    let nearest = position.clamp(scene.minimum, scene.maximum).distance(position);
+    let farthest = scene.corners().into_iter().map(|corner| corner.distance(position)).fold(0.0, f64::max);
+    (near.max(nearest), far.min(farthest))
+}
+
+/// The places of a frame in which a filter's bounds bite, and what was said of those of frames before. Memory that is used
+/// again in each frame.
+#[derive(Debug, Default)]
+pub(crate) struct Bounded {
+    places: Vec<(u32, Where)>,
+    /// The light and what bites, of each place of the last notice.
+    reported: Vec<(u32, usize)>,
+}
+
+/// What bites, without distance and width.
+fn key((light, place): &(u32, Where)) -> (u32, usize) {
+    match place {
+        Where::Within(_) => (*light, 0),
+        Where::Beyond(_) => (*light, 1),
+        Where::Cascade(at, _) => (*light, 2 + at),
+    }
+}
+
+impl Bounded {
+    /// Begins a frame.
+    pub(crate) fn clear(&mut self) {
+        self.places.clear();
+    }
+
+    /// Notes where the bounds bite for the frame's light of an index.
+    pub(crate) fn add(&mut self, light: u32, places: impl IntoIterator<Item = Where>) {
+        self.places.extend(places.into_iter().map(|place| (light, place)));
+    }
+
+    /// Replaces the notices where others are due.
+    pub(crate) fn report(&mut self, filter: Option<Filter>, frame: &FrameInput, data: &mut HostData) {
+        let Some(filter) = filter else { return };
+        if !self.places.iter().map(key).eq(self.reported.iter().copied()) {
+            self.reported.clear();
+            self.reported.extend(self.places.iter().map(key));
+            data.set_notices(self.notice(filter, &frame.lights).into_iter().collect());
+        }
+    }
+
+    fn notice(&self, filter: Filter, lights: &[Light]) -> Option<Diagnostic> {
+        let Filter { radius, least, greatest } = filter;
+        if self.places.is_empty() {
+            return None;
+        }
+        let words = self.places.iter().map(|(light, place)| {
+            let name = lights.get(*light as usize).map_or("", |light| &light.name);
+            match place {
+                Where::Cascade(at, width) => format!("in cascade {at} of \"{name}\" ({width:.3} m)"),
+                Where::Within(distance) => format!("within {distance:.2} m of \"{name}\" (narrower)"),
+                Where::Beyond(distance) => format!("beyond {distance:.2} m of \"{name}\" (wider)"),
+            }
+        });
+        let words: Vec<String> = words.collect();
+        let message = format!(
+            "shadow filters are not {radius} m to a side {}",
+            list_of(words.iter().map(String::as_str))
+        );
+        let help = format!(
+            "their bounds of {least} to {greatest} texels bite there: change them, or the resolution of the maps"
+        );
+        let notice = Diagnostic::warning(codes::FILTER_BOUNDED, Place::Nowhere, message).help(help);
+        Some(Diagnostic { severity: Severity::Note, ..notice })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FILTER: Filter = Filter { radius: 0.1, least: 2.0, greatest: 10.0 };
+
+    #[test]
+    fn in_a_perspective_the_filter_is_as_wide_as_wanted_between_two_distances() {
+        // Ten texels are 0.1 m at 5 m, two at 25 m.
+        let texel = 0.002;
+        assert_eq!(FILTER.in_perspective(texel, 6.0, 24.0), [None, None]);
+        assert_eq!(FILTER.in_perspective(texel, 1.0, 24.0), [Some(Where::Within(5.0)), None]);
+        assert_eq!(FILTER.in_perspective(texel, 6.0, 40.0), [None, Some(Where::Beyond(25.0))]);
+        assert_eq!(FILTER.in_perspective(texel, 1.0, 3.0), [Some(Where::Within(3.0)), None]);
+        assert_eq!(FILTER.in_perspective(texel, 30.0, 40.0), [None, Some(Where::Beyond(30.0))]);
+        assert_eq!(FILTER.in_perspective(texel, 3.0, 3.0), [None, None]);
+    }
+
+    #[test]
+    fn in_a_cascade_the_filter_is_as_wide_as_wanted_for_some_texels() {
+        assert_eq!(FILTER.in_cascade(0, 0.02), None);
+        assert_eq!(FILTER.in_cascade(1, 0.1), Some(Where::Cascade(1, 0.2)));
+        assert_eq!(FILTER.in_cascade(2, 0.001), Some(Where::Cascade(2, 0.01)));
+    }
+
+    #[test]
+    fn receivers_stand_between_the_planes_and_within_the_scene() {
+        let scene = Bounds { minimum: DVec3::splat(-1.0), maximum: DVec3::ONE };
+        assert_eq!(receivers(DVec3::new(0.0, 0.0, 4.0), 0.1, 100.0, &scene), (3.0, 27.0_f64.sqrt()));
+        assert_eq!(receivers(DVec3::ZERO, 0.1, 1.5, &scene), (0.1, 1.5));
+        let (nearest, farthest) = receivers(DVec3::ZERO, 0.1, 1.5, &Bounds::EMPTY);
+        assert!(nearest >= farthest);
+    }
+}
