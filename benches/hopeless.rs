@@ -29,6 +29,14 @@ pub(crate) fn texts() -> Vec<(&'static str, String)> {
         ("arrays 100,000 deep", "[".repeat(100_000) + &"]".repeat(100_000)),
         ("objects 100,000 deep", "{\"a\":".repeat(100_000) + "1" + &"}".repeat(100_000)),
         ("arrays 100,000 deep, open", "[".repeat(100_000)),
+        ("500 arrays and 10 MB of braces", "[".repeat(500) + &"}".repeat(TEN_MEGABYTES)),
+        (
+            "10 MB of lines in a list that is never closed",
+            format!(
+                "{{\n  \"a\": [\n{}\n  \"b\": 1\n}}\n",
+                format!("    \"{}\",\n", "x".repeat(100)).repeat(TEN_MEGABYTES / 107)
+            ),
+        ),
         ("a million passes", valid(&many(1_000_000, "\"fullscreen\":{}"), "")),
         ("a million empty passes", valid(&many(1_000_000, ""), "")),
         ("a million passes of a bad name", valid(&many(1_000_000, "\"fulscreen\":{}"), "")),

@@ -36,7 +36,7 @@ crate::codes! {
         "`umbragraph why PIPELINE NAME` explains passes, resources, parameters, features, toggles, presets, subgraphs, extension points and geometry by name; what a use of a subgraph or a round of a loop makes is named after it: `soft.down`, `down.0`. Nothing in the pipeline has the name that is asked for. With two names both are resources.";
     /// A text that is not JSON.
     SYNTAX = "UG0101", "not JSON",
-        "Pipelines are strict JSON (RFC 8259) with `//` and `/* */` comments. Trailing commas, single quotes, bare keys, hexadecimal numbers, NaN and nesting beyond 512 levels are refused. The parser stops at the first such place.";
+        "Pipelines are strict JSON (RFC 8259) with `//` and `/* */` comments. Trailing commas, single quotes, bare keys, hexadecimal numbers, NaN and nesting beyond 512 levels are refused. The parser stops at the first such place.\n\nOf a `{` or `[` that is never closed the finding points to the bracket: what it holds is indented, so the first line that is not stands behind its end.";
     /// A key that no rule of the schema knows at its place.
     UNKNOWN_KEY = "UG0102", "unknown key",
         "An object has a key that means nothing at its place. Nothing is ignored silently: a misspelt key would otherwise change nothing and say nothing.";

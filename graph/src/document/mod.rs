@@ -7,6 +7,7 @@
 //!
 //! Limits: nesting to 512 levels (the parser's own guard), texts to [`crate::source::MAXIMUM_FILE_BYTES`].
 
+mod brackets;
 mod decode;
 pub mod format;
 mod keys;

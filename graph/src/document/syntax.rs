@@ -1,13 +1,16 @@
 //! What is wrong with a text that is no JSON, by `jsonc-parser`'s own parser, and the one way to mend it where there is one.
 //!
 //! A comma too many or too few, a key without quotes, a string in single quotes and a plus in front of a number each have
-//! one correction. It is a fix where the text behind it is read further than before.
+//! one correction. It is a fix where the text behind it is read further than before. A bracket that is never closed is
+//! looked for by the [layout](super::brackets); closing it is a fix where the text is whole with it.
 //!
-//! Limits: one finding for each text, since the parser stops there; no fixes in texts over a mebibyte.
+//! Limits: one finding for each text, since the parser stops there; no fixes in texts over a mebibyte, and of their
+//! brackets that are never closed those only that the end of the text shows.
 
 use jsonc_parser::errors::{ParseError, ParseErrorKind};
 use jsonc_parser::{CollectOptions, ParseOptions, parse_to_ast};
 
+use super::brackets::{Found, Unclosed, unclosed};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::source::{FileId, Span};
 
@@ -33,6 +36,9 @@ pub(super) fn syntax(file: FileId, text: &str) -> Diagnostic {
     let help = "pipelines are strict JSON; only // and /* */ comments are allowed on top of it";
     match parse_to_ast(text, &CollectOptions::default(), &STRICT) {
         Err(error) => {
+            if let Some(finding) = open_bracket(file, text, error.kind()) {
+                return finding;
+            }
             let range = error.range();
             let end = range.end.max(range.start + 1).min(text.len().max(range.start));
             let place = match error.kind() {
@@ -60,6 +66,67 @@ pub(super) fn syntax(file: FileId, text: &str) -> Diagnostic {
                 .help("the smallest pipeline has \"format\", \"name\", \"resources\" and \"passes\"")
         }
         Ok(_) => Diagnostic::error(codes::SYNTAX, whole, "this is not JSON").help(help),
+    }
+}
+
+/// The finding for a bracket that is never closed: where it stands, which is where a reader looks for its end. An error
+/// that is found before the end of the text is such a one if closing the bracket is all that is missing.
+fn open_bracket(file: FileId, text: &str, error: &ParseErrorKind) -> Option<Diagnostic> {
+    use ParseErrorKind as Error;
+    let is_at_the_end = matches!(error, Error::UnterminatedObject | Error::UnterminatedArray);
+    let may_be = matches!(
+        error,
+        Error::ExpectedComma
+            | Error::ExpectedColonAfterObjectKey
+            | Error::ExpectedStringObjectProperty
+            | Error::TrailingCommasNotAllowed
+            | Error::UnexpectedCloseBrace
+            | Error::UnexpectedCloseBracket
+            | Error::UnexpectedColon
+            | Error::UnexpectedTokenInObject
+    );
+    if !is_at_the_end && !may_be {
+        return None;
+    }
+    let Found { by_layout, at_the_end, is_whole } = unclosed(text);
+    let mended = by_layout.iter().find(|one| one.mends(text));
+    let first = by_layout.first().filter(|_| is_at_the_end && is_whole);
+    let found = mended.or(first).or(at_the_end.as_ref().filter(|_| is_at_the_end))?;
+    let Unclosed { at, closer, before, correction } = found;
+    let bracket = &text[*at..at + 1];
+    let message = format!("this is not JSON: the {bracket} is never closed");
+    let mut finding = Diagnostic::error(codes::SYNTAX, Span::new(file, *at..at + 1), message);
+    if before.is_empty() {
+        finding = finding.help(format!("close it with {closer}"));
+    } else {
+        finding = finding
+            .related(
+                Span::new(file, before.clone()),
+                format!("by its place, this stands behind the {closer}"),
+            )
+            .help(format!("close it with {closer} before that"));
+    }
+    if is_at_the_end {
+        let end = text.trim_end().len();
+        let last = (0..end).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0);
+        if last != *at {
+            finding = finding.related(Span::new(file, last..end), "the text ends here");
+        }
+    }
+    Some(match mended {
+        Some(_) => finding.fix(Span::new(file, correction.0..correction.0), correction.1.as_str()),
+        None => finding,
+    })
+}
+
+impl Unclosed {
+    /// Whether the text is JSON with nothing but this bracket closed.
+    fn mends(&self, text: &str) -> bool {
+        let (at, written) = &self.correction;
+        let (Some(before), Some(behind)) = (text.get(..*at), text.get(*at..)) else { return false };
+        let is_short = text.len() <= MAXIMUM_MENDED;
+        is_short
+            && parse_to_ast(&[before, written, behind].concat(), &CollectOptions::default(), &STRICT).is_ok()
     }
 }
 
@@ -149,8 +216,10 @@ fn lower_first(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
+    use jsonc_parser::parse_to_ast;
+
     use super::super::parse;
-    use crate::diagnostic::fix;
+    use crate::diagnostic::{Diagnostic, Place, fix};
     use crate::source::Sources;
 
     /// The text with its fixes made, one after the other.
@@ -174,6 +243,109 @@ mod tests {
             ("{ \"a\" 1, \"b\": FALSE }", "{ \"a\": 1, \"b\": false }"),
         ] {
             assert_eq!(mend(text), mended);
+        }
+    }
+
+    /// What the findings of a text mark, and what they relate to.
+    fn marked(text: &str) -> Vec<(usize, String, Vec<String>)> {
+        let mut sources = Sources::new();
+        let file = sources.add("a", text);
+        let findings = parse(&sources, file).unwrap_err();
+        let text_of = |place: &Place| match place {
+            Place::Span(span) => sources.text(*span).to_owned(),
+            _ => String::new(),
+        };
+        let mark = |finding: &Diagnostic| {
+            let related = finding.related.iter().map(|one| text_of(&one.place)).collect();
+            (finding.span().unwrap().start as usize, text_of(&finding.place), related)
+        };
+        findings.iter().map(mark).collect()
+    }
+
+    const LAID_OUT: &str = r#"// laid out
+{
+  "first": {
+    "a": [1, 2],
+    "b": { "c": { "d": 1 } },
+    "e": [
+      { "f": "}" },
+      // ]
+      3
+    ]
+  },
+  "second": [4, { "g": 5 }],
+  "third": {}
+}
+"#;
+
+    #[test]
+    fn a_bracket_that_is_never_closed_is_marked_where_it_stands_and_closed_where_its_line_ends() {
+        assert!(parse_to_ast(LAID_OUT, &Default::default(), &super::STRICT).is_ok());
+        // The closer that is missing, the line that opens it with the bracket, and the line that is too far out.
+        for (missing, bracket, follows) in [
+            ("\n  },\n  \"second\"", "{\n    \"a\"", "\"second\""),
+            ("\n    ]\n", "[\n      {", "},"),
+            (" },\n    \"e\"", "{ \"c\"", "\"e\""),
+            (" } },\n    \"e\"", "{ \"c\"", "\"e\""),
+            ("],\n  \"third\"", "[4", "\"third\""),
+            ("],\n    \"b\"", "[1", "\"b\""),
+        ] {
+            let at = LAID_OUT.find(missing).unwrap();
+            let closer = at + missing.find(['}', ']']).unwrap();
+            for comma in [0, 1] {
+                // With the comma behind it, or without.
+                let removed =
+                    closer..closer + 1 + comma * usize::from(missing[closer - at + 1..].starts_with(','));
+                let text = [&LAID_OUT[..removed.start], &LAID_OUT[removed.end..]].concat();
+                let found = marked(&text);
+                assert_eq!(found.len(), 1);
+                let (start, marked, related) = &found[0];
+                assert_eq!(*start, LAID_OUT.find(bracket).unwrap(), "{text}\n{found:?}");
+                assert_eq!(marked.len(), 1);
+                assert!(related[0].starts_with(follows) || related[0] == ",", "{text}\n{found:?}");
+                assert!(parse_to_ast(&mend(&text), &Default::default(), &super::STRICT).is_ok(), "{text}");
+                assert_eq!(
+                    mend(&text).split_whitespace().collect::<String>(),
+                    LAID_OUT.split_whitespace().collect::<String>()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_is_open_at_the_end_is_the_innermost_bracket() {
+        for (text, at) in [
+            (LAID_OUT.trim_end().strip_suffix('}').unwrap(), LAID_OUT.find('{').unwrap()),
+            ("{ \"a\": [1, { \"b\": 2 }", 7),
+            ("{\n\"a\": [\n1\n],\n\"b\": {\n\"c\": 1\n", 19),
+        ] {
+            let found = marked(text);
+            let (start, marked, related) = &found[0];
+            assert_eq!((*start, marked.len(), related.len()), (at, 1, 1), "{text}");
+            assert_eq!(mend(text), text);
+        }
+        // Cut off, the indentation of what is there is no evidence.
+        let cut = &LAID_OUT[..LAID_OUT.find("// ]").unwrap()];
+        assert_eq!(marked(cut)[0].0, LAID_OUT.find("[\n").unwrap());
+    }
+
+    #[test]
+    fn two_brackets_that_are_never_closed_are_found_one_after_the_other() {
+        let text = LAID_OUT.replace("\n  },\n", ",\n").replace("\"g\": 5 }],", "\"g\": 5,");
+        assert_eq!(marked(&text)[0].0, LAID_OUT.find("{\n    \"a\"").unwrap());
+    }
+
+    #[test]
+    fn indentation_that_says_nothing_misleads_nobody() {
+        // Neither is a bracket open, nor is the layout at fault.
+        for text in [
+            "{\n\"a\": {\n\"b\": 1\n},\n\"c\": 2,\n}",
+            "{\n  \"a\": {\n\"b\": 1\n  },\n  \"c\" 2\n}",
+            "{\n  \"a\": [1,\n2],\n  \"c\": 2\n  \"d\": 3\n}",
+        ] {
+            let (_, _, related) = &marked(text)[0];
+            assert!(related.is_empty(), "{text}");
+            assert!(parse_to_ast(&mend(text), &Default::default(), &super::STRICT).is_ok(), "{text}");
         }
     }
 

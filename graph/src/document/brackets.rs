@@ -1,0 +1,214 @@
+//! Brackets that are never closed, found by how a text is laid out on lines.
+//!
+//! A parser sees that a `}` is missing at the end of the file only, since every later one closes what stands further out.
+//! A reader sees it in the indentation: what a bracket holds stands deeper than the line that opens it. So the first line
+//! that begins at or left of the line of a bracket, without closing it, stands where it should have been closed; and so
+//! does a `}` where a `[` is open.
+//!
+//! One scan, linear in the text; strings and comments are skipped. Limits: a text whose outermost bracket holds lines
+//! that are not indented says nothing; tabs count as one space.
+
+use std::ops::Range;
+
+/// What is nested deeper is not looked at: no pipeline is read that is.
+const MAXIMUM_DEPTH: usize = 1024;
+/// Only the first few places can be where it went wrong.
+const MAXIMUM_FOUND: usize = 4;
+
+/// A bracket that is not closed where its line says that it ends.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Unclosed {
+    /// Where the bracket stands.
+    pub(super) at: usize,
+    /// What closes it.
+    pub(super) closer: char,
+    /// What stands where it should be closed already; empty at the end of the text.
+    pub(super) before: Range<usize>,
+    /// Where the closer goes, and how it is written there.
+    pub(super) correction: (usize, String),
+}
+
+/// What a text leaves open.
+#[derive(Debug, Default)]
+pub(super) struct Found {
+    /// By the layout, in the order of the places where they should be closed.
+    pub(super) by_layout: Vec<Unclosed>,
+    /// The innermost bracket that is open at the end.
+    pub(super) at_the_end: Option<Unclosed>,
+    /// Whether the last line closes the outermost bracket, by its place: then the text is not cut off.
+    pub(super) is_whole: bool,
+}
+
+#[derive(Clone, Copy)]
+struct Open {
+    at: usize,
+    /// Where its line starts, and how far that is indented.
+    line: usize,
+    indentation: usize,
+    is_brace: bool,
+}
+
+/// The state of a scan.
+struct Scan<'t> {
+    text: &'t str,
+    open: Vec<Open>,
+    /// How many of the open ones are brackets and braces.
+    count: [usize; 2],
+    found: Found,
+    /// Where the line starts, and how far it is indented if a token stood on it already.
+    line: usize,
+    indentation: Option<usize>,
+    /// Whether what the outermost bracket holds is indented.
+    is_laid_out: Option<bool>,
+    /// The end of the last token that is no comma, the start of its line, and whether a comma follows.
+    last: (usize, usize, bool),
+}
+
+/// Finds what a text leaves open.
+pub(super) fn unclosed(text: &str) -> Found {
+    let mut scan = Scan {
+        text,
+        open: Vec::new(),
+        count: [0; 2],
+        found: Found::default(),
+        line: 0,
+        indentation: None,
+        is_laid_out: None,
+        last: (0, 0, false),
+    };
+    let bytes = text.as_bytes();
+    let mut at = 0;
+    while let Some(byte) = bytes.get(at) {
+        let end = match byte {
+            b'\n' => {
+                (scan.line, scan.indentation) = (at + 1, None);
+                at + 1
+            }
+            byte if byte.is_ascii_whitespace() => at + 1,
+            b'/' if bytes.get(at + 1) == Some(&b'/') => {
+                text[at..].find('\n').map_or(text.len(), |length| at + length)
+            }
+            b'/' if bytes.get(at + 1) == Some(&b'*') => {
+                let end = text[at + 2..].find("*/").map_or(text.len(), |length| at + 2 + length + 2);
+                if let Some(newline) = text[at..end].rfind('\n') {
+                    scan.line = at + newline + 1;
+                }
+                end
+            }
+            b'"' => {
+                let end = end_of_string(bytes, at);
+                scan.token(at, end);
+                end
+            }
+            _ => {
+                // The rest of a character, or of a word, is another token, which changes nothing.
+                let end = (at + 1..).find(|end| text.is_char_boundary(*end)).unwrap_or(text.len());
+                scan.token(at, end);
+                end
+            }
+        };
+        if scan.open.len() > MAXIMUM_DEPTH {
+            return Found::default();
+        }
+        at = end;
+    }
+    let end = text.len()..text.len();
+    scan.found.at_the_end = scan.open.last().map(|open| scan.finding(open, end));
+    scan.found
+}
+
+/// The end of a string that starts here; of one without an end, that of its line.
+fn end_of_string(bytes: &[u8], start: usize) -> usize {
+    let mut at = start + 1;
+    loop {
+        match bytes.get(at) {
+            None | Some(b'\n') => return at.min(bytes.len()),
+            Some(b'"') => return at + 1,
+            Some(b'\\') if bytes.get(at + 1).is_some_and(|next| *next != b'\n') => at += 2,
+            Some(_) => at += 1,
+        }
+    }
+}
+
+impl Scan<'_> {
+    fn token(&mut self, start: usize, end: usize) {
+        let byte = self.text.as_bytes()[start];
+        let is_closer = matches!(byte, b'}' | b']');
+        if self.indentation.is_none() {
+            let indentation = start - self.line;
+            self.indentation = Some(indentation);
+            self.first_of_line(start, indentation, is_closer);
+        }
+        match byte {
+            b'{' | b'[' => {
+                let is_brace = byte == b'{';
+                self.count[usize::from(is_brace)] += 1;
+                let indentation = self.indentation.unwrap_or_default();
+                self.open.push(Open { at: start, line: self.line, indentation, is_brace });
+            }
+            b'}' | b']' => self.close(start, byte == b'}'),
+            _ => {}
+        }
+        match byte {
+            b',' => self.last.2 = true,
+            _ => self.last = (end, self.line, false),
+        }
+    }
+
+    /// Compares the indentation of a line with those of the lines that opened what is open.
+    fn first_of_line(&mut self, start: usize, indentation: usize, is_closer: bool) {
+        let Some(outermost) = self.open.first() else { return };
+        let is_left = indentation <= outermost.indentation;
+        let is_laid_out = *self.is_laid_out.get_or_insert(!is_left);
+        self.found.is_whole = is_left && is_closer;
+        if !is_laid_out {
+            return;
+        }
+        while let Some(open) = self.open.last().copied() {
+            let fits =
+                if is_closer { open.indentation <= indentation } else { open.indentation < indentation };
+            if fits {
+                break;
+            }
+            self.give_up(open, start);
+        }
+    }
+
+    fn close(&mut self, at: usize, is_brace: bool) {
+        // What closes nothing is too much, and leaves nothing open.
+        if self.count[usize::from(is_brace)] == 0 {
+            return;
+        }
+        while let Some(open) = self.open.last().copied().filter(|open| open.is_brace != is_brace) {
+            self.give_up(open, at);
+        }
+        self.open.pop();
+        self.count[usize::from(is_brace)] -= 1;
+    }
+
+    /// Goes on as if the innermost bracket had been closed.
+    fn give_up(&mut self, open: Open, start: usize) {
+        if self.found.by_layout.len() < MAXIMUM_FOUND {
+            let rest = &self.text[start..];
+            let line = rest.split('\n').next().unwrap_or(rest).trim_end();
+            let finding = self.finding(&open, start..start + line.len());
+            self.found.by_layout.push(finding);
+        }
+        self.open.pop();
+        self.count[usize::from(open.is_brace)] -= 1;
+    }
+
+    fn finding(&self, open: &Open, before: Range<usize>) -> Unclosed {
+        let closer = if open.is_brace { '}' } else { ']' };
+        let (end, line, has_comma) = self.last;
+        let is_last = matches!(self.text.as_bytes().get(before.start), None | Some(b'}' | b']' | b','));
+        let comma = if is_last || has_comma { "" } else { "," };
+        let indentation = self.text.get(open.line..open.line + open.indentation).unwrap_or_default();
+        let written = match (line == open.line, open.is_brace) {
+            (true, true) => format!(" {closer}{comma}"),
+            (true, false) => format!("{closer}{comma}"),
+            (false, _) => format!("\n{indentation}{closer}{comma}"),
+        };
+        Unclosed { at: open.at, closer, before, correction: (end, written) }
+    }
+}
