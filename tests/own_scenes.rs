@@ -1,15 +1,16 @@
-//! Shadows of the project's own scenes against rays on the CPU: through the holes of leaves, and of a figure that moves.
+//! Shadows of the project's own scenes against rays on the CPU: through the holes of leaves, of a figure that moves, and of
+//! every kind of light with every kind of filter.
 //!
 //! The oracle knows nothing of shadow maps: triangles in the world, skinned by the joints of the pose, texels of alpha
-//! masks, and rays to the sun. It is asked at points that the camera sees on what stands still, away from the edges of shadows,
+//! masks, and rays to the lights. It is asked at points that the camera sees on what stands still, away from the edges of shadows,
 //! where no map of finite resolution can be right.
 
 mod common;
 
-use common::gpu::{render_frame, scene};
+use common::gpu::{Host, render_frame, scene};
 use common::{With, check_file, root};
 use glam::{DMat4, DVec2, DVec3};
-use umbragraph::frame::{Bounds, FrameInput};
+use umbragraph::frame::{Bounds, FrameInput, Light, LightKind};
 use umbragraph::scene::material::AlphaMode;
 use umbragraph::scene::{Draw, Pose, Scene};
 use umbragraph_test_support::gpu::{self, Gpu};
@@ -43,10 +44,20 @@ impl<'a> Rays<'a> {
         self.hits(origin, direction).min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
-    /// Whether a point sees a sun in a direction.
-    fn is_lit(&self, point: DVec3, to_sun: DVec3) -> bool {
-        let origin = point + to_sun * 1e-3;
-        !self.hits(origin, to_sun).any(|(_, triangle)| triangle.draw.cast_shadow)
+    /// Whether a point sees a light; `None` where that does not shine, whatever stands between.
+    fn is_lit(&self, point: DVec3, light: &Light) -> Option<bool> {
+        let (to_light, distance) = incidence(light, point)?;
+        let between = |(t, triangle): (f64, &Triangle)| t < distance && triangle.draw.cast_shadow;
+        Some(!self.hits(point + to_light * 1e-3, to_light).any(between))
+    }
+
+    /// Whether something transparent lies before a distance, so that a pixel does not show what is there alone.
+    fn is_behind_glass(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {
+        let is_glass =
+            |triangle: &Triangle| self.scene.material(triangle.draw).alpha_mode == AlphaMode::Blend;
+        let draws = self.draws.iter().map(|(_, triangles)| triangles);
+        let mut glass = draws.filter(|triangles| triangles.first().is_some_and(is_glass)).flatten();
+        glass.any(|triangle| hit(&triangle.corners, origin, direction).is_some_and(|(t, ..)| t < distance))
     }
 
     fn hits(&self, origin: DVec3, direction: DVec3) -> impl Iterator<Item = (f64, &Triangle)> {
@@ -103,6 +114,21 @@ fn triangles(scene: &Scene, pose: &Pose, draw: Draw) -> Vec<Triangle> {
         .collect()
 }
 
+/// The unit direction to a light and how far away it is, less the lamp itself; `None` outside of its cone and range, and
+/// close to their ends.
+fn incidence(light: &Light, at: DVec3) -> Option<(DVec3, f64)> {
+    const LAMP: f64 = 0.03;
+    let offset = light.position - at;
+    let cosine = -offset.normalize().dot(light.direction);
+    let is_reached = light.range <= 0.0 || offset.length() < 0.95 * f64::from(light.range);
+    match light.kind {
+        LightKind::Directional => return Some((-light.direction, f64::INFINITY)),
+        LightKind::Spot { outer_angle, .. } if cosine < f64::from(outer_angle).cos() + 0.02 => return None,
+        _ => {}
+    }
+    is_reached.then_some((offset.normalize(), offset.length() - LAMP))
+}
+
 /// Whether a ray meets a box (by slabs).
 fn may_hit(bounds: &Bounds, origin: DVec3, direction: DVec3) -> bool {
     let (low, high) = ((bounds.minimum - origin) / direction, (bounds.maximum - origin) / direction);
@@ -128,17 +154,23 @@ fn hit(corners: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<(f64, f6
     (b >= 0.0 && c >= 0.0 && b + c <= 1.0 && t > 0.0).then_some((t, b, c))
 }
 
-/// A point, the pixel that shows it, and whether the sun shines there.
+/// A point, the pixel that shows it, and whether light reaches it.
 struct Point {
     pixel: [u32; 2],
     at: DVec3,
     is_lit: bool,
 }
 
-/// Points that a camera sees on what stands still and faces the sun, on a grid of pixels, away from edges of shadows.
-fn points_in_view(rays: &Rays<'_>, input: &FrameInput, step: u32, margin: f64) -> Vec<Point> {
+/// Points that a camera sees on what stands still and faces a light, on a grid of pixels, so far away from edges of shadows in
+/// some directions.
+fn points_in_view(
+    rays: &Rays<'_>,
+    input: &FrameInput,
+    light: &Light,
+    step: u32,
+    (margin, directions): (f64, u32),
+) -> Vec<Point> {
     let world_from_clip = (input.camera.clip(false) * input.camera.view()).inverse();
-    let to_sun = -input.lights[0].direction;
     let mut points = Vec::new();
     for y in (step / 2..SIZE[1]).step_by(step as usize) {
         for x in (step / 2..SIZE[0]).step_by(step as usize) {
@@ -153,13 +185,19 @@ fn points_in_view(rays: &Rays<'_>, input: &FrameInput, step: u32, margin: f64) -
             let [a, b, c] = triangle.corners;
             let normal = (b - a).cross(c - a).normalize();
             let is_masked = rays.scene.is_alpha_masked(triangle.draw);
-            if triangle.draw.dynamic || is_masked || normal.dot(to_sun) < 0.3 || t > 14.0 {
+            let faces_it = incidence(light, at).is_some_and(|(to_light, _)| normal.dot(to_light) >= 0.3);
+            if triangle.draw.dynamic || is_masked || !faces_it || t > 14.0 {
                 continue;
             }
             let (across, along) = normal.any_orthonormal_pair();
-            let around = [across, -across, along, -along];
-            let is_lit = rays.is_lit(at, to_sun);
-            if around.into_iter().all(|offset| rays.is_lit(at + offset * margin, to_sun) == is_lit) {
+            let mut around = (0..directions).map(|turn| {
+                let (sin, cos) = (f64::from(turn) * std::f64::consts::TAU / f64::from(directions)).sin_cos();
+                at + (across * cos + along * sin) * margin
+            });
+            let Some(is_lit) = rays.is_lit(at, light) else { continue };
+            if around.all(|other| rays.is_lit(other, light) == Some(is_lit))
+                && !rays.is_behind_glass(origin, direction, t)
+            {
                 points.push(Point { pixel: [x, y], at, is_lit });
             }
         }
@@ -192,16 +230,17 @@ fn sunlight_falls_through_the_holes_of_leaves_and_nowhere_else() {
     let Some(gpu) = gpu::device() else { return };
     let scene = scene(&root().join("examples/scenes/foliage.glb"));
     let (input, pose) = (input(&scene, 0.0), scene.pose(0.0));
-    let points = points_in_view(&Rays::new(&scene, &pose, true), &input, 3, 0.02);
+    let sun = &input.lights[0];
+    let points = points_in_view(&Rays::new(&scene, &pose, true), &input, sun, 3, (0.02, 4));
     let picture = shadow_term(&gpu, &scene, &input);
     let agree = points.iter().filter(|point| is_lit_in(&picture, point) == point.is_lit).count();
     let shadowed = points.iter().filter(|point| !point.is_lit).count();
     assert!(shadowed > 100 && points.len() > 1000, "{shadowed} of {} points", points.len());
     assert!(share(agree, points.len()) > 0.97, "{agree} of {} points", points.len());
     // Where whole cards would throw a shadow, but the leaves that are cut out of them do not.
-    let (whole, to_sun) = (Rays::new(&scene, &pose, false), -input.lights[0].direction);
+    let whole = Rays::new(&scene, &pose, false);
     let through: Vec<&Point> =
-        points.iter().filter(|point| point.is_lit && !whole.is_lit(point.at, to_sun)).collect();
+        points.iter().filter(|point| point.is_lit && whole.is_lit(point.at, sun) == Some(false)).collect();
     let lit = through.iter().filter(|point| is_lit_in(&picture, point)).count();
     assert!(through.len() > 100, "{} points are lit through holes", through.len());
     assert!(share(lit, through.len()) > 0.9, "{lit} of {} points", through.len());
@@ -214,7 +253,8 @@ fn the_shadow_of_a_skinned_figure_is_where_its_joints_have_taken_it() {
     let mut seen: Vec<(Vec<Point>, Picture)> = Vec::new();
     for time in [0.0, 1.5] {
         let input = input(&scene, time);
-        let points = points_in_view(&Rays::new(&scene, &scene.pose(time), true), &input, 3, 0.01);
+        let rays = Rays::new(&scene, &scene.pose(time), true);
+        let points = points_in_view(&rays, &input, &input.lights[0], 3, (0.01, 4));
         let picture = shadow_term(&gpu, &scene, &input);
         let agree = points.iter().filter(|point| is_lit_in(&picture, point) == point.is_lit).count();
         assert!(points.len() > 1000, "{} points", points.len());
@@ -233,4 +273,53 @@ fn the_shadow_of_a_skinned_figure_is_where_its_joints_have_taken_it() {
     });
     assert!(moved.len() > 20, "only {} points change between light and shadow", moved.len());
     assert!(share(agree.count(), moved.len()) > 0.9, "of {} points", moved.len());
+}
+
+/// Holds `pipelines/awsm.json` to the rays for some lights of a scene, one at a time, with every kind of filter. The filter
+/// is no wider than the margin around the points, so that it sees nothing but light there, or nothing but shadow, if not for
+/// what is so thin that it passes between the rays.
+#[track_caller]
+fn filters_agree_with_rays(name: &str, lights: &[&str]) {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = scene(&root().join(format!("examples/scenes/{name}.glb")));
+    let input = input(&scene, 0.0);
+    let rays = Rays::new(&scene, &scene.pose(0.0), true);
+    let lights = input.lights.iter().filter(|light| lights.contains(&light.name.as_str()));
+    let sets: Vec<_> =
+        lights.map(|light| (light, points_in_view(&rays, &input, light, 7, (0.18, 8)))).collect();
+    assert!(!sets.is_empty());
+    for filter in ["\"hard\"", "\"grid\"", "\"poisson16\"", "\"vogel\""] {
+        let with = With {
+            parameters: &[("debug_view", "\"shadow_term\""), ("filter_radius", "0.12")],
+            features: &[("light_filter", filter)],
+            size: Some(SIZE),
+            ..With::default()
+        };
+        let outcome = check_file("pipelines/awsm.json", &with);
+        let mut host = Host::new(&gpu, &outcome, &scene);
+        for (light, points) in &sets {
+            let picture = host.picture(&FrameInput { lights: vec![(*light).clone()], ..input.clone() });
+            let value = |point: &Point| {
+                let [x, y] = point.pixel;
+                picture.bytes()[((y * SIZE[0] + x) * 4) as usize]
+            };
+            let agree = points.iter().filter(|point| (value(point) >= 128) == point.is_lit).count();
+            let whole = |point: &&Point| if point.is_lit { value(point) >= 250 } else { value(point) <= 5 };
+            let whole = points.iter().filter(whole).count();
+            let (agree, whole) = (share(agree, points.len()), share(whole, points.len()));
+            let what = format!("{} with {filter}: of {} points", light.name, points.len());
+            println!("{what} {agree:.4} agree, {whole:.4} have no trace of another");
+            assert!(points.len() > 100 && agree > 0.997 && whole > 0.92, "{what} {agree}, {whole}");
+        }
+    }
+}
+
+#[test]
+fn a_lamp_shadows_a_room_as_rays_do_with_every_filter() {
+    filters_agree_with_rays("interior", &["floor lamp"]);
+}
+
+#[test]
+fn a_sun_and_a_spot_shadow_a_stage_as_rays_do_with_every_filter() {
+    filters_agree_with_rays("figure", &["sun", "stage spot"]);
 }
