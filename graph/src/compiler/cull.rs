@@ -6,6 +6,9 @@
 //! they feed that pass some frames later, and so may keep passes that come after itself. Each kept
 //! pass remembers the first reason found, breadth first, so that following the reasons leads to an output on a
 //! shortest way; each culled one says who would have had to read it.
+//!
+//! Where a look at the writers of a resource was [coarse](super::visible), passes are kept of which perhaps nothing is
+//! seen. Their reasons say so.
 
 use std::collections::{BTreeSet, VecDeque};
 
@@ -13,7 +16,7 @@ use serde::Serialize;
 
 use super::discards;
 use super::graph::Graph;
-use super::visible::View;
+use super::visible::{Effort, View, Write};
 use crate::language::Lifetime;
 use crate::pipeline::{Part, Pipeline, Use};
 use crate::work::{PassHandle, ResourceHandle, Work};
@@ -29,6 +32,11 @@ pub enum KeepReason {
     ReadBy(PassHandle, ResourceHandle),
     /// A kept pass reads what it writes some frames later: the resource is the earlier frame that the pass reads.
     ReadLater(PassHandle, ResourceHandle),
+    /// A kept pass reads what it may write: the resource has more writers of different parts, or with different toggles,
+    /// than are told apart.
+    MayBeReadBy(PassHandle, ResourceHandle),
+    /// It may leave something in a resource that outlives the frame, which has more such writers than are told apart.
+    MayBeLeft(ResourceHandle),
 }
 
 /// Why a pass is culled.
@@ -49,8 +57,10 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
     for resource in pipeline.resource_handles().filter(|resource| {
         matches!(pipeline.resource(*resource).lifetime(), Lifetime::Persistent | Lifetime::Imported)
     }) {
-        for writer in surviving_writers(pipeline, graph, resource) {
-            kept[writer.index()].get_or_insert(KeepReason::Output(resource));
+        let (writers, is_coarse) = survivors(pipeline, graph, resource);
+        let reason = if is_coarse { KeepReason::MayBeLeft } else { KeepReason::Output };
+        for writer in writers {
+            kept[writer.index()].get_or_insert(reason(resource));
         }
     }
     let mut queue = VecDeque::new();
@@ -68,7 +78,9 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
         producers.sort_unstable();
         for (producer, resource) in producers {
             if kept[producer.index()].is_none() {
-                kept[producer.index()] = Some(KeepReason::ReadBy(pass, resource));
+                let is_coarse = graph.is_coarse(pass, resource);
+                let reason = if is_coarse { KeepReason::MayBeReadBy } else { KeepReason::ReadBy };
+                kept[producer.index()] = Some(reason(pass, resource));
                 queue.push_back(producer);
             }
         }
@@ -78,11 +90,15 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
                 continue;
             };
             if read_back.insert(history.of) {
-                let mut writers = surviving_writers(pipeline, graph, history.of);
+                let (mut writers, is_coarse) = survivors(pipeline, graph, history.of);
                 writers.sort_unstable();
                 for writer in writers {
                     if kept[writer.index()].is_none() {
-                        kept[writer.index()] = Some(KeepReason::ReadLater(pass, one.resource));
+                        kept[writer.index()] = Some(if is_coarse {
+                            KeepReason::MayBeLeft(history.of)
+                        } else {
+                            KeepReason::ReadLater(pass, one.resource)
+                        });
                         queue.push_back(writer);
                     }
                 }
@@ -100,6 +116,11 @@ pub(crate) fn surviving_writers(
     graph: &Graph,
     resource: ResourceHandle,
 ) -> Vec<PassHandle> {
+    survivors(pipeline, graph, resource).0
+}
+
+/// The passes of whose writes something is left, and whether there may be fewer of them.
+fn survivors(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> (Vec<PassHandle>, bool) {
     let clears = |part: Part, writer: PassHandle| {
         let whole = part.layer.is_some() || single_layer(pipeline, resource);
         let afresh = |one: &Use| {
@@ -129,18 +150,19 @@ pub(crate) fn surviving_writers(
                 covered.insert(part);
             }
         }
-        return writers;
+        return (writers, false);
     }
-    let mut view = View::new(Part::WHOLE, &[]);
+    let mut effort = Effort::default();
+    let mut view = View::new(Part::WHOLE, &[], &mut effort);
     for (part, writer) in graph.versions_of(resource).rev() {
         if view.sees(part, condition(writer)) && !discards(part, writer) {
             writers.push(writer);
         }
         if clears(part, writer) {
-            view.cover(part, condition(writer), ());
+            view.cover(Write { part, condition: condition(writer), writer: (), passes_on: false });
         }
     }
-    writers
+    (writers, view.is_coarse())
 }
 
 /// Whether a resource is declared without layers, so that every attachment of it is the same one.

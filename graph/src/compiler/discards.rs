@@ -11,7 +11,7 @@
 
 use super::graph::Graph;
 use super::toggles;
-use super::visible::View;
+use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
 use crate::pipeline::{Part, Pipeline, Use};
@@ -117,12 +117,14 @@ impl Check<'_> {
     /// Whether passes before write, in each frame with the reader, all that it reads of what is thrown away.
     fn is_written(&self, reader: PassHandle, read: &Use) -> bool {
         let Some(known) = toggles::known(self.pipeline.pass(reader), read) else { return true };
-        let mut view = View::new(read.part, &known);
+        let mut effort = Effort::default();
+        let mut view = View::new(read.part, &known, &mut effort);
         for (writer, _) in self.graph.producers(reader).filter(|(_, resource)| *resource == read.resource) {
             let pass = self.pipeline.pass(writer);
             let written = pass.uses.iter().filter(|one| one.resource == read.resource);
             for one in written.filter(|one| one.usage.writes() && !one.usage.reads()) {
-                view.cover(one.part, pass.condition, ());
+                let condition = pass.condition;
+                view.cover(Write { part: one.part, condition, writer: (), passes_on: false });
             }
         }
         !view.is_open_in(self.one.part)

@@ -12,6 +12,8 @@
 //!
 //! Cost: linear in passes, uses and edges, for a bounded number of writers that touch one part out of order.
 
+use std::collections::BTreeSet;
+
 use petgraph::Direction;
 use petgraph::graph::{DiGraph, NodeIndex};
 use petgraph::visit::EdgeRef as _;
@@ -77,6 +79,8 @@ pub struct Graph {
     pub(super) versions: Rows<NodeIndex>,
     /// For each pass those that have to run later, whatever the reason; repetitions are possible.
     pub(super) successors: Rows<PassHandle>,
+    /// The reads that may have more edges than there is data.
+    pub(super) coarse: BTreeSet<(PassHandle, ResourceHandle)>,
 }
 
 impl Graph {
@@ -103,6 +107,12 @@ impl Graph {
                 GraphNode::Version { .. } => None,
             })
         })
+    }
+
+    /// Whether a pass reads a resource with more writers of different parts, or with different toggles, than are told
+    /// apart: it may be connected to some of which it sees nothing.
+    pub fn is_coarse(&self, reader: PassHandle, resource: ResourceHandle) -> bool {
+        self.coarse.contains(&(reader, resource))
     }
 
     /// The versions of a resource in their order: the part, and the pass that wrote it.

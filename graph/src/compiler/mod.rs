@@ -18,11 +18,13 @@ mod cycle;
 mod device_rules;
 mod discards;
 mod dispatch;
+mod extents;
 mod facts;
 mod format;
 mod format_names;
 mod graph;
 mod history;
+mod implied;
 mod lifetime;
 mod merge;
 mod order;
@@ -35,6 +37,8 @@ mod planner;
 mod property_tests;
 #[cfg(test)]
 mod property_tests_toggles;
+#[cfg(test)]
+mod property_tests_writers;
 mod resize;
 mod rows;
 mod sharing;

@@ -218,6 +218,16 @@ pub enum Kept {
         /// The earlier frame that it reads.
         resource: String,
     },
+    /// A kept pass reads what it may write: the resource has more writers of different parts, or with different toggles,
+    /// than are told apart.
+    MayBeReadBy {
+        /// The reader.
+        pass: String,
+        /// What it reads.
+        resource: String,
+    },
+    /// It may leave something in a resource that outlives the frame, which has more such writers than are told apart.
+    MayBeLeft(String),
 }
 
 /// What an attachment loads and stores.
@@ -449,6 +459,23 @@ impl Plan {
                 KeepReason::ReadBy(reader, handle) => (
                     format!("{} reads {}", self.pipeline.pass(reader).name, resource(handle)),
                     self.pass(reader),
+                ),
+                KeepReason::MayBeReadBy(reader, handle) => (
+                    format!(
+                        "{} reads {}, perhaps nothing of it: it has more writers of different parts, or with \
+                         different toggles, than are told apart",
+                        self.pipeline.pass(reader).name,
+                        resource(handle)
+                    ),
+                    self.pass(reader),
+                ),
+                KeepReason::MayBeLeft(handle) => (
+                    format!(
+                        "something of it may be left in {}, which has more writers of different parts, or with \
+                         different toggles, than are told apart",
+                        resource(handle)
+                    ),
+                    None,
                 ),
                 KeepReason::ReadLater(reader, handle) => {
                     let back = self.pipeline.resource(handle).history.map_or(1, |history| history.back);

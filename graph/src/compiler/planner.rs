@@ -60,6 +60,11 @@ impl<'a> Planner<'a> {
                     pass: self.pipeline.pass(reader).name.clone(),
                     resource: resource_name(resource),
                 },
+                KeepReason::MayBeReadBy(reader, resource) => Kept::MayBeReadBy {
+                    pass: self.pipeline.pass(reader).name.clone(),
+                    resource: resource_name(resource),
+                },
+                KeepReason::MayBeLeft(resource) => Kept::MayBeLeft(resource_name(resource)),
                 KeepReason::ReadLater(reader, resource) => Kept::ReadLater {
                     pass: self.pipeline.pass(reader).name.clone(),
                     resource: resource_name(resource),

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use super::access::Access;
 use super::facts::{Descriptor, Facts};
 use super::graph::Graph;
-use super::visible::View;
+use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{Bypass, Condition, Part, Pass, Pipeline, Usage, Use};
@@ -159,14 +159,22 @@ pub(super) fn check_outputs(
         let list: Vec<_> =
             graph.versions_of(resource).filter(|(_, writer)| is_live[writer.index()]).collect();
         let condition = |pass: PassHandle| pipeline.pass(pass).condition;
+        let mut effort = Effort::default();
         for (part, writer) in &list {
+            if effort.is_used_up() {
+                break;
+            }
             let Some(own) = condition(*writer) else { continue };
             let fresh = pipeline.pass(*writer).uses.iter().find(|one| {
                 one.resource == resource && one.part == *part && one.usage.writes() && !one.usage.reads()
             });
-            let mut view = View::new(*part, &[own.opposite()]);
+            let mut view = View::new(*part, &[own.opposite()], &mut effort);
             for (other, pass) in &list {
-                view.cover(*other, condition(*pass), ());
+                if view.is_covered() {
+                    break;
+                }
+                let condition = condition(*pass);
+                view.cover(Write { part: *other, condition, writer: (), passes_on: false });
             }
             if let Some(one) = fresh.filter(|_| view.is_open_in(*part)) {
                 let toggle = &pipeline.toggles[own.toggle];

@@ -9,49 +9,125 @@
 //! How many mips, layers and bytes there are is not known yet. What lies beyond all that is named may not exist, so it
 //! keeps older writes in sight, but is never said to be missing.
 //!
+//! **Passing on.** A writer that can be off and loads what it writes over feeds on what is below it, so that whoever
+//! reads it depends on that, too. A look that has found many writers goes [on](View::pass_on) only for what two such
+//! writers with different conditions do not pass on, so that many of them make about as many edges.
+//!
+//! **Bound.** Every covering cuts a box into nine at most. A look at more than [`MAXIMUM_BOXES`] boxes goes on with those
+//! that it has: it is [coarse](View::is_coarse), takes what would have to be cut for not covered, and so sees more than
+//! there is, never less. It finds nothing to be missing. The looks at one resource share an [`Effort`]; those that come
+//! when it is used up do not cut at all.
+//!
 //! Cost: boxes times writers, so it is for resources of which a writer can be off or writes several subresources at
-//! once. Every covering cuts a box into nine at most.
+//! once.
 
-use crate::pipeline::{Aspect, Condition, Part, Run};
+use smallvec::SmallVec;
 
-/// What a part covers of mips, layers, aspects and bytes: the first, and the first after it. Everything has no end.
-type Extents = [(u64, u64); 4];
+use super::extents::{Extents, common, extents};
+use crate::pipeline::{Condition, Part};
+
+/// The most boxes that one look tells apart.
+const MAXIMUM_BOXES: usize = 1024;
+/// The boxes that all looks at one resource go over before they get coarse.
+const MAXIMUM_STEPS: usize = 1 << 23;
+
+/// What the looks at one resource have cost.
+#[derive(Debug, Default)]
+pub(super) struct Effort {
+    steps: usize,
+}
+
+impl Effort {
+    /// Whether nothing is left to look closely.
+    pub(super) fn is_used_up(&self) -> bool {
+        self.steps >= MAXIMUM_STEPS
+    }
+}
 
 /// What is still to be seen.
-pub(super) struct View<W> {
+pub(super) struct View<'a, W> {
     boxes: Vec<Open<W>>,
+    effort: &'a mut Effort,
+    is_coarse: bool,
+    passes_on: bool,
+}
+
+/// One write.
+#[derive(Clone, Copy)]
+pub(super) struct Write<W> {
+    pub(super) part: Part,
+    /// In which frames it happens; all if nothing is said.
+    pub(super) condition: Option<Condition>,
+    /// Who writes; the newest is the greatest.
+    pub(super) writer: W,
+    /// Whether it loads what it writes over, and no older write that covers what is below happens in just its frames.
+    pub(super) passes_on: bool,
 }
 
 struct Open<W> {
     extents: Extents,
-    /// What has to hold in the frames in which it is open.
+    /// What has to hold in the frames in which it is open; sorted.
     conditions: Vec<Condition>,
     /// The newest write over it that is not always there.
     newest: Option<(W, Condition)>,
+    /// When writers over it run that pass on what is below them: two different conditions are enough.
+    passed_on: SmallVec<[Condition; 2]>,
 }
 
-impl<W: Copy + Ord> View<W> {
+impl<'a, W: Copy + Ord> View<'a, W> {
     /// A look at a part in frames in which conditions hold that do not contradict each other.
-    pub(super) fn new(part: Part, known: &[Condition]) -> Self {
-        Self { boxes: vec![Open { extents: extents(part), conditions: known.to_vec(), newest: None }] }
+    pub(super) fn new(part: Part, known: &[Condition], effort: &'a mut Effort) -> Self {
+        let mut conditions = known.to_vec();
+        conditions.sort_unstable();
+        let open = Open { extents: extents(part), conditions, newest: None, passed_on: SmallVec::new() };
+        Self { boxes: vec![open], effort, is_coarse: false, passes_on: false }
+    }
+
+    /// From now on, what writers pass on that were seen is not looked for.
+    pub(super) fn pass_on(&mut self) {
+        self.passes_on = true;
+        self.boxes.retain(|open| open.passed_on.len() < 2);
+    }
+
+    /// Whether more may be seen than there is.
+    pub(super) fn is_coarse(&self) -> bool {
+        self.is_coarse
     }
 
     /// Whether something of a write is seen.
-    pub(super) fn sees(&self, part: Part, condition: Option<Condition>) -> bool {
+    pub(super) fn sees(&mut self, part: Part, condition: Option<Condition>) -> bool {
         let extents = extents(part);
-        self.boxes.iter().any(|open| common(open.extents, extents).is_some() && open.is_open_where(condition))
+        self.effort.steps += self.boxes.len();
+        self.boxes.iter().any(|open| {
+            let is_wanted = !self.passes_on || !open.is_passed_on(condition);
+            common(open.extents, extents).is_some() && is_wanted && open.is_open_where(condition)
+        })
     }
 
     /// A write, which covers all of its part whenever it happens.
-    pub(super) fn cover(&mut self, part: Part, condition: Option<Condition>, writer: W) {
-        let extents = extents(part);
+    pub(super) fn cover(&mut self, write: Write<W>) {
+        let extents = extents(write.part);
+        self.effort.steps += self.boxes.len();
+        let most = if self.effort.is_used_up() { 1 } else { MAXIMUM_BOXES };
         let mut boxes = Vec::with_capacity(self.boxes.len());
-        for open in self.boxes.drain(..) {
+        let mut left = self.boxes.len();
+        for mut open in self.boxes.drain(..) {
+            left -= 1;
+            let condition = write.condition;
             let covered = common(open.extents, extents).filter(|_| open.is_open_where(condition));
             let Some(covered) = covered else {
                 boxes.push(open);
                 continue;
             };
+            let pieces = open.extents.iter().zip(covered);
+            let pieces = pieces
+                .map(|(all, own)| usize::from(all.0 < own.0) + usize::from(own.1 < all.1))
+                .sum::<usize>();
+            if pieces > 0 && boxes.len() + left + pieces + 1 > most {
+                self.is_coarse = true;
+                boxes.push(open);
+                continue;
+            }
             let mut inside = open.extents;
             for axis in 0..inside.len() {
                 let (first, end) = inside[axis];
@@ -63,18 +139,28 @@ impl<W: Copy + Ord> View<W> {
                             extents: rest,
                             conditions: open.conditions.clone(),
                             newest: open.newest,
+                            passed_on: open.passed_on.clone(),
                         });
                     }
                 }
                 inside[axis] = covered[axis];
             }
-            let Some(condition) = condition.filter(|condition| !open.conditions.contains(condition)) else {
+            let place = |condition: &Condition| open.conditions.binary_search(condition).err();
+            let Some(condition) = condition.filter(|condition| place(condition).is_some()) else {
                 continue;
             };
-            let mut conditions = open.conditions;
-            conditions.push(condition.opposite());
-            let newest = open.newest.or(Some((writer, condition)));
-            boxes.push(Open { extents: inside, conditions, newest });
+            if write.passes_on && open.passed_on.len() < 2 && !open.passed_on.contains(&condition) {
+                open.passed_on.push(condition);
+                if self.passes_on && open.passed_on.len() == 2 {
+                    continue;
+                }
+            }
+            let opposite = condition.opposite();
+            if let Some(at) = place(&opposite) {
+                open.conditions.insert(at, opposite);
+            }
+            let newest = open.newest.or(Some((write.writer, condition)));
+            boxes.push(Open { extents: inside, newest, ..open });
         }
         self.boxes = boxes;
     }
@@ -84,43 +170,31 @@ impl<W: Copy + Ord> View<W> {
         self.boxes.is_empty()
     }
 
-    /// Whether something of a part, and that exists, is not covered in some state.
+    /// Whether something of a part, and that exists, is not covered in some state, as far as that is certain.
     pub(super) fn is_open_in(&self, part: Part) -> bool {
         let extents = extents(part);
-        self.boxes.iter().filter_map(|open| common(open.extents, extents)).any(exists)
+        !self.is_coarse && self.boxes.iter().filter_map(|open| common(open.extents, extents)).any(exists)
     }
 
-    /// The newest write below which nothing is seen in some state in which it does not happen.
+    /// The newest write below which nothing is seen in some state in which it does not happen, as far as that is
+    /// certain.
     pub(super) fn missing(&self) -> Option<(W, Condition)> {
-        let open = self.boxes.iter().filter(|open| exists(open.extents));
+        let open = self.boxes.iter().filter(|open| !self.is_coarse && exists(open.extents));
         open.filter_map(|open| open.newest).max_by_key(|(writer, _)| *writer)
     }
 }
 
 impl<W> Open<W> {
     fn is_open_where(&self, condition: Option<Condition>) -> bool {
-        condition.is_none_or(|condition| !self.conditions.contains(&condition.opposite()))
+        condition.is_none_or(|condition| self.conditions.binary_search(&condition.opposite()).is_err())
     }
-}
 
-fn extents(part: Part) -> Extents {
-    let run = |first: Option<u64>, end: Option<u64>| (first.unwrap_or(0), end.unwrap_or(u64::MAX));
-    let aspect = match part.aspect {
-        Aspect::All => (0, 2),
-        Aspect::DepthOnly => (0, 1),
-        Aspect::StencilOnly => (1, 2),
-    };
-    [
-        run(part.mip.map(|run| run.first.into()), part.mip.map(Run::end)),
-        run(part.layer.map(|run| run.first.into()), part.layer.map(Run::end)),
-        aspect,
-        run(part.bytes.map(|run| run.first), part.bytes.map(Run::end)),
-    ]
-}
-
-fn common(a: Extents, b: Extents) -> Option<Extents> {
-    let both: Extents = std::array::from_fn(|axis| (a[axis].0.max(b[axis].0), a[axis].1.min(b[axis].1)));
-    both.iter().all(|(first, end)| first < end).then_some(both)
+    /// Whether a write below is seen by a writer that passes it on.
+    fn is_passed_on(&self, condition: Option<Condition>) -> bool {
+        let contradicts =
+            |other: &Condition| condition.is_some_and(|condition| condition == other.opposite());
+        self.passed_on.iter().any(|other| !contradicts(other))
+    }
 }
 
 /// Whether it does not lie beyond all that is named.
@@ -130,8 +204,12 @@ fn exists(extents: Extents) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::View;
+    use super::{Effort, MAXIMUM_BOXES, View, Write};
     use crate::pipeline::{Aspect, Condition, Part, Run};
+
+    fn write(part: Part, condition: Option<Condition>, writer: usize) -> Write<usize> {
+        Write { part, condition, writer, passes_on: false }
+    }
 
     fn when(toggle: usize, on: bool) -> Option<Condition> {
         Some(Condition { toggle, on })
@@ -143,41 +221,44 @@ mod tests {
 
     #[test]
     fn opposite_writers_cover_what_lies_below_even_in_pieces() {
-        let mut view = View::new(layers(0, 4), &[]);
-        view.cover(layers(0, 2), when(0, true), 4);
+        let mut effort = Effort::default();
+        let mut view = View::new(layers(0, 4), &[], &mut effort);
+        view.cover(write(layers(0, 2), when(0, true), 4));
         assert!(view.sees(layers(0, 1), None) && view.sees(layers(0, 1), when(0, false)));
         assert!(!view.sees(layers(0, 1), when(0, true)) && view.sees(layers(1, 2), when(0, true)));
-        view.cover(layers(2, 2), None, 3);
-        view.cover(Part::WHOLE, when(0, false), 2);
+        view.cover(write(layers(2, 2), None, 3));
+        view.cover(write(Part::WHOLE, when(0, false), 2));
         assert!(view.is_covered() && view.missing().is_none());
         assert!(!view.sees(Part::WHOLE, None));
     }
 
     #[test]
     fn what_may_not_exist_is_not_missing_but_still_seen() {
-        let mut view = View::new(Part::WHOLE, &[]);
-        view.cover(Part::WHOLE, when(0, true), 4);
-        view.cover(layers(0, 1), None, 3);
+        let mut effort = Effort::default();
+        let mut view = View::new(Part::WHOLE, &[], &mut effort);
+        view.cover(write(Part::WHOLE, when(0, true), 4));
+        view.cover(write(layers(0, 1), None, 3));
         assert!(!view.is_open_in(Part::WHOLE) && view.missing().is_none());
         assert!(view.is_open_in(layers(1, 1)));
-        view.cover(layers(2, 1), None, 2);
+        view.cover(write(layers(2, 1), None, 2));
         assert_eq!(view.missing(), Some((4, Condition { toggle: 0, on: true })));
-        view.cover(layers(1, 1).aspect(Aspect::DepthOnly), None, 1);
-        view.cover(layers(1, 1).aspect(Aspect::StencilOnly), None, 0);
+        view.cover(write(layers(1, 1).aspect(Aspect::DepthOnly), None, 1));
+        view.cover(write(layers(1, 1).aspect(Aspect::StencilOnly), None, 0));
         assert!(!view.is_open_in(layers(0, 3)) && !view.is_covered() && view.sees(Part::WHOLE, None));
     }
 
     #[test]
     fn what_the_looker_knows_decides() {
         let known = Condition { toggle: 1, on: false };
-        let mut view = View::new(Part::WHOLE, &[known]);
+        let mut effort = Effort::default();
+        let mut view = View::new(Part::WHOLE, &[known], &mut effort);
         assert!(!view.sees(Part::WHOLE, when(1, true)));
-        view.cover(Part::WHOLE, when(1, true), 9);
+        view.cover(write(Part::WHOLE, when(1, true), 9));
         assert!(!view.is_covered() && view.missing().is_none());
-        view.cover(Part::WHOLE, when(2, true), 8);
-        view.cover(layers(1, 1), when(3, true), 7);
+        view.cover(write(Part::WHOLE, when(2, true), 8));
+        view.cover(write(layers(1, 1), when(3, true), 7));
         assert_eq!(view.missing(), Some((8, Condition { toggle: 2, on: true })));
-        view.cover(Part::WHOLE, when(1, false), 6);
+        view.cover(write(Part::WHOLE, when(1, false), 6));
         assert!(view.is_covered());
     }
 
@@ -193,7 +274,8 @@ mod tests {
         let mut at = [0usize; 4];
         loop {
             let writers: Vec<_> = at.iter().map(|kind| kinds[*kind]).collect();
-            let mut view = View::new(Part::WHOLE, &[]);
+            let mut effort = Effort::default();
+            let mut view = View::new(Part::WHOLE, &[], &mut effort);
             for (rank, (part, condition)) in writers.iter().enumerate() {
                 let played = (0..4).any(|state| {
                     let runs = |condition: &Option<Condition>| {
@@ -208,11 +290,46 @@ mod tests {
                         })
                 });
                 assert_eq!(view.sees(*part, *condition), played, "{writers:?} at {rank}");
-                view.cover(*part, *condition, usize::MAX - rank);
+                view.cover(write(*part, *condition, usize::MAX - rank));
             }
             let Some(next) = (0..at.len()).find(|place| at[*place] + 1 < kinds.len()) else { break };
             at[..next].fill(0);
             at[next] += 1;
         }
+    }
+
+    #[test]
+    fn a_coarse_look_misses_nothing_and_its_work_has_a_bound() {
+        const COUNT: usize = 5000;
+        let mut state = 1u64;
+        let mut number = |below: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) % below) as u32
+        };
+        let mut effort = Effort::default();
+        let mut view = View::new(Part::WHOLE, &[], &mut effort);
+        // The states and places that are played beside the look, and which of them are written.
+        let mut played: Vec<(u64, u32, u32, bool)> =
+            (0..200).map(|_| (u64::from(number(1 << 30)), number(16), number(512), false)).collect();
+        for at in 0..COUNT {
+            let run = |first: u32, count: u32| Some(Run { first, count });
+            let (mip, layer) = (number(16), number(512));
+            let part = Part { mip: run(mip, 1 + number(3)), layer: run(layer, 1 + number(9)), ..Part::WHOLE };
+            let condition = Condition { toggle: number(2000) as usize, on: number(2) == 0 };
+            let mut is_seen = false;
+            for (seed, mip, layer, written) in &mut played {
+                let happens =
+                    seed.wrapping_mul(condition.toggle as u64 * 2 + 1) >> 40 & 1 == u64::from(condition.on);
+                if happens && part.contains(Part::of(Some(*mip), Some(*layer))) {
+                    is_seen |= !*written;
+                    *written = true;
+                }
+            }
+            assert!(view.sees(part, Some(condition)) || !is_seen);
+            view.cover(write(part, Some(condition), COUNT - at));
+            assert!(view.boxes.len() <= MAXIMUM_BOXES);
+        }
+        assert!(view.is_coarse() && view.missing().is_none() && !view.is_open_in(Part::WHOLE));
+        assert!(effort.steps <= 2 * COUNT * MAXIMUM_BOXES);
     }
 }

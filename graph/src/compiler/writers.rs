@@ -15,8 +15,11 @@
 //! opposite toggles never run in one frame and need no order. What is left without one is an error, unless the contents
 //! of the frame before are there.
 //!
-//! Cost: each writer and reader looks back only to the first write that covers its part. Whether a way leads from one
-//! writer to the next is searched only between their positions, and mostly found at the first step.
+//! Cost: each writer looks back only as far as orders do not [follow](super::implied) from others, each reader only to
+//! the first write that covers its part. Whether a way leads from one writer to the next is searched only between their
+//! positions, and mostly found at the first step. Up to [`SHOWN_EDGES`] writers before and behind each use, and up to
+//! [`DIRECT_READS`] that it reads, have edges also if they could be left out. Writers of different parts that can be off
+//! are looked through as `visible` describes: for many of them, reads can get [coarse](Graph::is_coarse).
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap, HashMap, HashSet};
@@ -27,9 +30,10 @@ use smallvec::SmallVec;
 use super::access::{Access, Writers, in_conflict};
 use super::cycle;
 use super::graph::{Edge, Graph, GraphNode, Hazard};
+use super::implied::Unmet;
 use super::rows::Rows;
 use super::toggles::{self, Runs};
-use super::visible::View;
+use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
 use crate::pipeline::{Condition, Part, Pipeline, ResourceKind, Version};
@@ -37,6 +41,10 @@ use crate::work::{PassHandle, ResourceHandle};
 
 /// The most members of a cycle that a finding names.
 const SHOWN: usize = 32;
+/// How many hazards of a use have edges though they may follow from others. Random tests come to it sooner.
+const SHOWN_EDGES: usize = if cfg!(test) { 1 } else { 16 };
+/// How many writers a reader reads itself before what they pass on is left to them. Random tests come to it sooner.
+const DIRECT_READS: usize = if cfg!(test) { 2 } else { 16 };
 
 /// How one pass comes before another.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -55,6 +63,8 @@ pub(super) struct Builder<'a> {
     reads: Vec<SmallVec<[(ResourceHandle, u32); 3]>>,
     /// The writers of each resource that is ordered.
     ordered: Vec<Option<Writers>>,
+    /// The reads that may have more edges than there is data.
+    coarse: BTreeSet<(PassHandle, ResourceHandle)>,
 }
 
 impl<'a> Builder<'a> {
@@ -67,6 +77,7 @@ impl<'a> Builder<'a> {
             next: vec![SmallVec::new(); count],
             reads: vec![SmallVec::new(); count],
             ordered: accesses.iter().map(|_| None).collect(),
+            coarse: BTreeSet::new(),
         };
         for pass in pipeline.pass_handles() {
             for before in &pipeline.pass(pass).after {
@@ -188,20 +199,20 @@ impl<'a> Builder<'a> {
         let writers = Writers::new(list, order);
         for (rank, at) in writers.list.iter().enumerate() {
             let later = &list[*at];
+            let after = condition(later);
+            let mut unmet = Unmet::new(later.part, after);
             for earlier_rank in writers.before(rank, later.part) {
                 let earlier_at = writers.list[earlier_rank];
                 let earlier = &list[earlier_at];
-                if !earlier.part.overlaps(later.part) {
-                    continue;
-                }
-                let (before, after) = (condition(earlier), condition(later));
-                if never_together(before, after) {
+                let before = condition(earlier);
+                if never_together(before, after) || !unmet.has_to_meet(earlier.part, before) {
                     continue;
                 }
                 if !fresh.contains(&earlier_at) && !self.reaches(earlier.pass, later.pass, position) {
                     return Err((earlier_at, *at));
                 }
-                if earlier.part.contains(later.part) && (before.is_none() || before == after) {
+                unmet.meet(earlier.part, before);
+                if unmet.is_empty() {
                     break;
                 }
             }
@@ -240,13 +251,19 @@ impl<'a> Builder<'a> {
         let writers = Writers::new(list, order);
         for (rank, at) in writers.list.iter().enumerate() {
             let current = list[*at];
+            let condition = |access: &Access<'_>| self.pipeline.pass(access.pass).condition;
+            let after = condition(&current);
+            let mut hazards = Hazards::new(current.part, after);
             for earlier in writers.before(rank, current.part) {
                 let earlier = list[writers.list[earlier]];
-                let condition = |access: &Access<'_>| self.pipeline.pass(access.pass).condition;
-                let (before, after) = (condition(&earlier), condition(&current));
-                if earlier.part.overlaps(current.part) && !never_together(before, after) {
+                let before = condition(&earlier);
+                if never_together(before, after) {
+                    continue;
+                }
+                if hazards.shows(earlier.part, before) {
                     self.add(earlier.pass, current.pass, Via::Order(Hazard::WriteAfterWrite(resource)));
-                    if earlier.part.contains(current.part) && (before.is_none() || before == after) {
+                    let covers = earlier.part.contains(current.part) && (before.is_none() || before == after);
+                    if covers || hazards.are_done() {
                         break;
                     }
                 }
@@ -259,6 +276,13 @@ impl<'a> Builder<'a> {
         };
         let is_toggled = |at: &usize| self.pipeline.pass(list[*at].pass).condition.is_some();
         let simple = writers.are_plain() && !writers.list.iter().any(is_toggled);
+        let mut look = Look { writers: &writers, simple, covers: HashMap::new(), effort: Effort::default() };
+        for (rank, at) in writers.list.iter().enumerate().rev().filter(|_| !simple) {
+            let access = &list[*at];
+            if let Some(condition) = self.pipeline.pass(access.pass).condition.filter(|_| !access.reads) {
+                look.covers.insert(condition, rank);
+            }
+        }
         for reader in list.iter().filter(|access| access.reads) {
             let own = writers.rank(list, reader.pass, reader.part).filter(|_| reader.writes);
             let limit = match reader.version {
@@ -272,7 +296,7 @@ impl<'a> Builder<'a> {
                 }
                 Version::Newest => own.unwrap_or(writers.list.len()),
             };
-            self.connect_reader(resource, reader, (&writers, simple), limit, diagnostics);
+            self.connect_reader(resource, reader, &mut look, limit, diagnostics);
         }
         self.ordered[resource.index()] = Some(writers);
     }
@@ -284,16 +308,16 @@ impl<'a> Builder<'a> {
     }
 
     /// Connects one reader to the writers below a limit that feed it, and to those from the limit that overwrite it.
-    /// Writers are simple if they are always there and write one subresource or everything.
     fn connect_reader(
         &mut self,
         resource: ResourceHandle,
         reader: &Access<'_>,
-        (writers, simple): (&Writers, bool),
+        look: &mut Look<'_>,
         limit: usize,
         diagnostics: &mut Diagnostics,
     ) {
         let pipeline = self.pipeline;
+        let Look { writers, simple, .. } = *look;
         let list = &self.accesses[resource.index()];
         let Some(known) = toggles::known(pipeline.pass(reader.pass), reader.one) else {
             // It never happens: the pass runs only in frames in which something else stands in.
@@ -301,10 +325,6 @@ impl<'a> Builder<'a> {
         };
         let mut fed = false;
         let mut missing: Option<(usize, Condition)> = None;
-        let part_and_condition = |rank: usize| {
-            let writer = &list[writers.list[rank]];
-            (writer.part, pipeline.pass(writer.pass).condition)
-        };
         if simple {
             // What was written since: an older write of such a part is not there any more.
             let mut newer: HashSet<Part> = HashSet::new();
@@ -323,21 +343,34 @@ impl<'a> Builder<'a> {
                 newer.insert(writer.part);
             }
         } else {
-            let mut view = View::new(reader.part, &known);
+            let mut view = View::new(reader.part, &known, &mut look.effort);
+            let mut count = 0;
             for rank in writers.before(limit, reader.part) {
-                let (part, condition) = part_and_condition(rank);
-                let writer = list[writers.list[rank]].pass;
-                if writer == reader.pass || !view.sees(part, condition) {
+                let writer = &list[writers.list[rank]];
+                let (part, condition) = (writer.part, pipeline.pass(writer.pass).condition);
+                if writer.pass == reader.pass || !writer.part.overlaps(reader.part) {
                     continue;
                 }
-                self.feed(resource, rank, writer, reader.pass);
-                fed = true;
-                view.cover(part, condition, rank);
+                if view.sees(part, condition) {
+                    self.feed(resource, rank, writer.pass, reader.pass);
+                    fed = true;
+                    count += 1;
+                }
+                let loads = writer.reads && writer.one.when.is_empty() && *writer.version == Version::Newest;
+                let covered = |condition| look.covers.get(&condition).is_some_and(|oldest| *oldest < rank);
+                let passes_on = loads && condition.is_some_and(|condition| !covered(condition));
+                view.cover(Write { part, condition, writer: rank, passes_on });
+                if count == DIRECT_READS {
+                    view.pass_on();
+                }
                 if view.is_covered() {
                     break;
                 }
             }
             missing = view.missing();
+            if view.is_coarse() {
+                self.coarse.insert((reader.pass, resource));
+            }
         }
         let declared = pipeline.resource(resource);
         let own_memory = match declared.lifetime() {
@@ -357,12 +390,17 @@ impl<'a> Builder<'a> {
                 diagnostics.push(toggles::taken_away(pipeline, reader, writer, condition));
             }
         }
+        let mut hazards = Hazards::new(reader.part, None);
         for rank in writers.after(limit, reader.part) {
             let writer = &list[writers.list[rank]];
-            let runs = toggles::runs(pipeline.pass(writer.pass), &known);
-            if writer.pass != reader.pass && writer.part.overlaps(reader.part) && runs != Runs::Never {
+            let condition = match toggles::runs(pipeline.pass(writer.pass), &known) {
+                Runs::Never => continue,
+                Runs::Always => None,
+                Runs::Sometimes(condition) => Some(condition),
+            };
+            if writer.pass != reader.pass && hazards.shows(writer.part, condition) {
                 self.add(reader.pass, writer.pass, Via::Order(Hazard::WriteAfterRead(resource)));
-                if writer.part.contains(reader.part) && runs == Runs::Always {
+                if writer.part.contains(reader.part) && condition.is_none() || hazards.are_done() {
                     break;
                 }
             }
@@ -454,7 +492,46 @@ impl<'a> Builder<'a> {
             }
             successors.push(list.into_iter().map(|(to, _)| to));
         }
-        Graph { graph, order, nodes, versions, successors }
+        Graph { graph, order, nodes, versions, successors, coarse: self.coarse }
+    }
+}
+
+/// The writers of a resource as its readers look through them.
+struct Look<'a> {
+    writers: &'a Writers,
+    /// Whether the writers are always there and write one subresource or everything.
+    simple: bool,
+    /// The oldest writer with each condition that does not load.
+    covers: HashMap<Condition, usize>,
+    effort: Effort,
+}
+
+/// The writers that have to run before, or after, one use.
+struct Hazards {
+    part: Part,
+    unmet: Unmet,
+    shown: usize,
+}
+
+impl Hazards {
+    fn new(part: Part, condition: Option<Condition>) -> Self {
+        Self { part, unmet: Unmet::new(part, condition), shown: 0 }
+    }
+
+    /// Whether the next writer has an edge.
+    fn shows(&mut self, part: Part, condition: Option<Condition>) -> bool {
+        let shows =
+            part.overlaps(self.part) && (self.shown < SHOWN_EDGES || self.unmet.has_to_meet(part, condition));
+        if shows {
+            self.unmet.meet(part, condition);
+            self.shown += 1;
+        }
+        shows
+    }
+
+    /// Whether all others follow.
+    fn are_done(&self) -> bool {
+        self.shown >= SHOWN_EDGES && self.unmet.is_empty()
     }
 }
 

@@ -13,13 +13,13 @@
 //! - two writers of a region have to be ordered by data, by `after` or by a named version, unless the first of them is
 //!   the only one that does not load. An order found for one resource may explain that of another.
 //!
-//! Where passes that use a resource have toggles, its frame is played through in every state of those toggles (with
-//! more than [`MAXIMUM_TOGGLES`] of them: all on, all off, and each alone), with the passes and uses of that state
-//! only.
+//! Where passes that use a resource have toggles, its frame is played through in every state of those toggles, with the
+//! passes and uses of that state only. With more than [`MAXIMUM_TOGGLES`] of them it is played with all on, all off, and
+//! each alone, as far as [`MAXIMUM_WORK`] goes; who feeds whom in the other states is found by going `back`.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::{FaultKind, Faults, Schedule};
+use super::{FaultKind, Faults, Schedule, back};
 use crate::compiler::plan::{Plan, StoreOperation};
 use crate::language::Lifetime;
 use crate::pipeline::{Aspect, Part, Run, Usage, Use, Version};
@@ -27,6 +27,8 @@ use crate::work::{PassHandle, ResourceHandle, Work};
 
 /// The most toggles of which every combination is tried for one resource.
 const MAXIMUM_TOGGLES: usize = 6;
+/// About how many regions are gone over to play one resource in some of many states.
+const MAXIMUM_WORK: usize = 1 << 22;
 
 /// Who feeds whom.
 pub(super) struct Flow {
@@ -47,10 +49,10 @@ enum Content {
 }
 
 /// One use with its pass and the regions that it covers.
-struct Event<'a> {
-    pass: PassHandle,
-    one: &'a Use,
-    regions: Vec<usize>,
+pub(super) struct Event<'a> {
+    pub(super) pass: PassHandle,
+    pub(super) one: &'a Use,
+    pub(super) regions: Vec<usize>,
 }
 
 /// Regions of one resource: the product of what the uses tell apart in mips, layers, aspects and bytes.
@@ -186,11 +188,16 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
             .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.part) })
             .collect();
         let mut known: HashSet<(FaultKind, String)> = HashSet::new();
-        for state in states(plan, uses) {
+        let (states, are_all) = states(plan, &events, regions.count());
+        if !are_all {
+            back::look(plan, schedule, handle, &events, regions.count(), &mut flow);
+        }
+        for state in states {
             let happens = |event: &&Event<'_>| {
                 let pass = plan.pipeline.pass(event.pass);
                 pass.condition.iter().chain(&event.one.when).all(|condition| {
-                    state.iter().all(|(toggle, on)| *toggle != condition.toggle || *on == condition.on)
+                    // Sorted by toggle, and has those of all uses.
+                    state.binary_search(&(condition.toggle, condition.on)).is_ok()
                 })
             };
             let events: Vec<&Event<'_>> = events.iter().filter(happens).collect();
@@ -221,25 +228,36 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
     flow
 }
 
-/// The states of the toggles on which the uses of a resource depend: one without toggles if there are none.
-fn states(plan: &Plan, uses: &[(PassHandle, &Use)]) -> Vec<Vec<(usize, bool)>> {
-    let toggles: BTreeSet<usize> = uses
+/// Toggles, each with whether it is on.
+type State = Vec<(usize, bool)>;
+
+/// The states of the toggles on which the uses of a resource depend: one without toggles if there are none. Whether
+/// they are all of them.
+fn states(plan: &Plan, events: &[Event<'_>], regions: usize) -> (Vec<State>, bool) {
+    let toggles: BTreeSet<usize> = events
         .iter()
-        .flat_map(|(pass, one)| plan.pipeline.pass(*pass).condition.iter().chain(&one.when))
+        .flat_map(|event| plan.pipeline.pass(event.pass).condition.iter().chain(&event.one.when))
         .map(|condition| condition.toggle)
         .collect();
     let toggles: Vec<usize> = toggles.into_iter().collect();
-    let state = |is_on: &dyn Fn(usize) -> bool| -> Vec<(usize, bool)> {
+    let state = |is_on: &dyn Fn(usize) -> bool| -> State {
         toggles.iter().enumerate().map(|(bit, toggle)| (*toggle, is_on(bit))).collect()
     };
     if toggles.len() <= MAXIMUM_TOGGLES {
-        return (0..1usize << toggles.len()).map(|off| state(&|bit| off & (1 << bit) == 0)).collect();
+        let all = (0..1usize << toggles.len()).map(|off| state(&|bit| off & (1 << bit) == 0));
+        return (all.collect(), true);
     }
+    // A read looks at the writers of each of its regions.
+    let written: usize =
+        events.iter().filter(|one| one.one.usage.writes()).map(|one| one.regions.len()).sum();
+    let each = 1 + written / regions.max(1);
+    let work = |event: &Event<'_>| event.regions.len() * if event.one.usage.reads() { each } else { 1 };
+    let work: usize = events.iter().map(work).sum::<usize>() + events.len() + regions;
     let mut states = vec![state(&|_| true), state(&|_| false)];
-    for alone in 0..toggles.len() {
+    for alone in 0..toggles.len().min(MAXIMUM_WORK / (2 * work)) {
         states.extend([state(&|bit| bit == alone), state(&|bit| bit != alone)]);
     }
-    states
+    (states, false)
 }
 
 fn in_words(plan: &Plan, state: &[(usize, bool)]) -> String {
@@ -290,7 +308,7 @@ impl Player<'_, '_> {
                 self.read(event, &content, &writers, &culled, lasting);
             }
             for event in events[at..end].iter().copied() {
-                let dropped = self.drops(event);
+                let dropped = drops(self.plan, self.schedule, event);
                 for region in &event.regions {
                     if dropped {
                         content[*region] = Content::Dropped(pass);
@@ -435,25 +453,6 @@ impl Player<'_, '_> {
         }
     }
 
-    /// Whether a use is an attachment that the plan does not store.
-    fn drops(&self, event: &Event<'_>) -> bool {
-        if !event.one.usage.is_attachment() {
-            return false;
-        }
-        let Some(planned) = self.schedule.of(event.pass).and_then(|at| self.plan.passes.get(at)) else {
-            return false;
-        };
-        let (depth, stencil) = (event.one.usage.is_depth(), event.one.usage.is_stencil());
-        let color = planned.color.iter().filter(|_| !depth && !stencil);
-        let depth = planned.depth.iter().filter(|_| depth);
-        color.chain(depth).chain(planned.stencil.iter().filter(|_| stencil)).any(|attachment| {
-            attachment.target.resource == self.handle
-                && event.one.part.mip == Some(Run::one(attachment.target.mip))
-                && event.one.part.layer == attachment.target.layer.map(Run::one)
-                && attachment.store == StoreOperation::Discard
-        })
-    }
-
     /// What is left at the end of a resource that outlives the frame.
     fn finish(&mut self, content: &[Content], writers: &[Vec<(PassHandle, bool)>]) {
         for (region, content) in content.iter().enumerate() {
@@ -474,7 +473,7 @@ impl Player<'_, '_> {
                         } else {
                             self.flow.lasting.insert(*writer);
                         }
-                        if self.covers(*writer, region, writers) {
+                        if covers(self.plan, self.handle, *writer, &writers[region]) {
                             break;
                         }
                     }
@@ -494,22 +493,46 @@ impl Player<'_, '_> {
         all.any(|(target, discard)| discard && target.resource == self.handle)
     }
 
-    /// Whether a pass clears or discards a region at its start, or says that it replaces it.
-    fn covers(&self, pass: PassHandle, region: usize, writers: &[Vec<(PassHandle, bool)>]) -> bool {
-        let loads = writers[region].iter().any(|(writer, loads)| *writer == pass && *loads);
-        let attached = self.plan.pipeline.pass(pass).uses.iter().any(|one| {
-            let texture = self.plan.pipeline.resource(self.handle).texture();
-            let one_layer =
-                one.part.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
-            let attached = one.usage.writes() && one.usage.is_attachment() && one_layer;
-            one.resource == self.handle && (attached || one.usage == Usage::StorageReplace)
-        });
-        !loads && attached
-    }
-
     fn names(&self, pass: PassHandle) -> (String, String) {
         (self.plan.pipeline.pass(pass).name.clone(), self.plan.pipeline.resource(self.handle).name.clone())
     }
+}
+
+/// Whether a use is an attachment that the plan does not store.
+pub(super) fn drops(plan: &Plan, schedule: &Schedule, event: &Event<'_>) -> bool {
+    if !event.one.usage.is_attachment() {
+        return false;
+    }
+    let Some(planned) = schedule.of(event.pass).and_then(|at| plan.passes.get(at)) else {
+        return false;
+    };
+    let (depth, stencil) = (event.one.usage.is_depth(), event.one.usage.is_stencil());
+    let color = planned.color.iter().filter(|_| !depth && !stencil);
+    let depth = planned.depth.iter().filter(|_| depth);
+    color.chain(depth).chain(planned.stencil.iter().filter(|_| stencil)).any(|attachment| {
+        attachment.target.resource == event.one.resource
+            && event.one.part.mip == Some(Run::one(attachment.target.mip))
+            && event.one.part.layer == attachment.target.layer.map(Run::one)
+            && attachment.store == StoreOperation::Discard
+    })
+}
+
+/// Whether a pass clears or discards a region at its start, or says that it replaces it. `writers` are those of the
+/// region, each with whether it loads.
+pub(super) fn covers(
+    plan: &Plan,
+    resource: ResourceHandle,
+    pass: PassHandle,
+    writers: &[(PassHandle, bool)],
+) -> bool {
+    let loads = writers.iter().any(|(writer, loads)| *writer == pass && *loads);
+    let attached = plan.pipeline.pass(pass).uses.iter().any(|one| {
+        let texture = plan.pipeline.resource(resource).texture();
+        let one_layer = one.part.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
+        let attached = one.usage.writes() && one.usage.is_attachment() && one_layer;
+        one.resource == resource && (attached || one.usage == Usage::StorageReplace)
+    });
+    !loads && attached
 }
 
 /// A culled writer whose result the newest version contains, as far as that is certain: one that loads, or the only one

@@ -7,7 +7,7 @@
 //! - `passes`: the plan has the pipeline's passes, each once, in an order that the document allows, and culls only what
 //!   nothing needs;
 //! - `contents`: the frame is played through, texel region by texel region: every read finds what it has to find, and
-//!   nothing is dropped that something later needs;
+//!   nothing is dropped that something later needs; `back` goes the other way where there are too many states;
 //! - `toggles`: stand-ins are used where they have to be, and fit; toggles and bypasses are stated right;
 //! - `attachments`: load and store operations, marks and render pass groups say what the passes declare;
 //! - `memory`: resources that share memory are never alive together, fit what stands for them, and are as few as
@@ -20,6 +20,7 @@
 //! Cost: about linear; writers whose order only a long detour explains cost more.
 
 mod attachments;
+mod back;
 mod contents;
 mod histories;
 mod memory;

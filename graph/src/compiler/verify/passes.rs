@@ -7,8 +7,11 @@ use super::{FaultKind, Faults, Schedule};
 use crate::compiler::cull::{CullReason, KeepReason};
 use crate::compiler::plan::{Kept, Plan};
 use crate::language::Lifetime;
-use crate::pipeline::History;
+use crate::pipeline::{History, Part, Pass, Use};
 use crate::work::{Dispatch, PassHandle, ResourceHandle, Work};
+
+/// Up to so many writers of parts, or with toggles, a plan has to say for certain who reads them.
+const TOLD_APART: usize = 64;
 
 /// The schedule, unless a planned pass is not one of the pipeline's.
 pub(super) fn check(plan: &Plan, faults: &mut Faults) -> Option<Schedule> {
@@ -110,6 +113,17 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, fault
     for (writer, reader, _) in &flow.feeds {
         feeders.entry(*reader).or_default().push(*writer);
     }
+    for planned in &plan.passes {
+        match planned.reason {
+            KeepReason::MayBeReadBy(reader, resource) if may_feed(plan, planned.handle, reader, resource) => {
+                feeders.entry(reader).or_default().push(planned.handle);
+            }
+            KeepReason::MayBeLeft(resource) if may_leave(plan, planned.handle, resource) => {
+                needed.insert(planned.handle);
+            }
+            _ => {}
+        }
+    }
     let mut stack: Vec<PassHandle> = needed.iter().copied().collect();
     while let Some(pass) = stack.pop() {
         // What earlier frames are read of, those feed that write this frame of it.
@@ -170,6 +184,10 @@ fn reason_holds(plan: &Plan, schedule: &Schedule, flow: &Flow, pass: PassHandle,
         KeepReason::ReadBy(reader, resource) => {
             schedule.of(reader) > schedule.of(pass) && flow.feeds.contains(&(pass, reader, resource))
         }
+        KeepReason::MayBeReadBy(reader, resource) => {
+            schedule.of(reader) > schedule.of(pass) && may_feed(plan, pass, reader, resource)
+        }
+        KeepReason::MayBeLeft(resource) => may_leave(plan, pass, resource),
         KeepReason::ReadLater(reader, resource) => {
             let read = plan.pipeline.passes.get(reader.index()).is_some_and(|reader| {
                 reader.uses.iter().any(|one| one.resource == resource && one.usage.reads())
@@ -191,12 +209,46 @@ fn says(plan: &Plan, reason: KeepReason, words: &Kept) -> bool {
             resource(handle) == Some(name)
                 && plan.pipeline.passes.get(reader.index()).is_some_and(|one| one.name == *pass)
         }
-        (KeepReason::ReadLater(reader, handle), Kept::ReadLater { pass, resource: name }) => {
+        (KeepReason::MayBeLeft(handle), Kept::MayBeLeft(name)) => resource(handle) == Some(name),
+        (KeepReason::ReadLater(reader, handle), Kept::ReadLater { pass, resource: name })
+        | (KeepReason::MayBeReadBy(reader, handle), Kept::MayBeReadBy { pass, resource: name }) => {
             resource(handle) == Some(name)
                 && plan.pipeline.passes.get(reader.index()).is_some_and(|one| one.name == *pass)
         }
         _ => false,
     }
+}
+
+/// Whether a resource has so many writers of parts, or with toggles, that a plan need not tell them all apart.
+fn has_many_writers(plan: &Plan, resource: ResourceHandle) -> bool {
+    let writes = |pass: &&Pass| {
+        let written = |one: &Use| one.resource == resource && one.usage.writes();
+        pass.uses.iter().any(|one| written(one) && (pass.condition.is_some() || one.part != Part::WHOLE))
+    };
+    plan.pipeline.passes.iter().filter(writes).nth(TOLD_APART).is_some()
+}
+
+/// Whether a pass writes something of the parts that another reads, of a resource with many writers.
+fn may_feed(plan: &Plan, pass: PassHandle, reader: PassHandle, resource: ResourceHandle) -> bool {
+    let (pass, reader) =
+        match (plan.pipeline.passes.get(pass.index()), plan.pipeline.passes.get(reader.index())) {
+            (Some(pass), Some(reader)) => (pass, reader),
+            _ => return false,
+        };
+    let read = reader.uses.iter().filter(|one| one.resource == resource && one.usage.reads());
+    let meets = |read: &Use| {
+        let written = |one: &&Use| one.resource == resource && one.usage.writes();
+        pass.uses.iter().filter(written).any(|one| one.part.overlaps(read.part))
+    };
+    has_many_writers(plan, resource) && read.into_iter().any(meets)
+}
+
+/// Whether a pass writes a resource with many writers that outlives the frame.
+fn may_leave(plan: &Plan, pass: PassHandle, resource: ResourceHandle) -> bool {
+    let writes = |one: &Use| one.resource == resource && one.usage.writes();
+    plan.pipeline.resources.get(resource.index()).is_some_and(|one| one.lifetime() != Lifetime::Transient)
+        && plan.pipeline.passes.get(pass.index()).is_some_and(|pass| pass.uses.iter().any(writes))
+        && has_many_writers(plan, resource)
 }
 
 /// What a resource is of a history, if it is an earlier frame.

@@ -1,0 +1,131 @@
+//! Which orders between uses of one resource follow from others.
+//!
+//! Of an earlier, a middle and a later use that overlap, in frames in which each two of them can happen, the earlier
+//! comes before the later as soon as it comes before the middle one, and that before the later. So from a use one has to
+//! go back (or on) only to where every place was met in frames of two different conditions, or always: whoever is beyond
+//! can happen together with one of the two.
+//!
+//! Cost: a few boxes for each use. Beyond [`MAXIMUM_BOXES`] what would have to be cut counts as not met: more orders are
+//! looked for than are needed.
+
+use super::extents::{Extents, common, extents};
+use crate::pipeline::{Condition, Part};
+
+/// The most boxes that are told apart.
+const MAXIMUM_BOXES: usize = 64;
+
+/// Where a use still has to be ordered with others.
+pub(super) struct Unmet {
+    /// Disjoint boxes, each with the condition of those that were met there; none yet if nothing is said.
+    boxes: Vec<(Extents, Option<Condition>)>,
+    own: Option<Condition>,
+}
+
+impl Unmet {
+    /// A use of a part in frames in which a condition holds, if one is given.
+    pub(super) fn new(part: Part, own: Option<Condition>) -> Self {
+        Self { boxes: vec![(extents(part), None)], own }
+    }
+
+    /// Whether the order with a use of a part does not follow from those with the uses met.
+    pub(super) fn has_to_meet(&self, part: Part, condition: Option<Condition>) -> bool {
+        let extents = extents(part);
+        let opposite = condition.map(Condition::opposite);
+        let open = self.boxes.iter().filter(|(_, met)| met.is_none() || *met == opposite);
+        open.into_iter().any(|(open, _)| common(*open, extents).is_some())
+    }
+
+    /// A use that is ordered with this one.
+    pub(super) fn meet(&mut self, part: Part, condition: Option<Condition>) {
+        let extents = extents(part);
+        // What happens in all frames of this use is there for whoever is, too.
+        let condition = condition.filter(|condition| self.own != Some(*condition));
+        let mut boxes = Vec::with_capacity(self.boxes.len());
+        let mut left = self.boxes.len();
+        for (open, met) in self.boxes.drain(..) {
+            left -= 1;
+            let Some(both) = common(open, extents) else {
+                boxes.push((open, met));
+                continue;
+            };
+            if both != open && boxes.len() + left + 2 * open.len() + 1 > MAXIMUM_BOXES {
+                boxes.push((open, met));
+                continue;
+            }
+            let mut inside = open;
+            for axis in 0..inside.len() {
+                let (first, end) = inside[axis];
+                for beside in [(first, both[axis].0), (both[axis].1, end)] {
+                    if beside.0 < beside.1 {
+                        let mut rest = inside;
+                        rest[axis] = beside;
+                        boxes.push((rest, met));
+                    }
+                }
+                inside[axis] = both[axis];
+            }
+            match (met, condition) {
+                (None, Some(_)) => boxes.push((inside, condition)),
+                (Some(known), Some(new)) if known == new => boxes.push((inside, met)),
+                _ => {}
+            }
+        }
+        self.boxes = boxes;
+    }
+
+    /// Whether every other order follows.
+    pub(super) fn is_empty(&self) -> bool {
+        self.boxes.is_empty()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::Run;
+    use proptest::prelude::*;
+
+    fn uses() -> impl Strategy<Value = Vec<(Part, Option<Condition>)>> {
+        let run = || proptest::option::of((0u32..6, 1u32..4).prop_map(|(first, count)| Run { first, count }));
+        let condition = proptest::option::of((0usize..4, any::<bool>()));
+        let one = (run(), run(), condition).prop_map(|(mip, layer, condition)| {
+            let condition = condition.map(|(toggle, on)| Condition { toggle, on });
+            (Part { mip, layer, ..Part::WHOLE }, condition)
+        });
+        proptest::collection::vec(one, 1..40)
+    }
+
+    proptest! {
+        #[test]
+        fn every_order_follows_from_those_that_are_looked_for(uses in uses()) {
+            let together = |a: &Option<Condition>, b: &Option<Condition>| {
+                a.zip(*b).is_none_or(|(a, b)| a != b.opposite())
+            };
+            // For each use those that come before it.
+            let mut before: Vec<Vec<bool>> = Vec::new();
+            for (at, (part, own)) in uses.iter().enumerate() {
+                let mut unmet = Unmet::new(*part, *own);
+                let mut reached = vec![false; uses.len()];
+                for (earlier, (other, condition)) in uses[..at].iter().enumerate().rev() {
+                    if !together(condition, own) || !unmet.has_to_meet(*other, *condition) {
+                        continue;
+                    }
+                    unmet.meet(*other, *condition);
+                    reached[earlier] = true;
+                    for (place, known) in before[earlier].iter().enumerate() {
+                        reached[place] |= known;
+                    }
+                    if unmet.is_empty() {
+                        break;
+                    }
+                }
+                for (earlier, (other, condition)) in uses[..at].iter().enumerate() {
+                    if other.overlaps(*part) && together(condition, own) {
+                        prop_assert!(reached[earlier], "{} before {}", earlier, at);
+                    }
+                }
+                before.push(reached);
+            }
+        }
+    }
+}
