@@ -258,6 +258,93 @@ fn a_subgraph_file_is_read_once_however_often_it_is_used() {
     assert_eq!(used("/subgraphs/parts~1deep~1half.json/passes/y/use"), "parts/blur.json");
 }
 
+/// Takes several files, of which the first is the pipeline, all the way to a plan.
+fn check_files(files: &[(&str, &str)]) -> common::Outcome {
+    let mut memory =
+        Memory(files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect());
+    let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+    let templates = umbragraph::templates(&mut sources, &mut findings);
+    let (name, text) = files[0];
+    let file = sources.add(name, text);
+    let composed = compose::compose(file, Path::new(name), &mut memory, &mut sources, &mut findings).unwrap();
+    let job = umbragraph::Job {
+        registry: &umbragraph::registry(),
+        templates: &templates,
+        profile: &umbragraph::shader::TargetProfile::webgpu(),
+        choice: &umbragraph::pipeline::Choice::default(),
+        options: &umbragraph::compiler::PlanOptions::new(640, 480),
+    };
+    let checked = umbragraph::check_document(&composed.document, &job, &sources, &mut findings);
+    common::Outcome { sources, findings, checked }
+}
+
+#[test]
+fn a_subgraph_file_sees_what_it_is_given_and_a_subgraph_of_the_pipeline_what_stands_around_it() {
+    let part = r#"{ "inputs": { "image": "what is drawn" },
+        "resources": { "small": { "texture": { "format": "rgba8unorm", "size": "image / divisor" } } },
+        "passes": { "down": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" },
+            "bind": { "source": "image" }, "color": [{ "to": "small" }] }, "side_effect": true } } }"#;
+    let given = part.replace(
+        "\"resources\"",
+        r#""parameters": { "divisor": { "type": "u32", "default": 2 }, "encode_srgb": { "type": "bool", "default": true } }, "resources""#,
+    );
+    let pipeline = |used: &str, with: &str| {
+        format!(
+            r#"{{ "format": 1, "name": "x", "parameters": {{ "divisor": {{ "type": "u32", "default": 8 }} }},
+  "features": {{ "encode_srgb": {{ "type": "bool", "default": false }} }}, "subgraphs": {{ "own": {part} }},
+  "resources": {{ "color": {{ "texture": {{ "format": "rgba8unorm", "size": [64, 64] }} }} }},
+  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "color" }}] }} }},
+    "soft": {{ "use": "{used}", "with": {{ "image": "color"{with} }} }} }} }}"#
+        )
+    };
+    let seen = |used: &str, with: &str, part: &str| {
+        let outcome = check_files(&[("top.json", &pipeline(used, with)), ("parts/blur.json", part)]);
+        if !outcome.findings.is_empty() {
+            return Err(outcome.text());
+        }
+        let plan = outcome.plan();
+        let program = plan.pipeline.programs.iter().find(|one| one.template == "tonemap.wgsl.jinja").unwrap();
+        let encodes = program.axes.get("encode_srgb").map(ToString::to_string);
+        Ok((plan.resources["soft.small"].size.unwrap().width, encodes))
+    };
+    // Around it: the parameter, and the feature that has the name of an axis.
+    assert_eq!(seen("own", "", part), Ok((8, Some("false".to_owned()))));
+    let alone = part.replace("divisor", "2");
+    assert_eq!(seen("parts/blur.json", "", &alone), Ok((32, None)));
+    let refused = seen("parts/blur.json", "", part).unwrap_err();
+    assert!(refused.contains("a subgraph file does not see \"divisor\" of the pipeline"), "{refused}");
+    assert!(
+        refused.contains("pass it through \"with\"") && refused.contains("parts/blur.json:2:"),
+        "{refused}"
+    );
+    assert!(refused.ends_with("1 error\n"), "{refused}");
+    assert_eq!(seen("parts/blur.json", "", &given), Ok((32, Some("true".to_owned()))));
+    assert_eq!(
+        seen("parts/blur.json", ", \"divisor\": \"divisor * 2\", \"encode_srgb\": \"encode_srgb\"", &given),
+        Ok((4, Some("false".to_owned())))
+    );
+}
+
+#[test]
+fn an_input_is_never_what_has_its_name_outside() {
+    let part = r#"{ "inputs": { "color": "what is measured" },
+        "resources": { "small": { "texture": { "format": "rgba8unorm", "size": "color / 2" } } },
+        "passes": { "down": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "small" }] }, "side_effect": true } } }"#;
+    let pipeline = |given: &str| {
+        format!(
+            r#"{{ "format": 1, "name": "x",
+  "resources": {{ "color": {{ "texture": {{ "format": "rgba8unorm", "size": [64, 64] }} }}, "other": {{ "texture": {{ "format": "rgba8unorm", "size": [16, 16] }} }} }},
+  "passes": {{ "a": {{ "use": "parts/a.json", "with": {{ "color": "{given}" }} }} }} }}"#
+        )
+    };
+    let check = |given: &str| check_files(&[("top.json", &pipeline(given)), ("parts/a.json", part)]);
+    let width = |given: &str| check(given).plan().resources["a.small"].size.unwrap().width;
+    assert_eq!((width("color"), width("other")), (32, 8));
+    let refused = check("othr");
+    assert_eq!(refused.codes(), ["UG0301"], "{}", refused.text());
+    assert!(refused.text().contains("did you mean \"other\"?"), "{}", refused.text());
+}
+
 #[test]
 fn files_of_every_kind_conform_to_their_schemas() {
     use umbragraph::pipeline::{FileKind, schema_of};

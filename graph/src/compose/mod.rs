@@ -20,6 +20,7 @@ mod subgraphs;
 pub use insert::insert;
 #[cfg(test)]
 pub(crate) use merge::SECTIONS;
+pub(crate) use subgraphs::is_path;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};

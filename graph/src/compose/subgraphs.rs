@@ -17,7 +17,7 @@ use crate::document::{self, Entry, Kind, Value};
 use crate::source::Span;
 
 /// Whether what a pass uses is a file.
-fn is_path(used: &str) -> bool {
+pub(crate) fn is_path(used: &str) -> bool {
     used.ends_with(".json") || used.ends_with(".jsonc") || used.contains(['/', '\\'])
 }
 

@@ -126,7 +126,7 @@ crate::codes! {
         "An expression cannot be parsed. Expressions have numbers, names, `+ - * / %`, comparisons, `&& || !`, `a ? b : c`, `[lists]`, `list[index]` and functions.";
     /// A name that expressions do not know.
     EXPRESSION_NAME = "UG0311", "unknown name in an expression",
-        "Expressions know parameters, features, the functions of the language and, where sizes are known, resources (`maps`, `maps.width`) and `viewport`.";
+        "Expressions know parameters, features, the functions of the language and, where sizes are known, resources (`maps`, `maps.width`) and `viewport`.\n\nA subgraph in a file of its own sees its own parameters, inputs and resources, and `viewport`; a parameter, feature or resource of the pipeline is passed to it through `with`.";
     /// An operand or result of the wrong type.
     EXPRESSION_TYPE = "UG0312", "wrong type in an expression",
         "Numbers, booleans, texts and lists do not turn into one another. Arithmetic works on numbers and, element by element, on lists of numbers.";

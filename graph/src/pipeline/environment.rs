@@ -5,6 +5,10 @@
 //! instance in front: `blur.half`. A pass of a loop sees the loop's variable. An [`Environment`] is the map from the
 //! one to the other; it is made once for each instance and shared by all of its passes.
 //!
+//! Expressions of a subgraph that the pipeline itself declares see the parameters, features and resources of the pipeline
+//! too. Those of a subgraph in a file of its own do not: what the file means depends on what it is given under `with`, not
+//! on which names a pipeline happens to have.
+//!
 //! Expressions are closed over their environment when they are parsed: locals become literals, names of resources
 //! become those outside. References may contain `{expressions}`: `"chain@down.{level - 1}"`.
 
@@ -12,15 +16,21 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::load::VIEWPORT;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Fault, Scope, Value};
 use crate::source::Span;
+
+/// Stands in front of a name that a subgraph file does not see; no expression can write such a name.
+const UNSEEN: char = '^';
 
 /// What names mean in one instance of a subgraph or one round of a loop.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
     /// What stands in front of names outside; empty at the top, else ending in a dot.
     pub(super) prefix: String,
+    /// Whether this is a subgraph in a file of its own, which sees nothing of the pipeline but what it is given.
+    pub(super) is_file: bool,
     /// Parameters of the subgraph and variables of loops.
     pub(super) locals: BTreeMap<String, Value>,
     /// Inputs of the subgraph.
@@ -60,6 +70,11 @@ pub(super) struct Given {
 }
 
 impl Environment {
+    /// The value that an axis of this name takes where a pass says nothing of it.
+    pub(super) fn axis(&self, name: &str, scope: &dyn Scope) -> Option<Value> {
+        if self.is_file { self.locals.get(name).cloned() } else { scope.lookup(name) }
+    }
+
     /// Whether this is the top, where every name means itself.
     pub fn is_top(&self) -> bool {
         self.prefix.is_empty() && self.locals.is_empty()
@@ -105,8 +120,31 @@ impl Environment {
 
     /// Adds the names that an expression here can see beside those known everywhere to the error of an unknown one;
     /// `known` are names outside.
-    pub(crate) fn widen<'a>(&self, error: &mut ExpressionError, outside: impl Iterator<Item = &'a str>) {
+    pub(crate) fn widen<'a>(
+        &self,
+        error: &mut ExpressionError,
+        outside: impl Iterator<Item = &'a str> + Clone,
+    ) {
         let Some(unknown) = error.unknown.as_mut().filter(|unknown| !unknown.is_function) else { return };
+        if let Some(name) = unknown.name.strip_prefix(UNSEEN).map(str::to_owned) {
+            error.message = format!("there is no \"{name}\"");
+            unknown.name.clone_from(&name);
+            let head = name.split_once('.').map_or(name.as_str(), |(head, _)| head);
+            let is_setting = unknown.known.contains(&name);
+            let is_outside = is_setting || outside.clone().any(|resource| resource == head);
+            if self.is_file {
+                unknown.known.retain(|known| VIEWPORT.contains(&known.as_str()));
+            }
+            if self.is_file && is_outside && !self.inputs.contains_key(head) {
+                error.message = format!("a subgraph file does not see \"{head}\" of the pipeline");
+                let section = if is_setting { "parameters" } else { "inputs" };
+                error.help = Some(format!(
+                    "declare \"{head}\" under \"{section}\" of the file, and pass it through \"with\" where the file is used"
+                ));
+                unknown.known.clear();
+                return;
+            }
+        }
         unknown.known.extend(self.locals.keys().cloned());
         unknown.known.extend(outside.filter_map(|name| self.resource_inside(name).map(str::to_owned)));
     }
@@ -118,6 +156,7 @@ impl Environment {
         name: &str,
         outside: impl Iterator<Item = &'a str> + Clone,
     ) -> Option<Diagnostic> {
+        let name = name.strip_prefix(UNSEEN).unwrap_or(name);
         let head = name.split_once('.').map_or(name, |(head, _)| head);
         let input = self.inputs.get(head)?;
         if outside.clone().any(|resource| resource == input.name) {
@@ -176,8 +215,11 @@ impl Environment {
     fn close_name<'a>(&self, name: &'a str, is_resource: &dyn Fn(&str) -> bool) -> Cow<'a, str> {
         let (head, tail) = name.split_once('.').map_or((name, None), |(head, tail)| (head, Some(tail)));
         let outside = self.resource(head);
-        if outside == head || !is_resource(&outside) {
-            return name.into();
+        let is_input = self.inputs.contains_key(head);
+        if !(is_input || outside != head) || !is_resource(&outside) {
+            // What stands for an input that is misgiven is not what has its name outside.
+            let is_seen = VIEWPORT.contains(&name) || !is_input && !self.is_file;
+            return if is_seen { name.into() } else { format!("{UNSEEN}{name}").into() };
         }
         match tail {
             None => outside.into_owned().into(),
@@ -256,6 +298,7 @@ mod tests {
     fn environment() -> Environment {
         Environment {
             prefix: "blur.".to_owned(),
+            is_file: false,
             locals: BTreeMap::from([("level".to_owned(), Value::Number(2.0))]),
             inputs: BTreeMap::from([(
                 "image".to_owned(),

@@ -23,6 +23,7 @@ use super::builder::expression_finding;
 use super::environment::{Environment, Given, Input};
 use super::load::{RESERVED, Shared, bad_name, is_name};
 use super::setting;
+use crate::compose::is_path;
 use crate::diagnostic::{Code, Diagnostic, codes, did_you_mean};
 use crate::document::{self, Document, Entry, Kind, pointer_join};
 use crate::expression::Value;
@@ -267,17 +268,23 @@ impl<'a, 's> Expander<'a, 's> {
     ) {
         let wanted = used.text().unwrap_or_default();
         let at = format!("{pointer}/use");
-        let Some(subgraph) = self.subgraphs.get(wanted).copied() else {
+        // A file knows further files, whatever the pipeline declares.
+        let is_seen = |name: &str| !environment.is_file || is_path(name);
+        let Some(subgraph) = self.subgraphs.get(wanted).copied().filter(|_| is_seen(wanted)) else {
             let known = self.document.root.get("subgraphs").and_then(document::Value::entries);
             let known = known.unwrap_or_default();
-            let known = known.iter().map(|entry| entry.key.as_str());
-            let message = format!("there is no subgraph \"{wanted}\"");
+            let known = known.iter().map(|entry| entry.key.as_str()).filter(|_| !environment.is_file);
+            let message = match self.subgraphs.contains_key(wanted) {
+                true => format!("a subgraph file does not see the subgraph \"{wanted}\" of the pipeline"),
+                false => format!("there is no subgraph \"{wanted}\""),
+            };
             let finding = Diagnostic::error(codes::UNKNOWN_SUBGRAPH, used.span, message).pointer(at);
             self.shared.diagnostics.push(finding.meant(
                 wanted,
                 known,
                 Some(used.span),
                 |known| match known {
+                    _ if environment.is_file => "name a file, relative to this one".to_owned(),
                     [] => "declare it under \"subgraphs\", or name a file".to_owned(),
                     known => format!("the subgraphs are {}", known.join(", ")),
                 },
@@ -395,7 +402,12 @@ impl<'a, 's> Expander<'a, 's> {
         let at = format!("{pointer}/with");
         let mut used_at = vec![entry.key_span];
         used_at.extend(&outer.used_at);
-        let mut inner = Environment { prefix: format!("{name}."), used_at, ..Environment::default() };
+        let mut inner = Environment {
+            prefix: format!("{name}."),
+            is_file: is_path(subgraph_name),
+            used_at,
+            ..Environment::default()
+        };
         let mut fine = true;
         let mut misspelt: Vec<&str> = Vec::new();
         for given in with.and_then(document::Value::entries).unwrap_or_default() {

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::PassBuilder;
 use crate::diagnostic::codes;
 use crate::document;
-use crate::expression::{Scope as _, Value};
+use crate::expression::Value;
 use crate::language::Expr;
 use crate::pipeline::modules::Chosen;
 use crate::shader::{AxisValue, AxisValues};
@@ -67,7 +67,8 @@ impl PassBuilder<'_> {
         }
         for axis in known.iter() {
             if !values.contains_key(&axis.name)
-                && let Some(value) = self.shared.scope.lookup(&axis.name).as_ref().and_then(axis_value)
+                && let Some(value) =
+                    self.environment.axis(&axis.name, &self.shared.scope).as_ref().and_then(axis_value)
             {
                 values.insert(axis.name.clone(), value);
             }

@@ -110,15 +110,25 @@ impl PassBuilder<'_> {
                 self.environment.resource_inside(&resource.name).map(str::to_owned)
             };
             let names: Vec<String> = resources.filter_map(inside).collect();
-            let names: Vec<&str> = names.iter().map(String::as_str).collect();
-            let message = format!("there is no resource \"{}\"", reference.resource);
+            let name = reference.resource;
+            // What has the name outside is not seen here; no name inside is meant.
+            let is_outside = self.shared.find(name).is_some();
+            let names = names.iter().map(String::as_str).filter(|_| !is_outside);
+            let names: Vec<&str> = names.collect();
+            let message = match is_outside {
+                true => format!("a subgraph does not see the resource \"{name}\" of the pipeline"),
+                false => format!("there is no resource \"{name}\""),
+            };
             self.report_unknown(
                 codes::UNKNOWN_RESOURCE,
                 pointer,
                 message,
-                reference.resource,
+                name,
                 &names,
-                || "declare it under \"resources\"".to_owned(),
+                || match is_outside {
+                    true => format!("declare \"{name}\" under its \"inputs\", and pass it through \"with\""),
+                    false => "declare it under \"resources\"".to_owned(),
+                },
             );
             return None;
         };

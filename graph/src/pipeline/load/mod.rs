@@ -8,7 +8,7 @@ mod sections;
 mod shared;
 mod versions;
 
-pub(super) use names::{RESERVED, bad_name, has_word, is_name};
+pub(super) use names::{RESERVED, VIEWPORT, bad_name, has_word, is_name};
 pub(crate) use sections::as_written;
 pub(super) use shared::{Expected, Shared};
 

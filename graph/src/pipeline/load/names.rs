@@ -6,6 +6,9 @@ use crate::document::Entry;
 /// Names that are no parameters or features, because expressions know them already.
 pub(in crate::pipeline) const RESERVED: &[&str] = &["viewport", "true", "false"];
 
+/// What expressions know of the viewport.
+pub(in crate::pipeline) const VIEWPORT: &[&str] = &["viewport", "viewport.width", "viewport.height"];
+
 pub(in crate::pipeline) fn has_word(text: &str, word: &str) -> bool {
     let boundary = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || c == '_');
     text.match_indices(word).any(|(at, _)| {

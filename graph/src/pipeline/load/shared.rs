@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::has_word;
+use super::{VIEWPORT, has_word};
 use crate::data::ValueType;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document;
@@ -24,9 +24,6 @@ pub(in crate::pipeline) struct Expected {
     pub(in crate::pipeline) place: Span,
     pub(in crate::pipeline) pointer: String,
 }
-
-/// The names that expressions have for the viewport.
-const VIEWPORT: &[&str] = &["viewport", "viewport.width", "viewport.height"];
 
 /// What all passes of one pipeline share while they are declared.
 pub(in crate::pipeline) struct Shared {
