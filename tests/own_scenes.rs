@@ -18,6 +18,9 @@ use umbragraph_test_support::image::Picture;
 
 const SIZE: [u32; 2] = [480, 270];
 
+/// The cosine between a surface's normal and the direction to a light that it faces well.
+const FACING: std::ops::Range<f64> = 0.3..1.1;
+
 /// A triangle in the world.
 struct Triangle {
     corners: [DVec3; 3],
@@ -161,7 +164,7 @@ struct Point {
     is_lit: bool,
 }
 
-/// Points that a camera sees on what stands still and faces a light, on a grid of pixels, so far away from edges of shadows in
+/// Points that a camera sees on what stands still and faces a light so well, on a grid of pixels, so far away from edges of shadows in
 /// some directions.
 fn points_in_view(
     rays: &Rays<'_>,
@@ -169,6 +172,7 @@ fn points_in_view(
     light: &Light,
     step: u32,
     (margin, directions): (f64, u32),
+    facing: std::ops::Range<f64>,
 ) -> Vec<Point> {
     let world_from_clip = (input.camera.clip(false) * input.camera.view()).inverse();
     let mut points = Vec::new();
@@ -185,7 +189,8 @@ fn points_in_view(
             let [a, b, c] = triangle.corners;
             let normal = (b - a).cross(c - a).normalize();
             let is_masked = rays.scene.is_alpha_masked(triangle.draw);
-            let faces_it = incidence(light, at).is_some_and(|(to_light, _)| normal.dot(to_light) >= 0.3);
+            let faces_it =
+                incidence(light, at).is_some_and(|(to_light, _)| facing.contains(&normal.dot(to_light)));
             if triangle.draw.dynamic || is_masked || !faces_it || t > 14.0 {
                 continue;
             }
@@ -213,8 +218,12 @@ fn shadow_term(gpu: &Gpu, scene: &Scene, input: &FrameInput) -> Picture {
 }
 
 fn is_lit_in(picture: &Picture, point: &Point) -> bool {
+    value_in(picture, point) >= 128
+}
+
+fn value_in(picture: &Picture, point: &Point) -> u8 {
     let [x, y] = point.pixel;
-    picture.bytes()[((y * SIZE[0] + x) * 4) as usize] >= 128
+    picture.bytes()[((y * SIZE[0] + x) * 4) as usize]
 }
 
 fn input(scene: &Scene, time: f64) -> FrameInput {
@@ -231,7 +240,7 @@ fn sunlight_falls_through_the_holes_of_leaves_and_nowhere_else() {
     let scene = scene(&root().join("examples/scenes/foliage.glb"));
     let (input, pose) = (input(&scene, 0.0), scene.pose(0.0));
     let sun = &input.lights[0];
-    let points = points_in_view(&Rays::new(&scene, &pose, true), &input, sun, 3, (0.02, 4));
+    let points = points_in_view(&Rays::new(&scene, &pose, true), &input, sun, 3, (0.02, 4), FACING);
     let picture = shadow_term(&gpu, &scene, &input);
     let agree = points.iter().filter(|point| is_lit_in(&picture, point) == point.is_lit).count();
     let shadowed = points.iter().filter(|point| !point.is_lit).count();
@@ -254,7 +263,7 @@ fn the_shadow_of_a_skinned_figure_is_where_its_joints_have_taken_it() {
     for time in [0.0, 1.5] {
         let input = input(&scene, time);
         let rays = Rays::new(&scene, &scene.pose(time), true);
-        let points = points_in_view(&rays, &input, &input.lights[0], 3, (0.01, 4));
+        let points = points_in_view(&rays, &input, &input.lights[0], 3, (0.01, 4), FACING);
         let picture = shadow_term(&gpu, &scene, &input);
         let agree = points.iter().filter(|point| is_lit_in(&picture, point) == point.is_lit).count();
         assert!(points.len() > 1000, "{} points", points.len());
@@ -286,7 +295,7 @@ fn filters_agree_with_rays(name: &str, lights: &[&str]) {
     let rays = Rays::new(&scene, &scene.pose(0.0), true);
     let lights = input.lights.iter().filter(|light| lights.contains(&light.name.as_str()));
     let sets: Vec<_> =
-        lights.map(|light| (light, points_in_view(&rays, &input, light, 7, (0.18, 8)))).collect();
+        lights.map(|light| (light, points_in_view(&rays, &input, light, 7, (0.18, 8), FACING))).collect();
     assert!(!sets.is_empty());
     for filter in ["\"hard\"", "\"grid\"", "\"poisson16\"", "\"vogel\""] {
         let with = With {
@@ -299,10 +308,7 @@ fn filters_agree_with_rays(name: &str, lights: &[&str]) {
         let mut host = Host::new(&gpu, &outcome, &scene);
         for (light, points) in &sets {
             let picture = host.picture(&FrameInput { lights: vec![(*light).clone()], ..input.clone() });
-            let value = |point: &Point| {
-                let [x, y] = point.pixel;
-                picture.bytes()[((y * SIZE[0] + x) * 4) as usize]
-            };
+            let value = |point: &Point| value_in(&picture, point);
             let agree = points.iter().filter(|point| (value(point) >= 128) == point.is_lit).count();
             let whole = |point: &&Point| if point.is_lit { value(point) >= 250 } else { value(point) <= 5 };
             let whole = points.iter().filter(whole).count();
@@ -322,4 +328,31 @@ fn a_lamp_shadows_a_room_as_rays_do_with_every_filter() {
 #[test]
 fn a_sun_and_a_spot_shadow_a_stage_as_rays_do_with_every_filter() {
     filters_agree_with_rays("figure", &["sun", "stage spot"]);
+}
+
+#[test]
+fn what_light_grazes_does_not_shadow_itself() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = scene(&root().join("examples/scenes/interior.glb"));
+    let all = input(&scene, 0.0);
+    // It shines along the ceiling.
+    let light = all.lights.iter().find(|light| light.name == "stair spot").expect("the light");
+    let input = FrameInput { lights: vec![light.clone()], ..all.clone() };
+    let rays = Rays::new(&scene, &scene.pose(0.0), true);
+    let mut points = points_in_view(&rays, &input, light, 6, (0.3, 8), 0.02..0.2);
+    points.retain(|point| point.is_lit);
+    assert!(points.len() > 100, "{} points", points.len());
+    for filter in ["\"grid\"", "\"poisson16\""] {
+        let with = With {
+            parameters: &[("debug_view", "\"shadow_term\"")],
+            features: &[("light_filter", filter)],
+            size: Some(SIZE),
+            ..With::default()
+        };
+        let picture = Host::new(&gpu, &check_file("pipelines/awsm.json", &with), &scene).picture(&input);
+        let lit: f64 = points.iter().map(|point| f64::from(value_in(&picture, point)) / 255.0).sum();
+        let mean = lit / points.len() as f64;
+        println!("{filter}: {mean:.4} of the light");
+        assert!(mean > 0.98, "{filter}: {mean} of the light, at {} points", points.len());
+    }
 }
