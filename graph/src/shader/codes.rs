@@ -83,7 +83,7 @@ crate::codes! {
         "No reachable variant contains this text: its condition can never hold under the declared axes and constraints.";
     /// Paths through a template beyond what is enumerated.
     PATHS_LIMIT = "UG0552", "too many variants",
-        "The template has more distinct paths than are enumerated (65,536). The combinations checked are a part only. Declare tighter ranges or constraints, or make a tunable an override.";
+        "Not every variant of the template is proven: it has more than 65,536 paths, more than 32,768 distinct texts or 512 MiB of them, or its text depends on an axis with more than 16,384 values, of which the first, the default and the last are taken. Any of the others may fail, so this is an error.\n\nDeclare a narrower range, fewer values, or constraints between axes. An integer that is only a size takes `\"prove\": \"ends\"`; a number or switch that the WGSL can read itself takes `\"as\": \"override\"`, and costs one text. Without `--all` only the values that pipelines reach are proven, with `--set NAME=VALUE` only one configuration.";
     /// An external validator that cannot be started.
     EXTERNAL_UNAVAILABLE = "UG0560", "external validator cannot be run",
         "The command of an external validator cannot be started. It is a program and its arguments; `{}` stands for the file with the WGSL.";

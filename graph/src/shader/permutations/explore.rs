@@ -9,17 +9,19 @@
 //! A read without effect makes paths with the same text; these are told by the hash of the text and proven once. Texts
 //! are handed on as they are found and not kept: any of them comes back by rendering its path again.
 //!
-//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; of an axis with over 1,024 values that the text reads,
-//! only its least, its default and its largest value are taken. Each is a finding, and the exploration says that it is
-//! incomplete.
+//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; of an axis with over 16,384 values that the text reads,
+//! only its first, its default and its last value are taken. Each is an error, since a value that nobody tried may fail;
+//! the exploration says that it is incomplete, and of which axes.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use minijinja::value::{Object, Value};
 
 use super::space::{Domain, Space};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Place};
+use crate::shader::axes::AxisKind;
 use crate::shader::render::{self, Placement, to_template_value};
 use crate::shader::text_map::{Origin, Segment, TextMap};
 use crate::shader::value::AxisValues;
@@ -33,7 +35,7 @@ const MAXIMUM_TEXTS: usize = 1 << 15;
 /// The most bytes of all distinct texts of one template.
 const MAXIMUM_BYTES: usize = 512 << 20;
 /// The most values of an axis that are all taken.
-const MAXIMUM_VALUES: u64 = 1 << 10;
+const MAXIMUM_VALUES: u64 = 1 << 14;
 
 /// One path through a template.
 #[derive(Clone, Debug)]
@@ -73,6 +75,8 @@ pub(crate) struct Exploration {
     pub(crate) findings: Vec<Diagnostic>,
     /// Whether every path was taken.
     pub(crate) complete: bool,
+    /// The axes that some path reads, of which not all values were taken.
+    pub(crate) partial: BTreeSet<String>,
     /// The axes that some path reads.
     pub(crate) read: BTreeSet<String>,
     /// The bytes of all distinct texts.
@@ -260,14 +264,14 @@ fn first_possible(
     None
 }
 
-/// The values of an axis that are taken: all, or the least, the default and the largest of very many.
-fn narrowed(space: &Space, axis: &str, domain: &Domain) -> Domain {
+/// The values of an axis that are taken: all, or the first, the default and the last of very many.
+fn narrowed<'d>(space: &Space, axis: &str, domain: &'d Domain) -> Cow<'d, Domain> {
     if domain.count() <= MAXIMUM_VALUES {
-        return domain.clone();
+        return Cow::Borrowed(domain);
     }
     let ends = [domain.value(0), space.default_of(axis).cloned(), domain.value(domain.count() - 1)];
     let chosen: BTreeSet<_> = ends.into_iter().flatten().collect();
-    Domain::Values(chosen.into_iter().collect())
+    Cow::Owned(Domain::Values(chosen.into_iter().collect()))
 }
 
 fn finish(
@@ -291,22 +295,36 @@ fn finish(
         let count = space.variable(name).map_or(0, Domain::count);
         if count > MAXIMUM_VALUES {
             exploration.complete = false;
-            let message =
-                format!("the text of \"{template}\" depends on \"{name}\", which has {count} values");
+            exploration.partial.insert(name.clone());
+            let message = format!(
+                "the text of \"{template}\" depends on \"{name}\", and of its {count} values only the first, the default and the last are proven"
+            );
+            let help = match axis.kind {
+                AxisKind::Integer { .. } => {
+                    "narrow its range, and that of a parameter that it follows; write \"prove\": \"ends\" if it is only a \
+                     size, or \"as\": \"override\" if the WGSL can read it; --set proves one value"
+                }
+                _ => "declare fewer values; --set proves one of them",
+            };
+            let limit = format!("up to {MAXIMUM_VALUES} values of an axis are all proven");
             exploration.findings.push(
-                Diagnostic::warning(codes::PATHS_LIMIT, axis.span, message)
-                    .help("only its least, default and largest value are checked; narrow its range, make it an override, or write \"prove\": \"ends\" if it is only a size"),
+                Diagnostic::error(codes::PATHS_LIMIT, axis.span, message)
+                    .related(Place::Nowhere, limit)
+                    .help(help),
             );
         }
     }
     if exploration.is_full() && !exploration.complete {
+        exploration.partial = exploration.read.clone();
         let (paths, texts) = (exploration.leaves.len(), exploration.texts.len());
         let message = format!(
-            "\"{template}\" has more than {paths} paths with {texts} texts; the others are not checked"
+            "\"{template}\" has more than {paths} paths with {texts} texts; the others are not proven"
         );
         if let Some(file) = set.file(template) {
             let place = crate::source::Span::new(file, 0..0);
-            exploration.findings.push(Diagnostic::warning(codes::PATHS_LIMIT, place, message));
+            exploration.findings.push(Diagnostic::error(codes::PATHS_LIMIT, place, message).help(
+                "declare constraints between its axes, or make those that the WGSL can read overrides (\"as\": \"override\")",
+            ));
         }
     }
     exploration

@@ -49,7 +49,8 @@ pub(super) fn report_on(
         template: request.template.clone(),
         profiles: request.profiles.iter().map(|profile| profile.name.clone()).collect(),
         configurations: space.count(&AxisValues::new()),
-        covered,
+        // Paths that were not taken hold further combinations.
+        covered: Count { exact: covered.exact && exploration.complete, ..covered },
         paths: exploration.leaves.len(),
         dead_axes: dead_axes(templates, each, &variants),
         bytes_of_values: bytes_of_values(templates, placement, each),
@@ -127,7 +128,8 @@ fn dead_axes(templates: &TemplateSet, each: &Explored<'_>, variants: &[VariantRe
     let axes = templates.axes(&each.request.template).into_iter().flat_map(Axes::iter);
     axes.filter(|axis| {
         let choice = each.request.allowed.get(&axis.name).is_none_or(|values| values.len() > 1);
-        choice && !effective.contains(&axis.name) && !overrides.contains(axis.name.as_str())
+        let known = !each.exploration.partial.contains(&axis.name);
+        choice && known && !effective.contains(&axis.name) && !overrides.contains(axis.name.as_str())
     })
     .map(|axis| axis.name.clone())
     .collect()

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use super::{FRAGMENT, Fixture};
+use crate::diagnostic::Severity;
 use crate::shader::permutations::{Count, ExternalValidator, Options, Permutations, Request, check};
 use crate::shader::{AxisValue, AxisValues, TargetProfile, compile, render};
 
@@ -114,6 +115,66 @@ fn one_rendering_per_path() {
     let fixture = readers("{% if a %}{% if taps > 3 %}// 1\n{% endif %}{% endif %}");
     let report = &all(&fixture, &Options::default()).templates[0];
     assert_eq!((report.paths, report.variants.len()), (7, 2), "a off, and six taps with a on");
+}
+
+#[test]
+fn thousands_of_values_are_all_proven() {
+    let values: Vec<String> = (0..5000).map(|at| format!("\"v{at}\"")).collect();
+    let axes = format!(
+        r#"{{ "axes": {{ "n": {{ "type": "integer", "min": 0, "max": 4095, "default": 1 }},
+             "e": {{ "type": "enum", "values": [{}], "default": "v0" }} }} }}"#,
+        values.join(", ")
+    );
+    for (condition, paths) in [("n == 77", 4096), ("e == 'v7'", 5000)] {
+        let main = format!("{{% if {condition} %}}const X = oops;{{% endif %}}\n{FRAGMENT}");
+        let fixture = Fixture::sound(&[("main.wgsl.jinja", &main), ("main.axes.json", &axes)]);
+        let outcome = all(&fixture, &Options::default());
+        assert_eq!(outcome.templates[0].paths, paths);
+        assert_eq!(outcome.templates[0].covered, outcome.templates[0].configurations);
+        let findings: Vec<_> = outcome.findings.iter().collect();
+        assert_eq!(findings.len(), 1, "{:?}", fixture.lines(&outcome.findings));
+        assert_eq!(provocation(findings[0]).len(), 1);
+    }
+}
+
+#[test]
+fn what_is_beyond_the_limits_is_an_error_and_no_axis_of_it_is_called_dead() {
+    let values: Vec<String> = (0..20_000).map(|at| format!("\"v{at}\"")).collect();
+    let switches: Vec<String> =
+        (0..17).map(|at| format!("\"b{at:02}\": {{ \"type\": \"bool\", \"default\": false }}")).collect();
+    let reads: String = (0..17).map(|at| format!("{{% if b{at:02} %}}{{% endif %}}")).collect();
+    let cases = [
+        (
+            "\"n\": { \"type\": \"integer\", \"min\": 0, \"max\": 16384, \"default\": 1 }".to_owned(),
+            "{% if n == 77 %}oops{% endif %}",
+            3,
+            "prove",
+        ),
+        (
+            format!(
+                "\"n\": {{ \"type\": \"enum\", \"values\": [{}], \"default\": \"v0\" }}",
+                values.join(", ")
+            ),
+            "{% if n == 'v77' %}oops{% endif %}",
+            2,
+            "fewer values",
+        ),
+        (switches.join(", "), reads.as_str(), 1 << 16, "constraints"),
+    ];
+    for (axes, reader, covered, help) in cases {
+        let main = format!("{reader}\n{FRAGMENT}");
+        let axes = format!("{{ \"axes\": {{ {axes} }} }}");
+        let fixture = Fixture::sound(&[("main.wgsl.jinja", &main), ("main.axes.json", &axes)]);
+        let outcome = all(&fixture, &Options { report_dead: true, ..Options::default() });
+        let report = &outcome.templates[0];
+        assert_eq!(report.covered, Count { number: covered, exact: false });
+        assert!(report.configurations.exact && report.configurations.number > covered);
+        assert_eq!(report.dead_axes, Vec::<String>::new());
+        let findings: Vec<_> = outcome.findings.iter().collect();
+        assert_eq!(findings.len(), 1, "{:?}", fixture.lines(&outcome.findings));
+        assert_eq!((findings[0].code.id, findings[0].severity), ("UG0552", Severity::Error));
+        assert!(findings[0].help.iter().any(|text| text.contains(help)), "{:?}", findings[0].help);
+    }
 }
 
 fn all(fixture: &Fixture, options: &Options<'_>) -> Permutations {
@@ -282,7 +343,7 @@ fn a_number_that_is_only_a_size_is_proven_by_its_ends() {
     let text = "const A = array<u32, {{ size }}>();\n@compute @workgroup_size(1) fn main() {}\n";
     let axes = |prove: &str| {
         format!(
-            r#"{{ "axes": {{ "size": {{ "type": "integer", "min": 1, "max": 4096, "default": 32{prove} }} }} }}"#
+            r#"{{ "axes": {{ "size": {{ "type": "integer", "min": 1, "max": 16385, "default": 32{prove} }} }} }}"#
         )
     };
     let checked = |axes: &str, allowed: &[i64]| {
@@ -297,7 +358,7 @@ fn a_number_that_is_only_a_size_is_proven_by_its_ends() {
     };
     assert_eq!(checked(&axes(", \"prove\": \"ends\""), &[]), (3, 0));
     assert_eq!(checked(&axes(", \"prove\": \"ends\""), &[5, 6]), (2, 0));
-    // Unsaid, the same is a warning.
+    // Unsaid, the same is an error.
     assert_eq!(checked(&axes(""), &[]), (3, 1));
     assert_eq!(
         Fixture::new(&[("a.wgsl.jinja", text), ("a.axes.json", &axes(", \"prove\": \"some\""))])
