@@ -12,6 +12,16 @@ use super::guard;
 /// The names that are functions in every template.
 pub(crate) const FUNCTIONS: &[&str] = &["range", "namespace", "dict", guard::GUARD];
 
+/// The names of the filters.
+pub(crate) const FILTERS: &[&str] = &[
+    "abs", "count", "default", "first", "float", "indent", "int", "join", "last", "length", "lower", "max",
+    "min", "replace", "round", "trim", "upper",
+];
+
+/// The names of the tests that stand behind `is`.
+pub(crate) const TESTS: &[&str] =
+    &["defined", "divisibleby", "even", "in", "integer", "none", "number", "odd", "string", "undefined"];
+
 /// An environment without templates.
 pub(crate) fn environment() -> Environment<'static> {
     let mut environment = Environment::empty();
@@ -139,4 +149,25 @@ fn indent(value: &str, width: Option<usize>, first: Option<bool>) -> Result<Stri
         text.push_str(line);
     }
     Ok(text)
+}
+
+#[cfg(test)]
+mod tests_of_names {
+    use super::*;
+
+    #[test]
+    fn every_name_that_is_proposed_is_one() {
+        let environment = environment();
+        let kinds = |names: &[&str], text: &dyn Fn(&str) -> String| -> Vec<Option<minijinja::ErrorKind>> {
+            let render =
+                |name: &&str| environment.render_str(&text(name), ()).err().map(|error| error.kind());
+            names.iter().map(render).collect()
+        };
+        use minijinja::ErrorKind as Kind;
+        let filters = kinds(FILTERS, &|name| format!("{{{{ 1|{name} }}}}"));
+        assert!(!filters.contains(&Some(Kind::UnknownFilter)));
+        let tests = kinds(TESTS, &|name| format!("{{% if 1 is {name} %}}{{% endif %}}"));
+        assert!(!tests.contains(&Some(Kind::UnknownTest)));
+        assert_eq!(kinds(&["abss"], &|name| format!("{{{{ 1|{name} }}}}")), [Some(Kind::UnknownFilter)]);
+    }
 }

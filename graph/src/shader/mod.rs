@@ -28,6 +28,7 @@ mod reflection;
 mod render;
 mod scan;
 mod stages;
+mod syntax_help;
 mod template_error;
 mod templates;
 #[cfg(test)]

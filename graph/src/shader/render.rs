@@ -52,11 +52,18 @@ pub(crate) fn render(
         // An undefined name fails the rendering as well; the finding that knows the name is the better one.
         Err(finding) if finding.code == codes::UNDECLARED_NAME && !undeclared.is_empty() => Err(undeclared),
         Err(finding) => {
+            let follows = calls_one_of(&undeclared, &finding);
             let mut findings = undeclared;
-            findings.push(*finding);
+            findings.extend(Some(*finding).filter(|_| !follows));
             Err(findings)
         }
     }
+}
+
+/// Whether a finding is about the call of an undeclared name, which has a finding of its own.
+pub(crate) fn calls_one_of(undeclared: &[Diagnostic], finding: &Diagnostic) -> bool {
+    let start = |finding: &Diagnostic| finding.span().map(|span| (span.file, span.start));
+    undeclared.iter().any(|name| start(name) == start(finding))
 }
 
 /// A context with these values and nothing else.

@@ -10,17 +10,14 @@ use minijinja::{Error, ErrorKind};
 
 use super::scan::WordKind;
 use super::templates::{Template, TemplateSet};
-use super::{codes, guard};
+use super::{codes, filters, guard, syntax_help};
 use crate::diagnostic::{Code, Diagnostic, Place};
 use crate::source::Span;
 
 /// A template that cannot be compiled.
 pub(crate) fn syntax(template: &Template, error: &Error) -> Diagnostic {
-    let place = range(template, error).map_or(Place::Span(Span::new(template.file, 0..0)), |range| {
-        Place::Span(Span::new(template.file, range))
-    });
     let detail = error.detail().map_or_else(|| error.kind().to_string(), str::to_owned);
-    Diagnostic::error(codes::TEMPLATE_SYNTAX, place, format!("template syntax: {detail}"))
+    syntax_help::finding(template, &detail, range(template, error))
 }
 
 /// A rendering of `root` that failed. `last` is where literal text was written last, for errors that know no place.
@@ -62,6 +59,12 @@ pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option
             placed.last().and_then(|(error, span)| string(set.templates.get(error.name()?)?, *span, name));
         finding = finding
             .meant(name, set.names(), written, |names| format!("the templates are {}", names.join(", ")));
+    }
+    if let Some((name, known)) = unknown_function(innermost) {
+        let word =
+            placed.last().and_then(|(error, span)| word(set.templates.get(error.name()?)?, *span, name));
+        finding = finding
+            .meant(name, known.iter().copied(), word, |names| format!("there are {}", names.join(", ")));
     }
     for (_, span) in placed.iter().rev().skip(1).take(8) {
         finding = finding.related(*span, "included from here");
@@ -112,6 +115,29 @@ fn broken_include(set: &TemplateSet, error: &Error) -> Option<Diagnostic> {
 /// The template that an error says does not exist.
 fn missing(error: &Error) -> Option<&str> {
     quoted(error.detail()?).filter(|_| error.kind() == ErrorKind::TemplateNotFound)
+}
+
+/// The filter, test or function that an error says does not exist, and those that do.
+fn unknown_function(error: &Error) -> Option<(&str, &'static [&'static str])> {
+    let known = match error.kind() {
+        ErrorKind::UnknownFilter => filters::FILTERS,
+        ErrorKind::UnknownTest => filters::TESTS,
+        ErrorKind::UnknownFunction => &filters::FUNCTIONS[..3],
+        _ => return None,
+    };
+    // "filter abss is unknown"
+    let detail = error.detail()?.strip_suffix(" is unknown")?;
+    Some((detail.rsplit(' ').next()?, known))
+}
+
+/// Where a name stands as the only such word of the tags at a place.
+fn word(template: &Template, place: Span, name: &str) -> Option<Span> {
+    let at = place.range();
+    let tags = template.tags.iter().filter(|tag| tag.range.start <= at.end && at.start < tag.range.end);
+    let words = tags.flat_map(|tag| &tag.words).filter(|word| word.kind == WordKind::Identifier);
+    let mut found = words.filter(|word| template.text.get(word.range.clone()) == Some(name));
+    let first = found.next()?.range.clone();
+    found.next().is_none().then(|| Span::new(template.file, first))
 }
 
 /// Where a text stands, without its quotes, as the only such string of the tags at a place.

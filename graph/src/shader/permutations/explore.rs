@@ -285,7 +285,9 @@ fn finish(
     if !undeclared.is_empty() {
         // What the undefined value breaks further on is no finding of its own.
         exploration.failures.retain(|(_, finding)| {
-            finding.code != codes::UNDECLARED_NAME && !finding.message.contains("undefined")
+            finding.code != codes::UNDECLARED_NAME
+                && !finding.message.contains("undefined")
+                && !render::calls_one_of(&undeclared, finding)
         });
         exploration.findings.extend(undeclared);
     }
