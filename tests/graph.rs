@@ -410,6 +410,7 @@ fn the_difference_of_two_plans_is_said_in_words() {
             "the pass more (fullscreen) is new",
             "the pass p2 reads b now",
             "the pass p2 reads a no longer",
+            "the pass p2 has the binding source b as 2d, it was a as 2d",
             "the resource b is new: rgba8unorm 640×480",
             "2.3 MiB are created, 1.2 MiB more than before (1.2 MiB)",
             "2.3 MiB are used without aliasing, 1.2 MiB more than before (1.2 MiB)",

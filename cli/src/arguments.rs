@@ -259,12 +259,49 @@ pub(crate) struct GraphArguments {
 
 #[derive(Args)]
 pub(crate) struct DiffArguments {
-    /// The first pipeline.
+    /// The first pipeline, or a report of one that `graph --format json` has printed.
     pub(crate) before: PathBuf,
-    /// The second pipeline.
-    pub(crate) after: PathBuf,
+    /// The second; without it the first one again, with what is said of the second alone.
+    #[arg(required_unless_present_any = ["after_set", "after_feature", "after_preset", "after_params", "after_profile", "after_size", "after_objective"])]
+    pub(crate) after: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) choices: Choices,
+    /// Gives a parameter of the second pipeline alone a value.
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub(crate) after_set: Vec<String>,
+    /// Gives a feature of the second pipeline alone a value.
+    #[arg(long, value_name = "NAME[=VALUE]")]
+    pub(crate) after_feature: Vec<String>,
+    /// Takes a preset for the second pipeline alone.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) after_preset: Option<String>,
+    /// Takes a parameter file for the second pipeline alone.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) after_params: Vec<PathBuf>,
+    /// The target profile of the second pipeline alone.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) after_profile: Option<String>,
+    /// Width and height of the second picture alone.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) after_size: Option<[u32; 2]>,
+    /// What the order of the second plan alone is chosen for.
+    #[arg(long, value_name = "NAME", value_parser = parse_objective)]
+    pub(crate) after_objective: Option<Objective>,
+}
+
+impl DiffArguments {
+    /// The choices of the second pipeline: the common ones, and over them its own.
+    pub(crate) fn after_choices(&self) -> Choices {
+        let mut choices = self.choices.clone();
+        choices.settings.set.extend(self.after_set.iter().cloned());
+        choices.settings.feature.extend(self.after_feature.iter().cloned());
+        choices.settings.params.extend(self.after_params.iter().cloned());
+        choices.settings.preset = self.after_preset.clone().or(choices.settings.preset);
+        choices.profile = self.after_profile.clone().or(choices.profile);
+        choices.size = self.after_size.unwrap_or(choices.size);
+        choices.objective = self.after_objective.unwrap_or(choices.objective);
+        choices
+    }
 }
 
 #[derive(Args)]

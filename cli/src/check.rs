@@ -48,7 +48,7 @@ fn numbers(path: &Path, covered: &Covered) -> serde_json::Value {
         "pipeline": path.display().to_string(),
         "unchecked": unchecked,
         "configurations": configurations.list.len(),
-        "reachable": configurations.number.number,
+        "reachable": whole(configurations.number.number),
         "cover": match configurations.cover {
             Cover::All => "all",
             Cover::Pairs => "pairs",
@@ -56,6 +56,14 @@ fn numbers(path: &Path, covered: &Covered) -> serde_json::Value {
         },
         "profiles": covered.profiles,
     })
+}
+
+/// A whole number; as a text where it is more than most readers of JSON take.
+fn whole(number: u128) -> serde_json::Value {
+    match u64::try_from(number) {
+        Ok(number) => number.into(),
+        Err(_) => number.to_string().into(),
+    }
 }
 
 /// One line about a pipeline without errors; nothing where there is no plan.

@@ -1,8 +1,15 @@
 //! `umbragraph diff`
+//!
+//! Each side is a pipeline, or the report of one that was kept (`umbragraph graph --format json`), so that a change can
+//! be compared with what was there before it.
 
-use umbragraph::report::diff;
+use std::path::Path;
 
-use crate::arguments::DiffArguments;
+use umbragraph::diagnostic::{Diagnostic, codes};
+use umbragraph::read_source;
+use umbragraph::report::{Report, diff};
+
+use crate::arguments::{Choices, DiffArguments};
 use crate::graph::report;
 use crate::session::Session;
 use crate::streams::print;
@@ -10,8 +17,9 @@ use crate::streams::print;
 /// Says what differs between two plans; whether there were no errors.
 pub(crate) fn run(arguments: &DiffArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref());
-    let before = report(&mut session, &arguments.before, &arguments.choices);
-    let after = report(&mut session, &arguments.after, &arguments.choices);
+    let after = arguments.after.as_ref().unwrap_or(&arguments.before);
+    let before = side(&mut session, &arguments.before, &arguments.choices);
+    let after = side(&mut session, after, &arguments.after_choices());
     if !session.report() {
         return false;
     }
@@ -19,4 +27,43 @@ pub(crate) fn run(arguments: &DiffArguments) -> bool {
     let lines = diff(&before, &after);
     print(&if lines.is_empty() { "the plans are the same\n".to_owned() } else { lines.join("\n") + "\n" });
     true
+}
+
+fn side(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report> {
+    match kept(session, path) {
+        Kept::Report(report) => Some(*report),
+        Kept::Pipeline => report(session, path, choices),
+        Kept::Neither(finding) => {
+            session.findings.push(*finding);
+            None
+        }
+    }
+}
+
+/// What a file is.
+enum Kept {
+    Report(Box<Report>),
+    /// Or nothing that could be told: the pipeline's own findings tell more.
+    Pipeline,
+    Neither(Box<Diagnostic>),
+}
+
+fn kept(session: &mut Session, path: &Path) -> Kept {
+    let Ok(file) = read_source(path, &mut session.sources) else { return Kept::Pipeline };
+    let Some(text) = session.sources.get(file).map(|file| file.text()) else { return Kept::Pipeline };
+    match serde_json::from_str::<serde_json::Value>(text) {
+        // A pipeline has an object of passes.
+        Ok(value) if value["passes"].is_array() => match serde_json::from_value(value) {
+            Ok(report) => Kept::Report(Box::new(report)),
+            Err(error) => {
+                let message = format!("the file \"{}\" is no report: {error}", path.display());
+                let finding =
+                    Diagnostic::in_file(codes::NOT_A_REPORT, &path.display().to_string(), "", message);
+                Kept::Neither(Box::new(
+                    finding.help("print one with `umbragraph graph PIPELINE --format json`"),
+                ))
+            }
+        },
+        _ => Kept::Pipeline,
+    }
 }

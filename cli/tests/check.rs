@@ -370,3 +370,16 @@ fn text_of_check(path: &std::path::Path) -> String {
     let output = run(&["check", &path.to_string_lossy()]);
     [text(&output.stdout), text(&output.stderr)].concat()
 }
+
+#[test]
+fn more_configurations_than_a_number_of_64_bits_holds_are_no_crash() {
+    let folder = ScratchFolder::new("check-many");
+    let path = folder.join("many.json");
+    let path = path.to_str().unwrap();
+    let more = |at: usize| format!("\"g{at}\": {{ \"type\": \"bool\", \"default\": false }}, ");
+    let features: String = (1..80).map(more).collect();
+    std::fs::write(path, pipeline(1, "").replace("\"f0\": {", &format!("{features}\"f0\": {{"))).unwrap();
+    let output = run(&["check", path, "--format", "json"]);
+    let said: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(said["pipelines"][0]["reachable"], "1208925819614629174706176", "{said}");
+}

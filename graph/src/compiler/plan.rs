@@ -236,6 +236,7 @@ pub struct PlannedAttachment {
     /// The resource.
     pub resource: String,
     /// What is there before: `load`, `clear` or `discard`.
+    #[serde(serialize_with = "load_word")]
     pub load: LoadOperation<()>,
     /// What happens afterwards.
     pub store: StoreOperation,
@@ -245,6 +246,15 @@ pub struct PlannedAttachment {
     /// The handle.
     #[serde(skip)]
     pub target: AttachmentTarget,
+}
+
+/// The word alone: what is cleared to is the pass's.
+fn load_word<S: serde::Serializer>(load: &LoadOperation<()>, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(match load {
+        LoadOperation::Load => "load",
+        LoadOperation::Clear(()) => "clear",
+        LoadOperation::Discard => "discard",
+    })
 }
 
 /// What happens to an attachment after a pass.
@@ -449,6 +459,11 @@ impl Plan {
 
     /// The way from a live pass to an output, in words; empty for a culled pass.
     pub fn why_kept(&self, pass: PassHandle) -> Vec<String> {
+        self.why_kept_within(pass, usize::MAX)
+    }
+
+    /// The first steps of that way.
+    pub(crate) fn why_kept_within(&self, pass: PassHandle, steps: usize) -> Vec<String> {
         let resource = |handle: ResourceHandle| &self.pipeline.resource(handle).name;
         let mut words = Vec::new();
         let mut next = self.pass(pass);
@@ -490,18 +505,23 @@ impl Plan {
             };
             words.push(step);
             // A way has no circle; the limit only bounds what a plan changed by hand can do.
-            next = then.filter(|_| words.len() <= self.passes.len());
+            next = then.filter(|_| words.len() < steps && words.len() <= self.passes.len());
         }
         words
     }
 
     /// Why a pass is culled, and those of its readers in turn, in words; empty for a live pass.
     pub fn why_culled(&self, pass: &str) -> Vec<String> {
+        self.why_culled_within(pass, usize::MAX)
+    }
+
+    /// The first steps of that way.
+    pub(crate) fn why_culled_within(&self, pass: &str, steps: usize) -> Vec<String> {
         let mut words = Vec::new();
         let mut next = Some(pass.to_owned());
         let mut seen = BTreeSet::new();
         // Culled passes that read one another over frames lead back to where they began.
-        while let Some(name) = next.take().filter(|name| seen.insert(name.clone())) {
+        while let Some(name) = next.take().filter(|name| words.len() < steps && seen.insert(name.clone())) {
             match self.culled.get(&name) {
                 Some(CullReason::WritesNothing) => {
                     words.push(format!("{name} writes nothing and has no side effect"));

@@ -22,6 +22,9 @@ crate::codes! {
     /// A deletion of nothing.
     DELETES_NOTHING = "UG0109", "deletes nothing",
         "`null` deletes what the extended file has under that key. Here there is nothing to delete: the key is misspelt, or nothing is extended.";
+    /// A file that was to be compared and is neither a pipeline nor a report.
+    NOT_A_REPORT = "UG0009", "not a report",
+        "`umbragraph diff` compares pipelines and the reports that `umbragraph graph --format json` prints. This file has a list of passes, as a report has, but not the rest of one: it is another tool's, another version's, or the plan that `umbragraph plan` prints.";
     /// An extension point that does not exist.
     UNKNOWN_EXTENSION_POINT = "UG0210", "unknown extension point",
         "An extension puts passes at a point that the pipeline does not name under `extension_points`.";

@@ -72,6 +72,7 @@ fn passes(before: &Report, after: &Report, lines: &mut Vec<String>) {
         }
         if old.live && new.live {
             attachments(name, &old.attachments, &new.attachments, lines);
+            settings(name, &old.settings, &new.settings, lines);
             names(&format!("the pass {name} has the variant"), &old.variants, &new.variants, lines);
             if old.workgroups != new.workgroups {
                 let words = |counts: Option<[u32; 3]>| {
@@ -102,11 +103,30 @@ fn attachments(pass: &str, old: &[AttachmentReport], new: &[AttachmentReport], l
         let Some(old) = old.iter().find(|old| old.resource == new.resource && old.kind == new.kind) else {
             continue;
         };
-        if (old.load, old.store) != (new.load, new.store) {
+        if (&old.load, &old.store) != (&new.load, &new.store) {
             lines.push(format!(
                 "the pass {pass} does {} and {} with {}, it was {} and {}",
                 new.load, new.store, new.resource, old.load, old.store
             ));
+        }
+    }
+}
+
+fn settings(
+    pass: &str,
+    old: &BTreeMap<String, String>,
+    new: &BTreeMap<String, String>,
+    lines: &mut Vec<String>,
+) {
+    let all: BTreeSet<&String> = old.keys().chain(new.keys()).collect();
+    for setting in all {
+        match (old.get(setting), new.get(setting)) {
+            (Some(old), Some(new)) if old != new => {
+                lines.push(format!("the pass {pass} has the {setting} {new}, it was {old}"));
+            }
+            (None, Some(new)) => lines.push(format!("the pass {pass} has the {setting} {new}, it had none")),
+            (Some(old), None) => lines.push(format!("the pass {pass} has no {setting}, it was {old}")),
+            _ => {}
         }
     }
 }

@@ -9,13 +9,14 @@
 mod diff;
 mod html;
 mod model;
+mod settings;
 mod svg;
 mod text;
 
 pub use diff::diff;
 pub use model::{
-    AttachmentReport, ClassReport, EdgeKind, EdgeReport, MemoryReport, PassReport, Report, ResourceReport,
-    bytes_in_words,
+    AttachmentReport, ClassReport, EdgeKind, EdgeReport, MAXIMUM_STEPS, MemoryReport, PassReport, Report,
+    ResourceReport, bytes_in_words,
 };
 
 /// The form of a drawn graph.

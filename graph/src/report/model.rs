@@ -3,8 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use petgraph::visit::EdgeRef as _;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
+use super::settings::settings;
 use crate::compiler::{
     Edge, Graph, GraphNode, Hazard, Physical, Plan, StoreOperation, format_name, surviving_writers,
 };
@@ -13,8 +14,11 @@ use crate::pipeline::{Part, ResourceKind};
 use crate::source::{Sources, Span};
 use crate::work::{LoadOperation, PassHandle, Work};
 
+/// The steps of a reason that a report tells, so that it does not grow with the square of a long chain.
+pub const MAXIMUM_STEPS: usize = 16;
+
 /// Everything about one plan.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// The pipeline's name.
     pub pipeline: String,
@@ -33,25 +37,25 @@ pub struct Report {
 }
 
 /// One pass.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PassReport {
     /// Its name.
     pub name: String,
     /// Its node kind.
     pub kind: String,
     /// `host`, `draw`, `compute` or `copy`.
-    pub work: &'static str,
+    pub work: String,
     /// Whether it runs.
     pub live: bool,
     /// The number of its render pass, which neighbours may share.
     pub group: Option<usize>,
     /// The toggle with which it runs, or with "!" in front the one without which it runs.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub toggle: Option<String>,
     /// What readers see in a frame without it, in words, for each resource that has a bypass.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub bypass: Vec<String>,
-    /// Why it is kept or culled, step by step.
+    /// Why it is kept or culled, step by step; the first [`MAXIMUM_STEPS`] of a longer way.
     pub why: Vec<String>,
     /// What it reads, by name.
     pub reads: Vec<String>,
@@ -59,6 +63,9 @@ pub struct PassReport {
     pub writes: Vec<String>,
     /// The attachments.
     pub attachments: Vec<AttachmentReport>,
+    /// How it is set up besides: attachments, draws, bindings and their values, copies, each by its name.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub settings: BTreeMap<String, String>,
     /// The workgroups.
     pub workgroups: Option<[u32; 3]>,
     /// The shader variants.
@@ -68,27 +75,27 @@ pub struct PassReport {
 }
 
 /// One attachment of a pass.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AttachmentReport {
     /// The resource.
     pub resource: String,
     /// `color` or `depth`.
-    pub kind: &'static str,
+    pub kind: String,
     /// `load`, `clear` or `discard`.
-    pub load: &'static str,
+    pub load: String,
     /// `store` or `discard`.
-    pub store: &'static str,
+    pub store: String,
     /// Whether nothing of it leaves the pass.
     pub transient_attachment: bool,
 }
 
 /// One resource.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ResourceReport {
     /// Its name.
     pub name: String,
     /// `texture`, `buffer` or `data`.
-    pub kind: &'static str,
+    pub kind: String,
     /// How long it lives.
     pub lifetime: Lifetime,
     /// Whether a live pass uses it.
@@ -108,14 +115,14 @@ pub struct ResourceReport {
     /// The columns in which it is written.
     pub written_in: Vec<usize>,
     /// For a history how many earlier frames can be read.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<u32>,
     /// Where it is declared: file and line.
     pub declared: String,
 }
 
 /// Why a pass runs before another.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum EdgeKind {
     /// The second reads what the first writes.
@@ -131,7 +138,7 @@ pub enum EdgeKind {
 }
 
 /// What leads from one pass to another.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct EdgeReport {
     /// The column of the first pass.
     pub from: usize,
@@ -146,7 +153,7 @@ pub struct EdgeReport {
 }
 
 /// Bytes of a plan.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MemoryReport {
     /// If nothing shared memory.
     pub without_aliasing: u64,
@@ -165,7 +172,7 @@ pub struct MemoryReport {
 }
 
 /// One class of resources that can stand for one another.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ClassReport {
     /// What they are.
     pub description: String,
@@ -258,13 +265,13 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
             .chain(planned.stencil.iter().map(|one| ("stencil", one)))
             .map(|(kind, one)| AttachmentReport {
                 resource: one.resource.clone(),
-                kind,
+                kind: kind.to_owned(),
                 load: match one.load {
-                    LoadOperation::Load => "load",
-                    LoadOperation::Clear(()) => "clear",
-                    LoadOperation::Discard => "discard",
+                    LoadOperation::Load => "load".to_owned(),
+                    LoadOperation::Clear(()) => "clear".to_owned(),
+                    LoadOperation::Discard => "discard".to_owned(),
                 },
-                store: if one.store == StoreOperation::Store { "store" } else { "discard" },
+                store: if one.store == StoreOperation::Store { "store" } else { "discard" }.to_owned(),
                 transient_attachment: one.transient_attachment,
             })
             .collect()
@@ -277,21 +284,39 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
             Work::Render(_) => "draw",
             Work::Compute(_) => "compute",
             Work::Transfer(_) => "copy",
-        },
+        }
+        .to_owned(),
         live: planned.is_some(),
         group: planned.map(|planned| planned.group),
         toggle: pass.condition.map(|condition| plan.pipeline.condition_name(condition)),
         bypass: planned.map_or_else(Vec::new, |planned| {
             planned.bypass.iter().map(|(name, stand_in)| format!("{stand_in} in place of {name}")).collect()
         }),
-        why: if planned.is_some() { plan.why_kept(handle) } else { plan.why_culled(&pass.name) },
+        why: {
+            let way = if planned.is_some() {
+                plan.why_kept_within(handle, MAXIMUM_STEPS + 1)
+            } else {
+                plan.why_culled_within(&pass.name, MAXIMUM_STEPS + 1)
+            };
+            shortened(way)
+        },
         reads: names(crate::pipeline::Usage::reads),
         writes: names(crate::pipeline::Usage::writes),
         attachments,
+        settings: planned.map_or_else(BTreeMap::new, |planned| settings(plan, planned)),
         workgroups: planned.and_then(|planned| planned.workgroups),
         variants: planned.map_or_else(Vec::new, |planned| planned.variants.clone()),
         declared: place_of(sources, pass.place),
     }
+}
+
+/// A way of at most [`MAXIMUM_STEPS`] steps, and that there are more.
+fn shortened(mut way: Vec<String>) -> Vec<String> {
+    if way.len() > MAXIMUM_STEPS {
+        way.truncate(MAXIMUM_STEPS);
+        way.push("and so on: `umbragraph why` tells every step".to_owned());
+    }
+    way
 }
 
 fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<ResourceReport> {
@@ -336,7 +361,8 @@ fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<Reso
                 ResourceKind::Texture(_) => "texture",
                 ResourceKind::Buffer(_) => "buffer",
                 _ => "data",
-            },
+            }
+            .to_owned(),
             lifetime: resource.lifetime(),
             live: planned.is_some(),
             description: planned

@@ -84,6 +84,7 @@ function passDetails(pass) {
     make("h3", {}, "Reads"), make("div", {}, ...list(pass.reads)), make("h3", {}, "Writes"), make("div", {}, ...list(pass.writes)),
     ...(pass.attachments.length ? [make("h3", {}, "Attachments"), rows(["", "load", "store"], pass.attachments.map((one) =>
       [[link(one.resource), ` ${one.kind}`], one.load, one.store + (one.transient_attachment ? " (never leaves the pass)" : "")]))] : []),
+    ...(pass.settings ? [make("h3", {}, "Settings"), rows(["", ""], Object.entries(pass.settings))] : []),
     ...(pass.workgroups ? [make("h3", {}, "Workgroups"), make("div", {}, pass.workgroups.join(" × "))] : []),
     ...(pass.variants.length ? [make("h3", {}, "Shader variants"), make("ul", {}, pass.variants.map((one) => make("li", {}, one)))] : []),
     make("h3", {}, "JSON"), make("pre", {}, JSON.stringify(plain)),

@@ -313,7 +313,7 @@ fn bar(out: &mut String, report: &Report, resource: &ResourceReport, y: usize) {
     let [first, last] = resource.columns;
     let (x, width) = (center(first) - 44, (last - first) * COLUMN + 88);
     let middle = y + LANE / 2;
-    let lifetime = match resource.kind {
+    let lifetime = match resource.kind.as_str() {
         "data" => "data".to_owned(),
         _ => serde_json::to_value(resource.lifetime)
             .ok()

@@ -1,0 +1,217 @@
+//! How a pass is set up beyond what it reads and writes: the state of attachments and draws, what its bindings are and
+//! the values that are uploaded to them, copies. Each setting is a name and a value, both in words, so that pages can
+//! list them and [`super::diff`] can compare them without knowing what they mean.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+use crate::compiler::{Plan, PlannedPass};
+use crate::data::Component;
+use crate::pipeline::element_type;
+use crate::shader::{Member, TypeLayout};
+use crate::work::{
+    AttachmentTarget, BlockValues, BoundSlot, Draw, DrawCounts, LoadOperation, RenderWork, ResourceHandle,
+    SlotSource, TextureView, Work,
+};
+
+/// The numbers of a value that are told.
+const MAXIMUM_NUMBERS: usize = 16;
+
+/// The settings of a pass by name.
+pub(super) fn settings(plan: &Plan, planned: &PlannedPass) -> BTreeMap<String, String> {
+    let mut settings = Settings { plan, planned, told: BTreeMap::new() };
+    match &plan.pipeline.pass(planned.handle).work {
+        Work::Host(_) => {}
+        Work::Render(render) => settings.render(render),
+        Work::Compute(compute) => settings.bindings(&compute.bindings),
+        Work::Transfer(_) => {
+            for (number, copy) in planned.copies.iter().enumerate() {
+                settings.told.insert(format!("copy {number}"), word(copy));
+            }
+        }
+    }
+    settings.told
+}
+
+struct Settings<'a> {
+    plan: &'a Plan,
+    planned: &'a PlannedPass,
+    told: BTreeMap<String, String>,
+}
+
+impl Settings<'_> {
+    fn name(&self, resource: ResourceHandle) -> &str {
+        &self.plan.pipeline.resource(resource).name
+    }
+
+    fn tell(&mut self, setting: String, value: impl Into<String>) {
+        self.told.insert(setting, value.into());
+    }
+
+    fn render(&mut self, render: &RenderWork) {
+        for color in &render.color {
+            let name = self.target(&color.target);
+            self.clear(&name, color.load);
+            if let Some(blend) = &color.blend {
+                self.tell(format!("blend of {name}"), word(blend));
+            }
+            if let Some(format) = &color.format {
+                self.tell(format!("format of {name}"), word(format));
+            }
+            if let Some(resolved) = &color.resolve {
+                let to = self.target(resolved);
+                self.tell(format!("resolve of {name}"), to);
+            }
+        }
+        if let Some(depth) = &render.depth {
+            let name = self.target(&depth.target);
+            self.clear(&name, depth.load);
+            self.tell(format!("compare of {name}"), word(&depth.compare));
+            self.tell(format!("write of {name}"), if depth.write { "on" } else { "off" });
+            if depth.slope_bias != 0.0 {
+                self.tell(format!("slope bias of {name}"), depth.slope_bias.to_string());
+            }
+        }
+        if let Some(stencil) = &render.stencil {
+            let name = format!("{} (stencil)", self.target(&stencil.target));
+            self.clear(&name, stencil.load);
+            self.tell(format!("state of {name}"), word(&stencil.state));
+            self.tell(format!("reference of {name}"), stencil.reference.to_string());
+        }
+        let cull = |face: Option<wgpu_types::Face>| face.map_or("none".to_owned(), |face| word(&face));
+        match &render.draw {
+            Draw::Fullscreen { .. } => {}
+            Draw::Buffers(draw) => {
+                self.tell("topology".to_owned(), word(&draw.topology));
+                self.tell("cull".to_owned(), cull(draw.cull));
+                let counts = match draw.counts {
+                    DrawCounts::Direct { count, instances } => format!("{count} × {instances}"),
+                    DrawCounts::Indirect { resource, offset } => {
+                        format!("{} from byte {offset}", self.name(resource))
+                    }
+                };
+                self.tell("count".to_owned(), counts);
+            }
+            Draw::Scene(scene) => {
+                self.tell("geometry".to_owned(), scene.geometry.as_str());
+                self.tell("filter".to_owned(), scene.filter.as_str());
+                let views = self.name(scene.views).to_owned();
+                self.tell("views".to_owned(), views);
+                self.tell("order".to_owned(), word(&scene.order));
+                self.tell("cull".to_owned(), cull(scene.cull));
+            }
+        }
+        self.bindings(render.draw.bound().1);
+    }
+
+    /// An attachment in words: the name of the resource, and its part unless that is the first or each view's own.
+    fn target(&self, target: &AttachmentTarget) -> String {
+        let mut words = self.name(target.resource).to_owned();
+        if target.mip > 0 {
+            words.push_str(&format!(" mip {}", target.mip));
+        }
+        if let Some(layer) = target.layer.filter(|layer| *layer > 0) {
+            words.push_str(&format!(" layer {layer}"));
+        }
+        words
+    }
+
+    fn clear<T: Serialize>(&mut self, name: &str, load: LoadOperation<T>) {
+        if let LoadOperation::Clear(value) = load {
+            self.tell(format!("clear of {name}"), word(&value));
+        }
+    }
+
+    fn bindings(&mut self, slots: &[BoundSlot]) {
+        for slot in slots {
+            let bound = match &slot.source {
+                SlotSource::Texture(view) => self.view(view),
+                SlotSource::Buffer(view) => match view.bytes {
+                    Some(run) => format!("{} bytes {} to {}", self.name(view.resource), run.first, run.end()),
+                    None => self.name(view.resource).to_owned(),
+                },
+                SlotSource::Sampler(sampler) => word(sampler),
+                SlotSource::Data { resource, .. } => self.name(*resource).to_owned(),
+                SlotSource::View(_) => "the view".to_owned(),
+                SlotSource::Values(_) => "values".to_owned(),
+            };
+            self.tell(format!("binding {}", slot.name), bound);
+            if let Some(values) = slot.source.values() {
+                self.values(slot, values);
+            }
+        }
+    }
+
+    fn view(&self, view: &TextureView) -> String {
+        let mut words = format!("{} as {}", self.name(view.resource), word(&view.shape));
+        for (what, run) in [("mips", view.mip), ("layers", view.layer)] {
+            if let Some(run) = run {
+                words.push_str(&format!(", {what} {} to {}", run.first, run.end()));
+            }
+        }
+        if let Some(format) = &view.format {
+            words.push_str(&format!(", in {}", word(format)));
+        }
+        words
+    }
+
+    fn values(&mut self, slot: &BoundSlot, values: &BlockValues) {
+        let TypeLayout::Struct { members, .. } = &values.layout else { return };
+        let block = |block: &&crate::compiler::PackedBlock| {
+            (block.group, block.binding) == (slot.group, slot.binding)
+        };
+        let Some(block) = self.planned.blocks.iter().find(block) else { return };
+        for (name, _) in &values.expressions {
+            if let Some(value) = members
+                .iter()
+                .find(|member| member.name == *name)
+                .and_then(|member| numbers(member, &block.bytes))
+            {
+                self.told.insert(format!("value {}.{name}", slot.name), value);
+            }
+        }
+    }
+}
+
+/// The numbers of a member, padding between them included.
+fn numbers(member: &Member, bytes: &[u8]) -> Option<String> {
+    let element = match &member.layout {
+        TypeLayout::Array { element, .. } => element_type(element),
+        other => element_type(other),
+    }?;
+    let start = member.offset as usize;
+    let bytes = bytes.get(start..start + member.layout.size() as usize)?;
+    let (words, _) = bytes.as_chunks::<4>();
+    let mut told: Vec<String> = words
+        .iter()
+        .take(MAXIMUM_NUMBERS)
+        .map(|word| match element.component {
+            Component::F32 => f32::from_le_bytes(*word).to_string(),
+            Component::U32 => u32::from_le_bytes(*word).to_string(),
+            Component::I32 => i32::from_le_bytes(*word).to_string(),
+        })
+        .collect();
+    if words.len() > MAXIMUM_NUMBERS {
+        told.push("…".to_owned());
+    }
+    Some(told.join(" "))
+}
+
+/// A value by the words of its JSON form: members one after the other, those of a member in parentheses.
+fn word(value: &impl Serialize) -> String {
+    serde_json::to_value(value).map_or_else(|_| String::new(), |value| words(&value, 0))
+}
+
+fn words(value: &serde_json::Value, depth: usize) -> String {
+    match value {
+        serde_json::Value::String(word) => word.clone(),
+        serde_json::Value::Object(members) => {
+            let members = members.iter().filter(|(_, value)| !value.is_null());
+            let told: Vec<String> =
+                members.map(|(name, value)| format!("{name} {}", words(value, depth + 1))).collect();
+            if depth == 0 { told.join(", ") } else { format!("({})", told.join(", ")) }
+        }
+        other => other.to_string(),
+    }
+}
