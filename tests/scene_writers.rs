@@ -24,7 +24,14 @@ fn no_writer_computes_with_functions_of_the_platform() {
         "sin", "cos", "tan", "sin_cos", "asin", "acos", "atan", "atan2", "powf", "exp", "ln", "hypot", "cbrt",
     ];
     let mut paths = Vec::new();
-    sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("examples"), &mut paths);
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    for folder in std::fs::read_dir(examples).unwrap().flatten() {
+        let name = folder.file_name();
+        let is_writer = name == "glb" || name.to_string_lossy().starts_with("write_");
+        if is_writer && folder.path().is_dir() {
+            sources(&folder.path(), &mut paths);
+        }
+    }
     assert!(paths.len() > 10);
     for path in paths.iter().filter(|path| !path.ends_with("functions.rs")) {
         let text = std::fs::read_to_string(path).unwrap();

@@ -58,28 +58,24 @@ pub(crate) fn add(document: &mut Document, material: MaterialId, placement: Plac
 
 /// Capsules around the limbs. Near a joint a vertex follows the limb before it, too.
 fn mesh(joints: &[Joint]) -> (Shape, Vec<Weight>) {
-    const RINGS: u32 = 10;
+    const CAP: u32 = 4;
+    const CONE: u32 = 4;
     const SIDES: u32 = 12;
     let mut shape = Shape::new();
     let mut weights = Vec::new();
     for (number, joint) in joints.iter().enumerate() {
         let Some((end, near, far)) = joint.limb else { continue };
         let length = (end - joint.at).length();
-        let profile: Vec<(f64, f64)> = (0..=RINGS)
-            .map(|ring| {
-                let t = f64::from(ring) / f64::from(RINGS);
-                let height = -near + t * (length + near + far);
-                // Half balls at both ends, a cone between.
-                let radius = if height < 0.0 {
-                    (near * near - height * height).max(0.0).sqrt()
-                } else if height > length {
-                    (far * far - (height - length) * (height - length)).max(0.0).sqrt()
-                } else {
-                    near + (far - near) * height / length
-                };
-                (if ring == 0 || ring == RINGS { 0.0 } else { radius }, height)
-            })
-            .collect();
+        // Half balls at both ends, a cone between.
+        let cap = |step: u32| sin_cos(f64::from(step) / f64::from(CAP) * std::f64::consts::FRAC_PI_2);
+        let mut profile: Vec<(f64, f64)> = vec![(0.0, -near)];
+        profile.extend((1..CAP).map(cap).map(|(sin, cos)| (near * sin, -near * cos)));
+        profile.extend((0..=CONE).map(|ring| {
+            let t = f64::from(ring) / f64::from(CONE);
+            (near + (far - near) * t, length * t)
+        }));
+        profile.extend((1..CAP).map(cap).map(|(sin, cos)| (far * cos, length + far * sin)));
+        profile.push((0.0, length + far));
         let limb = crate::glb::solids::lathe(&profile, SIDES).placed(&Placement::pointing(joint.at, end));
         shape.add(&limb, &Placement::IDENTITY);
         let parent = joint.parent.unwrap_or(number) as u8;
