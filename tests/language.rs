@@ -60,6 +60,99 @@ fn a_subgraph_or_loop_that_is_switched_off_may_still_be_waited_for() {
     assert_eq!(check(&text).order(), ["fill", "show"]);
 }
 
+/// Two uses of one subgraph that draws twice to what it is given, with further members of each use.
+fn two_uses(first: &str, second: &str) -> String {
+    format!(
+        r#"{{ "format": 1, "name": "test",
+  "subgraphs": {{ "strokes": {{
+      "inputs": {{ "picture": "what is drawn to" }},
+      "passes": {{
+        "broad": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "picture", "blend": "add" }}] }} }},
+        "fine": {{ "after": ["broad"], "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "picture", "blend": "add" }}] }} }} }} }} }},
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+  "passes": {{
+    "clear": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }},
+    "u": {{ "use": "strokes", "with": {{ "picture": "target" }}{first} }},
+    "v": {{ "use": "strokes", "with": {{ "picture": "target" }}{second} }} }} }}"#
+    )
+}
+
+#[test]
+fn a_use_of_a_subgraph_waits_for_passes_and_for_other_uses() {
+    let behind = r#", "after": ["clear"]"#;
+    let outcome = check(&two_uses(behind, r#", "after": ["u"]"#));
+    assert_eq!(outcome.order(), ["clear", "u.broad", "u.fine", "v.broad", "v.fine"]);
+    let reversed = check(&two_uses(r#", "after": ["v"]"#, behind));
+    assert_eq!(reversed.order(), ["clear", "v.broad", "v.fine", "u.broad", "u.fine"]);
+    let one = check(&two_uses(behind, r#", "after": ["u.fine"]"#));
+    assert_eq!(one.order(), ["clear", "u.broad", "u.fine", "v.broad", "v.fine"]);
+    let unordered = check(&two_uses(behind, behind));
+    assert_eq!(unordered.codes(), ["UG0402"]);
+    assert!(unordered.text().contains(r#"add "after": ["u"] to "v", or"#), "{}", unordered.text());
+    let circle = check(&two_uses(r#", "after": ["v"]"#, r#", "after": ["u"]"#));
+    assert_eq!(circle.codes(), ["UG0403"]);
+}
+
+#[test]
+fn rounds_of_uses_wait_too_and_are_waited_for() {
+    let rounds = r#", "for_each": { "round": 2 }, "after": ["clear", "{round == 0 ? 'clear' : 'u.0'}"]"#;
+    let whole = check(&two_uses(rounds, r#", "after": ["u"]"#));
+    let order = ["clear", "u.0.broad", "u.0.fine", "u.1.broad", "u.1.fine", "v.broad", "v.fine"];
+    assert_eq!(whole.order(), order);
+    assert_eq!(check(&two_uses(rounds, r#", "after": ["u.1.fine"]"#)).order(), order);
+}
+
+#[test]
+fn order_inside_of_a_subgraph_is_asked_for_inside() {
+    let text =
+        two_uses(r#", "after": ["clear"]"#, r#", "after": ["u"]"#).replace(r#""after": ["broad"],"#, "");
+    let outcome = check(&text);
+    assert_eq!(outcome.codes(), ["UG0402"]);
+    assert!(outcome.text().contains(r#"add "after": ["broad"] to "fine" in "u", or"#), "{}", outcome.text());
+}
+
+#[test]
+fn a_use_that_waits_for_what_is_not_there_is_told_so() {
+    let unknown = |second: &str| check(&two_uses(r#", "after": ["clear"]"#, second));
+    for (wrong, meant) in [("claer", "clear"), ("u.fien", "u.fine"), ("w", "")] {
+        let outcome = unknown(&format!(r#", "after": ["u", "{wrong}"]"#));
+        assert_eq!(outcome.codes(), ["UG0207"], "{wrong}");
+        let meant = format!("did you mean \"{meant}\"?");
+        assert!(wrong == "w" || outcome.text().contains(&meant), "{}", outcome.text());
+    }
+    let rounds = unknown(r#", "for_each": { "round": 3 }, "after": ["u", "nothing"]"#);
+    assert_eq!(rounds.codes().iter().filter(|code| **code == "UG0207").count(), 1, "{}", rounds.text());
+}
+
+#[test]
+fn a_side_effect_of_a_use_keeps_all_of_its_passes() {
+    let text = |member: &str| {
+        two_uses("", member)
+            .replacen(r#", "blend": "add""#, "", 1)
+            .replace(r#""u": { "use": "strokes", "with": { "picture": "target" } },"#, "")
+            .replace(
+                r#""resources": {"#,
+                r#""resources": { "unread": { "texture": { "format": "rgba8unorm", "size": [4, 4] } }, "#,
+            )
+            .replace(
+                r#""v": { "use": "strokes", "with": { "picture": "target" }"#,
+                r#""v": { "use": "strokes", "with": { "picture": "unread" }"#,
+            )
+    };
+    assert_eq!(check(&text("")).order(), ["clear"]);
+    assert_eq!(check(&text(r#", "side_effect": true"#)).order(), ["clear", "v.broad", "v.fine"]);
+}
+
+#[test]
+fn more_pairs_in_an_order_than_a_graph_can_hold_are_a_finding() {
+    let pass = r#"{ "for_each": { "round": 1200 }, "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target", "blend": "add" }] } }"#;
+    let text = two_uses("", "");
+    let begin = text.find(r#""u": {"#).unwrap();
+    let passes = format!(r#""u": {pass}, "v": {} }} }}"#, pass.replacen('{', r#"{ "after": ["u"],"#, 1));
+    let outcome = check(&format!("{}{passes}", &text[..begin]));
+    assert!(outcome.codes().contains(&"UG0211"), "{}", outcome.text());
+}
+
 #[test]
 fn subgraphs_that_use_themselves_end_at_once() {
     let text = r#"{ "format": 1, "name": "bomb", "subgraphs": { "a": { "passes": { "x": { "for_each": { "i": 4096 }, "use": "a" } } } },

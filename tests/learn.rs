@@ -109,7 +109,10 @@ fn an_include_adds_its_sections() {
 #[test]
 fn each_use_of_a_subgraph_has_resources_and_parameters_of_its_own() {
     let outcome = lesson("08-subgraph");
-    assert_eq!(outcome.order(), ["paint", "soft.down", "soft.up", "coarse.down", "coarse.up"]);
+    assert_eq!(
+        outcome.order(),
+        ["paint", "soft.down", "soft.up", "coarse.down", "coarse.up", "brighter.add"]
+    );
     assert_eq!((size(&outcome, "soft.small"), size(&outcome, "coarse.small")), ((320, 240), (40, 30)));
 }
 

@@ -619,9 +619,25 @@ fn unordered_writers(
     )
     .pointer(&second.one.pointer)
     .related(first.one.place, format!("\"{}\" writes it here", name(first)))
-    .help(format!(
-        "add \"after\": [\"{}\"] to \"{}\", or the other way round",
-        name(first),
-        name(second)
-    ))
+    .help(order_help(name(first), name(second)))
+}
+
+/// How the one pass is put behind the other: "after" stands beside what the two do not have in common, so that of two
+/// uses of a subgraph the one waits for the other, and two passes of one use are ordered inside of the subgraph.
+fn order_help(first: &str, second: &str) -> String {
+    let outer = first
+        .match_indices('.')
+        .map(|(at, _)| at + 1)
+        .take_while(|end| second.get(..*end) == first.get(..*end))
+        .last()
+        .unwrap_or(0);
+    let beside = |name: &str| name[outer..].split('.').next().unwrap_or_default().to_owned();
+    let (earlier, later) = (beside(first), beside(second));
+    let is_round = |name: &str| name.starts_with(|c: char| c.is_ascii_digit());
+    let common = first[..outer].trim_end_matches('.');
+    if is_round(&earlier) || is_round(&later) {
+        return format!("let the rounds of \"{common}\" write different parts, or one resource each");
+    }
+    let inside = if common.is_empty() { String::new() } else { format!(" in \"{common}\"") };
+    format!("add \"after\": [\"{earlier}\"] to \"{later}\"{inside}, or the other way round")
 }

@@ -89,7 +89,7 @@ crate::codes! {
         "A pass draws with a contract that \"geometry\" does not declare.";
     /// A loop that cannot be gone through.
     LOOP = "UG0211", "impossible loop",
-        "`for_each` has one variable with a whole number (rounds from 0) or a list. A loop has at most 4,096 rounds, a pipeline at most 65,536 passes.";
+        "`for_each` has one variable with a whole number (rounds from 0) or a list. A loop has at most 4,096 rounds, a pipeline at most 65,536 passes, and `after` between loops and subgraphs puts at most 1,048,576 pairs of passes in an order.";
     /// A subgraph that is not there, or uses itself.
     UNKNOWN_SUBGRAPH = "UG0212", "unknown subgraph",
         "`use` names a subgraph that `subgraphs` does not declare, or a subgraph uses itself. What ends with `.json`, or has a folder in it, is the path of a file that is one subgraph, relative to the file that says it: `\"use\": \"parts/blur.json\"`.";

@@ -302,10 +302,11 @@ pub struct PassCommon {
     /// Inputs and parameters of the subgraph.
     #[serde(default)]
     pub with: Option<BTreeMap<String, Expr>>,
-    /// Passes that have to run before this one, where no data says so.
+    /// Passes that have to run before this one, where no data says so. The name of a loop or of a use of a subgraph means
+    /// all of its passes, and on such a one "after" holds for all of them; one alone is NAME.0 or NAME.PASS.
     #[serde(default)]
     pub after: Vec<String>,
-    /// Whether the pass is kept even if nothing reads what it writes.
+    /// Whether the pass, or each pass of the subgraph, is kept even if nothing reads what it writes.
     #[serde(default)]
     pub side_effect: bool,
     /// The toggle with which the pass runs in a frame, or with "!" in front the one without which it runs.

@@ -39,6 +39,8 @@ pub struct Environment {
     pub(super) used_at: Vec<Span>,
     /// The toggles that uses of subgraphs around it have, as they are written.
     pub(super) toggles: Vec<String>,
+    /// Whether a use around it says that its passes are kept though nothing reads what they write.
+    pub(super) side_effect: bool,
 }
 
 /// What stands for an input of a subgraph.
@@ -316,6 +318,7 @@ mod tests {
                 },
             )]),
             toggles: Vec::new(),
+            side_effect: false,
             used_at: Vec::new(),
         }
     }

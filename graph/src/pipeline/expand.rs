@@ -11,7 +11,7 @@
 //! An instance shares the document's entry with all others and carries its own [`Environment`]; nothing of the text is
 //! copied or decoded twice. Passes of a subgraph are named `soften.half`, rounds of a loop `down.0`, `down.1`, … A loop
 //! over a number counts from 0; over a list it takes each element. A subgraph that is used in a loop is named
-//! `soften.0.half`.
+//! `soften.0.half`. What a use says of order, toggles and side effects holds for all passes of the instance.
 //!
 //! Limits: 4,096 rounds of a loop, 65,536 passes in all, subgraphs 16 levels deep.
 
@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 use super::builder::expression_finding;
 use super::environment::{Environment, Given, Input};
-use super::load::{RESERVED, Shared, bad_name, is_name};
+use super::load::{RESERVED, Shared, Waiting, bad_name, is_name};
 use super::setting;
 use crate::compose::is_path;
 use crate::diagnostic::{Code, Diagnostic, codes, did_you_mean};
@@ -55,6 +55,8 @@ pub(super) struct Expander<'a, 's> {
     pub(super) instances: Vec<Instance<'a>>,
     /// Uses of subgraphs with a bypass: the name, the entry, its pointer, what names mean there.
     pub(super) bypasses: Vec<(String, &'a Entry, String, Arc<Environment>)>,
+    /// Uses of subgraphs that wait for passes.
+    pub(super) waiting: Vec<Waiting<'a>>,
     /// Passes that could not be expanded.
     pub(super) gaps: Vec<(String, &'a Entry)>,
     pub(super) unreadable: bool,
@@ -87,6 +89,7 @@ impl<'a, 's> Expander<'a, 's> {
             resources: Vec::new(),
             instances: Vec::new(),
             bypasses: Vec::new(),
+            waiting: Vec::new(),
             gaps: Vec::new(),
             unreadable: false,
             full: false,
@@ -367,6 +370,16 @@ impl<'a, 's> Expander<'a, 's> {
         inner.toggles.extend(entry.value.get("toggle").and_then(document::Value::text).map(str::to_owned));
         if entry.value.get("bypass").is_some() {
             self.bypasses.push((name.clone(), entry, pointer.to_owned(), environment.clone()));
+        }
+        inner.side_effect = environment.side_effect
+            || entry.value.get("side_effect").is_some_and(|value| matches!(value.kind, Kind::Bool(true)));
+        if entry.value.get("after").is_some() {
+            self.waiting.push(Waiting {
+                name: name.clone(),
+                entry,
+                pointer: pointer.to_owned(),
+                environment: environment.clone(),
+            });
         }
         self.uses += 1;
         self.open.push(wanted.to_owned());

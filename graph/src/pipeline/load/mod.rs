@@ -1,5 +1,6 @@
 //! Document to pipeline.
 
+mod after;
 mod connect;
 mod declared;
 mod extension_points;
@@ -8,6 +9,7 @@ mod sections;
 mod shared;
 mod versions;
 
+pub(super) use after::Waiting;
 pub(super) use names::{RESERVED, VIEWPORT, bad_name, has_word, is_name};
 pub(crate) use sections::as_written;
 pub(super) use shared::{Expected, Shared};
@@ -15,24 +17,23 @@ pub(super) use shared::{Expected, Shared};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-use super::builder::{PassBuilder, expression_finding};
+use super::builder::PassBuilder;
 use super::expand::Expander;
 use super::modules::Modules;
 use super::profiles::claimed_profiles;
 use super::{Choice, Pass, Pipeline, Resource, StaticScope, history, preset, setting, toggle};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes, list_of};
-use crate::document::{self, Document, Entry, pointer_join};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes};
+use crate::document::{self, Document, pointer_join};
 use crate::draw::check_host;
 use crate::language::{GeometryDeclaration, PipelineDeclaration};
 use crate::node::Registry;
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::Sources;
-use crate::work::PassHandle;
 use connect::connect;
 use declared::{Declarations, Declared};
 use extension_points::check_extension_points;
 use sections::{as_meant, check_schema};
-use versions::{check_versions, is_absent, is_gap, uncertain};
+use versions::{check_versions, uncertain};
 
 /// Makes the pipeline that a document describes, in the configuration that `choice` names.
 ///
@@ -138,7 +139,9 @@ pub(crate) fn load_sharing(
     };
     let mut expander = Expander::new(document, registry, &is_broken, &mut shared);
     expander.top();
-    let Expander { resources, instances, bypasses, mut gaps, mut unreadable, mut absent, .. } = expander;
+    let Expander {
+        resources, instances, bypasses, mut waiting, mut gaps, mut unreadable, mut absent, ..
+    } = expander;
     let mut said: Vec<toggle::Said<'_>> = bypasses
         .into_iter()
         .map(|(name, entry, pointer, environment)| toggle::Said { name, entry, pointer, environment })
@@ -160,7 +163,6 @@ pub(crate) fn load_sharing(
         history::add(&mut shared, resource);
     }
     let mut passes: Vec<Pass> = Vec::with_capacity(instances.len());
-    let mut after: Vec<(usize, Vec<String>, &Entry)> = Vec::new();
     for instance in &instances {
         if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
             diagnostics.extend(shared.diagnostics);
@@ -212,7 +214,12 @@ pub(crate) fn load_sharing(
             }
             (_, Some(produced)) if sound => {
                 if !common.after.is_empty() {
-                    after.push((passes.len(), common.after.clone(), entry));
+                    waiting.push(after::Waiting {
+                        name: instance.name.clone(),
+                        entry,
+                        pointer: pointer.clone(),
+                        environment: environment.clone(),
+                    });
                 }
                 let mut findings = Diagnostics::new();
                 let condition = toggle::condition(entry, pointer, environment, &toggles, &mut findings);
@@ -233,7 +240,7 @@ pub(crate) fn load_sharing(
                     environment: environment.clone(),
                     uses,
                     after: Vec::new(),
-                    side_effect: common.side_effect,
+                    side_effect: common.side_effect || environment.side_effect,
                     condition,
                     work: produced.0,
                 });
@@ -241,47 +248,7 @@ pub(crate) fn load_sharing(
             _ => gaps.push((instance.name.clone(), entry)),
         }
     }
-    let named = passes.iter().enumerate().filter(|_| !after.is_empty());
-    let positions: BTreeMap<String, usize> = named.map(|(at, pass)| (pass.name.clone(), at)).collect();
-    for (at, wanted, entry) in after {
-        if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
-            break;
-        }
-        for (position, written) in wanted.iter().enumerate() {
-            let environment = passes[at].environment.clone();
-            let pointer = || format!("{}/after/{position}", passes[at].pointer);
-            let value = || entry.value.nearest(&format!("/after/{position}"));
-            let name = match environment.interpolate(written, &shared.scope) {
-                Ok(name) => environment.pass(&name),
-                Err(mut error) => {
-                    environment.widen(&mut error, std::iter::empty());
-                    shared.diagnostics.extend(expression_finding(&error, value(), &pointer()));
-                    continue;
-                }
-            };
-            let members: Vec<usize> = match positions.get(&name) {
-                Some(index) => vec![*index],
-                // The name of a loop or subgraph means all of its passes.
-                None => positions
-                    .range(format!("{name}.")..)
-                    .take_while(|(other, _)| other.starts_with(&format!("{name}.")))
-                    .map(|(_, index)| *index)
-                    .collect(),
-            };
-            if members.is_empty() && !is_absent(&absent, &name) && !is_gap(&gaps, &name) {
-                let message = format!("there is no pass \"{name}\"");
-                let place = value().span;
-                let finding = Diagnostic::error(codes::UNKNOWN_PASS, place, message).pointer(pointer());
-                let all = instances.iter().filter_map(|instance| environment.pass_inside(&instance.name));
-                let known_as = environment.pass_inside(&name).unwrap_or(&name);
-                let written = (written == known_as).then_some(place);
-                shared.diagnostics.push(finding.meant(known_as, all, written, |names| {
-                    format!("the passes are {}", list_of(names.iter().copied()))
-                }));
-            }
-            passes[at].after.extend(members.into_iter().map(|index| PassHandle(index as u32)));
-        }
-    }
+    after::connect(&waiting, &mut passes, &instances, &absent, &gaps, &mut shared);
     check_extension_points(document, &mut shared.diagnostics);
     let mut uncertain = uncertain(&gaps, &instances, unreadable, &shared);
     connect(&mut passes, &uncertain, &mut shared);

@@ -1,0 +1,116 @@
+//! Order that the document states: `after`.
+//!
+//! What says `after` and what is named there may be a pass, all rounds of a loop, or all passes of one use of a
+//! subgraph: `"after": ["soften"]`, or one of them alone, `"after": ["soften.half"]`. Names are those of the place
+//! where `after` stands. Every pass on the one side then runs behind every pass on the other.
+//!
+//! Limits: [`MAXIMUM_PAIRS`] pairs of passes, since each is an edge of the graph.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use super::Shared;
+use super::versions::{is_absent, is_gap};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes, list_of};
+use crate::document::{Entry, Value};
+use crate::pipeline::builder::expression_finding;
+use crate::pipeline::expand::Instance;
+use crate::pipeline::{Environment, Pass};
+use crate::work::PassHandle;
+
+/// The most pairs of a pass and one that it waits for.
+const MAXIMUM_PAIRS: usize = 1 << 20;
+
+/// A pass, or a use of a subgraph, that says "after".
+pub(in crate::pipeline) struct Waiting<'a> {
+    /// Its name outside of all subgraphs.
+    pub(in crate::pipeline) name: String,
+    pub(in crate::pipeline) entry: &'a Entry,
+    pub(in crate::pipeline) pointer: String,
+    /// What names mean where it stands.
+    pub(in crate::pipeline) environment: Arc<Environment>,
+}
+
+/// Lets every pass know which it has to follow. Findings: names of no pass.
+pub(super) fn connect(
+    waiting: &[Waiting<'_>],
+    passes: &mut [Pass],
+    instances: &[Instance<'_>],
+    absent: &BTreeSet<String>,
+    gaps: &[(String, &Entry)],
+    shared: &mut Shared,
+) {
+    if waiting.is_empty() {
+        return;
+    }
+    let positions: BTreeMap<String, usize> =
+        passes.iter().enumerate().map(|(at, pass)| (pass.name.clone(), at)).collect();
+    let mut known: Option<BTreeSet<&str>> = None;
+    let mut said = BTreeSet::new();
+    let mut pairs = 0;
+    for Waiting { name: later, entry, pointer, environment } in waiting {
+        if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
+            return;
+        }
+        let followers = members(&positions, later);
+        let wanted = entry.value.get("after").and_then(Value::elements).unwrap_or_default();
+        for (position, value) in wanted.iter().enumerate() {
+            let Some(written) = value.text() else { continue };
+            let at = || format!("{pointer}/after/{position}");
+            let name = match environment.interpolate(written, &shared.scope) {
+                Ok(name) => environment.pass(&name),
+                Err(mut error) => {
+                    environment.widen(&mut error, std::iter::empty());
+                    let findings: Diagnostics =
+                        expression_finding(&error, value, &at()).into_iter().collect();
+                    shared.report_from(findings, environment);
+                    continue;
+                }
+            };
+            let before = members(&positions, &name);
+            pairs += before.len() * followers.len();
+            if pairs > MAXIMUM_PAIRS {
+                let message =
+                    format!("more than {MAXIMUM_PAIRS} pairs of passes are in an order stated by \"after\"");
+                let finding = Diagnostic::error(codes::LOOP, value.span, message).pointer(at());
+                let help = "put a pass between the two that the one side is before and the other after";
+                shared.diagnostics.push(finding.help(help));
+                return;
+            }
+            for follower in &followers {
+                passes[*follower].after.extend(before.iter().map(|index| PassHandle(*index as u32)));
+            }
+            let is_known = !before.is_empty() || is_absent(absent, &name) || is_gap(gaps, &name);
+            if is_known || !said.insert((value.span, name.clone())) {
+                continue;
+            }
+            let known = known.get_or_insert_with(|| {
+                instances.iter().flat_map(|instance| groups(&instance.name)).collect()
+            });
+            let message = format!("there is no pass \"{name}\"");
+            let finding = Diagnostic::error(codes::UNKNOWN_PASS, value.span, message).pointer(at());
+            let all = known.iter().filter_map(|known| environment.pass_inside(known));
+            let known_as = environment.pass_inside(&name).unwrap_or(&name);
+            let written = (written == known_as).then_some(value.span);
+            let finding = finding.meant(known_as, all, written, |names| {
+                format!("the passes are {}", list_of(names.iter().copied()))
+            });
+            shared.report_from([finding].into_iter().collect(), environment);
+        }
+    }
+}
+
+/// The passes that a name outside of all subgraphs means: one, or all that come of a loop or of a use of a subgraph.
+fn members(positions: &BTreeMap<String, usize>, name: &str) -> Vec<usize> {
+    if let Some(index) = positions.get(name) {
+        return vec![*index];
+    }
+    let begin = format!("{name}.");
+    let those = positions.range(begin.clone()..).take_while(|(other, _)| other.starts_with(&begin));
+    those.map(|(_, index)| *index).collect()
+}
+
+/// The name of a pass, and those of the loops and uses that it comes of.
+fn groups(name: &str) -> impl Iterator<Item = &str> {
+    name.match_indices('.').map(|(at, _)| &name[..at]).chain([name])
+}
