@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use umbragraph::compiler::{
-    Assembly, CullReason, Fault, FaultKind, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedPass,
-    StoreOperation, build, plan, verify,
+    Assembly, CullReason, Fault, FaultKind, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedCopy,
+    PlannedPass, StoreOperation, TexelOrigin, TexelRows, build, plan, verify,
 };
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::language::{Expr, FormatCandidates, Lifetime};
-use umbragraph::pipeline::{Part, Pipeline, Usage, Version};
+use umbragraph::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
+use umbragraph::pipeline::{Aspect, Part, Pipeline, Run, Usage, Version};
 use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
-use umbragraph::work::{LoadOperation, Work};
+use umbragraph::work::{BufferRegion, BufferView, LoadOperation, TextureRegion, TransferEnd, Work};
 
 const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 
@@ -420,6 +420,153 @@ fn a_resource_in_a_buffer_of_its_class_that_is_too_small_is_caught() {
     let faults = verify(&plan, &options());
     assert_eq!(kinds(&faults)[0], FaultKind::ClassMismatch);
     assert_eq!(faults[0].message, format!("\"b2\" is not of the class of buffer {index}, or larger"));
+}
+
+/// A plan that copies two mips of two layers, the stencil of a texture to rows of a buffer, and bytes.
+fn copies() -> Plan {
+    let mut assembly = Assembly::new("copies");
+    let layered = |texture: &mut TextureDeclaration| {
+        texture.size = Expr(serde_json::json!([64, 64]));
+        texture.layers = Some(Expr::from(4.0));
+        texture.mips = Some(Expr::from(3.0));
+    };
+    let [from, to] = ["from", "to"].map(|name| assembly.texture_with(name, layered));
+    let mask = assembly.texture_with("mask", |texture| {
+        texture.format = FormatCandidates::One("depth24plus-stencil8".to_owned());
+        texture.size = Expr(serde_json::json!([64, 64]));
+    });
+    let [rows, bytes] =
+        ["rows", "bytes"].map(|name| assembly.buffer(name, 64 * 256 + 512, Lifetime::Transient));
+    let texels = |resource, layer: u32| {
+        let (mip, layer) = (Run { first: 1, count: 2 }, Some(Run { first: layer, count: 2 }));
+        TransferEnd::Texture(TextureRegion { resource, mip, layer, aspect: Aspect::All, origin: None })
+    };
+    let buffer = |resource, first: u64, count: u64| {
+        let view = BufferView { resource, bytes: Some(Run { first, count }) };
+        TransferEnd::Buffer(BufferRegion { view, bytes_per_row: None, rows_per_image: None })
+    };
+    let stencil = TextureRegion {
+        resource: mask,
+        mip: Run::one(0),
+        layer: None,
+        aspect: Aspect::StencilOnly,
+        origin: None,
+    };
+    let whole = Part { mip: Some(Run::one(0)), ..Part::WHOLE };
+    let _ = assembly.pass("fill").writes(from);
+    let _ = assembly
+        .pass("mark")
+        .uses(mask, whole.aspect(Aspect::DepthOnly), Usage::DepthAttachment, Version::Newest)
+        .uses(mask, whole.aspect(Aspect::StencilOnly), Usage::StencilAttachment, Version::Newest);
+    let _ = assembly.pass("move").copies(Some(texels(from, 0)), texels(to, 2), Usage::CopyDestination);
+    let stencil = Some(TransferEnd::Texture(stencil));
+    let _ = assembly.pass("rows").copies(stencil, buffer(rows, 512, 64 * 256), Usage::CopyDestinationRows);
+    let _ = assembly.pass("zero").copies(None, buffer(bytes, 0, 256), Usage::CopyDestination);
+    let moved = Some(buffer(rows, 512, 256));
+    let _ = assembly.pass("bytes").copies(moved, buffer(bytes, 256, 256), Usage::CopyDestination);
+    let part = |first| Part { mip: Some(Run { first: 1, count: 2 }), ..Part::of(None, Some(first)) };
+    let end = assembly.pass("end").side_effect().reads_part(to, part(3));
+    let _ = end.uses(bytes, Part::bytes(0, 512), Usage::StorageRead, Version::Newest);
+    planned(assembly)
+}
+
+#[track_caller]
+fn caught_in_a_copy(plant: impl FnOnce(&mut Plan)) {
+    let mut plan = copies();
+    assert_eq!(verify(&plan, &options()), Vec::new(), "before anything is planted");
+    plant(&mut plan);
+    let faults = verify(&plan, &options());
+    assert!(kinds(&faults).contains(&FaultKind::CopyWrong), "{faults:#?}");
+}
+
+/// The part that a transfer says that it reads, or writes.
+fn part_of<'a>(plan: &'a mut Plan, name: &str, written: bool) -> &'a mut Part {
+    let handle = plan.pipeline.find_pass(name).expect("a pass").index();
+    let uses = &mut pipeline(plan).passes[handle].uses;
+    &mut uses.iter_mut().find(|one| one.usage.writes() == written).expect("a use").part
+}
+
+#[test]
+fn a_copy_of_other_mips_than_its_use_is_caught() {
+    caught_in_a_copy(|plan| part_of(plan, "move", false).mip = Some(Run { first: 0, count: 3 }));
+}
+
+#[test]
+fn a_copy_to_other_layers_than_its_use_is_caught() {
+    caught_in_a_copy(|plan| part_of(plan, "move", true).layer = Some(Run { first: 0, count: 4 }));
+}
+
+#[test]
+fn a_copy_of_another_aspect_than_its_use_is_caught() {
+    caught_in_a_copy(|plan| part_of(plan, "rows", false).aspect = Aspect::All);
+}
+
+#[test]
+fn a_copy_to_more_bytes_than_its_use_is_caught() {
+    caught_in_a_copy(|plan| part_of(plan, "bytes", true).bytes = Some(Run { first: 384, count: 128 }));
+}
+
+#[test]
+fn a_copy_whose_use_is_forgotten_is_caught() {
+    caught_in_a_copy(|plan| {
+        let handle = plan.pipeline.find_pass("bytes").expect("a pass").index();
+        pipeline(plan).passes[handle].uses.remove(0);
+    });
+}
+
+#[test]
+fn a_planned_copy_of_another_mip_layer_or_box_is_caught() {
+    let plants: [fn(&mut PlannedCopy); 4] = [
+        |copy| edit(copy, |from, _| from.mip = 0),
+        |copy| edit(copy, |from, _| from.at[2] = 1),
+        |copy| edit(copy, |_, extent| extent[0] = 16),
+        |copy| edit(copy, |_, extent| extent[2] = 1),
+    ];
+    for plant in plants {
+        caught_in_a_copy(|plan| plant(&mut pass(plan, "move").copies[0]));
+    }
+}
+
+fn edit(copy: &mut PlannedCopy, change: impl FnOnce(&mut TexelOrigin, &mut [u32; 3])) {
+    match copy {
+        PlannedCopy::Texels { from, extent, .. } | PlannedCopy::Download { from, extent, .. } => {
+            change(from, extent);
+        }
+        _ => panic!("no texels"),
+    }
+}
+
+#[test]
+fn a_planned_copy_left_out_or_made_twice_is_caught() {
+    caught_in_a_copy(|plan| {
+        pass(plan, "move").copies.pop();
+    });
+    caught_in_a_copy(|plan| {
+        let again = pass(plan, "zero").copies[0];
+        pass(plan, "zero").copies.push(again);
+    });
+}
+
+#[test]
+fn planned_rows_of_texels_at_other_bytes_are_caught() {
+    let plants: [fn(&mut TexelRows); 3] =
+        [|rows| rows.offset = 0, |rows| rows.bytes_per_row = 512, |rows| rows.rows_per_image = 8];
+    for plant in plants {
+        caught_in_a_copy(|plan| match &mut pass(plan, "rows").copies[0] {
+            PlannedCopy::Download { to, .. } => plant(to),
+            _ => panic!("no rows"),
+        });
+    }
+    caught_in_a_copy(|plan| {
+        edit(&mut pass(plan, "rows").copies[0], |from, _| from.aspect = Aspect::DepthOnly)
+    });
+}
+
+#[test]
+fn a_planned_copy_of_other_bytes_is_caught() {
+    caught_in_a_copy(|plan| {
+        pass(plan, "bytes").copies[0] = PlannedCopy::Bytes { from: 0, to: 256, bytes: 256 };
+    });
 }
 
 #[test]

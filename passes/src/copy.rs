@@ -69,8 +69,9 @@ pub struct CopyEnd {
     #[serde(default)]
     #[schemars(length(min = 2, max = 2))]
     pub origin: Option<Vec<Expr>>,
-    /// Under "to" whether what was there is needed, around the box or between the rows: "load" without it where a box of
-    /// a texture is copied to, else "discard".
+    /// Under "to" whether what was there is needed, around the box or between the rows. Without it: "load" where a box of
+    /// a texture is copied to; where texels are copied to a buffer, what is there stays between the rows and behind them,
+    /// if anything is, unless numbers of the document say that they fill all bytes; else "discard".
     #[serde(default)]
     pub contents: Option<Word<Contents>>,
 }
@@ -95,22 +96,25 @@ impl Node for Copy {
             return None;
         }
         let contents = match &self.to.contents {
-            Some(word) => pass.word(word, "/to/contents")?,
-            None if part => Contents::Load,
-            None => Contents::Discard,
+            Some(word) => Some(pass.word(word, "/to/contents")?),
+            None => part.then_some(Contents::Load),
         };
-        let written = match contents {
-            Contents::Load => Usage::CopyDestinationLoad,
-            Contents::Discard => Usage::CopyDestination,
+        let end = |pass: &mut PassBuilder<'_>, (settings, at): (&CopyEnd, &str), usage: Usage| {
+            if pass.is_buffer(&settings.name) {
+                buffer_end(pass, settings, bytes, usage, at)
+            } else {
+                texture_end(pass, settings, self.extent.is_some(), usage, at)
+            }
         };
-        let [source, destination] =
-            [(ends[0], Usage::CopySource), (ends[1], written)].map(|((settings, at), usage)| {
-                if pass.is_buffer(&settings.name) {
-                    buffer_end(pass, settings, bytes, usage, at)
-                } else {
-                    texture_end(pass, settings, self.extent.is_some(), usage, at)
-                }
-            });
+        let source = end(pass, ends[0], Usage::CopySource);
+        let written = match (contents, &source) {
+            (Some(Contents::Load), _) => Usage::CopyDestinationLoad,
+            (None, Some(TransferEnd::Texture(texture))) if buffers[1] && !self.fills(pass, texture) => {
+                Usage::CopyDestinationRows
+            }
+            _ => Usage::CopyDestination,
+        };
+        let destination = end(pass, ends[1], written);
         let (extent, source, destination) =
             (extent.filter(|one| one.is_none() || !bytes)?, source?, destination?);
         Some(pass.produce(Work::Transfer(Box::new(TransferWork {
@@ -118,6 +122,21 @@ impl Node for Copy {
             destination,
             extent,
         }))))
+    }
+}
+
+impl Copy {
+    /// Whether it is certain that texels fill all bytes that are named.
+    fn fills(&self, pass: &mut PassBuilder<'_>, texture: &TextureRegion) -> bool {
+        let said = |expr: &Option<Expr>| expr.as_ref().and_then(|expr| expr.0.as_u64());
+        let says_more = [&self.to.offset, &self.to.bytes_per_row, &self.to.rows_per_image]
+            .iter()
+            .any(|one| one.is_some());
+        let held = match &self.to.size {
+            Some(_) => said(&self.to.size),
+            None => pass.declared_bytes(&self.to.name),
+        };
+        !says_more && self.extent.is_none() && held.is_some() && held == pass.bytes_of_full_rows(texture)
     }
 }
 

@@ -69,11 +69,12 @@ fn a_buffer_that_is_replaced_needs_no_clear_before() {
 }
 
 #[test]
-fn bytes_around_a_copy_stay_where_it_loads() {
+fn bytes_around_a_copy_stay_unless_it_discards() {
     let resources = r#""bytes": { "buffer": { "size": 2048 } },
         "small": { "texture": { "format": "rgba8unorm", "size": [1, 1] } }"#;
     let green = fill("green", r#"{ "to": "small" }"#, "[0, 1, 0, 1]");
-    for (contents, kept) in [(r#", "contents": "load""#, true), ("", false)] {
+    let cases = [(r#", "contents": "load""#, true), ("", true), (r#", "contents": "discard""#, false)];
+    for (contents, kept) in cases {
         let passes = format!(
             r#"{green}, "none": {{ "clear": {{ "buffer": "bytes" }} }},
                "texel": {{ "after": ["none"], "copy": {{ "from": {{ "name": "small" }}, "to": {{ "name": "bytes" {contents} }} }} }},
@@ -84,6 +85,41 @@ fn bytes_around_a_copy_stay_where_it_loads() {
         assert_eq!(found[0], GREEN);
         assert!(!kept || found[1..].iter().all(|texel| *texel == [0; 4]));
     }
+}
+
+#[test]
+fn a_copy_to_rows_replaces_a_buffer_only_if_the_rows_fill_it() {
+    let passes = |to: &str| {
+        let big = fill("green", r#"{ "to": "big" }"#, "[0, 1, 0, 1]");
+        format!(
+            r#""none": {{ "clear": {{ "buffer": "bytes" }} }}, {big},
+               "rows": {{ "after": ["none"], "copy": {{ "from": {{ "name": "big" }}, "to": {{ "name": "bytes" {to} }} }} }},
+               "shown": {{ "copy": {{ "from": {{ "name": "bytes" }}, "to": {{ "name": "target" }} }} }}"#
+        )
+    };
+    // Rows of 256 bytes, 16 of them: 4,096 bytes.
+    for (size, bytes, to, kept) in [
+        ("[64, 16]", 4096, "", false),
+        ("[64, 16]", 8192, r#", "bytes_per_row": 512"#, true),
+        ("[64, 16]", 4352, "", true),
+        ("[63, 16]", 4096, "", true),
+        (r#""viewport""#, 4096, "", true),
+    ] {
+        let resources = format!(
+            r#""bytes": {{ "buffer": {{ "size": {bytes} }} }},
+               "big": {{ "texture": {{ "format": "rgba8unorm", "size": {size} }} }}"#
+        );
+        let Some((names, _)) = picture(&resources, &passes(to)) else { return };
+        assert_eq!(names.contains(&"none".to_owned()), kept, "{size} {bytes} {to}: {names:?}");
+    }
+    // Nothing has to be there.
+    let resources = r#""bytes": { "buffer": { "size": 4096 } },
+        "big": { "texture": { "format": "rgba8unorm", "size": [8, 8] } }"#;
+    let alone = passes("")
+        .replace(r#""none": { "clear": { "buffer": "bytes" } }, "#, "")
+        .replace(r#""after": ["none"], "#, "");
+    let Some((names, found)) = picture(resources, &alone) else { return };
+    assert_eq!((names.len(), found[0]), (3, GREEN));
 }
 
 #[test]

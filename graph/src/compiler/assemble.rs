@@ -17,7 +17,7 @@ use crate::shader::TargetProfile;
 use crate::source::{Sources, Span};
 use crate::work::{
     AttachmentTarget, ColorAttachment, DepthAttachment, Draw, HostContext, HostNode, HostWork, LoadOperation,
-    PassHandle, ProgramHandle, RenderWork, ResourceHandle, Work,
+    PassHandle, ProgramHandle, RenderWork, ResourceHandle, TransferEnd, TransferWork, Work,
 };
 
 /// A pipeline in the making.
@@ -323,6 +323,22 @@ impl AssemblyPass<'_> {
         });
         self.draw();
         self.uses(resource, Part::of(Some(0), Some(0)), usage, Version::Newest)
+    }
+
+    /// Copies one end to another, or fills a buffer with zeros.
+    pub fn copies(mut self, source: Option<TransferEnd>, destination: TransferEnd, written: Usage) -> Self {
+        for (end, usage) in source.iter().map(|end| (end, Usage::CopySource)).chain([(&destination, written)])
+        {
+            let part = match end {
+                TransferEnd::Buffer(region) => Part { bytes: region.view.bytes, ..Part::WHOLE },
+                TransferEnd::Texture(region) => {
+                    Part { mip: Some(region.mip), layer: region.layer, ..Part::WHOLE }.aspect(region.aspect)
+                }
+            };
+            self = self.uses(end.resource(), part, usage, Version::Newest);
+        }
+        self.declared().work = Work::Transfer(Box::new(TransferWork { source, destination, extent: None }));
+        self
     }
 
     /// Runs after another pass.

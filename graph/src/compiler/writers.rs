@@ -2,7 +2,8 @@
 //!
 //! **Order of writers.** The writers of one part of a resource have to be ordered by something that the document says:
 //! data that flows from one to the other, `after`, or a version (`color@opaque`). One rule is added: a single writer
-//! that does not load runs before those that do, and so do two with opposite toggles. What is left unordered is an
+//! that does not load runs before those that do, and so do two with opposite toggles; without one, what need not
+//! find anything counts as such. What is left unordered is an
 //! error that names both, because any choice would be a guess. Since an order found for one resource can order the
 //! writers of another, resources are tried until nothing changes.
 //!
@@ -187,6 +188,10 @@ impl<'a> Builder<'a> {
         let mut order: SmallVec<[usize; 2]> = (0..list.len()).filter(|at| list[*at].writes).collect();
         let condition = |access: &Access<'_>| self.pipeline.pass(access.pass).condition;
         let mut fresh: Vec<usize> = order.iter().copied().filter(|at| !list[*at].reads).take(3).collect();
+        if fresh.is_empty() {
+            let keeps = |at: &usize| list[*at].one.usage.keeps_what_is_there();
+            fresh = order.iter().copied().filter(keeps).take(3).collect();
+        }
         let single = match fresh[..] {
             [_] => true,
             [a, b] => never_together(condition(&list[a]), condition(&list[b])),
@@ -379,7 +384,8 @@ impl<'a> Builder<'a> {
             Lifetime::History => !declared.is_earlier_frame(),
             Lifetime::Persistent | Lifetime::Imported => false,
         };
-        if own_memory && !pipeline.uncertain.contains(&resource) {
+        let needs = !reader.one.usage.keeps_what_is_there();
+        if own_memory && needs && !pipeline.uncertain.contains(&resource) {
             if !fed {
                 // Data that nobody publishes has its finding from the load.
                 if !matches!(pipeline.resource(resource).kind, ResourceKind::Data(None)) {

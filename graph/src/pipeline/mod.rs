@@ -307,6 +307,8 @@ pub enum Usage {
     CopyDestination,
     /// The destination of a copy that leaves the rest of a part.
     CopyDestinationLoad,
+    /// The destination of rows of texels, between which bytes of a buffer stay as they are, if they are anything.
+    CopyDestinationRows,
     /// Host data that is read.
     HostRead,
     /// Host data that is published.
@@ -314,7 +316,7 @@ pub enum Usage {
 }
 
 impl Usage {
-    /// Whether contents from before are needed.
+    /// Whether contents from before are needed, or [stay](Self::keeps_what_is_there).
     pub fn reads(self) -> bool {
         use Usage as U;
         !matches!(
@@ -328,6 +330,11 @@ impl Usage {
                 | U::CopyDestination
                 | U::HostWrite
         )
+    }
+
+    /// Whether contents from before stay, but need not be there.
+    pub fn keeps_what_is_there(self) -> bool {
+        self == Usage::CopyDestinationRows
     }
 
     /// Whether a new version is made.
@@ -399,7 +406,7 @@ impl Usage {
                 T::STORAGE_BINDING
             }
             Usage::CopySource => T::COPY_SRC,
-            Usage::CopyDestination | Usage::CopyDestinationLoad => T::COPY_DST,
+            Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => T::COPY_DST,
             Usage::Uniform
             | Usage::HostRead
             | Usage::HostWrite
@@ -419,7 +426,7 @@ impl Usage {
                 B::STORAGE
             }
             Usage::CopySource => B::COPY_SRC,
-            Usage::CopyDestination | Usage::CopyDestinationLoad => B::COPY_DST,
+            Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => B::COPY_DST,
             Usage::Vertex => B::VERTEX,
             Usage::Index => B::INDEX,
             Usage::Indirect => B::INDIRECT,
@@ -450,6 +457,7 @@ impl Usage {
             Usage::CopySource => "source of a copy",
             Usage::CopyDestination => "destination of a copy",
             Usage::CopyDestinationLoad => "destination of a copy of a part",
+            Usage::CopyDestinationRows => "destination of rows of texels",
             Usage::HostRead => "host data",
             Usage::HostWrite => "published host data",
         }

@@ -101,6 +101,7 @@ fn stays(
                     | Usage::CopySource
                     | Usage::CopyDestination
                     | Usage::CopyDestinationLoad
+                    | Usage::CopyDestinationRows
             )
     });
     attachment.store == StoreOperation::Discard

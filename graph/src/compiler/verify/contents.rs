@@ -292,10 +292,22 @@ impl Player<'_, '_> {
         let lasting = outlives && resource.history.is_none_or(|history| history.back > 0);
         let mut writers: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
         let mut culled: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
+        let is_live = |event: &Event<'_>| self.schedule.of(event.pass).is_some();
         for event in events.iter().filter(|event| event.one.usage.writes()) {
-            let lists = if self.schedule.of(event.pass).is_some() { &mut writers } else { &mut culled };
+            let lists = if is_live(event) { &mut writers } else { &mut culled };
             for region in &event.regions {
                 lists[*region].push((event.pass, event.one.usage.reads()));
+            }
+        }
+        // What need not find anything is the first where nothing else is.
+        for event in events.iter().filter(|event| event.one.usage == Usage::CopyDestinationRows) {
+            for region in &event.regions {
+                if writers[*region].iter().chain(&culled[*region]).all(|(_, loads)| *loads) {
+                    let list = if is_live(event) { &mut writers[*region] } else { &mut culled[*region] };
+                    list.iter_mut()
+                        .filter(|(pass, _)| *pass == event.pass)
+                        .for_each(|(_, loads)| *loads = false);
+                }
             }
         }
         let mut content = vec![Content::Nothing; regions];
@@ -353,7 +365,7 @@ impl Player<'_, '_> {
             Version::WrittenBy(name) => self.by_name.get(name.as_str()).copied(),
             Version::Newest => None,
         };
-        let mut fed = lasting;
+        let mut fed = lasting || event.one.usage == Usage::CopyDestinationRows;
         let mut wrong: Option<(FaultKind, String)> = None;
         for region in &event.regions {
             match content[*region] {

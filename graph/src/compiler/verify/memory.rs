@@ -113,7 +113,9 @@ fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
         Usage::Index => (T::empty(), B::INDEX),
         Usage::Indirect => (T::empty(), B::INDIRECT),
         Usage::CopySource => (T::COPY_SRC, B::COPY_SRC),
-        Usage::CopyDestination | Usage::CopyDestinationLoad => (T::COPY_DST, B::COPY_DST),
+        Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => {
+            (T::COPY_DST, B::COPY_DST)
+        }
         Usage::HostRead | Usage::HostWrite => (T::empty(), B::empty()),
         _ if usage.is_attachment() => (T::RENDER_ATTACHMENT, B::empty()),
         _ => (T::empty(), B::empty()),

@@ -9,6 +9,7 @@
 //! - `contents`: the frame is played through, texel region by texel region: every read finds what it has to find, and
 //!   nothing is dropped that something later needs; `back` goes the other way where there are too many states;
 //! - `toggles`: stand-ins are used where they have to be, and fit; toggles and bypasses are stated right;
+//! - `transfers`: copies touch the mips, layers, aspects and bytes that their passes use, and are what they describe;
 //! - `attachments`: load and store operations, marks and render pass groups say what the passes declare;
 //! - `memory`: resources that share memory are never alive together, fit what stands for them, and are as few as
 //!   possible; imports stay within what the host allows; the sums of bytes are right;
@@ -26,6 +27,7 @@ mod histories;
 mod memory;
 mod passes;
 mod toggles;
+mod transfers;
 
 use serde::Serialize;
 
@@ -114,6 +116,8 @@ pub enum FaultKind {
     BypassMissing,
     /// What stands in differs from what it stands for in dimension, layers or samples, or is too small a buffer.
     BypassMisfit,
+    /// A transfer copies other mips, layers, aspects, texels or bytes than it describes, or says that it uses others.
+    CopyWrong,
     /// A resource shares memory though a toggle can switch off what writes it first.
     SharedThoughConditional,
 }
@@ -144,6 +148,7 @@ pub fn verify(plan: &Plan, options: &PlanOptions) -> Vec<Fault> {
     let spare = histories::check(plan, &mut faults);
     memory::check(plan, options, &spare, &mut faults);
     toggles::check(plan, &mut faults);
+    transfers::check(plan, &mut faults);
     faults.0
 }
 

@@ -2,10 +2,11 @@
 
 use super::PassBuilder;
 use super::parts::normal;
+use crate::compiler::parse_format;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::Reference;
-use crate::pipeline::{Part, ResourceKind, Usage, Use, Version, history};
-use crate::work::ResourceHandle;
+use crate::pipeline::{Aspect, Part, ResourceKind, Usage, Use, Version, history};
+use crate::work::{ResourceHandle, TextureRegion};
 
 impl PassBuilder<'_> {
     /// Uses a texture that a reference names.
@@ -42,12 +43,60 @@ impl PassBuilder<'_> {
 
     /// Whether a reference names a buffer.
     pub fn is_buffer(&self, reference: &str) -> bool {
-        let written = self.environment.interpolate(reference, &self.shared.scope).unwrap_or_default();
-        let found = Reference::parse(&written)
-            .ok()
-            .and_then(|reference| self.shared.find(&self.environment.resource(reference.resource)));
         let kind = |handle: ResourceHandle| &self.shared.resources[handle.index()].kind;
-        found.is_some_and(|handle| matches!(kind(handle), ResourceKind::Buffer(_)))
+        self.named(reference).is_some_and(|handle| matches!(kind(handle), ResourceKind::Buffer(_)))
+    }
+
+    /// The bytes of a buffer that a reference names, if its declaration has a number.
+    pub fn declared_bytes(&self, reference: &str) -> Option<u64> {
+        match &self.shared.resources[self.named(reference)?.index()].kind {
+            ResourceKind::Buffer(buffer) => buffer.size.0.as_u64(),
+            _ => None,
+        }
+    }
+
+    /// The bytes that texels of a texture have in a buffer, if numbers of its declaration say so and no bytes are left
+    /// between their rows.
+    pub fn bytes_of_full_rows(&self, region: &TextureRegion) -> Option<u64> {
+        let texture = self.shared.resources[region.resource.index()].texture()?;
+        let mut names = texture.format.names().iter();
+        let format = names.next().filter(|_| names.next().is_none()).and_then(|name| parse_format(name))?;
+        let aspect = match region.aspect {
+            Aspect::All => wgpu_types::TextureAspect::All,
+            Aspect::DepthOnly => wgpu_types::TextureAspect::DepthOnly,
+            Aspect::StencilOnly => wgpu_types::TextureAspect::StencilOnly,
+        };
+        let block = u64::from(format.block_copy_size(Some(aspect))?);
+        let (block_width, block_height) = format.block_dimensions();
+        let number = |value: Option<&serde_json::Value>| value?.as_u64();
+        let [width, height] = [0, 1].map(|axis| number(texture.size.0.get(axis)));
+        let layers = match (region.layer, &texture.layers) {
+            (Some(run), _) => u64::from(run.count),
+            (None, None) => 1,
+            (None, Some(layers)) => layers.0.as_u64()?,
+        };
+        let volume = texture.view == Some(crate::language::TextureShape::D3);
+        if region.origin.is_some() || volume || texture.samples.is_some() {
+            return None;
+        }
+        let mut all = 0u64;
+        for mip in region.mip.first..region.mip.end().try_into().ok()? {
+            let side = |length: u64| length.checked_shr(mip).unwrap_or(0).max(1);
+            let row = side(width?).div_ceil(block_width.into()).checked_mul(block)?;
+            if !row.is_multiple_of(wgpu_types::COPY_BYTES_PER_ROW_ALIGNMENT.into()) {
+                return None;
+            }
+            let lines = side(height?).div_ceil(block_height.into());
+            all = all.checked_add(row.checked_mul(lines)?.checked_mul(layers)?)?;
+        }
+        Some(all)
+    }
+
+    /// What a reference names.
+    fn named(&self, reference: &str) -> Option<ResourceHandle> {
+        let written = self.environment.interpolate(reference, &self.shared.scope).unwrap_or_default();
+        let reference = Reference::parse(&written).ok()?;
+        self.shared.find(&self.environment.resource(reference.resource))
     }
 
     /// Uses a buffer that a reference names.
