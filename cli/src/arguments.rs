@@ -140,8 +140,8 @@ pub(crate) struct PermutationsArguments {
     /// Only these target profiles; without one those that the pipelines claim, or webgpu.
     #[arg(long = "profile", value_name = "NAME")]
     pub(crate) profiles: Vec<String>,
-    /// Everything that the templates of the pipelines, or all templates, can express; also reports what is dead, unless
-    /// other templates share parts of these and may need it.
+    /// Everything that the templates of the pipelines, or all templates, can express. What is dead in a folder of
+    /// `--templates` is reported always, and with this also in other templates, unless further ones share and may need it.
     #[arg(long, conflicts_with_all = ["set", "feature", "preset", "params"])]
     pub(crate) all: bool,
     /// One configuration: the pipeline's defaults; implied by anything that gives settings their values.

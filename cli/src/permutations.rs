@@ -15,7 +15,7 @@ use umbragraph::diagnostic::{Diagnostics, Place, render};
 use umbragraph::pipeline::{self, Choice, Configured};
 use umbragraph::shader::TargetProfile;
 use umbragraph::shader::permutations::{self, ExternalValidator, Options, Request};
-use umbragraph::source::Span;
+use umbragraph::source::{FileId, Span};
 
 use crate::arguments::{FindingsFormat, PermutationsArguments};
 use crate::axes;
@@ -136,44 +136,46 @@ fn requests(
 
 /// The templates that stand alone: those of which no other names.
 fn whole_templates(session: &Session) -> Vec<String> {
-    let text = |name: &str| {
-        let file = session.templates.file(name).and_then(|file| session.sources.get(file));
-        file.map(|file| file.text().clone()).unwrap_or_else(|| "".into())
-    };
-    let names: Vec<&str> = session.templates.names().collect();
-    let is_part = |name: &str| {
-        name.starts_with("lib/")
-            || names.iter().filter(|other| **other != name).any(|other| {
-                let text = text(other);
-                text.contains(&format!("\"{name}\"")) || text.contains(&format!("'{name}'"))
-            })
-    };
-    names.iter().filter(|name| !is_part(name)).map(|name| (*name).to_owned()).collect()
+    let named: BTreeSet<&str> = session.templates.names().flat_map(|name| named_in(session, name)).collect();
+    let is_part = |name: &str| name.starts_with("lib/") || named.contains(name);
+    session.templates.names().filter(|name| !is_part(name)).map(str::to_owned).collect()
 }
 
-/// Whether no template that stands alone and is not proven uses a part of those that are: what these do not need of the
-/// part, it may.
-fn nobody_else_uses(session: &Session, requests: &[Request]) -> bool {
-    let proven: BTreeSet<&str> = requests.iter().map(|request| request.template.as_str()).collect();
-    let parts: BTreeSet<String> = proven.iter().flat_map(|name| mentioned(session, name)).collect();
-    let others = whole_templates(session).into_iter().filter(|name| !proven.contains(name.as_str()));
-    others.into_iter().all(|other| mentioned(session, &other).is_disjoint(&parts))
+/// The templates that the text of one names, in quotes.
+fn named_in<'s>(session: &'s Session, name: &str) -> Vec<&'s str> {
+    let file = session.templates.file(name).and_then(|file| session.sources.get(file));
+    let text = file.map(|file| file.text().clone()).unwrap_or_else(|| "".into());
+    let quoted = |other: &str| {
+        let before_and_after =
+            |at: usize| (text[..at].chars().next_back(), text[at + other.len()..].chars().next());
+        text.match_indices(other)
+            .any(|(at, _)| matches!(before_and_after(at), (Some('"'), Some('"')) | (Some('\''), Some('\''))))
+    };
+    session.templates.names().filter(|other| *other != name && quoted(other)).collect()
 }
 
-/// A template and all that it names, and so on.
-fn mentioned(session: &Session, name: &str) -> BTreeSet<String> {
-    let mut found = BTreeSet::from([name.to_owned()]);
-    let mut open = vec![name.to_owned()];
+/// The files in which nothing is called dead, whatever the templates of these names need of them: those that another
+/// template which stands alone uses as well, and all that come with this program where there is a folder of others.
+fn shared(session: &Session, names: &BTreeSet<String>) -> BTreeSet<FileId> {
+    let files = |name: &str| {
+        let templates = &session.templates;
+        [templates.file(name), templates.axes_file(name)].into_iter().flatten()
+    };
+    let mut open = whole_templates(session);
+    open.retain(|name| !names.contains(name));
+    let mut used: BTreeSet<String> = open.iter().cloned().collect();
     while let Some(name) = open.pop() {
-        let file = session.templates.file(&name).and_then(|file| session.sources.get(file));
-        let text = file.map(|file| file.text().clone()).unwrap_or_else(|| "".into());
-        for other in session.templates.names() {
-            if text.contains(other) && found.insert(other.to_owned()) {
+        for other in named_in(session, &name) {
+            if used.insert(other.to_owned()) {
                 open.push(other.to_owned());
             }
         }
     }
-    found
+    let mut shared: BTreeSet<FileId> = used.iter().flat_map(|name| files(name)).collect();
+    if let Some(own) = &session.own_files {
+        shared.extend(session.templates.names().flat_map(files).filter(|file| !own.contains(file)));
+    }
+    shared
 }
 
 fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[Request]) {
@@ -222,13 +224,22 @@ fn prove(
         }
     };
     let defaults = Options::default();
+    let names: BTreeSet<String> = requests.iter().map(|request| request.template.clone()).collect();
+    let everything = arguments.all || arguments.pipelines.is_empty();
+    let has_own = session.own_files.is_some();
+    let shared = if everything || has_own { shared(session, &names) } else { BTreeSet::new() };
     let options = Options {
         threads: arguments.threads.map_or(defaults.threads, usize::from),
         external,
-        report_dead: arguments.all && nobody_else_uses(session, requests),
+        report_dead: everything,
+        shared: shared.clone(),
         progress: &progress,
     };
-    let outcome = permutations::check(&session.templates, requests, &options);
+    let mut outcome = permutations::check(&session.templates, requests, &options);
+    // What a pipeline reaches says nothing of what is dead; in files of the user's own, all that they express does.
+    if !everything && has_own && !outcome.findings.has_errors() {
+        outcome.findings.extend(permutations::dead(&session.templates, &names, &shared));
+    }
     if let Some(bar) = &bar {
         bar.finish_and_clear();
     }

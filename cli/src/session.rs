@@ -24,6 +24,8 @@ pub(crate) struct Session {
     pub(crate) sources: Sources,
     pub(crate) findings: Diagnostics,
     pub(crate) templates: Arc<TemplateSet>,
+    /// The files of the folder of templates, where one is given.
+    pub(crate) own_files: Option<BTreeSet<FileId>>,
     /// The built-in node kinds, and glTF scenes as the host of the geometry that is theirs.
     pub(crate) registry: Registry,
     /// Texts that stand for those of files, by the names of these.
@@ -70,6 +72,7 @@ impl Session {
     pub(crate) fn new(folder: Option<&Path>) -> Self {
         let mut sources = Sources::new();
         let mut findings = Diagnostics::new();
+        let mut own_files = None;
         let templates = match folder {
             None => umbragraph::templates(&mut sources, &mut findings),
             Some(folder) => {
@@ -77,12 +80,26 @@ impl Session {
                 if let Err(finding) = collect(folder, folder, &mut files, 0) {
                     findings.push(*finding);
                 }
-                umbragraph::templates_with(&files, &mut sources, &mut findings)
+                let templates = umbragraph::templates_with(&files, &mut sources, &mut findings);
+                let file = |name: &String| match name.strip_suffix(".axes.json") {
+                    Some(stem) => templates.axes_file(stem),
+                    None => templates.file(name),
+                };
+                own_files = Some(files.iter().filter_map(|(name, _)| file(name)).collect());
+                templates
             }
         };
         let mut registry = umbragraph::registry();
         registry.host(interface::GEOMETRY, interface::any_scene());
-        Self { sources, findings, templates, registry, texts: BTreeMap::new(), files: BTreeSet::new() }
+        Self {
+            sources,
+            findings,
+            templates,
+            own_files,
+            registry,
+            texts: BTreeMap::new(),
+            files: BTreeSet::new(),
+        }
     }
 
     /// The document of a pipeline, composed of its files, with the passes of extensions put in.

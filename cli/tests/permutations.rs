@@ -113,6 +113,29 @@ fn text_that_only_another_template_needs_is_not_called_dead() {
 }
 
 #[test]
+fn what_is_dead_in_a_file_of_ones_own_is_found_in_every_mode_whatever_it_includes() {
+    let template = format!(
+        "{{% include \"lib/fullscreen.wgsl.jinja\" %}}\n{}",
+        TEMPLATE.replace(
+            "  return vec4<f32>({{",
+            "{% if warm and not warm %}\n// never\n{% endif %}\n  return vec4<f32>({{"
+        )
+    );
+    let project = Project::new("permutations-own", PIPELINE, AXES, &template);
+    for mode in [&["--all"][..], &[], &["--config"], &["--feature", "warm"]] {
+        let output = project.run("permutations", mode);
+        let said = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{said}");
+        assert!(said.contains("UG0550") && said.contains("\"late\"") && !said.contains("\"warm\""), "{said}");
+        assert!(said.contains("UG0551") && said.contains("fill.wgsl.jinja:7:1"), "{said}");
+        assert!(
+            !said.contains("shaders-templates/"),
+            "what comes with the program is not the user's: {said}"
+        );
+    }
+}
+
+#[test]
 fn what_a_pipeline_cannot_reach_is_no_finding_of_it() {
     let pipeline = PIPELINE.replace(r#""late": { "type""#, r#""late": { "excludes": ["warm"], "type""#);
     let template = TEMPLATE

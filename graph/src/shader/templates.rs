@@ -138,6 +138,11 @@ impl TemplateSet {
         self.templates.get(template).map(|template| template.file)
     }
 
+    /// The declaration beside a template as a registered file; `None` for a template without one.
+    pub fn axes_file(&self, template: &str) -> Option<FileId> {
+        self.declarations.get(stem(template)).map(|declared| declared.file)
+    }
+
     /// The axes of a template, its own and the inherited ones; none for a template without a side file. `None` if there
     /// is no such template.
     pub fn axes(&self, template: &str) -> Option<&Axes> {

@@ -1,14 +1,21 @@
 //! What no variant needs: axes on which no text depends, template text that no variant contains.
+//!
+//! Both are known of a template once all its paths were taken, whatever proves their texts. What several templates use
+//! is dead only if none of them needs it, so that files which others use besides are left out.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::sync::Arc;
 
-use super::explore::Exploration;
-use crate::shader::TemplateSet;
+use super::explore::{Exploration, Explorer};
+use super::{Request, space_of};
+use crate::diagnostic::Diagnostic;
+use crate::shader::axes::AxisMode;
 use crate::shader::markers::MarkedTemplates;
 use crate::shader::render::Placement;
 use crate::shader::scan::TagKind;
 use crate::shader::text_map::Origin;
 use crate::shader::value::AxisValue;
+use crate::shader::{Axes, TemplateSet, codes};
 use crate::source::{FileId, Span};
 
 /// The most paths whose pairs are compared; with more, every axis that is read counts as alive.
@@ -16,49 +23,160 @@ const MAXIMUM_COMPARED: usize = 1 << 10;
 /// The most paths that are rendered again with markers, to see text that macros and blocks captured.
 const MAXIMUM_MARKED: usize = 1 << 11;
 
-/// The template axes on which the text depends: two paths that are told apart by nothing else have different texts.
+/// The most paths that are taken through a template only to see what is dead in it.
+const MAXIMUM_LOOKED_AT: usize = 1 << 10;
+
+/// A template whose paths were taken.
+pub(super) struct Examined<'a> {
+    pub(super) template: &'a str,
+    pub(super) exploration: &'a Exploration,
+    /// The axes without effect on any text; `None` where not every text is valid, since an error may hide an effect.
+    pub(super) dead_axes: Option<Vec<String>>,
+}
+
+/// Axes without effect and text in no variant, of all that these templates can express. Nothing is proven: of a template
+/// that cannot be rendered in some configuration, or that has more than 1,024 paths, nothing is said. `shared` are files
+/// that other templates use as well.
+pub fn dead(templates: &TemplateSet, names: &BTreeSet<String>, shared: &BTreeSet<FileId>) -> Vec<Diagnostic> {
+    let placement = Placement::new(templates);
+    let mut explored = Vec::new();
+    for name in names {
+        let (Ok(space), Some(axes)) = (space_of(templates, &Request::all(name, &[])), templates.axes(name))
+        else {
+            return Vec::new();
+        };
+        let mut explorer = Explorer::new(templates, &placement, name, &Arc::new(space), true);
+        if !explorer.take_all(MAXIMUM_LOOKED_AT) {
+            return Vec::new();
+        }
+        let exploration = explorer.finish();
+        let effective = effective_axes(&exploration);
+        // Whether a module declares an override takes its parsing.
+        let is_dead = |axis: &&crate::shader::axes::Axis| {
+            axis.mode == AxisMode::Template && axis.kind.count() > 1 && !effective.contains(&axis.name)
+        };
+        let dead_axes = axes.iter().filter(is_dead).map(|axis| axis.name.clone()).collect();
+        explored.push((name, exploration, dead_axes));
+    }
+    let examined: Vec<Examined<'_>> = explored
+        .iter()
+        .map(|(template, exploration, dead_axes): &(_, _, Vec<String>)| Examined {
+            template,
+            exploration,
+            dead_axes: Some(dead_axes.clone()),
+        })
+        .collect();
+    findings(templates, &placement, &examined, shared, &mut Marked(&mut None))
+}
+
+/// The findings about axes without effect and text in no variant.
+pub(super) fn findings(
+    templates: &TemplateSet,
+    placement: &Placement<'_>,
+    examined: &[Examined<'_>],
+    shared: &BTreeSet<FileId>,
+    marked: &mut Marked<'_>,
+) -> Vec<Diagnostic> {
+    let sound =
+        |each: &Examined<'_>| each.exploration.failures.is_empty() && each.exploration.findings.is_empty();
+    // An axis is dead where no template that has it depends on it; a template with other findings says nothing.
+    let mut axes: BTreeMap<Span, (String, bool)> = BTreeMap::new();
+    for each in examined {
+        for axis in templates.axes(each.template).into_iter().flat_map(Axes::iter) {
+            let entry = axes.entry(axis.span).or_insert_with(|| (axis.name.clone(), true));
+            let is_dead = each.dead_axes.as_ref().is_some_and(|dead| dead.contains(&axis.name));
+            entry.1 &= sound(each) && is_dead;
+        }
+    }
+    let mut findings = Vec::new();
+    for (span, (name, dead)) in axes {
+        if dead && !shared.contains(&span.file) {
+            let message = format!("no text depends on the axis \"{name}\"");
+            findings.push(Diagnostic::warning(codes::AXIS_DEAD, span, message).help("remove it, or use it"));
+        }
+    }
+    let mut coverage = Coverage::without(shared);
+    for each in examined {
+        coverage.add(templates, each.template, each.exploration, placement, marked);
+    }
+    if examined.iter().all(sound) {
+        findings.extend(coverage.dead(templates).into_iter().map(|span| {
+            Diagnostic::warning(codes::LINES_DEAD, span, "no variant contains this text")
+                .help("its condition can never hold under the declared axes and constraints; remove it")
+        }));
+    }
+    findings
+}
+
+/// The template axes on which the text depends: two paths that nothing else, or nothing less, tells apart have
+/// different texts.
 pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
     let leaves = &exploration.leaves;
     if leaves.len() > MAXIMUM_COMPARED {
         return exploration.read.clone();
     }
     // What has one value everywhere tells no two paths apart.
-    let mut first: BTreeMap<&String, &AxisValue> = BTreeMap::new();
-    let mut varied: BTreeSet<&String> = BTreeSet::new();
+    let mut values: BTreeMap<&String, BTreeMap<&AxisValue, u32>> = BTreeMap::new();
     for (name, value) in leaves.iter().flat_map(|leaf| leaf.decided.iter()) {
-        if *first.entry(name).or_insert(value) != value {
-            varied.insert(name);
-        }
+        let known = values.entry(name).or_default();
+        let next = known.len() as u32 + 1;
+        known.entry(value).or_insert(next);
     }
-    let mut effective = BTreeSet::new();
-    for (at, one) in leaves.iter().enumerate() {
-        if effective.len() == varied.len() {
+    values.retain(|_, known| known.len() > 1);
+    if values.len() > u128::BITS as usize {
+        return exploration.read.clone();
+    }
+    // The number of each value, and 0 where the path does not read the axis.
+    let rows: Vec<Vec<u32>> = leaves
+        .iter()
+        .map(|leaf| {
+            let number = |(name, known): (&&String, &BTreeMap<&AxisValue, u32>)| {
+                leaf.decided.get(*name).and_then(|value| known.get(value)).copied().unwrap_or_default()
+            };
+            values.iter().map(number).collect()
+        })
+        .collect();
+    // A constraint may tie axes together, so that no two paths differ in one alone. Those that differ in the fewest
+    // tell which axes have an effect: a difference that contains a smaller one says nothing more.
+    let mut smallest: Vec<u128> = Vec::new();
+    for (at, (one, row)) in leaves.iter().zip(&rows).enumerate() {
+        if smallest.len() == values.len() && smallest.iter().all(|axes| axes.count_ones() == 1) {
             break;
         }
-        for two in &leaves[at + 1..] {
+        for (two, other) in leaves.iter().zip(&rows).skip(at + 1) {
             if one.text == two.text {
                 continue;
             }
-            let mut differing = one
-                .decided
-                .iter()
-                .filter(|(name, value)| two.decided.get(*name).is_some_and(|other| other != *value));
-            let (Some((name, _)), None) = (differing.next(), differing.next()) else { continue };
-            effective.insert(name.clone());
+            let mut differing = 0_u128;
+            for (bit, (one, two)) in row.iter().zip(other).enumerate() {
+                differing |= u128::from(*one != *two && *one != 0 && *two != 0) << bit;
+            }
+            if !smallest.iter().any(|axes| axes & differing == *axes) {
+                smallest.retain(|axes| axes & differing != differing);
+                smallest.push(differing);
+            }
         }
     }
-    effective
+    let effective = smallest.into_iter().fold(0, |all, axes| all | axes);
+    let names = values.keys().enumerate().filter(|(bit, _)| effective >> bit & 1 == 1);
+    names.map(|(_, name)| (*name).clone()).collect()
 }
 
 /// The pieces of template text that were written so far.
-#[derive(Debug, Default)]
-pub(super) struct Coverage {
+#[derive(Debug)]
+struct Coverage<'s> {
     written: HashSet<(FileId, u32)>,
+    /// Files of which nothing is said.
+    shared: &'s BTreeSet<FileId>,
 }
 
-impl Coverage {
+impl<'s> Coverage<'s> {
+    fn without(shared: &'s BTreeSet<FileId>) -> Self {
+        Self { written: HashSet::new(), shared }
+    }
+
     /// Adds the text of one template's paths.
-    pub(super) fn add(
+    fn add(
         &mut self,
         set: &TemplateSet,
         template: &str,
@@ -87,8 +205,9 @@ impl Coverage {
     }
 
     /// The pieces of literal text in the touched templates that nobody wrote, each run of neighbours as one span.
-    pub(super) fn dead(&self, set: &TemplateSet) -> Vec<Span> {
-        let touched: BTreeSet<FileId> = self.written.iter().map(|(file, _)| *file).collect();
+    fn dead(&self, set: &TemplateSet) -> Vec<Span> {
+        let touched: BTreeSet<FileId> =
+            self.written.iter().map(|(file, _)| *file).filter(|file| !self.shared.contains(file)).collect();
         let mut offsets: BTreeMap<FileId, Vec<usize>> = BTreeMap::new();
         for (file, offset) in &self.written {
             offsets.entry(*file).or_default().push(*offset as usize);

@@ -170,6 +170,18 @@ impl<'a> Explorer<'a> {
         None
     }
 
+    /// Takes all paths, without their texts; whether there are no more than `most`.
+    pub(crate) fn take_all(&mut self, most: usize) -> bool {
+        while let Some(start) = self.next.take() {
+            if self.exploration.leaves.len() >= most || self.exploration.is_full() {
+                return false;
+            }
+            self.take_path(start);
+            self.next = take_pending(&self.space, &mut self.pending);
+        }
+        true
+    }
+
     /// Renders the path that begins with these values; the text, if it is a new one.
     fn take_path(&mut self, start: AxisValues) -> Option<Source> {
         let before = start.clone();

@@ -26,6 +26,7 @@ mod space;
 mod summary;
 
 pub use count::Count;
+pub use dead::dead;
 pub use external::{CommandError, ExternalValidator};
 pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};
 
@@ -33,7 +34,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use cause::{Causes, Failure, Ground};
-use dead::Marked;
+use dead::{Examined, Marked};
 use explore::{Exploration, Explorer, Source};
 use external::Opinion;
 use pool::Pool;
@@ -46,6 +47,7 @@ use super::render::Placement;
 use super::value::{AxisValue, AxisValues, describe};
 use super::{Reflection, TemplateSet, codes};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::source::FileId;
 
 /// A template that is to be proven.
 #[derive(Clone, Debug)]
@@ -106,9 +108,11 @@ pub struct Options<'a> {
     pub threads: usize,
     /// Further validators, for texts that naga accepts.
     pub external: &'a [ExternalValidator],
-    /// Whether axes without effect and text in no variant are findings. They are wherever the requests are all that there
-    /// is; what one pipeline does not reach, another may.
+    /// Whether axes without effect and text in no variant are findings. They are where the requests are all that a
+    /// template can express; what one pipeline does not reach, another may.
     pub report_dead: bool,
+    /// The files that others than the requests use as well: nothing in them is called dead, since these may need it.
+    pub shared: BTreeSet<FileId>,
     /// Called with the texts done and all texts that are known by then, from any thread.
     pub progress: &'a (dyn Fn(usize, usize) + Sync),
 }
@@ -116,7 +120,7 @@ pub struct Options<'a> {
 impl Default for Options<'_> {
     fn default() -> Self {
         let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-        Self { threads, external: &[], report_dead: false, progress: &|_, _| {} }
+        Self { threads, external: &[], report_dead: false, shared: BTreeSet::new(), progress: &|_, _| {} }
     }
 }
 
@@ -260,7 +264,19 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
     findings.extend(failure::unavailable(&proven, options.external));
     findings.extend(causes.findings());
     if options.report_dead {
-        summary::dead_findings(templates, &placement, &explored, &reports, &mut marked, &mut findings);
+        let examined = explored.iter().zip(&reports).map(|(each, report)| Examined {
+            template: &each.request.template,
+            exploration: &each.exploration,
+            dead_axes: report.variants.iter().all(|variant| variant.valid).then(|| report.dead_axes.clone()),
+        });
+        let examined: Vec<Examined<'_>> = examined.collect();
+        findings.extend(dead::findings(
+            templates,
+            &placement,
+            &examined,
+            &options.shared,
+            &mut Marked(&mut marked),
+        ));
     }
     findings.sort();
     Permutations { findings, templates: reports, proven: proven.len() }

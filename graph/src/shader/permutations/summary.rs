@@ -1,15 +1,14 @@
 //! From texts and proofs to a report: variants, coverage, the interface of all variants together, sizes, what is dead.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 
 use super::count::Count;
-use super::dead::{self, Coverage, Marked};
+use super::dead;
 use super::report::{TemplateReport, ValueBytes, VariantReport};
 use super::{Explored, Proven};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::diagnostic::{Diagnostic, Place};
 use crate::shader::compile::template_values;
-use crate::shader::markers::MarkedTemplates;
 use crate::shader::render::{self, Placement};
 use crate::shader::value::{AxisValues, describe};
 use crate::shader::{Axes, Binding, TemplateSet, codes, interface};
@@ -165,40 +164,4 @@ fn bytes_of_values(
         }
     }
     found
-}
-
-/// The findings about axes without effect and text in no variant.
-pub(super) fn dead_findings(
-    templates: &TemplateSet,
-    placement: &Placement<'_>,
-    explored: &[Explored<'_>],
-    reports: &[TemplateReport],
-    marked: &mut Option<MarkedTemplates>,
-    findings: &mut Diagnostics,
-) {
-    let sound =
-        |each: &Explored<'_>| each.exploration.failures.is_empty() && each.exploration.findings.is_empty();
-    // An axis is dead where no template that has it depends on it; a template with other findings says nothing.
-    let mut axes: BTreeMap<Span, (String, bool)> = BTreeMap::new();
-    for (each, report) in explored.iter().zip(reports) {
-        let valid = sound(each) && report.variants.iter().all(|variant| variant.valid);
-        for axis in templates.axes(&each.request.template).into_iter().flat_map(Axes::iter) {
-            let entry = axes.entry(axis.span).or_insert_with(|| (axis.name.clone(), true));
-            entry.1 &= valid && report.dead_axes.contains(&axis.name);
-        }
-    }
-    for (span, (name, _)) in axes.into_iter().filter(|(_, (_, dead))| *dead) {
-        let message = format!("no text depends on the axis \"{name}\"");
-        findings.push(Diagnostic::warning(codes::AXIS_DEAD, span, message).help("remove it, or use it"));
-    }
-    let mut coverage = Coverage::default();
-    for each in explored {
-        coverage.add(templates, &each.request.template, &each.exploration, placement, &mut Marked(marked));
-    }
-    if explored.iter().all(sound) {
-        findings.extend(coverage.dead(templates).into_iter().map(|span| {
-            Diagnostic::warning(codes::LINES_DEAD, span, "no variant contains this text")
-                .help("its condition can never hold under the declared axes and constraints; remove it")
-        }));
-    }
 }
