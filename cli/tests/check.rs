@@ -219,6 +219,63 @@ fn features_and_boolean_parameters_are_switched_on_and_off_by_four_words() {
 }
 
 #[test]
+fn what_is_declared_and_used_by_nothing_is_a_note_that_fails_no_check() {
+    let folder = ScratchFolder::new("check-unused");
+    let part = r#"{ "inputs": { "image": "what is measured" }, "parameters": { "by": { "type": "u32", "default": 2 }, "idle": { "type": "u32", "default": 2 } },
+  "resources": { "less": { "texture": { "format": "rgba8unorm", "size": "image / by" } } },
+  "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "less" }] }, "side_effect": true } } }"#;
+    let pipeline = r#"{ "format": 1, "name": "unused",
+  "parameters": {
+    "side": { "type": "u32", "default": 64, "description": "Not spare." }, "spare": { "type": "f32", "default": 1 },
+    "by": { "type": "u32", "default": 2 }, "around": { "type": "u32", "default": 2 }, "shadowed": { "type": "u32", "default": 2 }
+  },
+  "features": {
+    "multisampled": { "type": "bool", "default": false }, "left": { "type": "bool", "default": false },
+    "tied": { "type": "bool", "default": false, "excludes": ["multisampled"] }
+  },
+  "presets": { "one": { "parameters": { "spare": 2 }, "features": { "left": true } } },
+  "subgraphs": { "inner": { "parameters": { "shadowed": { "type": "u32", "default": 2 } },
+    "resources": { "own": { "texture": { "format": "rgba8unorm", "size": ["around", "shadowed"] } } },
+    "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "own" }] }, "side_effect": true } } } },
+  "resources": {
+    "color": { "texture": { "format": "rgba8unorm", "size": ["side", 64], "samples": "multisampled ? 4 : 1" } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+  "passes": {
+    "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "color" }] } },
+    "show": { "fullscreen": { "shader": "tonemap.wgsl.jinja", "axes": { "debug_view": "'shadow_term'" }, "bind": { "source": "color" }, "color": [{ "to": "target" }] } },
+    "a": { "use": "inner" }, "b": { "use": "part.json", "with": { "image": "color" } } } }"#;
+    for (name, text) in [("part.json", part), ("unused.json", pipeline)] {
+        std::fs::write(folder.join(name), text).unwrap();
+    }
+    let path = folder.join("unused.json");
+    let path = path.to_str().unwrap();
+    let output = run(&["check", path]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(text(&output.stdout).contains("valid for"), "{said}");
+    let mut named: Vec<&str> = said
+        .lines()
+        .filter_map(|line| {
+            line.strip_prefix("note[UG0220]: the ")?.strip_suffix(" is declared, but nothing uses it")
+        })
+        .collect();
+    named.sort_unstable();
+    let expected = [
+        "feature \"left\"",
+        "parameter \"by\"",
+        "parameter \"idle\"",
+        "parameter \"shadowed\"",
+        "parameter \"spare\"",
+    ];
+    assert_eq!(named, expected, "{said}");
+    assert!(said.contains("part.json:1:"), "{said}");
+    // A misspelt use is the finding; that nothing else uses it only follows.
+    std::fs::write(path, pipeline.replace("[\"side\", 64]", "[\"sied\", 64]")).unwrap();
+    let said = text(&run(&["check", path]).stderr);
+    assert!(said.contains("did you mean \"side\"?") && !said.contains("UG0220"), "{said}");
+}
+
+#[test]
 fn passes_whose_template_is_broken_are_counted_as_such() {
     let folder = ScratchFolder::new("check-broken-template");
     let write = |name: &str, text: &str| {

@@ -10,7 +10,7 @@ use crate::check::{Checked, Job};
 use crate::compiler::{self, verify};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
 use crate::document::Document;
-use crate::pipeline::{FeatureConfigurations, Modules, as_written, load_sharing};
+use crate::pipeline::{FeatureConfigurations, Modules, as_written, load_sharing, unused};
 use crate::shader::AxisValues;
 use crate::source::Sources;
 
@@ -77,6 +77,10 @@ pub fn check_configurations(
         None => text,
     };
     coverage.faults = faults.into_iter().map(|(fault, places)| with(fault, &places)).collect();
+    // A use that is faulty counts for nothing.
+    if found.is_sound() {
+        unused(document, templates, diagnostics);
+    }
     diagnostics.extend(found.findings(configurations));
     coverage
 }
@@ -90,6 +94,10 @@ struct Found {
 }
 
 impl Found {
+    fn is_sound(&self) -> bool {
+        self.list.iter().all(|(finding, _)| finding.severity != Severity::Error)
+    }
+
     fn add(&mut self, findings: Diagnostics, at: usize) {
         self.sound += usize::from(!findings.has_errors());
         for finding in findings {

@@ -77,7 +77,7 @@ crate::codes! {
         "The elements of a list parameter have to increase (or decrease) strictly; far distances of cascades, for one.";
     /// Two features that contradict one another.
     FEATURE_CONFLICT = "UG0206", "features contradict",
-        "A feature that is on requires one that is off, or excludes one that is on.";
+        "A feature that is on requires one that is off, or excludes one that is on; or it requires or excludes itself, which means nothing or that it can never be on.";
     /// A pass that is not there.
     UNKNOWN_PASS = "UG0207", "unknown pass",
         "`after`, or the version of a reference (`name@pass`), names a pass that the pipeline does not have, that is switched off, or that does not write the resource.";
@@ -113,6 +113,9 @@ crate::codes! {
     /// A feature that is switched on where the target lacks what it requires.
     FEATURE_UNAVAILABLE = "UG0219", "feature unavailable",
         "A feature says under `required_limits` what it needs of the target.\n\n```json\n\"features\": {\n  \"storage\": { \"type\": \"bool\", \"default\": true, \"required_limits\": { \"max_storage_buffers_in_vertex_stage\": 1 } }\n}\n```\n\nWhere the target profile, or the device that a picture is rendered on, has less, the feature is off (an enumeration has its first word) though it is on by default, and whoever switches it on is told so. `umbragraph why PIPELINE FEATURE` shows where a value comes from.";
+    /// A parameter or feature that nothing uses.
+    UNUSED_SETTING = "UG0220", "nothing uses it",
+        "A parameter or feature is declared, but no expression mentions it and no template that a pass names has an axis of its name: with any value the pipeline is the same. Usually its use was removed, or is still to be written.\n\nIt is a note, since a host can read parameters in code of its own.";
     /// A resource that is not there.
     UNKNOWN_RESOURCE = "UG0301", "unknown resource",
         "A reference names a resource that \"resources\" does not declare.";

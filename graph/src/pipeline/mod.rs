@@ -34,6 +34,7 @@ mod schema;
 mod scope;
 mod setting;
 mod toggle;
+mod unused;
 
 pub(crate) use availability::{Lacking, lacking, off};
 pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind};
@@ -58,6 +59,7 @@ pub use scope::StaticScope;
 pub use setting::{Choice, Feature, Parameter, Setting};
 pub(crate) use toggle::add_stand_ins;
 pub use toggle::{Bypass, Condition, Toggle};
+pub(crate) use unused::unused;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

@@ -171,6 +171,19 @@ pub(super) fn features(
             for (at, other) in others.iter().enumerate() {
                 let entry = entries.iter().find(|entry| entry.key == *name);
                 let place = entry.map_or(feature.place, |entry| entry.key_span);
+                if other == name {
+                    let written = entry.and_then(|entry| entry.value.get(words)?.elements()?.get(at));
+                    let pointer = document::pointer_join("/features", name);
+                    let why = if wanted { "" } else { ", so that it can never be on" };
+                    let message = format!("the feature \"{name}\" {words} itself{why}");
+                    let place = written.map_or(place, |written| written.span);
+                    diagnostics.push(
+                        Diagnostic::error(codes::FEATURE_CONFLICT, place, message)
+                            .pointer(format!("{pointer}/{words}/{at}"))
+                            .help("name another feature, or remove it"),
+                    );
+                    continue;
+                }
                 match is_on(other) {
                     // What is wrong with a feature that is declared has its finding.
                     None if entries.iter().any(|entry| entry.key == *other) => {}

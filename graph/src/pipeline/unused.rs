@@ -1,0 +1,120 @@
+//! Parameters and features that nothing uses.
+//!
+//! A setting is used if an expression mentions it, or if a template that some pass names has an axis of its name. Names
+//! are looked for as words, without asking what they mean, so that one that is only spelt like something else counts as
+//! used. A subgraph in a file of its own uses its own parameters alone; one that the pipeline declares uses those of the
+//! pipeline too, but for the names that its own parameters and inputs have.
+//!
+//! What a host reads of a pipeline in its own code is not known here: so it is a note.
+
+use std::collections::BTreeSet;
+
+use crate::compose::is_path;
+use crate::diagnostic::{Diagnostic, Diagnostics, Severity, codes};
+use crate::document::{Document, Entry, Kind, Value, pointer_join};
+use crate::shader::{Axes, TemplateSet};
+
+/// What a part of a document mentions.
+#[derive(Default)]
+struct Mentioned<'a> {
+    words: BTreeSet<&'a str>,
+    texts: BTreeSet<&'a str>,
+    /// Whether a text is computed, and could be the name of any template.
+    is_open: bool,
+}
+
+impl<'a> Mentioned<'a> {
+    fn read(&mut self, value: &'a Value) {
+        match &value.kind {
+            Kind::Text(text) => self.text(text),
+            Kind::Array(elements) => elements.iter().for_each(|element| self.read(element)),
+            Kind::Object(entries) => {
+                for entry in entries.iter().filter(|entry| entry.key != "description") {
+                    // Keys name what is bypassed, and can be computed.
+                    self.text(&entry.key);
+                    self.read(&entry.value);
+                }
+            }
+            Kind::Null | Kind::Bool(_) | Kind::Number(_) => {}
+        }
+    }
+
+    fn text(&mut self, text: &'a str) {
+        self.is_open |= text.contains('{');
+        self.texts.insert(text);
+        self.words.extend(text.split(|c: char| !c.is_alphanumeric() && c != '_'));
+    }
+
+    /// The names of the axes of the templates that are mentioned.
+    fn axes<'t>(&self, templates: &'t TemplateSet) -> BTreeSet<&'t str> {
+        let named = templates.names().filter(|name| self.is_open || self.texts.contains(name));
+        named.filter_map(|name| templates.axes(name)).flat_map(Axes::names).collect()
+    }
+}
+
+/// Finds the parameters and features that nothing uses.
+pub(crate) fn unused(document: &Document, templates: &TemplateSet, diagnostics: &mut Diagnostics) {
+    let root = &document.root;
+    let mut all = Mentioned::default();
+    for name in ["resources", "passes", "geometry", "profiles"] {
+        root.get(name).into_iter().for_each(|section| all.read(section));
+    }
+    for subgraph in entries(root, "subgraphs") {
+        let mut own = Mentioned::default();
+        for name in ["resources", "passes"] {
+            subgraph.value.get(name).into_iter().for_each(|section| own.read(section));
+        }
+        let is_file = is_path(&subgraph.key);
+        let axes = if is_file { own.axes(templates) } else { BTreeSet::new() };
+        let above = pointer_join("/subgraphs", &subgraph.key);
+        for parameter in entries(&subgraph.value, "parameters") {
+            let name = parameter.key.as_str();
+            if !own.words.contains(name) && !axes.contains(name) {
+                diagnostics.push(note("parameter", parameter, &format!("{above}/parameters")));
+            }
+        }
+        if is_file {
+            continue;
+        }
+        let of_its_own = ["inputs", "parameters"].into_iter().flat_map(|name| entries(&subgraph.value, name));
+        let of_its_own: BTreeSet<&str> = of_its_own.map(|entry| entry.key.as_str()).collect();
+        all.words.extend(own.words.difference(&of_its_own));
+        all.texts.extend(own.texts);
+        all.is_open |= own.is_open;
+    }
+    let axes = all.axes(templates);
+    for (section, what) in [("parameters", "parameter"), ("features", "feature")] {
+        for entry in entries(root, section) {
+            let name = entry.key.as_str();
+            // What a feature requires of others, or others of it, decides about those that are used.
+            let decides = section == "features" && is_tied(entry, entries(root, section));
+            if !all.words.contains(name) && !axes.contains(name) && !decides {
+                diagnostics.push(note(what, entry, &format!("/{section}")));
+            }
+        }
+    }
+}
+
+fn entries<'a>(value: &'a Value, section: &str) -> &'a [Entry] {
+    value.get(section).and_then(Value::entries).unwrap_or_default()
+}
+
+/// Whether a feature is tied to others, so that its value decides about theirs.
+fn is_tied(entry: &Entry, features: &[Entry]) -> bool {
+    const TIES: [&str; 3] = ["requires", "excludes", "one_of"];
+    let names = |entry: &Entry, name: &str| {
+        let lists = TIES[..2].iter().filter_map(|tie| entry.value.get(tie)?.elements()).flatten();
+        lists.filter_map(Value::text).any(|other| other == name)
+    };
+    TIES.iter().any(|tie| entry.value.get(tie).is_some())
+        || features.iter().any(|other| names(other, &entry.key))
+}
+
+fn note(what: &str, entry: &Entry, section: &str) -> Diagnostic {
+    let message = format!("the {what} \"{}\" is declared, but nothing uses it", entry.key);
+    let finding = Diagnostic::error(codes::UNUSED_SETTING, entry.key_span, message);
+    let finding = finding.pointer(pointer_join(section, &entry.key));
+    let finding =
+        finding.help("use it in an expression, let a template have an axis of its name, or remove it");
+    Diagnostic { severity: Severity::Note, ..finding }
+}
