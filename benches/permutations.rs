@@ -4,6 +4,10 @@
 //! each stands beside it. Rivals: naga called directly on the same distinct texts, to parse and validate them and to
 //! resolve their overrides, and the same without resolving; one thread; one `naga` process per combination (the
 //! installed one, or this program standing in for it). Times are the least of several runs.
+//!
+//! `cargo bench -p umbragraph-graph --bench permutations -- count_ours` does once what `overhead` measures, so that a
+//! tool can count the instructions; `count_naga` does naga's part, and `count_neither` what both need beforehand:
+//! (ours - neither) / (naga - neither) is the same whatever else the machine does.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -35,6 +39,11 @@ fn main() {
     let project = set(umbragraph_shaders_templates::FILES);
     // `cargo bench ... -- overhead threads` runs these parts only.
     let parts = ["threads", "wide_space", "everything", "processes", "memory", "overhead"];
+    if let Some(what) = arguments.iter().find_map(|argument| argument.strip_prefix("count_")) {
+        count(what, &synthetic);
+        count(what, &project);
+        return;
+    }
     let named: Vec<&String> =
         arguments.iter().filter(|argument| parts.contains(&argument.as_str())).collect();
     let wanted = |part: &str| named.is_empty() || named.iter().any(|name| *name == part);
@@ -131,37 +140,53 @@ enum Naga {
     Resolve,
 }
 
+/// The distinct texts that are proven.
+fn distinct_texts(set: &TemplateSet, profiles: &[TargetProfile]) -> BTreeSet<String> {
+    let outcome = prove_plain(set, profiles);
+    let texts = outcome.templates.iter();
+    texts.flat_map(|report| report.variants.iter().filter_map(|variant| report.text(set, variant))).collect()
+}
+
+/// naga alone, on a thread of its own as ours are: a new thread begins with a cold heap.
+fn naga_alone(texts: &BTreeSet<String>, profile: &TargetProfile, what: Naga) {
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            for text in texts {
+                let module = naga::front::wgsl::parse_str(text).expect("the text is valid");
+                let mut validator = Validator::new(ValidationFlags::all(), profile.capabilities);
+                let info = validator.validate(&module).expect("the text is valid");
+                if what == Naga::Resolve {
+                    drop(process_overrides(&module, &info, None, &PipelineConstants::default()));
+                }
+            }
+        });
+    });
+}
+
 /// Everything around naga, against naga alone on the same distinct texts: one profile, no writers, one thread. The times
 /// of ours, of all of naga that a proof needs, and of parsing and validating alone.
 fn overhead(name: &str, set: &TemplateSet) -> [Duration; 3] {
     let profiles = [TargetProfile::webgpu()];
-    let texts: BTreeSet<String> = prove_plain(set, &profiles)
-        .templates
-        .iter()
-        .flat_map(|report| report.variants.iter().filter_map(|variant| report.text(set, variant)))
-        .collect();
+    let texts = distinct_texts(set, &profiles);
     let bytes: usize = texts.iter().map(String::len).sum();
     println!("{name}: {} distinct texts, {bytes} bytes", texts.len());
-    let naga = |what: Naga| {
-        // On a thread of its own as ours are: a new thread begins with a cold heap.
-        std::thread::scope(|scope| {
-            scope.spawn(|| {
-                for text in &texts {
-                    let module = naga::front::wgsl::parse_str(text).expect("the text is valid");
-                    let mut validator = Validator::new(ValidationFlags::all(), profiles[0].capabilities);
-                    let info = validator.validate(&module).expect("the text is valid");
-                    if what == Naga::Resolve {
-                        drop(process_overrides(&module, &info, None, &PipelineConstants::default()));
-                    }
-                }
-            });
-        });
-    };
-    let runs = if texts.len() < 100 { 15 } else { 5 };
+    let naga = |what: Naga| naga_alone(&texts, &profiles[0], what);
+    let runs = if texts.len() < 100 { 15 } else { 9 };
     let (ours, all) = least(runs, || drop(prove_plain(set, &profiles)), || naga(Naga::Resolve));
     let (validating, _) = least(runs, || naga(Naga::Validate), || {});
     report(name, "no goal of its own", ours, all, "of naga alone");
     [ours, all, validating]
+}
+
+/// Does the one or the other once, or neither.
+fn count(what: &str, set: &TemplateSet) {
+    let profiles = [TargetProfile::webgpu()];
+    let texts = distinct_texts(set, &profiles);
+    match what {
+        "ours" => drop(prove_plain(set, &profiles)),
+        "naga" => naga_alone(&texts, &profiles[0], Naga::Resolve),
+        _ => {}
+    }
 }
 
 fn threads(set: &TemplateSet) {

@@ -4,7 +4,7 @@
 //! without bound: those of the engine that can (`format`, `list`, `batch`, ..) are left out, and `replace`, `join` and
 //! `indent` are own ones with a limit.
 
-use minijinja::value::{Rest, Value};
+use minijinja::value::{Rest, Value, ValueKind};
 use minijinja::{Environment, Error, UndefinedBehavior, escape_formatter, filters, functions, syntax, tests};
 
 use super::guard;
@@ -33,10 +33,8 @@ pub(crate) fn environment() -> Environment<'static> {
         environment.set_syntax(syntax);
     }
     environment.set_formatter(|out, state, value| {
-        if let Ok(flag) = bool::try_from(value.clone())
-            && value.kind() == minijinja::value::ValueKind::Bool
-        {
-            return out.write_str(if flag { "true" } else { "false" }).map_err(Error::from);
+        if value.kind() == ValueKind::Bool {
+            return out.write_str(if value.is_true() { "true" } else { "false" }).map_err(Error::from);
         }
         match value.as_str() {
             Some(text) => {

@@ -185,17 +185,16 @@ impl Check<'_> {
 
     fn bindings_of_stage(&mut self, reflection: &Reflection, entry_point: &EntryPoint) {
         for Kind { what, allowed, is } in kinds(self.profile, entry_point.stage) {
-            let used: Vec<&Binding> = reflection
+            let mut used = reflection
                 .bindings
                 .iter()
-                .filter(|binding| entry_point.bindings.contains(&(binding.group, binding.binding)))
                 .filter(|binding| is(&binding.entry.ty))
-                .collect();
+                .filter(|binding| entry_point.bindings.contains(&(binding.group, binding.binding)));
             let count: u64 = used
-                .iter()
+                .clone()
                 .map(|binding| binding.entry.count.map_or(1, |count| u64::from(count.get())))
                 .sum();
-            let Some(beyond) = used.get(allowed as usize).or(used.last()) else { continue };
+            let Some(beyond) = used.clone().nth(allowed as usize).or(used.next_back()) else { continue };
             let span = &|check: &Self| check.span_of_binding(beyond);
             self.over(
                 span,

@@ -194,7 +194,8 @@ struct Sink<'p> {
 
 impl<'p> Sink<'p> {
     fn new(placement: &'p Placement<'p>) -> Self {
-        Self { placement, text: Vec::new(), segments: Vec::new(), last: None, written: 0 }
+        let (text, segments) = (Vec::with_capacity(1 << 14), Vec::with_capacity(1 << 8));
+        Self { placement, text, segments, last: None, written: 0 }
     }
 
     fn origin_of_expression(&mut self) -> Option<Origin> {

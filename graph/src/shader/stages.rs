@@ -85,7 +85,8 @@ impl Pair<'_> {
     fn refusal(&self, input: &Variable<'_>, written: &[Variable<'_>]) -> Option<Refusal> {
         let Variable { name, location, .. } = input;
         let (vertex, fragment) = (&self.vertex.name, &self.fragment.name);
-        let reads = format!("\"{fragment}\" reads \"{name}\" at @location({location})");
+        // Neither words nor places are worked out for what fits.
+        let reads = || format!("\"{fragment}\" reads \"{name}\" at @location({location})");
         let type_of = |variable: &Variable<'_>| self.module.to_ctx().type_to_string(variable.ty);
         let Some(output) = written.iter().find(|output| output.location == *location) else {
             let elsewhere = written.iter().find(|output| output.name == *name);
@@ -101,26 +102,27 @@ impl Pair<'_> {
             };
             return Some(self.refuse(
                 input,
-                format!("{reads}, where \"{vertex}\" writes nothing"),
+                format!("{}, where \"{vertex}\" writes nothing", reads()),
                 place,
                 label,
                 help,
             ));
         };
-        let place = self.place(output, vertex);
-        let label = format!("\"{vertex}\" writes it here");
-        let (read, written) = (type_of(input), type_of(output));
-        if self.module.types[input.ty].inner != self.module.types[output.ty].inner {
-            let message = format!("{reads} as {read}, but \"{vertex}\" writes {written}");
-            return Some(self.refuse(input, message, place, label, "use one type in both stages"));
-        }
-        let (read, written) = (interpolation(input), interpolation(output));
-        if read != written {
-            let message = format!("{reads} {read}, but \"{vertex}\" writes it {written}");
+        let (message, help) = if self.module.types[input.ty].inner != self.module.types[output.ty].inner {
+            let (read, written) = (type_of(input), type_of(output));
+            (
+                format!("{} as {read}, but \"{vertex}\" writes {written}", reads()),
+                "use one type in both stages",
+            )
+        } else if (input.interpolation, input.sampling) != (output.interpolation, output.sampling) {
+            let (read, written) = (interpolation(input), interpolation(output));
             let help = "use one interpolation in both stages, and write it alike";
-            return Some(self.refuse(input, message, place, label, help));
-        }
-        None
+            (format!("{} {read}, but \"{vertex}\" writes it {written}", reads()), help)
+        } else {
+            return None;
+        };
+        let label = format!("\"{vertex}\" writes it here");
+        Some(self.refuse(input, message, self.place(output, vertex), label, help))
     }
 
     fn refuse(

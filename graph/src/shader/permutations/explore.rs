@@ -22,6 +22,7 @@ use minijinja::value::{Object, Value};
 use super::space::{Domain, Space};
 use crate::diagnostic::{Diagnostic, Place};
 use crate::shader::axes::AxisKind;
+use crate::shader::guard;
 use crate::shader::render::{self, Placement, to_template_value};
 use crate::shader::text_map::{Origin, Segment, TextMap};
 use crate::shader::value::AxisValues;
@@ -376,6 +377,9 @@ impl Object for Fork {
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(value) = state.values.get(key) {
             return Some(value.clone());
+        }
+        if key == guard::GUARD {
+            return None;
         }
         let Some(domain) = self.space.variable(key) else {
             if !state.unknown.contains(key) {

@@ -38,7 +38,7 @@ use dead::{Examined, Marked};
 use explore::{Exploration, Explorer, Source};
 use external::Opinion;
 use pool::Pool;
-use prove::{Proof, Task};
+use prove::{Proof, Subject, Task};
 pub(crate) use space::Space;
 
 use super::compile::unknown_axis;
@@ -141,25 +141,11 @@ struct Proven {
     source: Option<Source>,
 }
 
-/// The bytes of text that wait for a proof at a time: memory holds them, however many texts there are.
-const WAITING_BYTES: usize = 8 << 20;
+/// The bytes of text that wait for a proof at a time: the cache holds them, however many texts there are.
+const WAITING_BYTES: usize = 1 << 20;
 
-/// Texts on their way to a proof.
-struct Proving<'p, 'w, 'a> {
-    pool: &'p Pool<'w, Task<'a>, Proven>,
-    /// The distinct texts, by template, hash and profiles.
-    known: HashMap<(&'a str, [u8; 32], Vec<&'a str>), usize>,
-}
-
-impl<'a> Proving<'_, '_, 'a> {
-    /// Adds a text; its index among all distinct ones.
-    fn add(&mut self, request: &'a Request, axes: &'a super::Axes, hash: [u8; 32], source: Source) -> usize {
-        let profiles = request.profiles.iter().map(|profile| profile.name.as_str()).collect();
-        *self.known.entry((&request.template, hash, profiles)).or_insert_with(|| {
-            self.pool.add(source.wgsl.len(), Task { source, axes, profiles: &request.profiles })
-        })
-    }
-}
+/// The index of each distinct text among all tasks.
+type TextsByHash = HashMap<[u8; 32], usize>;
 
 /// Takes all paths of the requests, and proves each distinct text while others are still being found. Findings are those
 /// about requests that cannot be explored.
@@ -187,7 +173,8 @@ fn explore_and_prove<'a>(
     };
     let explore = |pool: &Pool<'_, Task<'a>, Proven>| {
         let (mut explored, mut findings) = (Vec::new(), Vec::new());
-        let mut proving = Proving { pool, known: HashMap::new() };
+        // The distinct texts by hash, apart by what they are proven for.
+        let mut known: HashMap<(&str, Vec<&str>), TextsByHash> = HashMap::new();
         for request in requests {
             let space = match space_of(templates, request) {
                 Ok(space) => Arc::new(space),
@@ -197,12 +184,17 @@ fn explore_and_prove<'a>(
                 }
             };
             let Some(axes) = templates.axes(&request.template) else { continue };
+            let subject = Arc::new(Subject::new(axes, &request.profiles));
+            let profiles = request.profiles.iter().map(|profile| profile.name.as_str()).collect();
+            let known = known.entry((&request.template, profiles)).or_default();
             let mut explorer =
                 Explorer::new(templates, placement, &request.template, &space, options.report_dead);
             let mut tasks = Vec::new();
             while let Some(source) = explorer.next_text() {
                 if let Some(text) = explorer.exploration.texts.last() {
-                    tasks.push(proving.add(request, axes, text.hash, source));
+                    tasks.push(*known.entry(text.hash).or_insert_with(|| {
+                        pool.add(source.wgsl.len(), Task { source, subject: subject.clone() })
+                    }));
                 }
             }
             explored.push(Explored { request, space, exploration: explorer.finish(), tasks });

@@ -16,14 +16,18 @@ use crate::shader::compile;
 use crate::shader::value::{AxisValue, AxisValues};
 use crate::shader::wgsl_error::Refusal;
 
-/// The sets of values that have to be tried, the defaults first.
+/// The sets of constants that have to be tried, the defaults first, out of those that [`values`] gives.
 ///
 /// # Errors
 /// An override whose type does not fit its axis.
-pub(super) fn sets(axes: &Axes, module: &Module) -> Result<Vec<PipelineConstants>, Refusal> {
+pub(super) fn sets(
+    axes: &Axes,
+    values: &[AxisValues],
+    module: &Module,
+) -> Result<Vec<PipelineConstants>, Refusal> {
     let mut sets: Vec<PipelineConstants> = Vec::new();
-    for values in override_values(axes) {
-        let constants = compile::constants(axes, &values, module)?;
+    for values in values {
+        let constants = compile::constants(axes, values, module)?;
         if !sets.contains(&constants) {
             sets.push(constants);
         }
@@ -35,7 +39,7 @@ pub(super) fn sets(axes: &Axes, module: &Module) -> Result<Vec<PipelineConstants
 }
 
 /// All defaults, all least, all largest.
-fn override_values(axes: &Axes) -> Vec<AxisValues> {
+pub(super) fn values(axes: &Axes) -> Vec<AxisValues> {
     let overrides: Vec<_> = axes.iter().filter(|axis| axis.mode == AxisMode::Override).collect();
     let defaults: AxisValues =
         overrides.iter().map(|axis| (axis.name.clone(), axis.default.clone())).collect();

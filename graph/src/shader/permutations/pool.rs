@@ -1,13 +1,15 @@
 //! Tasks that are made and done at the same time.
 //!
-//! One thread, the lead, makes tasks; the others do them. While so many wait that memory would fill, the lead does one
-//! itself, and after the last it helps to the end, so that no thread idles while there is work. The heaviest task that
-//! waits comes first: what is left at the end is light, and the threads end together.
+//! One thread, the lead, makes tasks; the others do them. When so many wait that memory would fill, the lead helps until
+//! half of them are done, and after the last it helps to the end, so that no thread idles while there is work. Many are
+//! made and then many done, since either goes faster in its own caches and heap. The heaviest task that waits comes
+//! first: what is left at the end is light, and the threads end together.
 //!
 //! A task has the index of its making, and its answer stands there: what comes out depends neither on the number of
 //! threads nor on their order.
 
 use std::collections::BinaryHeap;
+use std::panic::resume_unwind;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use crate::shader::wgsl;
@@ -79,6 +81,7 @@ impl<T, A> Drop for Closing<'_, '_, T, A> {
 impl<'w, T: Send, A: Send> Pool<'w, T, A> {
     /// Makes tasks by `make` and does each by `work`, on `threads` threads with stacks that are deep enough for naga; the
     /// answers are in the order in which the tasks were made. At most about `allowed_weight` waits at a time.
+    /// A panic of any thread goes on in the caller.
     /// `progress` hears of the tasks done and those made, from any thread.
     pub(super) fn run<R: Send + Default>(
         threads: usize,
@@ -90,7 +93,7 @@ impl<'w, T: Send, A: Send> Pool<'w, T, A> {
         let state = State {
             waiting: BinaryHeap::new(),
             waiting_weight: 0,
-            allowed_weight: 0,
+            allowed_weight,
             answers: Vec::new(),
             done: 0,
             closed: false,
@@ -108,16 +111,18 @@ impl<'w, T: Send, A: Send> Pool<'w, T, A> {
                 // A thread that panics before it leads would leave the others waiting.
                 let closing = Closing(&pool);
                 let start = || std::thread::Builder::new().stack_size(wgsl::STACK_BYTES);
-                let helpers = (1..threads.clamp(1, MAXIMUM_THREADS))
-                    .filter(|_| start().spawn_scoped(scope, || pool.help()).is_ok())
-                    .count();
-                // Alone, the lead does each task at once, while its text is still in the cache.
-                pool.lock().allowed_weight = if helpers == 0 { 0 } else { allowed_weight };
+                let helpers: Vec<_> = (1..threads.clamp(1, MAXIMUM_THREADS))
+                    .filter_map(|_| start().spawn_scoped(scope, || pool.help()).ok())
+                    .collect();
                 let made = match start().spawn_scoped(scope, lead) {
-                    Ok(thread) => thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)),
+                    Ok(thread) => thread.join().unwrap_or_else(|panic| resume_unwind(panic)),
                     Err(_) => lead(),
                 };
                 drop(closing);
+                // The scope would end them with a message of its own.
+                helpers
+                    .into_iter()
+                    .for_each(|helper| helper.join().unwrap_or_else(|panic| resume_unwind(panic)));
                 made
             })
         };
@@ -133,12 +138,14 @@ impl<'w, T: Send, A: Send> Pool<'w, T, A> {
         state.waiting.push(Waiting { weight, index, task });
         state.waiting_weight += weight;
         self.changed.notify_one();
-        while state.waiting_weight > state.allowed_weight
-            && let Some(waiting) = state.take()
-        {
-            drop(state);
-            self.work_on(waiting);
-            state = self.lock();
+        if state.waiting_weight > state.allowed_weight {
+            while state.waiting_weight > state.allowed_weight / 2
+                && let Some(waiting) = state.take()
+            {
+                drop(state);
+                self.work_on(waiting);
+                state = self.lock();
+            }
         }
         index
     }
@@ -238,17 +245,23 @@ mod tests {
     }
 
     #[test]
-    fn a_panic_ends_all_threads() {
+    fn a_panic_ends_all_threads_and_keeps_its_message() {
         let run = || Pool::run(3, 5, &|_: usize| {}, &|_, _| {}, |_| -> () { panic!("on purpose") });
         assert!(std::panic::catch_unwind(run).is_err());
-        let work = |task: usize| assert!(task != 50, "on purpose");
-        let run = || {
-            Pool::run(3, 5, &work, &|_, _| {}, |pool| {
-                for task in 0..100 {
-                    pool.add(1, task);
-                }
-            })
-        };
-        assert!(std::panic::catch_unwind(run).is_err());
+        for threads in [1, 2, 3] {
+            for victim in 0..20 {
+                let work = |task: usize| assert!(task != victim, "on purpose, with {task}");
+                let run = || {
+                    Pool::run(threads, 5, &work, &|_, _| {}, |pool| {
+                        for task in 0..20 {
+                            pool.add(1, task);
+                        }
+                    })
+                };
+                let panic = std::panic::catch_unwind(run).expect_err("a task panics");
+                let message = panic.downcast_ref::<String>().expect("the message of the task");
+                assert_eq!(*message, format!("on purpose, with {victim}"));
+            }
+        }
     }
 }

@@ -10,15 +10,29 @@ use super::overrides;
 use crate::shader::axes::Axes;
 use crate::shader::profile::{TargetLanguage, TargetProfile};
 use crate::shader::reflection::{self, Reflection};
+use crate::shader::value::AxisValues;
 use crate::shader::wgsl::Resolved;
 use crate::shader::wgsl_error::Refusal;
 use crate::shader::{backend, limits, stages, wgsl};
 
+/// What all texts of a template are proven for.
+pub(crate) struct Subject<'a> {
+    axes: &'a Axes,
+    /// The values of override axes that are tried, the defaults first.
+    overrides: Vec<AxisValues>,
+    profiles: &'a [TargetProfile],
+}
+
+impl<'a> Subject<'a> {
+    pub(crate) fn new(axes: &'a Axes, profiles: &'a [TargetProfile]) -> Self {
+        Self { axes, overrides: overrides::values(axes), profiles }
+    }
+}
+
 /// A text to be proven.
 pub(crate) struct Task<'a> {
     pub(crate) source: Source,
-    pub(crate) axes: &'a Axes,
-    pub(crate) profiles: &'a [TargetProfile],
+    pub(crate) subject: Arc<Subject<'a>>,
 }
 
 /// What became of a text.
@@ -43,34 +57,33 @@ impl Proof {
     }
 }
 
-/// Proves one text for all profiles of its task.
+/// Proves one text for all profiles of its task. A defect that ends in a panic refuses the text: the others are still
+/// proven, and the finding says which it is about.
 pub(crate) fn prove(task: &Task<'_>) -> Proof {
+    let subject = &*task.subject;
+    wgsl::guarded(|| prove_for(task, subject)).unwrap_or_else(|refusal| {
+        let mut proof = Proof::default();
+        proof.refuse(refusal, 0..subject.profiles.len());
+        proof
+    })
+}
+
+fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Refusal> {
     let mut proof = Proof::default();
-    let all = 0..task.profiles.len();
-    let module = match wgsl::parse(&task.source.wgsl) {
-        Ok(module) => module,
-        Err(refusal) => {
-            proof.refuse(refusal, all);
-            return proof;
-        }
-    };
-    let constants = match overrides::sets(task.axes, &module) {
-        Ok(constants) => constants,
-        Err(refusal) => {
-            proof.refuse(refusal, all);
-            return proof;
-        }
-    };
+    let module = wgsl::parse(&task.source.wgsl)?;
+    let constants = overrides::sets(subject.axes, &subject.overrides, &module)?;
     let mut by_capabilities: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     // What passes with what all profiles have in common passes with what each of them has.
-    let common = task.profiles.iter().map(|profile| profile.capabilities).reduce(|a, b| a & b);
+    let common = subject.profiles.iter().map(|profile| profile.capabilities).reduce(|a, b| a & b);
     let mut known = common.and_then(|common| wgsl::validate(&module, common).ok());
-    for (at, profile) in task.profiles.iter().enumerate() {
+    for (at, profile) in subject.profiles.iter().enumerate() {
         let group = if known.is_some() { 0 } else { profile.capabilities.bits() };
         by_capabilities.entry(group).or_default().push(at);
     }
     for profiles in by_capabilities.values() {
-        let Some(capabilities) = profiles.first().map(|at| task.profiles[*at].capabilities) else { continue };
+        let Some(capabilities) = profiles.first().map(|at| subject.profiles[*at].capabilities) else {
+            continue;
+        };
         let info = match known.take().map_or_else(|| wgsl::validate(&module, capabilities), Ok) {
             Ok(info) => info,
             Err(refusal) => {
@@ -102,7 +115,8 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
         for sizes in &sizes {
             let reflection = reflection::reflect(&module, &info, sizes);
             for at in profiles {
-                for refusal in limits::exceeded(&task.source.wgsl, &module, &reflection, &task.profiles[*at])
+                for refusal in
+                    limits::exceeded(&task.source.wgsl, &module, &reflection, &subject.profiles[*at])
                 {
                     proof.refuse(refusal, [*at]);
                 }
@@ -110,16 +124,21 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
             // The first sizes are those of the defaults.
             proof.reflection.get_or_insert_with(|| Arc::new(reflection));
         }
-        check_writers(task, profiles, &defaults, &mut proof);
+        check_writers(subject, profiles, &defaults, &mut proof);
     }
-    proof
+    Ok(proof)
 }
 
-fn check_writers(task: &Task<'_>, profiles: &[usize], (module, info): &Resolved<'_>, proof: &mut Proof) {
+fn check_writers(
+    subject: &Subject<'_>,
+    profiles: &[usize],
+    (module, info): &Resolved<'_>,
+    proof: &mut Proof,
+) {
     let mut by_language: BTreeMap<TargetLanguage, Vec<usize>> = BTreeMap::new();
     for at in profiles {
         // What the front end has read, a browser reads too; there is no writer to run.
-        let language = task.profiles[*at].language;
+        let language = subject.profiles[*at].language;
         if language != TargetLanguage::Wgsl {
             by_language.entry(language).or_default().push(*at);
         }

@@ -13,12 +13,14 @@ pub use binding::Binding;
 pub use entry_point::{EntryPoint, FragmentOutput, Stage, VertexInput};
 pub use layout::{Member, Scalar, ScalarKind, TypeLayout};
 
+use std::hash::{Hash, Hasher};
+
 use naga::Module;
 use naga::proc::Layouter;
 use naga::valid::ModuleInfo;
 
 /// What a module says of itself.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Hash, serde::Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Reflection {
     /// The bindings that an entry point uses, by group and binding.
     pub bindings: Vec<Binding>,
@@ -28,6 +30,21 @@ pub struct Reflection {
     pub entry_points: Vec<EntryPoint>,
     /// The names of the pipeline-overridable constants, in order.
     pub overrides: Vec<String>,
+}
+
+/// Only what is short and what variants mostly differ in, since equal ones are looked for once per text.
+impl Hash for Reflection {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        for each in self.bindings.iter().chain(&self.unused) {
+            (each.group, each.binding, each.entry.visibility).hash(state);
+            each.type_name.hash(state);
+        }
+        for each in &self.entry_points {
+            each.name.hash(state);
+            each.workgroup_size.hash(state);
+        }
+        self.overrides.hash(state);
+    }
 }
 
 impl Reflection {
