@@ -558,7 +558,7 @@ fn planned_rows_of_texels_at_other_bytes_are_caught() {
         });
     }
     caught_in_a_copy(|plan| {
-        edit(&mut pass(plan, "rows").copies[0], |from, _| from.aspect = Aspect::DepthOnly)
+        edit(&mut pass(plan, "rows").copies[0], |from, _| from.aspect = Aspect::DepthOnly);
     });
 }
 

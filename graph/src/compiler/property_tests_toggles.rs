@@ -1,7 +1,7 @@
 //! Random pipelines with toggles: their plans pass the checker, which plays every state through.
 //!
-//! Each resource has a first writer of everything that always runs, so that whatever is toggled above it leaves
-//! something; others write and read ranges of mips, and clear the picture or draw over it. Effects with a bypass are the
+//! Each resource has a first writer of everything that always runs, or several that each write some of its mips, so that
+//! whatever is toggled above them leaves something; others write and read ranges of mips, and clear the picture or draw over it. Effects with a bypass are the
 //! exception: what they write nobody else does.
 
 use proptest::prelude::*;
@@ -13,6 +13,14 @@ use crate::pipeline::{Condition, Part, Run, Usage, Version};
 use crate::work::{LoadOperation, PassHandle, ResourceHandle};
 
 const TOGGLES: usize = 3;
+
+/// The ways in which a resource begins: mips, each written by a pass of its own; everything if nothing is said.
+const BEGINNINGS: [&[Option<Run<u32>>]; 4] = [
+    &[None],
+    &[Some(Run { first: 0, count: 1 }), Some(Run { first: 1, count: 2 })],
+    &[Some(Run { first: 1, count: 2 }), Some(Run { first: 0, count: 1 })],
+    &[Some(Run { first: 2, count: 1 }), Some(Run { first: 0, count: 1 }), Some(Run { first: 1, count: 1 })],
+];
 
 /// What a random pass does: resources by number, each modulo what there is.
 #[derive(Clone, Debug)]
@@ -33,7 +41,9 @@ fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
     proptest::collection::vec(one, 1..20)
 }
 
-fn planned(passes: &[RandomPass], count: usize, options: &PlanOptions) -> Plan {
+/// The plan of random passes over resources of which each begins in a way.
+fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -> Plan {
+    let count = beginnings.len();
     let mut assembly = Assembly::new("random");
     let textures: Vec<ResourceHandle> = (0..count)
         .map(|at| assembly.texture_with(&format!("r{at}"), |texture| texture.mips = Some(Expr::from(3.0))))
@@ -44,8 +54,18 @@ fn planned(passes: &[RandomPass], count: usize, options: &PlanOptions) -> Plan {
     }
     let mut last: Vec<(PassHandle, String)> = Vec::new();
     for (at, texture) in textures.iter().enumerate() {
-        let name = format!("begin{at}");
-        last.push((assembly.pass(&name).writes(*texture).handle(), name));
+        let mut begun: Option<(PassHandle, String)> = None;
+        for (piece, mip) in BEGINNINGS[beginnings[at]].iter().enumerate() {
+            let name = format!("begin{at}.{piece}");
+            let mut pass = assembly.pass(&name);
+            if let Some((before, _)) = begun {
+                pass = pass.after(before);
+            }
+            let handle = pass.handle();
+            let _ = pass.writes_part(*texture, Part { mip: *mip, ..Part::WHOLE });
+            begun = Some((handle, name));
+        }
+        last.extend(begun);
     }
     let mut last_target = assembly.pass("background").color(target, LoadOperation::Clear([0.0; 4])).handle();
     for (at, random) in passes.iter().enumerate() {
@@ -126,11 +146,13 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn every_plan_with_toggles_passes_the_checker_in_every_state(passes in passes(), count in 1usize..5) {
+    fn every_plan_with_toggles_passes_the_checker_in_every_state(
+        passes in passes(), beginnings in proptest::collection::vec(0..BEGINNINGS.len(), 1..5)
+    ) {
         for objective in Objective::ALL {
             for aliasing in [true, false] {
                 let options = PlanOptions { objective, aliasing, ..PlanOptions::new(64, 64) };
-                let plan = planned(&passes, count, &options);
+                let plan = planned(&passes, &beginnings, &options);
                 let faults = verify(&plan, &options);
                 prop_assert_eq!(faults, Vec::new());
                 prop_assert_eq!(plan.bytes, plan.bytes_bound);

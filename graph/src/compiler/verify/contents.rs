@@ -188,6 +188,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
             .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.part) })
             .collect();
         let mut known: HashSet<(FaultKind, String)> = HashSet::new();
+        let single = has_single_first(plan, &events);
         let (states, are_all) = states(plan, &events, regions.count());
         if !are_all {
             back::look(plan, schedule, handle, &events, regions.count(), &mut flow);
@@ -208,6 +209,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
                 by_name: &by_name,
                 read_back: &read_back,
                 handle,
+                single,
                 state: &state,
                 flow: &mut flow,
                 explained: &mut explained,
@@ -278,6 +280,8 @@ struct Player<'a, 'b> {
     /// The histories of which planned passes read earlier frames.
     read_back: &'a HashSet<ResourceHandle>,
     handle: ResourceHandle,
+    /// Whether one writer of the resource is certain to be the first.
+    single: bool,
     state: &'a [(usize, bool)],
     flow: &'b mut Flow,
     explained: &'b mut Explained,
@@ -337,7 +341,7 @@ impl Player<'_, '_> {
         if resource.history.is_some_and(|history| history.back == 0) && self.read_back.contains(&self.handle)
         {
             for (live, culled) in writers.iter().zip(&culled) {
-                if let Some(needed) = needed_but_culled(live, culled) {
+                if let Some(needed) = needed_but_culled(live, culled, self.single) {
                     let (needed, resource) = self.names(needed);
                     let message =
                         format!("\"{resource}\" is read some frames later, but \"{needed}\" is culled");
@@ -434,7 +438,7 @@ impl Player<'_, '_> {
                         format!("\"{name}\" reads \"{resource}\" before \"{late}\" writes it"),
                     ));
                 }
-                if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region]) {
+                if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region], self.single) {
                     let (needed, _) = self.names(needed);
                     wrong = Some((
                         FaultKind::CulledButNeeded,
@@ -444,7 +448,7 @@ impl Player<'_, '_> {
                 for (writer, _) in writers[*region].iter().filter(|(writer, _)| *writer != event.pass) {
                     self.explained.add(*writer, event.pass);
                 }
-            } else if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region])
+            } else if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region], self.single)
                 && written.is_none()
             {
                 let (needed, _) = self.names(needed);
@@ -547,14 +551,41 @@ pub(super) fn covers(
     !loads && attached
 }
 
-/// A culled writer whose result the newest version contains, as far as that is certain: one that loads, or the only one
-/// that does not, if no live writer starts afresh after it.
-fn needed_but_culled(live: &[(PassHandle, bool)], culled: &[(PassHandle, bool)]) -> Option<PassHandle> {
+/// Whether a resource has one writer that does not load, or two with opposite toggles: it runs first.
+fn has_single_first(plan: &Plan, events: &[Event<'_>]) -> bool {
+    let writers = |is_first: fn(Usage) -> bool| {
+        let writers =
+            events.iter().filter(move |event| event.one.usage.writes() && is_first(event.one.usage));
+        writers.map(|event| event.pass).collect::<Vec<PassHandle>>()
+    };
+    let mut first = writers(|usage| !usage.reads());
+    if first.is_empty() {
+        first = writers(|usage| usage == Usage::CopyDestinationRows);
+    }
+    let condition = |pass: PassHandle| plan.pipeline.pass(pass).condition;
+    match first[..] {
+        [_] => true,
+        [a, b] => condition(a).zip(condition(b)).is_some_and(|(a, b)| a.toggle == b.toggle && a.on != b.on),
+        _ => false,
+    }
+}
+
+/// A culled writer whose result the newest version contains, as far as that is certain: one that loads what nothing
+/// wrote afresh, or a single first one did, or the only one that does not load, if no live writer starts afresh after
+/// it.
+fn needed_but_culled(
+    live: &[(PassHandle, bool)],
+    culled: &[(PassHandle, bool)],
+    single: bool,
+) -> Option<PassHandle> {
     let fresh_live = live.iter().filter(|(_, loads)| !loads).count();
     let fresh_culled = culled.iter().filter(|(_, loads)| !loads).count();
     culled
         .iter()
-        .find(|(_, loads)| if *loads { fresh_live + fresh_culled <= 1 } else { fresh_live == 0 })
+        .find(|(_, loads)| match loads {
+            true => fresh_live + fresh_culled <= usize::from(single),
+            false => fresh_live == 0,
+        })
         .map(|(pass, _)| *pass)
 }
 
