@@ -14,8 +14,10 @@ pub(crate) fn human(templates: &TemplateSet, names: &[String]) -> String {
         for axis in axes.iter() {
             let mode = if axis.mode == AxisMode::Override { ", an override of the module" } else { "" };
             let ends = if axis.ends { ", proven by its ends and the default" } else { "" };
+            let layout = if axis.own_layout { ", with layouts of their own" } else { "" };
             let values = axis.kind.describe();
-            let _ = writeln!(text, "  {}: {values} (default {}){mode}{ends}", axis.name, axis.default);
+            let _ =
+                writeln!(text, "  {}: {values} (default {}){mode}{ends}{layout}", axis.name, axis.default);
             if !axis.description.is_empty() {
                 let _ = writeln!(text, "      {}", axis.description);
             }
@@ -41,6 +43,7 @@ pub(crate) fn json(templates: &TemplateSet, names: &[String]) -> serde_json::Val
                     "default": axis.default,
                     "override": axis.mode == AxisMode::Override,
                     "ends": axis.ends,
+                    "own_layout": axis.own_layout,
                     "description": axis.description,
                 })
             })

@@ -74,7 +74,7 @@ crate::codes! {
         "The module is valid, but cannot be written in the language of the target (SPIR-V, MSL, HLSL, GLSL). GLSL, for one, cannot load from a depth texture.";
     /// Two variants of one pass that see its interface differently.
     INTERFACE_CONFLICT = "UG0540", "variants disagree about a binding",
-        "The layout of a pass is the union over its variants, so two variants cannot have different things at one group and binding, nor one name at two places.";
+        "The layout of a pass is the union over its variants, so two variants of a template cannot have different things at one group and binding, nor one name at two places: a texture of another type, a buffer that one reads and the other writes. What lies within a block may differ from configuration to configuration; whoever fills it is compared with every variant.\n\nAn axis that is there to choose between layouts says so in `NAME.axes.json`; variants with different values of it are not compared:\n\n```json\n{ \"axes\": { \"multisampled\": { \"type\": \"bool\", \"default\": false, \"own_layout\": true } } }\n```";
     /// An axis on which no text depends.
     AXIS_DEAD = "UG0550", "axis without effect",
         "No text of the template depends on this axis: with any value, each reachable variant is the same.";

@@ -1,8 +1,8 @@
 //! The interface of a pass: the union over its variants.
 //!
 //! A pass has one bind-group layout for all of its variants, so that switching a feature changes a pipeline and nothing
-//! else. Two variants may use different bindings; where both use one, they have to mean the same: name, type, and for
-//! buffers every offset. Visibility and minimum sizes are united, and a texture that one variant filters is filterable.
+//! else. Two variants may use different bindings; where both use one, they have to mean the same: name, type and access.
+//! Visibility and minimum sizes are united, and a texture that one variant filters is filterable.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU64;
@@ -18,6 +18,8 @@ pub struct InterfaceConflict {
     pub first: usize,
     /// The variant that disagrees with it.
     pub second: usize,
+    /// The variable of the first.
+    pub first_name: String,
     /// The variable of the second.
     pub name: String,
     /// What they disagree about.
@@ -34,10 +36,11 @@ pub fn unite<'a>(
     for (variant, reflection) in variants.into_iter().enumerate() {
         for binding in &reflection.bindings {
             let place = (binding.group, binding.binding);
-            let mut disagree = |first: usize, message: String| {
+            let mut disagree = |first: usize, first_name: &str, message: String| {
                 conflicts.push(InterfaceConflict {
                     first,
                     second: variant,
+                    first_name: first_name.to_owned(),
                     name: binding.name.clone(),
                     message,
                 });
@@ -46,6 +49,7 @@ pub fn unite<'a>(
             if known_place != place {
                 disagree(
                     known_variant,
+                    &binding.name,
                     format!(
                         "\"{}\" is @group({}) @binding({}) in one and @group({}) @binding({}) in the other",
                         binding.name, known_place.0, known_place.1, place.0, place.1
@@ -59,13 +63,18 @@ pub fn unite<'a>(
                 }
                 Some((first, known)) => {
                     if let Err(message) = merge(known, binding) {
-                        disagree(*first, message);
+                        disagree(*first, &known.name, message);
                     }
                 }
             }
         }
     }
     (united.into_values().map(|(_, binding)| binding).collect(), conflicts)
+}
+
+/// Whether two variants mean the same by a binding.
+pub(crate) fn agree(one: &Binding, other: &Binding) -> bool {
+    (one.group, one.binding) == (other.group, other.binding) && merge(&mut one.clone(), other).is_ok()
 }
 
 fn merge(known: &mut Binding, other: &Binding) -> Result<(), String> {
@@ -76,9 +85,6 @@ fn merge(known: &mut Binding, other: &Binding) -> Result<(), String> {
     if known.type_name != other.type_name || known.entry.count != other.entry.count {
         let (one, two) = (&known.type_name, &other.type_name);
         return Err(format!("\"{}\" is a {one} in one and a {two} in the other", other.name));
-    }
-    if known.block != other.block {
-        return Err(format!("the members of \"{}\" ({}) differ", other.name, other.type_name));
     }
     known.entry.ty = match (known.entry.ty, other.entry.ty) {
         (

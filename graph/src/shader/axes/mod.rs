@@ -133,6 +133,9 @@ pub struct Axis {
     /// narrows them: a number that is only a size, in a text that is otherwise the same. Pipelines are proven with the
     /// values that they reach all the same.
     pub ends: bool,
+    /// Whether it is there to choose between layouts: variants with different values of it never stand for one another,
+    /// so they may mean different things by one binding. All other variants of a template have to agree.
+    pub own_layout: bool,
     /// Where its name is declared.
     pub span: Span,
 }

@@ -179,6 +179,7 @@ impl Reader<'_> {
             "max",
             "prove",
             "as",
+            "own_layout",
             "requires",
             "excludes",
         ];
@@ -201,6 +202,7 @@ impl Reader<'_> {
         let Some(kind) = self.kind(entry) else { return };
         let mode = self.mode(entry, &kind);
         let ends = self.ends(entry);
+        let own_layout = self.own_layout(entry, mode);
         let default = self.default(entry, &kind);
         let description =
             entry.value.get("description").and_then(|value| self.text(value, "\"description\""));
@@ -210,7 +212,7 @@ impl Reader<'_> {
         }
         let (Some(default), Some(mode)) = (default, mode) else { return };
         let span = entry.key_span;
-        let axis = Axis { name: name.to_owned(), kind, default, description, mode, ends, span };
+        let axis = Axis { name: name.to_owned(), kind, default, description, mode, ends, own_layout, span };
         self.declaration.axes.axes.insert(name.to_owned(), axis);
     }
 
@@ -321,6 +323,25 @@ impl Reader<'_> {
             self.diagnostics.push(unknown_word(written, WORDS));
         }
         written.and_then(|written| written.text()) == Some("ends")
+    }
+
+    fn own_layout(&mut self, entry: &Entry, mode: Option<AxisMode>) -> bool {
+        let Some(written) = entry.value.entry("own_layout") else { return false };
+        if mode == Some(AxisMode::Override) {
+            self.wrong(
+                written.key_span,
+                "\"own_layout\" means nothing for an override: no binding depends on it",
+            );
+            return false;
+        }
+        match written.value.kind {
+            crate::document::Kind::Bool(value) => value,
+            _ => {
+                let kind = written.value.kind_name();
+                self.wrong(written.value.span, format!("\"own_layout\" is a boolean, not {kind}"));
+                false
+            }
+        }
     }
 
     fn default(&mut self, entry: &Entry, kind: &AxisKind) -> Option<AxisValue> {

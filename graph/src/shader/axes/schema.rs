@@ -49,6 +49,10 @@ pub fn schema() -> Value {
                             "description": "Which integers are proven where nothing narrows them: all, or the least, the default and the largest and what constraints name, for a number that is only a size. Pipelines are proven with the values that they reach all the same.",
                             "enum": ["all", "ends"], "default": "all"
                         },
+                        "own_layout": {
+                            "description": "Whether the axis is there to choose between layouts, so that variants with different values of it may mean different things by one binding. All other variants of the template have to agree.",
+                            "type": "boolean", "default": false
+                        },
                         "requires": conditions,
                         "excludes": conditions
                     }

@@ -11,6 +11,7 @@
 //! values allow, proves each distinct text once, and reports: findings, coverage, sizes, what is dead. The outcome does
 //! not depend on the number of threads.
 
+mod agree;
 mod cause;
 mod count;
 mod dead;
@@ -62,9 +63,6 @@ pub struct Request {
     pub profiles: Vec<TargetProfile>,
     /// Where a finding about the request itself belongs.
     pub place: Place,
-    /// Whether all variants are used side by side, with one layout: the variants of one configured pass, as meshes need
-    /// them. Variants of different configurations never meet, and may differ.
-    pub one_interface: bool,
 }
 
 impl Request {
@@ -76,14 +74,7 @@ impl Request {
             allowed: BTreeMap::new(),
             profiles: profiles.to_vec(),
             place: Place::Nowhere,
-            one_interface: false,
         }
-    }
-
-    /// The same request for variants that are used side by side, with one layout.
-    #[must_use]
-    pub fn with_one_interface(self) -> Self {
-        Self { one_interface: true, ..self }
     }
 
     /// One configuration; axes that `values` does not name have their defaults.
@@ -249,10 +240,9 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
             &mut Marked(&mut marked),
         ));
         causes.add(&ground, failures);
-        let (report, conflicts) = summary::report_on(templates, &placement, each, &proven);
-        findings.extend(conflicts);
-        reports.push(report);
+        reports.push(summary::report_on(templates, &placement, each, &proven));
     }
+    findings.extend(agree::disagreements(templates, &placement, &explored, &reports));
     findings.extend(failure::unavailable(&proven, options.external));
     findings.extend(causes.findings());
     if options.report_dead {

@@ -7,20 +7,18 @@ use super::count::Count;
 use super::dead;
 use super::report::{TemplateReport, ValueBytes, VariantReport};
 use super::{Explored, Proven};
-use crate::diagnostic::{Diagnostic, Place};
 use crate::shader::compile::template_values;
 use crate::shader::render::{self, Placement};
-use crate::shader::value::{AxisValues, describe};
-use crate::shader::{Axes, Binding, TemplateSet, codes, interface};
-use crate::source::Span;
+use crate::shader::value::AxisValues;
+use crate::shader::{Axes, TemplateSet, interface};
 
-/// The report on one request, and what its variants disagree about.
+/// The report on one request.
 pub(super) fn report_on(
     templates: &TemplateSet,
     placement: &Placement<'_>,
     each: &Explored<'_>,
     proven: &[Proven],
-) -> (TemplateReport, Vec<Diagnostic>) {
+) -> TemplateReport {
     let Explored { request, space, exploration, tasks } = each;
     let mut variants = Vec::new();
     let mut covered = Count::ZERO;
@@ -42,8 +40,12 @@ pub(super) fn report_on(
             reflection: proof.and_then(|proof| proof.reflection.clone()),
         });
     }
-    let (interface, conflicts) = unite(templates, placement, each, &variants);
-    let report = TemplateReport {
+    // Equal reflections are one.
+    let mut seen = HashSet::new();
+    let reflections = variants.iter().filter_map(|variant| variant.reflection.as_ref());
+    let distinct = reflections.filter(|each| seen.insert(Arc::as_ptr(each)));
+    let (interface, _) = interface::unite(distinct.map(Arc::as_ref));
+    TemplateReport {
         name: request.name.clone(),
         template: request.template.clone(),
         profiles: request.profiles.iter().map(|profile| profile.name.clone()).collect(),
@@ -55,65 +57,7 @@ pub(super) fn report_on(
         bytes_of_values: bytes_of_values(templates, placement, each),
         variants,
         interface,
-    };
-    (report, conflicts)
-}
-
-fn unite(
-    templates: &TemplateSet,
-    placement: &Placement<'_>,
-    each: &Explored<'_>,
-    variants: &[VariantReport],
-) -> (Vec<Binding>, Vec<Diagnostic>) {
-    let request = each.request;
-    // Equal reflections are one; the first variant stands for all of them.
-    let mut seen = HashSet::new();
-    let reflected: Vec<(usize, &VariantReport)> = variants
-        .iter()
-        .enumerate()
-        .filter(|(_, variant)| variant.reflection.as_ref().is_some_and(|each| seen.insert(Arc::as_ptr(each))))
-        .collect();
-    let (bindings, conflicts) =
-        interface::unite(reflected.iter().filter_map(|(_, variant)| variant.reflection.as_deref()));
-    let place = |text: usize, name: &str| {
-        let source = each.exploration.source(templates, placement, &request.template, text);
-        let at = source
-            .and_then(|source| declaration_of(&source.wgsl, name).and_then(|range| source.map.span(range)));
-        at.or_else(|| templates.file(&request.template).map(|file| Span::new(file, 0..0)))
-            .map_or(Place::Nowhere, Place::Span)
-    };
-    let mut findings: Vec<Diagnostic> = Vec::new();
-    for conflict in conflicts.into_iter().filter(|_| request.one_interface) {
-        let (Some((first, one)), Some((second, other))) =
-            (reflected.get(conflict.first), reflected.get(conflict.second))
-        else {
-            continue;
-        };
-        let message = format!("two variants of \"{}\" disagree: {}", request.name, conflict.message);
-        if findings.iter().any(|known| known.message == message) {
-            continue;
-        }
-        let (here, there) = (place(*second, &conflict.name), place(*first, &conflict.name));
-        findings.push(
-            Diagnostic::error(codes::INTERFACE_CONFLICT, here.clone(), message)
-                .related(there, format!("the one is {}", describe(&one.axes)))
-                .related(here, format!("the other is {}", describe(&other.axes))),
-        );
     }
-    (bindings, findings)
-}
-
-/// The name in the declaration of a module-scope variable.
-fn declaration_of(wgsl: &str, name: &str) -> Option<std::ops::Range<usize>> {
-    let is_word = |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
-    let bytes = wgsl.as_bytes();
-    wgsl.match_indices(name).map(|(at, name)| at..at + name.len()).find(|range| {
-        let statement = wgsl[..range.start].rfind([';', '}']).map_or(0, |end| end + 1);
-        let before = &wgsl[statement..range.start];
-        let whole = !is_word(bytes.get(range.end))
-            && !is_word(range.start.checked_sub(1).and_then(|at| bytes.get(at)));
-        whole && before.contains("@binding") && before.contains("var")
-    })
 }
 
 fn dead_axes(templates: &TemplateSet, each: &Explored<'_>, variants: &[VariantReport]) -> Vec<String> {

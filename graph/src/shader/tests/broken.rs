@@ -62,7 +62,7 @@ fn check_case(files: &[(&str, String)], profiles: &[TargetProfile]) -> (Fixture,
     let fixture = Fixture::new(&files);
     let mut findings = fixture.findings.clone();
     let options = Options { report_dead: true, ..Options::default() };
-    let request = Request::all("main.wgsl.jinja", profiles).with_one_interface();
+    let request = Request::all("main.wgsl.jinja", profiles);
     findings.extend(check(&fixture.set, &[request], &options).findings);
     findings.sort();
     (fixture, findings)

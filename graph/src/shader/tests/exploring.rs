@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use super::{FRAGMENT, Fixture};
+use super::{FRAGMENT, Fixture, values};
 use crate::diagnostic::Severity;
 use crate::shader::permutations::{Count, ExternalValidator, Options, Permutations, Request, check};
 use crate::shader::{AxisValue, AxisValues, TargetProfile, compile, render};
@@ -385,4 +385,52 @@ fn what_constraints_leave_beside_the_ends_is_proven_too() {
         let outcome = check(&fixture.set, &[request], &Options::default());
         assert!(outcome.findings.has_errors(), "{constraint}");
     }
+}
+
+#[test]
+fn variants_of_two_configurations_agree_about_a_binding_unless_an_axis_chooses_the_layout() {
+    let main = "{% if a %}@group(0) @binding(0) var image: texture_2d<f32>;\n\
+                {% else %}@group(0) @binding(0) var image: texture_2d<u32>;\n{% endif %}\
+                @fragment fn main() -> @location(0) vec4<f32> {\
+                 return vec4<f32>(f32(textureLoad(image, vec2<i32>(), 0).x)); }\n";
+    let conflicts = |own: &str| {
+        let axes = format!(r#"{{ "axes": {{ "a": {{ "type": "bool", "default": false{own} }} }} }}"#);
+        let fixture = Fixture::sound(&[("main.wgsl.jinja", main), ("main.axes.json", &axes)]);
+        // Each configuration is a request of its own, as a check of a pipeline makes them.
+        let one = |a: bool| {
+            Request::one(
+                &fixture.set,
+                "main.wgsl.jinja",
+                &values(&[("a", a.into())]),
+                &[TargetProfile::webgpu()],
+            )
+        };
+        let found = check(&fixture.set, &[one(false), one(true)], &Options::default()).findings;
+        fixture.lines(&found)
+    };
+    assert_eq!(
+        conflicts(""),
+        ["UG0540 main.wgsl.jinja:1:37 two variants of \"main.wgsl.jinja\" disagree: \
+          \"image\" is a texture_2d<u32> in one and a texture_2d<f32> in the other"]
+    );
+    assert_eq!(conflicts(r#", "own_layout": true"#), Vec::<String>::new());
+}
+
+#[test]
+fn what_lies_within_a_block_may_differ() {
+    let main = "struct Block { {% for i in range(n) %}m{{ i }}: vec4<f32>, {% endfor %} }\n\
+                @group(0) @binding(0) var<uniform> block: Block;\n\
+                @fragment fn main() -> @location(0) vec4<f32> { return block.m0; }\n";
+    let axes = r#"{ "axes": { "n": { "type": "integer", "min": 1, "max": 3, "default": 1 } } }"#;
+    let fixture = Fixture::sound(&[("main.wgsl.jinja", main), ("main.axes.json", axes)]);
+    let request = Request::all("main.wgsl.jinja", &[TargetProfile::webgpu()]);
+    let outcome = check(&fixture.set, &[request], &Options::default());
+    assert_eq!(fixture.lines(&outcome.findings), Vec::<String>::new());
+    // The layout of all three is for the largest.
+    let [report] = outcome.templates.as_slice() else { panic!("{:?}", outcome.templates) };
+    let sizes: Vec<_> = report.interface.iter().map(|binding| binding.entry.ty).collect();
+    assert!(matches!(
+        sizes.as_slice(),
+        [wgpu_types::BindingType::Buffer { min_binding_size: Some(size), .. }] if size.get() == 48
+    ));
 }
