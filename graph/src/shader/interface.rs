@@ -77,13 +77,21 @@ pub(crate) fn agree(one: &Binding, other: &Binding) -> bool {
     (one.group, one.binding) == (other.group, other.binding) && merge(&mut one.clone(), other).is_ok()
 }
 
+/// The name of a type without the lengths of its arrays: how much a buffer holds is no matter of its layout.
+fn of_any_length(name: &str) -> String {
+    let is_length = |part: &str| part.starts_with(|first: char| first.is_ascii_digit());
+    name.split(", ").filter(|part| !is_length(part)).collect::<Vec<_>>().join(", ")
+}
+
 fn merge(known: &mut Binding, other: &Binding) -> Result<(), String> {
     let place = format!("@group({}) @binding({})", other.group, other.binding);
     if known.name != other.name {
         return Err(format!("{place} is \"{}\" in one and \"{}\" in the other", known.name, other.name));
     }
-    if known.type_name != other.type_name || known.entry.count != other.entry.count {
-        let (one, two) = (&known.type_name, &other.type_name);
+    let (one, two) = (&known.type_name, &other.type_name);
+    let is_buffer = known.block.is_some() && other.block.is_some();
+    let alike = if is_buffer { of_any_length(one) == of_any_length(two) } else { one == two };
+    if !alike || known.entry.count != other.entry.count {
         return Err(format!("\"{}\" is a {one} in one and a {two} in the other", other.name));
     }
     known.entry.ty = match (known.entry.ty, other.entry.ty) {
