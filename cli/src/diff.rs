@@ -58,7 +58,7 @@ fn kept(session: &mut Session, path: &Path) -> Kept {
             Err(error) => {
                 let message = format!("the file \"{}\" is no report: {error}", path.display());
                 let finding =
-                    Diagnostic::in_file(codes::NOT_A_REPORT, &path.display().to_string(), "", message);
+                    Diagnostic::in_file(codes::NOT_A_REPORT, path.display().to_string(), "", message);
                 Kept::Neither(Box::new(
                     finding.help("print one with `umbragraph graph PIPELINE --format json`"),
                 ))
