@@ -24,7 +24,7 @@ use glam::{DVec4, Vec3, Vec4};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_graph::data::{Component, DataShape, HostData, ValueType};
-use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
+use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph_graph::frame::{FrameInput, Light, LightKind};
 use umbragraph_graph::language::Expr;
 use umbragraph_graph::node::Node;
@@ -248,7 +248,7 @@ fn report(frame: &FrameInput, left_out: &[u32], known: &mut Vec<String>, data: &
             "{} lights are left out, since a frame has more than {}: {}",
             known.len(),
             frame.lights.len() - known.len(),
-            list_of(known.iter().map(String::as_str))
+            known.join(", ")
         );
         let notice = Diagnostic::warning(codes::LIGHTS_LEFT_OUT, Place::Nowhere, message);
         notices.push(notice.help("raise the capacity of the light list"));

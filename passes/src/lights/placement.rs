@@ -23,7 +23,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_graph::data::{Component, DataShape, HostData, ValueType};
-use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place, list_of};
+use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph_graph::frame::{FrameInput, Light, LightKind};
 use umbragraph_graph::language::Expr;
 use umbragraph_graph::node::Node;
@@ -241,7 +241,7 @@ impl Node for ShadowAtlas {
                 let layers = count_between(pass, &suns.capacity, "/suns/capacity", 0, LARGEST_LAYERS);
                 let most = crate::cascades::MAXIMUM_CASCADES as u32;
                 let cascades = capacity(pass, &suns.cascades, "/suns/cascades", most);
-                layers.zip(cascades)
+                room_for_a_sun(pass, layers, cascades)
             }
             None => Some((0, 1)),
         };
@@ -253,6 +253,23 @@ impl Node for ShadowAtlas {
         let node = RunShadowAtlas { limits, state: Mutex::new(state) };
         Some(pass.produce(Work::Host(HostWork { node: Arc::new(node), output, inputs: Vec::new() })))
     }
+}
+
+/// Layers and cascades. Fewer layers than one sun takes would leave every sun without shadows; none is how suns are
+/// switched off.
+fn room_for_a_sun(
+    pass: &mut PassBuilder<'_>,
+    layers: Option<u32>,
+    cascades: Option<u32>,
+) -> Option<(u32, u32)> {
+    let (layers, cascades) = layers.zip(cascades)?;
+    if (1..cascades).contains(&layers) {
+        let message = format!("no sun fits: each has {cascades} cascades, and there is room for {layers}");
+        let help = format!("give suns at least {cascades} layers, or 0 where they cast no shadows");
+        pass.report(codes::LIGHT_CAPACITY, "/suns/capacity", message, help);
+        return None;
+    }
+    Some((layers, cascades))
 }
 
 fn atlas(pass: &mut PassBuilder<'_>, spots: &SpotSettings, descriptors: Option<u32>) -> Option<Atlas> {
@@ -501,11 +518,7 @@ fn notices(asking: &[u32], lights: &[Light], placement: &Placement) -> Diagnosti
             ),
             _ => ("no shadows", "raise the limit, or give what matters more priority"),
         };
-        let message = format!(
-            "{} {lights} {fate}, since {reason}: {}",
-            names.len(),
-            list_of(names.iter().map(String::as_str))
-        );
+        let message = format!("{} {lights} {fate}, since {reason}: {}", names.len(), names.join(", "));
         Diagnostic::warning(codes::SHADOWS_LEFT_OUT, Place::Nowhere, message).help(help)
     };
     by_reason.into_iter().map(notice).collect()
