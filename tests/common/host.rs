@@ -45,8 +45,8 @@ pub fn crowded_frame() -> FrameInput {
     let sun = frame.lights[0].clone();
     frame.lights.extend((1..6).map(|at| Light { name: format!("sun {at}"), ..sun.clone() }));
     let near = frame.camera.position - glam::DVec3::new(1.0, 0.0, 2.0);
-    for at in 0..20 {
-        let position = near + glam::DVec3::new(0.1 * f64::from(at), 1.0, 0.0);
+    for at in 0..240 {
+        let position = near + glam::DVec3::new(0.1 * f64::from(at % 20), 1.0, 0.0);
         let light = |name: String, kind: LightKind| Light {
             name,
             kind,
@@ -58,7 +58,9 @@ pub fn crowded_frame() -> FrameInput {
         };
         let spot = LightKind::Spot { inner_angle: 0.4, outer_angle: 0.8 };
         frame.lights.push(light(format!("spot {at}"), spot));
-        frame.lights.push(light(format!("lamp {at}"), LightKind::Point));
+        if at < 20 {
+            frame.lights.push(light(format!("lamp {at}"), LightKind::Point));
+        }
     }
     frame
 }
