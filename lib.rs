@@ -63,7 +63,7 @@ pub fn templates_with(
     for (name, path) in files {
         match read_source(path, sources) {
             Ok(file) => set.add_file(sources, file, name, diagnostics),
-            Err(finding) => diagnostics.push(finding),
+            Err(finding) => set.add_unreadable(sources, name, finding, diagnostics),
         }
     }
     for (name, text) in umbragraph_shaders_templates::FILES

@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::error::ErrorKind;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use umbragraph::compiler::Objective;
 use umbragraph::report::GraphFormat;
@@ -23,13 +24,23 @@ impl Arguments {
     /// A command line that cannot be understood, or one that asks for help.
     pub(crate) fn of_process() -> Result<Self, clap::Error> {
         let arguments = Self::try_parse()?;
-        if let Command::Fmt(FmtArguments { files, strict: true, .. }) = &arguments.command
-            && files.len() > 1
-        {
-            let message = "--strict prints one file; give it one";
-            return Err(Self::command().error(clap::error::ErrorKind::TooManyValues, message));
-        }
-        Ok(arguments)
+        let conflict = match &arguments.command {
+            Command::Fmt(FmtArguments { files, strict: true, .. }) if files.len() > 1 => {
+                (ErrorKind::TooManyValues, "--strict prints one file; give it one")
+            }
+            Command::Wgsl(WgslArguments { map: true, target, .. }) if *target != TargetLanguage::Wgsl => {
+                (ErrorKind::ArgumentConflict, "--map shows the lines of WGSL; leave out --target")
+            }
+            Command::Graph(GraphArguments { compare: Some(_), format, .. })
+                if *format != GraphFormat::Html =>
+            {
+                let message =
+                    "--compare is part of the page: add --format html; `umbragraph diff` compares as text";
+                (ErrorKind::ArgumentConflict, message)
+            }
+            _ => return Ok(arguments),
+        };
+        Err(Self::command().error(conflict.0, conflict.1))
     }
 }
 

@@ -231,13 +231,14 @@ fn prove(
     let options = Options {
         threads: arguments.threads.map_or(defaults.threads, usize::from),
         external,
-        report_dead: everything,
+        // An error elsewhere, such as a word that an axis never is, may be why.
+        report_dead: everything && !session.findings.has_errors(),
         shared: shared.clone(),
         progress: &progress,
     };
     let mut outcome = permutations::check(&session.templates, requests, &options);
     // What a pipeline reaches says nothing of what is dead; in files of the user's own, all that they express does.
-    if !everything && has_own && !outcome.findings.has_errors() {
+    if !everything && has_own && !outcome.findings.has_errors() && !session.findings.has_errors() {
         outcome.findings.extend(permutations::dead(&session.templates, &names, &shared));
     }
     if let Some(bar) = &bar {

@@ -53,6 +53,27 @@ const READS_NOTHING: &str = r#",
       "shader": "resample.wgsl.jinja", "bind": { "source": "spare" }, "color": [{ "to": "target", "blend": "add" }] } }"#;
 
 #[test]
+fn a_plan_of_a_pipeline_with_errors_is_not_called_a_defect_of_the_compiler() {
+    let unwritten = r#"{
+  "format": 1, "name": "mips",
+  "resources": {
+    "levels": { "texture": { "format": "rgba8unorm", "size": [256, 256], "mips": 4 } },
+    "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
+  "passes": {
+    "first": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "levels", "mip": 0 }] } },
+    "last": { "fullscreen": { "shader": "resample.wgsl.jinja",
+      "bind": { "source": { "texture": { "name": "levels", "mip": 2 } } }, "color": [{ "to": "target" }] } } }
+}"#;
+    let folder = ScratchFolder::new("check-errors-verified");
+    let path = folder.join("mips.json");
+    std::fs::write(&path, unwritten).unwrap();
+    let output = run(&["check", "--verify", path.to_str().unwrap()]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(said.contains("UG0401") && !said.contains("fault"), "{said}");
+}
+
+#[test]
 fn every_configuration_of_the_features_is_covered_and_its_plan_verified() {
     let folder = ScratchFolder::new("check-configurations");
     let path = folder.join("features.json");

@@ -396,3 +396,12 @@ fn a_byte_order_mark_is_no_part_of_a_text() {
     let output = run(&["check", &path.to_string_lossy()]);
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
 }
+
+#[test]
+fn options_that_would_have_no_effect_are_refused() {
+    let pipeline = "pipelines/learn/01-smallest.json";
+    refused(&["wgsl", pipeline, "--target", "msl", "--map"], 2, &["--map shows the lines of WGSL"]);
+    refused(&["graph", pipeline, "--compare", pipeline], 2, &["add --format html"]);
+    refused(&["graph", pipeline, "--format", "json", "--compare", pipeline], 2, &["add --format html"]);
+    assert_eq!(run(&["wgsl", pipeline, "--target", "wgsl", "--map"]).status.code(), Some(0));
+}

@@ -269,6 +269,32 @@ fn misspelt_axes_are_found_wherever_they_stand() {
 }
 
 #[test]
+fn of_a_file_that_cannot_be_read_nothing_else_is_said() {
+    let project = Project::new("permutations-bytes", PIPELINE, AXES, TEMPLATE);
+    std::fs::write(project.folder.join("fill.wgsl.jinja"), b"// \xff\n").unwrap();
+    let errors = project.refused(&[], &["UG0002", "fill.wgsl.jinja:1:4", "1 error"]);
+    assert!(!errors.contains("UG0500"), "{errors}");
+    let project = Project::new("permutations-bytes-of-axes", PIPELINE, AXES, TEMPLATE);
+    std::fs::write(project.folder.join("fill.axes.json"), b"{ \"\xff\" }").unwrap();
+    let errors = project.refused(&[], &["UG0002", "fill.axes.json:1:4", "1 error"]);
+    assert!(!errors.contains("UG0502") && !errors.contains("UG0500"), "{errors}");
+}
+
+#[test]
+fn an_axis_is_compared_with_its_values() {
+    let axes = AXES.replace(
+        r#""warm":"#,
+        r#""mode": { "type": "enum", "values": ["hard", "soft"], "default": "hard" }, "warm":"#,
+    );
+    let template = TEMPLATE.replace("if warm", "if warm or mode == 'sofd'");
+    let project = Project::new("permutations-compared", PIPELINE, &axes, &template);
+    for mode in [&["--all"][..], &[]] {
+        let errors = project.refused(mode, &["UG0518", "fill.wgsl.jinja:5:", "did you mean \"soft\"?"]);
+        assert!(!errors.contains("UG0550"), "what follows from it is withheld: {errors}");
+    }
+}
+
+#[test]
 fn constraints_that_clash_are_named() {
     let axes = AXES.replace(
         "} } }",

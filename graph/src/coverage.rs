@@ -62,7 +62,8 @@ pub fn check_configurations(
         let graph = compiler::build(&pipeline, &mut own);
         let plan =
             graph.as_ref().and_then(|graph| compiler::plan(&pipeline, graph, options, sources, &mut own));
-        if let Some(plan) = plan.as_ref().filter(|_| verified) {
+        // A plan that is made in spite of errors shows what else is wrong; it promises nothing that could be verified.
+        if let Some(plan) = plan.as_ref().filter(|_| verified && !own.has_errors()) {
             for fault in verify(plan, options) {
                 faults.entry(fault.to_string()).or_default().push(at);
             }

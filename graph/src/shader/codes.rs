@@ -49,6 +49,9 @@ crate::codes! {
     /// An axis declared as an override that does not fit its declaration in WGSL.
     AXIS_OVERRIDE = "UG0517", "override axis",
         "An axis with `\"as\": \"override\"` becomes a pipeline-overridable constant. The WGSL must declare `override NAME` with the fitting type (`bool` for a boolean axis, `i32` or `u32` for an integer axis), and the template must not read it as a variable.\n\nBindings, array sizes in uniforms, vectors and `case` selectors cannot depend on overrides; use a template axis there.";
+    /// An axis that a template compares with what is none of its values.
+    AXIS_COMPARED = "UG0518", "comparison with no value of an axis",
+        "A template compares an axis with a word or a number that is none of the values that the axis declares: `{% if filter == \"pfc\" %}`. Such a comparison has the same outcome always, so that text is missing from every variant, or stands in each.";
     /// WGSL that naga cannot parse.
     WGSL_SYNTAX = "UG0520", "WGSL does not parse",
         "The generated WGSL is not well-formed, or names something that does not exist. The place is that of the template text which the generated text came from; the generated line is shown beside it.";

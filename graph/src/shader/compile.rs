@@ -66,7 +66,10 @@ pub(crate) fn complete(
     let Some(axes) = templates.axes(template) else {
         return Err(vec![templates.unknown(template, Place::Nowhere)]);
     };
-    let mut findings = templates.axes_findings(template).to_vec();
+    let mut findings = templates.axes_findings(template);
+    if templates.has_lost_axes(template) {
+        return Err(findings);
+    }
     let place = templates.file(template).map_or(Place::Nowhere, |file| SourceSpan::new(file, 0..0).into());
     let mut values = axes.defaults();
     for (name, value) in given {

@@ -12,6 +12,7 @@
 pub mod axes;
 mod backend;
 pub mod codes;
+mod comparisons;
 mod compile;
 mod complexity;
 mod filters;

@@ -303,6 +303,11 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
     findings
 }
 
+/// Whether a tag of the template binds a name.
+pub(crate) fn binds(template: &Template, name: &str) -> bool {
+    find_name(template, name).is_some_and(|found| found.bound)
+}
+
 struct NameUse {
     file: FileId,
     uses: Vec<std::ops::Range<usize>>,

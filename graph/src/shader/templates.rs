@@ -16,7 +16,7 @@ use minijinja::Environment;
 use super::axes::{self, Axes};
 use super::permutations::Space;
 use super::scan::{Tag, scan};
-use super::{codes, filters, guard, render, template_error};
+use super::{codes, comparisons, filters, guard, render, template_error};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::{FileId, Sources, Span};
 
@@ -51,6 +51,7 @@ struct Declared {
 struct Resolved {
     axes: Axes,
     findings: Vec<Diagnostic>,
+    lost: axes::Lost,
 }
 
 static NO_AXES: Axes = Axes::new();
@@ -109,6 +110,29 @@ impl TemplateSet {
         self.resolve();
     }
 
+    /// Notes that a template, or the axes of one, cannot be read: whatever uses it gets this finding, and not that there
+    /// is no such template.
+    pub fn add_unreadable(
+        &mut self,
+        sources: &mut Sources,
+        name: &str,
+        finding: Diagnostic,
+        diagnostics: &mut Diagnostics,
+    ) {
+        diagnostics.push(finding.clone());
+        let file = sources.add(name, "");
+        if let Some(stem) = name.strip_suffix(".axes.json") {
+            let declaration = axes::Declaration::unreadable(finding);
+            self.declarations.entry(stem.to_owned()).or_insert(Declared { file, declaration });
+        } else if !self.templates.contains_key(name) {
+            let (text, tags): (Arc<str>, _) = ("".into(), Vec::new());
+            let prepared = guard::prepare(&text, &tags);
+            let template = Template { file, text, tags, prepared, broken: Some(finding) };
+            self.templates.insert(name.to_owned(), template);
+        }
+        self.resolve();
+    }
+
     fn prepare(&mut self, file: FileId, name: &str, text: &Arc<str>) -> Template {
         let tags = scan(text);
         let gaps = tags.windows(2).map(|pair| pair[1].range.start - pair[0].range.end);
@@ -151,9 +175,20 @@ impl TemplateSet {
             .then(|| self.resolved.get(template).map_or(&NO_AXES, |found| &found.axes))
     }
 
-    /// What is wrong with the axes of a template, as far as it takes other files to see it.
-    pub(crate) fn axes_findings(&self, template: &str) -> &[Diagnostic] {
-        self.resolved.get(template).map_or(&[], |found| &found.findings)
+    /// What is wrong with the axes of a template, so that it cannot be rendered: as far as it takes other files to see
+    /// it, and declarations that do not tell what an axis is.
+    pub(crate) fn axes_findings(&self, template: &str) -> Vec<Diagnostic> {
+        let found = self.resolved.get(template);
+        found
+            .into_iter()
+            .flat_map(|found| found.findings.iter().chain(&found.lost.findings))
+            .cloned()
+            .collect()
+    }
+
+    /// Whether a template has axes of which it cannot be told what they are.
+    pub(crate) fn has_lost_axes(&self, template: &str) -> bool {
+        self.resolved.get(template).is_some_and(|found| !found.lost.findings.is_empty())
     }
 
     /// The finding for a name that is no template of this set.
@@ -174,7 +209,7 @@ impl TemplateSet {
     }
 
     /// Checks how the texts fit together: side files without a template, inherited templates that do not exist,
-    /// declarations that disagree, defaults that break a constraint.
+    /// declarations that disagree, defaults that break a constraint, comparisons of axes with what they never are.
     pub fn check(&self, diagnostics: &mut Diagnostics) {
         let templates: BTreeSet<&str> = self.names().map(stem).collect();
         for (name, declared) in &self.declarations {
@@ -189,8 +224,12 @@ impl TemplateSet {
                 ));
             }
         }
-        for resolved in self.resolved.values() {
+        for (name, resolved) in &self.resolved {
             diagnostics.extend(resolved.findings.iter().cloned());
+            let template = self.templates.get(name).filter(|_| self.axes_file(name).is_some());
+            diagnostics.extend(
+                template.into_iter().flat_map(|template| comparisons::check(template, &resolved.axes)),
+            );
         }
     }
 
@@ -198,7 +237,7 @@ impl TemplateSet {
         let mut resolved = BTreeMap::new();
         for name in self.templates.keys() {
             let mut findings = Vec::new();
-            let axes = self.collect(name, &mut BTreeMap::new(), &mut findings);
+            let (axes, lost) = self.collect(name, &mut BTreeMap::new(), &mut findings);
             let clash = clash(name, &axes);
             let defaults = axes.defaults();
             for constraint in axes.violated(&defaults).filter(|_| clash.is_none()) {
@@ -209,7 +248,7 @@ impl TemplateSet {
                 );
             }
             findings.extend(clash);
-            resolved.insert(name.clone(), Resolved { axes, findings });
+            resolved.insert(name.clone(), Resolved { axes, findings, lost });
         }
         self.resolved = resolved;
     }
@@ -219,27 +258,30 @@ impl TemplateSet {
     fn collect<'s>(
         &'s self,
         name: &'s str,
-        done: &mut BTreeMap<&'s str, Axes>,
+        done: &mut BTreeMap<&'s str, (Axes, axes::Lost)>,
         findings: &mut Vec<Diagnostic>,
-    ) -> Axes {
+    ) -> (Axes, axes::Lost) {
         if let Some(axes) = done.get(name) {
             return axes.clone();
         }
-        done.insert(name, Axes::new());
-        let Some(declared) = self.declarations.get(stem(name)) else { return Axes::new() };
+        done.insert(name, Default::default());
+        let Some(declared) = self.declarations.get(stem(name)) else { return Default::default() };
         let declaration = &declared.declaration;
         let mut own = declaration.axes.clone();
+        let mut lost = declaration.lost.clone();
         let mut conflicts = Vec::new();
         for (other, span) in declaration.axes.inherits() {
             if self.templates.contains_key(other) {
-                conflicts.extend(own.inherit(&self.collect(other, done, findings)));
+                let (theirs, more) = self.collect(other, done, findings);
+                conflicts.extend(own.inherit(&theirs));
+                lost.inherit(&more);
             } else {
                 let message = format!("there is no template \"{other}\"");
                 let finding = Diagnostic::error(codes::AXES_ORPHAN, *span, message);
                 findings.push(self.meant(finding, other, Some(name)));
             }
         }
-        declaration.resolve(&mut own, findings);
+        declaration.resolve(&mut own, &lost, findings);
         for (mine, theirs) in conflicts {
             let message = format!("the axis \"{}\" is declared in two ways", mine.name);
             findings.push(
@@ -247,8 +289,8 @@ impl TemplateSet {
                     .related(theirs.span, format!("here with {}", theirs.kind.describe())),
             );
         }
-        done.insert(name, own.clone());
-        own
+        done.insert(name, (own.clone(), lost.clone()));
+        (own, lost)
     }
 }
 

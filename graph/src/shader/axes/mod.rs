@@ -31,7 +31,7 @@ mod schema;
 
 pub use condition::Condition;
 pub use constraint::{Constraint, Rule};
-pub(crate) use parse::{Declaration, parse};
+pub(crate) use parse::{Declaration, Lost, parse};
 pub use schema::schema;
 
 use std::collections::BTreeMap;

@@ -4,6 +4,8 @@
 //! last, when all axes of the file are known; a condition on an inherited axis is kept as text until the inherited
 //! templates are there (see [`Declaration::resolve`]).
 
+use std::collections::BTreeSet;
+
 use super::condition::Condition;
 use super::{Axes, Axis, AxisKind, AxisMode, Constraint, Rule};
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -18,6 +20,23 @@ use crate::source::{FileId, Sources, Span};
 pub(crate) struct Declaration {
     pub(crate) axes: Axes,
     constraints: Vec<WrittenConstraint>,
+    pub(crate) lost: Lost,
+}
+
+/// Axes that are declared, but not so that anybody could tell what they are. A template that has them cannot be rendered,
+/// and that its text knows nothing of them only follows.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Lost {
+    names: BTreeSet<String>,
+    pub(crate) findings: Vec<Diagnostic>,
+}
+
+impl Lost {
+    /// Adds those of an inherited template.
+    pub(crate) fn inherit(&mut self, other: &Lost) {
+        self.names.extend(other.names.iter().cloned());
+        self.findings.extend(other.findings.iter().cloned());
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -40,8 +59,9 @@ pub(crate) fn parse(sources: &Sources, file: FileId, diagnostics: &mut Diagnosti
     let document = match crate::document::parse(sources, file) {
         Ok(document) => document,
         Err(findings) => {
+            let lost = Lost { names: BTreeSet::new(), findings: findings.iter().cloned().collect() };
             diagnostics.extend(findings);
-            return Declaration::default();
+            return Declaration { lost, ..Declaration::default() };
         }
     };
     let mut reader = Reader { diagnostics, declaration: Declaration::default() };
@@ -50,8 +70,14 @@ pub(crate) fn parse(sources: &Sources, file: FileId, diagnostics: &mut Diagnosti
 }
 
 impl Declaration {
+    /// A file that cannot be read.
+    pub(crate) fn unreadable(finding: Diagnostic) -> Self {
+        let lost = Lost { names: BTreeSet::new(), findings: vec![finding] };
+        Self { lost, ..Self::default() }
+    }
+
     /// Ties the constraints to axes: those of this file and those already inherited into `axes`.
-    pub(crate) fn resolve(&self, axes: &mut Axes, findings: &mut Vec<Diagnostic>) {
+    pub(crate) fn resolve(&self, axes: &mut Axes, lost: &Lost, findings: &mut Vec<Diagnostic>) {
         let mut own = Vec::new();
         for written in &self.constraints {
             let mut complete = true;
@@ -61,7 +87,10 @@ impl Declaration {
                     .filter_map(|written| {
                         read_condition(written, axes)
                             .map_err(|finding| {
-                                findings.push(*finding);
+                                let (name, _, _) = Condition::split(&written.text);
+                                if !lost.names.contains(name) {
+                                    findings.push(*finding);
+                                }
                                 complete = false;
                             })
                             .ok()
@@ -156,7 +185,12 @@ impl Reader<'_> {
                 }
                 "axes" => {
                     for axis in self.entries(&entry.value, "\"axes\"") {
-                        self.axis(axis);
+                        let before = self.diagnostics.len();
+                        if self.axis(axis).is_none() {
+                            let lost = &mut self.declaration.lost;
+                            lost.names.insert(axis.key.clone());
+                            lost.findings.extend(self.diagnostics.iter().skip(before).cloned());
+                        }
                     }
                 }
                 "constraints" => {
@@ -169,7 +203,8 @@ impl Reader<'_> {
         }
     }
 
-    fn axis(&mut self, entry: &Entry) {
+    /// Reads an axis; `None` where it cannot be told what it is.
+    fn axis(&mut self, entry: &Entry) -> Option<()> {
         const KEYS: &[&str] = &[
             "type",
             "default",
@@ -189,7 +224,7 @@ impl Reader<'_> {
                 entry.key_span,
                 format!("\"{name}\" is no identifier: a letter, then letters, digits and \"_\""),
             );
-            return;
+            return None;
         }
         for member in self.entries(&entry.value, "an axis") {
             if !KEYS.contains(&member.key.as_str()) {
@@ -197,9 +232,9 @@ impl Reader<'_> {
             }
         }
         if entry.value.entries().is_none() {
-            return;
+            return None;
         }
-        let Some(kind) = self.kind(entry) else { return };
+        let kind = self.kind(entry)?;
         let mode = self.mode(entry, &kind);
         let ends = self.ends(entry);
         let own_layout = self.own_layout(entry, mode);
@@ -210,10 +245,11 @@ impl Reader<'_> {
         if entry.value.get("requires").is_some() || entry.value.get("excludes").is_some() {
             self.short_constraint(entry, &kind);
         }
-        let (Some(default), Some(mode)) = (default, mode) else { return };
+        let (default, mode) = (default?, mode?);
         let span = entry.key_span;
         let axis = Axis { name: name.to_owned(), kind, default, description, mode, ends, own_layout, span };
         self.declaration.axes.axes.insert(name.to_owned(), axis);
+        Some(())
     }
 
     fn kind(&mut self, entry: &Entry) -> Option<AxisKind> {

@@ -2,11 +2,13 @@
 //!
 //! The command is a program and its arguments, with `{}` for the file: `tint --format wgsl -o /dev/null {}`. It is started
 //! directly, never through a shell. What it prints goes to files, so a process that leaves children behind cannot keep
-//! anybody waiting, and after the time limit it is killed. An exit status other than zero is a refusal; of its output,
+//! anybody waiting, and after the time limit it is killed: on Unix with all that it has started, as a process group of its
+//! own, elsewhere alone. An interrupt from the terminal does not reach that group. An
+//! exit status other than zero is a refusal; of its output,
 //! the first `FILE:LINE:COLUMN` gives the place.
 
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitStatus, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use std::{fs, io};
@@ -126,7 +128,10 @@ impl ExternalValidator {
     fn run(&self, wgsl: &str, file: &Path, folder: &Path) -> io::Result<Option<ExitStatus>> {
         fs::write(file, wgsl)?;
         let name = file.to_string_lossy();
-        let mut child = Command::new(&self.program)
+        let mut command = Command::new(&self.program);
+        #[cfg(unix)]
+        std::os::unix::process::CommandExt::process_group(&mut command, 0);
+        let mut child = command
             .args(self.arguments.iter().map(|argument| argument.replace("{}", &name)))
             .stdin(Stdio::null())
             .stdout(fs::File::create(folder.join("stdout"))?)
@@ -139,14 +144,24 @@ impl ExternalValidator {
                 return Ok(Some(status));
             }
             if start.elapsed() > self.time_limit {
-                let _ = child.kill();
-                let _ = child.wait();
+                kill_with_children(&mut child);
                 return Ok(None);
             }
             std::thread::sleep(pause);
             pause = (pause * 2).min(Duration::from_millis(20));
         }
     }
+}
+
+/// Kills a process that leads a group, and on Unix the group.
+fn kill_with_children(child: &mut Child) {
+    // The process is not waited for yet, so its number, which is that of the group, belongs to nobody else.
+    #[cfg(unix)]
+    if let Some(group) = i32::try_from(child.id()).ok().and_then(rustix::process::Pid::from_raw) {
+        let _ = rustix::process::kill_process_group(group, rustix::process::Signal::KILL);
+    }
+    let _ = child.kill();
+    let _ = child.wait();
 }
 
 fn refusal(output: &str, file: &str, status: ExitStatus) -> Opinion {
@@ -230,5 +245,26 @@ mod tests {
             judge("sh -c 'echo $0:2:3 error: no such thing >&2; exit 1' {}"),
             Opinion::Refuses { message: "no such thing".to_owned(), place: Some((2, 3)) }
         );
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_a_hanging_validator_has_started_ends_with_it() {
+        let folder = TemporaryFolder::new().unwrap();
+        let number = folder.path.join("number");
+        let line = format!("sh -c 'sleep 1000 & echo $! > {}; wait' {{}}", number.display());
+        let validator = ExternalValidator::parse(&line).unwrap().with_time_limit(Duration::from_secs(1));
+        assert_eq!(validator.judge(""), Opinion::TimedOut);
+        let number: i32 = fs::read_to_string(number).unwrap().trim().parse().unwrap();
+        let process = rustix::process::Pid::from_raw(number).unwrap();
+        // Whoever inherits it may take a while to notice that it has ended.
+        let is_over = || {
+            let state = fs::read_to_string(format!("/proc/{number}/stat")).unwrap_or_default();
+            rustix::process::test_kill_process(process).is_err() || state.contains(") Z ")
+        };
+        assert!((0..500).any(|_| is_over() || {
+            std::thread::sleep(Duration::from_millis(10));
+            false
+        }));
     }
 }

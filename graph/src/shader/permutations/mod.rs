@@ -272,7 +272,10 @@ fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Dia
     if let Some(broken) = templates.templates.get(template).and_then(|template| template.broken.clone()) {
         return Err(vec![broken]);
     }
-    let mut findings = templates.axes_findings(template).to_vec();
+    let mut findings = templates.axes_findings(template);
+    if templates.has_lost_axes(template) {
+        return Err(findings);
+    }
     for (name, values) in &request.allowed {
         match axes.get(name) {
             None => findings.push(unknown_axis(axes, template, name, request.place.clone())),
