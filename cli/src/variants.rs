@@ -102,8 +102,8 @@ impl Outcome {
                 if *name == summary.template { String::new() } else { format!(" ({})", summary.template) };
             let _ = write!(
                 text,
-                "{name}{of}: {} combinations, {}, {bytes} bytes, largest {largest}, for {}",
-                summary.covered,
+                "{name}{of}: {}, {}, {bytes} bytes, largest {largest}, for {}",
+                combinations(summary.covered),
                 counted(summary.texts.len(), "distinct text"),
                 summary.profiles.join(", "),
             );
@@ -115,7 +115,7 @@ impl Outcome {
             };
         }
         let proven = counted(self.permutations.proven, "distinct text");
-        let _ = writeln!(text, "{} combinations covered by {proven}", self.combinations());
+        let _ = writeln!(text, "{} covered by {proven}", combinations(self.combinations()));
         text
     }
 
@@ -135,6 +135,10 @@ impl Outcome {
     pub(crate) fn annotations(&self, findings: &Diagnostics, sources: &Sources) -> String {
         findings.iter().map(|finding| render::github(finding, sources)).collect()
     }
+}
+
+fn combinations(count: Count) -> String {
+    format!("{count} combination{}", if count.number == 1 { "" } else { "s" })
 }
 
 fn counted(number: usize, noun: &str) -> String {

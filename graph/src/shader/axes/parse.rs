@@ -231,9 +231,7 @@ impl Reader<'_> {
                 self.diagnostics.push(unknown_key(member, KEYS, entry.value.entries().unwrap_or_default()));
             }
         }
-        if entry.value.entries().is_none() {
-            return None;
-        }
+        entry.value.entries()?;
         let kind = self.kind(entry)?;
         let mode = self.mode(entry, &kind);
         let ends = self.ends(entry);
