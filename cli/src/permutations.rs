@@ -108,6 +108,7 @@ fn requests(
             requests.extend(program.products.into_iter().map(|allowed| Request {
                 name: name.clone(),
                 allowed,
+                assumed: program.assumed.clone(),
                 place: program.place.into(),
                 ..Request::all(&program.template, &profiles)
             }));

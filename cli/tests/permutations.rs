@@ -472,3 +472,112 @@ fn one_variant_is_shown_in_the_language_of_a_target_and_with_its_map() {
     assert_eq!(show(&["--target", "spriv"]).status.code(), Some(2));
     assert!(text(&show(&["--properties=alpha_maskd"]).stderr).contains("did you mean \"alpha_masked\"?"));
 }
+
+/// A pipeline whose pass `fill` has a template that fails with `n` = 22, beside a pass that is always there.
+fn conditional(name: &str, settings: &str, when: &str, n: &str) -> Project {
+    let pipeline = format!(
+        r#"{{ "format": 1, "name": "small", {settings},
+          "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+          "subgraphs": {{ "part": {{ "parameters": {{ "level": {{ "type": "u32", "default": 0 }} }}, "inputs": {{ "to": "where it draws" }}, "passes": {{
+            "inner": {{ "when": "level == 1234568", "fullscreen": {{ "shader": "fill.wgsl.jinja", "color": [{{ "to": "to" }}], "axes": {{ "n": 22 }} }} }} }} }} }},
+          "passes": {{
+            "always": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }},
+            "fill": {{ {when} "fullscreen": {{ "shader": "fill.wgsl.jinja", "color": [{{ "to": "target" }}], "axes": {{ "n": {n} }} }} }} }} }}"#
+    );
+    let axes = r#"{ "axes": { "n": { "type": "integer", "min": 0, "max": 10000, "default": 1, "prove": "ends" } } }"#;
+    let template = TEMPLATE.replace("{{ 1.0 if warm else 0.0 }}", "{{ 'oops' if n == 22 else 0.0 }}");
+    Project::new(name, &pipeline, axes, &template)
+}
+
+fn number(kind: &str, max: u32) -> String {
+    format!(
+        r#""parameters": {{ "k": {{ "type": "{kind}", "default": 1, "min": 0, "max": {max}, "unit": "1" }} }}"#
+    )
+}
+
+#[test]
+fn a_pass_that_few_configurations_have_is_proven() {
+    let features: Vec<String> =
+        (0..24).map(|at| format!("\"a{at}\": {{ \"type\": \"bool\", \"default\": false }}")).collect();
+    let features = format!("\"features\": {{ {} }}", features.join(", "));
+    let alternating: Vec<String> =
+        (0..24).map(|at| format!("{}a{at}", if at % 2 == 0 { "" } else { "!" })).collect();
+    for (name, settings, when) in [
+        ("small-range", number("u32", 16), "k == 3"),
+        ("wide-range", number("u32", 4_000_000_000), "k == 1234567 && k % 2 == 1"),
+        ("real", number("f32", 4), "k > 1.0 && k < 2.0"),
+        ("features", features, &alternating.join(" && ")),
+    ] {
+        let project = conditional(
+            &format!("permutations-few-{name}"),
+            &settings,
+            &format!("\"when\": \"{when}\","),
+            "22",
+        );
+        project.refused(&[], &["`oops`", "fill.wgsl.jinja:5"]);
+    }
+}
+
+#[test]
+fn a_pass_that_no_configuration_has_is_told() {
+    let of_preset = format!(
+        "{}, \"presets\": {{ \"rare\": {{ \"parameters\": {{ \"k\": 1234567 }} }} }}",
+        number("u32", 4_000_000_000)
+    );
+    // What a subgraph is given hides the condition.
+    let used = |settings: &str, name: &str| {
+        let project = conditional(name, settings, "", "1");
+        let path = project.folder.join("small.json");
+        let pipeline = std::fs::read_to_string(&path).unwrap().replace(
+            "\"always\":",
+            "\"use\": { \"use\": \"part\", \"with\": { \"level\": \"k + 1\", \"to\": \"target\" } }, \"always\":",
+        );
+        std::fs::write(path, pipeline).unwrap();
+        project
+    };
+    let project = used(&number("u32", 4_000_000_000), "permutations-untried");
+    let errors = project.refused(&[], &["UG0553", "\"inner\"", "small.json:4:", "preset", "--set"]);
+    assert!(!errors.contains("oops"), "{errors}");
+    project.refused(&["--set", "k=1234567"], &["`oops`"]);
+    used(&of_preset, "permutations-untried-preset").refused(&[], &["`oops`"]);
+
+    let never = conditional("permutations-never", &number("u32", 16), "\"when\": \"k == 30\",", "22");
+    let output = never.run("permutations", &[]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{said}");
+    assert!(said.contains("warning[UG0553]: no configuration has the pass \"fill\""), "{said}");
+    // The same where there are further configurations that are not gone through.
+    let mixed = number("u32", 16)
+        .replace("{ \"k\"", "{ \"x\": { \"type\": \"f32\", \"default\": 0, \"unit\": \"1\" }, \"k\"");
+    let never = conditional("permutations-never-too", &mixed, "\"when\": \"k == 30\",", "\"x > 1 ? 1 : 0\"");
+    let output = never.run("permutations", &[]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    assert!(text(&output.stderr).contains("warning[UG0553]"), "{}", text(&output.stderr));
+}
+
+#[test]
+fn an_axis_has_the_values_that_its_expression_yields_and_no_others() {
+    // No k yields 22: the values are tried one by one, or yielded by the expression alone.
+    for (max, combinations) in [(40, "41"), (300, "301")] {
+        let name = format!("permutations-yielded-{max}");
+        let project = conditional(&name, &number("u32", max), "", "\"k * 2 + 1\"");
+        let output = project.run("permutations", &[]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let said = text(&output.stdout);
+        assert!(
+            said.contains(&format!("small.fill (fill.wgsl.jinja): {combinations} combinations")),
+            "{said}"
+        );
+        let project = conditional(&name, &number("u32", max), "", "\"k * 2\"");
+        project.refused(&[], &["`oops`", "n=22"]);
+        let project = conditional(&name, &number("u32", max), "\"when\": \"k != 11\",", "\"k * 2\"");
+        let output = project.run("permutations", &[]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    }
+    // Beyond, every value of the axis counts, and the finding says so.
+    let project = conditional("permutations-assumed", &number("u32", 5000), "", "\"k * 2 + 1\"");
+    let axes = project.folder.join("fill.axes.json");
+    let whole = std::fs::read_to_string(&axes).unwrap().replace(", \"prove\": \"ends\"", "");
+    std::fs::write(&axes, whole).unwrap();
+    project.refused(&[], &["`oops`", "n=22", "\"n\" follows \"k * 2 + 1\", which has too many values"]);
+}

@@ -2,8 +2,11 @@
 //!
 //! Features and parameters that are booleans or enumerations are varied where anything outside of `bind` mentions them,
 //! or an axis has their name. Numbers and lists are varied where they can decide about passes or axes (`when`,
-//! `for_each`, `axes`, and what subgraphs are given): a small range in full, lists in every length, else the least, the
-//! default and the greatest value; then the axes that depend on them count as open, with all of their own values.
+//! `for_each`, `axes`, and what subgraphs are given): a range of up to 256 whole numbers in full (of up to 16 where there
+//! are more than 4,096 configurations otherwise), lists in every length, else the least, the default and the greatest
+//! value and those at which the expressions change ([`thresholds`](super::thresholds)). Axes that depend on a number of
+//! which not all values are tried are free: they have the values that their expressions yield, of which up to 4,096
+//! are evaluated, or all of their own, whatever values the other axes have.
 //! Configurations that the features' `requires` and `excludes` forbid are left out.
 //!
 //! Up to 4,096 configurations are enumerated in full. Of more, those settings that no pass depends on together factor
@@ -11,15 +14,21 @@
 //! others at their defaults, and every single change and pair of changes besides. So each pass is seen in all its states,
 //! and the number of configurations is counted exactly without going through them. A pass with over 4,096 states, or
 //! over 16,384 for all passes together, is the limit: then it is single changes and pairs alone, as far as they fit, and
-//! the number is a lower bound.
+//! for each condition configurations in which it holds and in which it does not ([`witness`](super::witness)); the
+//! number is a lower bound. Where not everything is gone through, the presets are configurations too.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 
 use super::availability;
+use super::builder::axis_value;
 use super::dependence;
 use super::load::has_word;
 use super::setting::{Choice, Setting};
+use super::thresholds::{Number, visit};
+use super::witness::{Settings, Witness, value_of};
+use crate::diagnostic::Diagnostics;
 use crate::document::{Document, Entry, Kind, Value};
+use crate::expression::{self, BinaryOperator, Expression, ExpressionKind, UnaryOperator};
 use crate::language::{FeatureDeclaration, Order, ParameterDeclaration, ParameterType};
 use crate::shader::axes::{Condition, Constraint, Rule};
 use crate::shader::permutations::{Count, Space};
@@ -31,8 +40,11 @@ const MAXIMUM: usize = 1 << 12;
 /// The most configurations that are enumerated for all passes together.
 const MAXIMUM_TOGETHER: usize = 1 << 14;
 
-/// The most values of a number, or lengths of a list, that are tried one by one.
-const MAXIMUM_VALUES: usize = 16;
+/// The most whole numbers of a range that are tried one by one.
+const MAXIMUM_VALUES: usize = 256;
+
+/// The same where there are too many configurations otherwise, and the most lengths of a list.
+const FEW_VALUES: usize = 16;
 
 /// Keys under which a value decides about passes and axes.
 const DECIDING: &[&str] = &["when", "for_each", "axes", "with", "use", "shader"];
@@ -45,8 +57,22 @@ pub(super) struct Configurations {
     pub(super) number: Count,
     /// Whether passes have states that none of these shows.
     pub(super) sampled: bool,
+    /// Whether there is no configuration of which these do not show everything.
+    pub(super) exact: bool,
     /// Axes that can have values which no configuration here gives them.
-    pub(super) open_axes: BTreeSet<String>,
+    pub(super) free: Vec<FreeAxis>,
+}
+
+/// An axis that can have values which no tried configuration gives it.
+#[derive(Debug)]
+pub(super) struct FreeAxis {
+    pub(super) name: String,
+    /// The pass that says so, by its name in the document; all where it is said in a subgraph, or by a name alone.
+    pub(super) pass: Option<String>,
+    /// All values that its expression yields; `None` if these are not known, and every value of the axis counts.
+    pub(super) values: Option<BTreeSet<AxisValue>>,
+    /// On what it depends.
+    pub(super) reason: String,
 }
 
 /// A feature or parameter with the values that are tried, the default first.
@@ -60,6 +86,8 @@ pub(super) struct Varied {
 /// Where a text stands among passes.
 struct Mention<'a> {
     text: &'a str,
+    /// The pass of the document in which it stands.
+    pass: Option<&'a str>,
     /// The key of the axis that the text is about.
     axis: Option<&'a str>,
     deciding: bool,
@@ -71,38 +99,224 @@ pub(super) fn enumerate(
     templates: &TemplateSet,
     profile: &TargetProfile,
 ) -> Configurations {
-    let mut mentions = Vec::new();
-    for section in ["passes", "subgraphs"] {
-        if let Some(value) = document.root.get(section) {
-            collect(value, None, false, &mut mentions);
-        }
+    let mentions = mentions_of(document);
+    let axes = axes_of(&mentions, templates);
+    let defaults = defaults(document);
+    let with = |most: usize| varied(document, &mentions, &axes, profile, &defaults, most);
+    let mut varied = with(MAXIMUM_VALUES);
+    let everything: BTreeSet<usize> = (0..varied.len()).collect();
+    if product(&varied, &everything).is_none() {
+        varied = with(FEW_VALUES);
     }
+    let groups = || dependence::groups(document, varied.iter().map(|each| each.name.as_str()), templates);
+    let settings = Settings { varied: &varied, defaults: &defaults };
+    let (picks, sampled) = choose(&varied, groups, &settings, || conditions(document, &mentions, &settings));
+    let mut choices: Vec<Choice> = picks.iter().map(|pick| choice(&varied, pick)).collect();
+    let exact = !sampled && varied.iter().all(|each| each.exhaustive);
+    let mut free = Vec::new();
+    if !exact {
+        let wide = with(MAXIMUM);
+        let wide = Settings { varied: &wide, defaults: &defaults };
+        free = free_axes(document, &mentions, &axes, &settings, &wide, sampled);
+        choices.extend(presets(document));
+    }
+    let number = count(&varied);
+    let number = Count { exact: exact && number.exact, ..number };
+    Configurations { choices, number, sampled, exact, free }
+}
+
+/// Whether a condition at the top of a document holds with no values that its settings can have.
+pub(super) fn cannot_hold(
+    document: &Document,
+    templates: &TemplateSet,
+    profile: &TargetProfile,
+    condition: &str,
+) -> bool {
+    let mentions = mentions_of(document);
+    let axes = axes_of(&mentions, templates);
+    let defaults = defaults(document);
+    let varied = varied(document, &mentions, &axes, profile, &defaults, MAXIMUM);
+    let settings = Settings { varied: &varied, defaults: &defaults };
+    let Some(condition) = parse(condition) else { return false };
+    settings.named(&condition).into_iter().all(|at| varied[at].exhaustive)
+        && settings.witness(&condition, true) == Witness::Nowhere
+}
+
+fn mentions_of(document: &Document) -> Vec<Mention<'_>> {
+    let mut mentions = Vec::new();
+    let entries = |section: &str| document.root.get(section).and_then(Value::entries).unwrap_or_default();
+    for entry in entries("passes") {
+        collect(&entry.value, Some(&entry.key), None, false, &mut mentions);
+    }
+    for entry in entries("subgraphs") {
+        collect(&entry.value, None, None, false, &mut mentions);
+    }
+    mentions
+}
+
+/// The axes of all templates that are named.
+fn axes_of<'t>(mentions: &[Mention<'_>], templates: &'t TemplateSet) -> BTreeSet<&'t str> {
     let is_named = |template: &&str| {
         let computed = |text: &str| text.contains('{');
         mentions
             .iter()
             .any(|mention| mention.text == *template || (mention.deciding && computed(mention.text)))
     };
-    let axes: BTreeSet<&str> = templates
+    templates
         .names()
         .filter(is_named)
         .filter_map(|name| templates.axes(name))
         .flat_map(crate::shader::Axes::names)
-        .collect();
-    let varied = varied(document, &mentions, &axes, profile);
-    let open_settings: Vec<&str> =
-        varied.iter().filter(|each| !each.exhaustive).map(|each| each.name.as_str()).collect();
-    let by_expression = mentions
-        .iter()
-        .filter(|mention| open_settings.iter().any(|name| has_word(mention.text, name)))
-        .filter_map(|mention| mention.axis);
-    let open_axes = by_expression.chain(open_settings.iter().copied()).map(str::to_owned).collect();
-    let groups = || dependence::groups(document, varied.iter().map(|each| each.name.as_str()), templates);
-    let (picks, sampled) = choose(&varied, groups);
-    let choices: Vec<Choice> = picks.iter().map(|pick| choice(&varied, pick)).collect();
-    let exact = !sampled && varied.iter().all(|each| each.exhaustive);
-    let number = count(&varied);
-    Configurations { choices, number: Count { exact: exact && number.exact, ..number }, sampled, open_axes }
+        .collect()
+}
+
+/// The declared defaults of features and parameters.
+fn defaults(document: &Document) -> BTreeMap<String, expression::Value> {
+    let sections = ["features", "parameters"].into_iter();
+    let entries =
+        sections.flat_map(|name| document.root.get(name).and_then(Value::entries).unwrap_or_default());
+    entries.filter_map(|entry| Some((entry.key.clone(), value_of(entry.value.get("default")?)?))).collect()
+}
+
+/// The expression of a text; an equals sign in front of a computed word is not part of it.
+fn parse(text: &str) -> Option<Expression> {
+    expression::parse(text.strip_prefix('=').unwrap_or(text)).ok()
+}
+
+/// The conditions that decide about passes and axes: those of passes, those within expressions, and the latter together
+/// with those of their pass.
+fn conditions(document: &Document, mentions: &[Mention<'_>], settings: &Settings<'_>) -> Vec<Expression> {
+    let is_condition =
+        |expression: &Expression| has_form_of_condition(expression) && !settings.named(expression).is_empty();
+    let both = |a: &Expression, b: &Expression| Expression {
+        range: a.range.clone(),
+        kind: ExpressionKind::Binary(BinaryOperator::And, Box::new(a.clone()), Box::new(b.clone())),
+    };
+    let not = |a: &Expression| Expression {
+        range: a.range.clone(),
+        kind: ExpressionKind::Unary(UnaryOperator::Not, Box::new(a.clone())),
+    };
+    let mut found = Vec::new();
+    for mention in mentions.iter().filter(|mention| mention.deciding) {
+        let Some(expression) = parse(mention.text) else { continue };
+        let when = mention.pass.and_then(|pass| condition_of(document, pass));
+        let mut add = |condition: &Expression| {
+            if let Some(when) = when.as_ref().filter(|when| *when != condition) {
+                found.push(both(when, condition));
+                found.push(both(when, &not(condition)));
+            }
+            found.push(condition.clone());
+        };
+        if is_condition(&expression) {
+            add(&expression);
+        }
+        visit(&expression, &mut |inner| {
+            if let ExpressionKind::Conditional(condition, _, _) = &inner.kind
+                && is_condition(condition)
+            {
+                add(condition);
+            }
+        });
+    }
+    found
+}
+
+/// Whether an expression has the form of a condition.
+fn has_form_of_condition(expression: &Expression) -> bool {
+    matches!(
+        expression.kind,
+        ExpressionKind::Name(_)
+            | ExpressionKind::Unary(UnaryOperator::Not, _)
+            | ExpressionKind::Binary(..)
+            | ExpressionKind::Conditional(..)
+    )
+}
+
+/// The condition of a pass of the document.
+fn condition_of(document: &Document, pass: &str) -> Option<Expression> {
+    parse(document.root.get("passes")?.get(pass)?.get("when")?.text()?)
+}
+
+/// The axes of which configurations that are left out can give values. `wide` are the same settings, with all whole
+/// numbers of larger ranges.
+fn free_axes(
+    document: &Document,
+    mentions: &[Mention<'_>],
+    axes: &BTreeSet<&str>,
+    settings: &Settings<'_>,
+    wide: &Settings<'_>,
+    sampled: bool,
+) -> Vec<FreeAxis> {
+    let open = |at: &usize| !settings.varied[*at].exhaustive;
+    let mut free = Vec::new();
+    for mention in mentions {
+        let Some(axis) = mention.axis else { continue };
+        let expression = parse(mention.text);
+        let named = expression.as_ref().map(|each| settings.named(each)).unwrap_or_default();
+        let is_tried = !sampled || named.len() <= 1;
+        if is_tried && !named.iter().any(open) {
+            continue;
+        }
+        let condition = mention.pass.and_then(|pass| condition_of(document, pass));
+        free.push(FreeAxis {
+            name: axis.to_owned(),
+            pass: mention.pass.map(str::to_owned),
+            values: expression.and_then(|each| values_yielded(wide, &each, condition.as_ref())),
+            reason: format!("\"{}\"", mention.text),
+        });
+    }
+    for each in settings.varied.iter().filter(|each| !each.exhaustive && axes.contains(each.name.as_str())) {
+        free.push(FreeAxis {
+            name: each.name.clone(),
+            pass: None,
+            values: parse(&each.name).and_then(|name| values_yielded(wide, &name, None)),
+            reason: format!("\"{}\"", each.name),
+        });
+    }
+    free
+}
+
+/// All values that an expression yields where a condition may hold, if they can be gone through.
+fn values_yielded(
+    settings: &Settings<'_>,
+    expression: &Expression,
+    condition: Option<&Expression>,
+) -> Option<BTreeSet<AxisValue>> {
+    let named = settings.named(expression);
+    if named.is_empty() || !named.iter().all(|at| settings.varied[*at].exhaustive) {
+        return None;
+    }
+    let total = product(settings.varied, &named)?;
+    let mut found = BTreeSet::new();
+    for number in 0..total {
+        let mut pick = vec![None; settings.varied.len()];
+        let mut rest = number;
+        for at in &named {
+            let count = settings.varied[*at].values.len().max(1);
+            pick[*at] = Some(rest % count);
+            rest /= count;
+        }
+        if condition.is_none_or(|condition| settings.holds(condition, &pick) != Some(false)) {
+            found.extend(settings.value(expression, &pick).as_ref().and_then(axis_value));
+        }
+    }
+    // An expression over names of a subgraph yields nothing here.
+    (!found.is_empty()).then_some(found)
+}
+
+/// The values of each preset.
+fn presets(document: &Document) -> Vec<Choice> {
+    let presets = document.root.get("presets").and_then(Value::entries).unwrap_or_default();
+    let of = |preset: &Entry| {
+        super::preset::of_preset(document, &preset.key, preset.key_span, &mut Diagnostics::new())
+    };
+    presets.iter().map(of).collect()
+}
+
+/// The number of combinations of the values of a group, unless it is too large.
+fn product(varied: &[Varied], group: &BTreeSet<usize>) -> Option<usize> {
+    let size = |total: usize, at: &usize| total.checked_mul(varied[*at].values.len().max(1));
+    group.iter().try_fold(1_usize, size).filter(|total| *total <= MAXIMUM)
 }
 
 /// The number of all combinations of values that the features allow.
@@ -150,21 +364,27 @@ pub(super) fn count(varied: &[Varied]) -> Count {
     Space::of(values.collect(), constraints).count(&AxisValues::new())
 }
 
-fn collect<'a>(value: &'a Value, axis: Option<&'a str>, deciding: bool, mentions: &mut Vec<Mention<'a>>) {
+fn collect<'a>(
+    value: &'a Value,
+    pass: Option<&'a str>,
+    axis: Option<&'a str>,
+    deciding: bool,
+    mentions: &mut Vec<Mention<'a>>,
+) {
     match &value.kind {
-        Kind::Text(text) => mentions.push(Mention { text, axis, deciding }),
+        Kind::Text(text) => mentions.push(Mention { text, pass, axis, deciding }),
         Kind::Array(elements) => {
-            elements.iter().for_each(|element| collect(element, axis, deciding, mentions));
+            elements.iter().for_each(|element| collect(element, pass, axis, deciding, mentions));
         }
         Kind::Object(entries) => {
             for entry in entries.iter().filter(|entry| entry.key != "bind") {
                 let deciding = deciding || DECIDING.contains(&entry.key.as_str());
                 if entry.key == "axes" {
                     for axis in entry.value.entries().unwrap_or_default() {
-                        collect(&axis.value, Some(&axis.key), true, mentions);
+                        collect(&axis.value, pass, Some(&axis.key), true, mentions);
                     }
                 } else {
-                    collect(&entry.value, axis, deciding, mentions);
+                    collect(&entry.value, pass, axis, deciding, mentions);
                 }
             }
         }
@@ -177,6 +397,8 @@ fn varied(
     mentions: &[Mention<'_>],
     axes: &BTreeSet<&str>,
     profile: &TargetProfile,
+    defaults: &BTreeMap<String, expression::Value>,
+    most: usize,
 ) -> Vec<Varied> {
     let entries = |name: &str| document.root.get(name).and_then(Value::entries).unwrap_or_default();
     let mut features: BTreeMap<&str, (FeatureDeclaration, &Entry)> = BTreeMap::new();
@@ -225,6 +447,11 @@ fn varied(
     let decides = |name: &str| {
         axes.contains(name) || mentions.iter().any(|mention| mention.deciding && has_word(mention.text, name))
     };
+    let deciding: Vec<Expression> = mentions
+        .iter()
+        .filter(|mention| mention.deciding)
+        .filter_map(|mention| parse(mention.text))
+        .collect();
     for entry in entries("parameters") {
         let Ok(declaration) = entry.value.decode::<ParameterDeclaration>() else {
             continue;
@@ -234,7 +461,14 @@ fn varied(
             continue;
         }
         let is_indexed = mentions.iter().any(|mention| mention.text.contains(&format!("{}[", entry.key)));
-        let (values, exhaustive) = values_of(&declaration, &entry.value);
+        let number = Number {
+            name: &entry.key,
+            default: defaults.get(&entry.key).and_then(expression::Value::number).unwrap_or_default(),
+            min: declaration.min,
+            max: declaration.max,
+            defaults,
+        };
+        let (values, exhaustive) = values_of(&declaration, &entry.value, &number, &deciding, most);
         varied.push(Varied {
             name: entry.key.clone(),
             feature: None,
@@ -281,20 +515,32 @@ fn default_first(default: Option<&Value>, values: Vec<Value>) -> Vec<Value> {
 }
 
 /// The values that are tried, and whether these are all that can make a difference.
-fn values_of(declaration: &ParameterDeclaration, value: &Value) -> (Vec<Value>, bool) {
+fn values_of(
+    declaration: &ParameterDeclaration,
+    value: &Value,
+    range: &Number<'_>,
+    deciding: &[Expression],
+    most: usize,
+) -> (Vec<Value>, bool) {
     use ParameterType as T;
     let number = |number: f64| at(value, number_kind(number));
     match declaration.parameter_type {
         T::Bool => (booleans(value), true),
         T::Enum => (words(&declaration.values, value), true),
         T::U32 | T::I32 => match (declaration.min, declaration.max) {
-            (Some(min), Some(max)) if max - min < MAXIMUM_VALUES as f64 && min.fract() == 0.0 => {
+            (Some(min), Some(max)) if max - min < most as f64 && min.fract() == 0.0 => {
                 let count = (max - min).max(0.0) as usize + 1;
                 ((0..count).map(|step| number(min + step as f64)).collect(), true)
             }
-            ends => ([ends.0, ends.1].into_iter().flatten().map(number).collect(), false),
+            _ => {
+                // A number without a sign has a least value anyway.
+                let least = if declaration.parameter_type == T::U32 { Some(0.0) } else { None };
+                let min = range.min.into_iter().chain(least).reduce(f64::max);
+                let range = Number { min, ..*range };
+                (range.whole_values(deciding).into_iter().map(number).collect(), false)
+            }
         },
-        T::F32 => ([declaration.min, declaration.max].into_iter().flatten().map(number).collect(), false),
+        T::F32 => (range.real_values(deciding).into_iter().map(number).collect(), false),
         T::F32List | T::U32List => {
             let defaults: Vec<f64> = value
                 .get("default")
@@ -305,7 +551,7 @@ fn values_of(declaration: &ParameterDeclaration, value: &Value) -> (Vec<Value>, 
                 .collect();
             let least = declaration.min_length.unwrap_or(0) as usize;
             let most = declaration.max_length.map_or(defaults.len(), |most| most as usize);
-            let last = most.min(least + MAXIMUM_VALUES);
+            let last = most.min(least + FEW_VALUES);
             let lists: Vec<Value> = (least..=last)
                 .filter_map(|length| list_of(length, &defaults, declaration))
                 .map(|list| at(value, Kind::Array(list.into_iter().map(number).collect())))
@@ -341,15 +587,16 @@ fn number_kind(number: f64) -> Kind {
 }
 
 /// The configurations as the index of each setting's value, and whether they leave out states of passes.
-fn choose(varied: &[Varied], groups: impl Fn() -> Vec<BTreeSet<usize>>) -> (Vec<Vec<usize>>, bool) {
+fn choose(
+    varied: &[Varied],
+    groups: impl Fn() -> Vec<BTreeSet<usize>>,
+    settings: &Settings<'_>,
+    conditions: impl Fn() -> Vec<Expression>,
+) -> (Vec<Vec<usize>>, bool) {
     let plain = vec![0; varied.len()];
     let everything: BTreeSet<usize> = (0..varied.len()).collect();
-    let product = |group: &BTreeSet<usize>| {
-        let size = |total: usize, at: &usize| total.checked_mul(varied[*at].values.len().max(1));
-        group.iter().try_fold(1_usize, size).filter(|total| *total <= MAXIMUM)
-    };
     let mut picks = Picks { varied, seen: HashSet::new(), list: Vec::new() };
-    if let Some(total) = product(&everything) {
+    if let Some(total) = product(varied, &everything) {
         picks.add_product(&plain, &everything, total);
         return (picks.list, false);
     }
@@ -379,9 +626,14 @@ fn choose(varied: &[Varied], groups: impl Fn() -> Vec<BTreeSet<usize>>) -> (Vec<
     groups.dedup();
     let mut sampled = false;
     for group in &groups {
-        match product(group).filter(|total| picks.list.len() + total <= MAXIMUM_TOGETHER) {
+        match product(varied, group).filter(|total| picks.list.len() + total <= MAXIMUM_TOGETHER) {
             Some(total) => picks.add_product(&plain, group, total),
             None => sampled = true,
+        }
+    }
+    if sampled {
+        for condition in conditions() {
+            picks.add_witnesses(settings, &condition);
         }
     }
     (picks.list, sampled)
@@ -401,6 +653,22 @@ impl Picks<'_> {
         }
     }
 
+    /// Configurations in which a condition holds and in which it does not, where none is there.
+    fn add_witnesses(&mut self, settings: &Settings<'_>, condition: &Expression) {
+        for wanted in [true, false] {
+            let shows = |pick: &Vec<usize>| {
+                let pick: Vec<Option<usize>> = pick.iter().copied().map(Some).collect();
+                settings.holds(condition, &pick) == Some(wanted)
+            };
+            if self.list.len() < MAXIMUM_TOGETHER
+                && !self.list.iter().any(shows)
+                && let Witness::Found(pick) = settings.witness(condition, wanted)
+            {
+                self.add(pick);
+            }
+        }
+    }
+
     /// Every combination of the values of a group, which are `total`; the other settings as in `plain`.
     fn add_product(&mut self, plain: &[usize], group: &BTreeSet<usize>, total: usize) {
         for number in 0..total {
@@ -417,7 +685,7 @@ impl Picks<'_> {
 }
 
 /// A group of settings with every feature that its features require or exclude, and so on.
-fn with_constraints(varied: &[Varied], mut group: BTreeSet<usize>) -> BTreeSet<usize> {
+pub(super) fn with_constraints(varied: &[Varied], mut group: BTreeSet<usize>) -> BTreeSet<usize> {
     let others = |at: usize| {
         let declaration = varied[at].feature.as_ref();
         declaration.into_iter().flat_map(|each| each.requires.iter().chain(&each.excludes))
@@ -457,7 +725,7 @@ impl Varied {
 }
 
 /// Whether the features agree with what they require and exclude of one another.
-fn is_allowed(varied: &[Varied], pick: &[usize]) -> bool {
+pub(super) fn is_allowed(varied: &[Varied], pick: &[usize]) -> bool {
     let is_on = |name: &str| {
         varied
             .iter()

@@ -33,8 +33,10 @@ mod reach;
 mod schema;
 mod scope;
 mod setting;
+mod thresholds;
 mod toggle;
 mod unused;
+mod witness;
 
 pub(crate) use availability::{Lacking, lacking, off};
 pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind};

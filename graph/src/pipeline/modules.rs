@@ -3,10 +3,11 @@
 //! Configurations of one pipeline mostly want the same shaders. [`Modules`] keeps each that was made, or refused, and
 //! writes down which pass wanted which program, so that all of them can be proven together.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::document::{Entry, Value, pointer_join};
 use crate::shader::{self, AxisValues, ShaderModule, TargetProfile, TemplateSet};
 use crate::source::Span;
 
@@ -27,11 +28,27 @@ pub(super) struct Wanted {
     pub(super) place: Span,
 }
 
+/// A pass that a configuration does not have.
+#[derive(Clone, Debug)]
+pub(super) struct Absent {
+    /// Its name in the document.
+    pub(super) name: String,
+    /// The condition, or the rounds of the loop.
+    pub(super) decided_by: Span,
+    /// Its text, where it is one at the top of the document.
+    pub(super) condition: Option<String>,
+    pub(super) pointer: String,
+}
+
 /// Modules by template and values, and what was asked for.
 #[derive(Debug, Default)]
 pub(crate) struct Modules {
     known: BTreeMap<(String, AxisValues), Result<Arc<ShaderModule>, Vec<Diagnostic>>>,
     pub(super) wanted: Vec<Wanted>,
+    /// The passes of the document, and uses of subgraphs, that the last load had.
+    pub(super) present: BTreeSet<Span>,
+    /// Those that some load did not have.
+    pub(super) absent: BTreeMap<Span, Absent>,
     proven_elsewhere: bool,
     /// What the schema says of the document, which is the same for every configuration.
     of_schema: Option<Diagnostics>,
@@ -52,6 +69,27 @@ impl Modules {
     pub(super) fn want(&mut self, pass: &str, chosen: &Chosen, place: Span) {
         if self.proven_elsewhere {
             self.wanted.push(Wanted { pass: pass.to_owned(), chosen: chosen.clone(), place });
+        }
+    }
+
+    /// Writes down that a configuration has a pass, or use of a subgraph.
+    pub(super) fn has(&mut self, entry: &Entry) {
+        if self.proven_elsewhere {
+            self.present.insert(entry.key_span);
+        }
+    }
+
+    /// Writes down that a configuration does not have one, because of its `key`.
+    pub(super) fn lacks(&mut self, entry: &Entry, pointer: &str, key: &str, is_top: bool) {
+        if self.proven_elsewhere && !self.absent.contains_key(&entry.key_span) {
+            let value = entry.value.get(key);
+            let absent = Absent {
+                name: entry.key.clone(),
+                decided_by: value.map_or(entry.key_span, |value| value.span),
+                condition: value.and_then(Value::text).filter(|_| is_top).map(str::to_owned),
+                pointer: pointer_join(pointer, key),
+            };
+            self.absent.insert(entry.key_span, absent);
         }
     }
 

@@ -7,12 +7,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Choice;
-use super::configurations::{self, Configurations};
+use super::availability::lacking;
+use super::configurations::{self, Configurations, FreeAxis};
 use super::load::load_sharing;
-use super::modules::Modules;
+use super::modules::{Absent, Modules};
 use crate::check::Job;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
-use crate::document::Document;
+use crate::document::{self, Document};
 use crate::shader::permutations::Count;
 use crate::shader::{self, AxisValue, AxisValues};
 use crate::source::{Sources, Span};
@@ -43,6 +44,9 @@ pub struct ReachedProgram {
     pub template: String,
     /// The values; no two products have a variant in common. An axis that a product does not name can have any value.
     pub products: Vec<AxisProduct>,
+    /// Axes that have these values together with any others, whether or not a configuration gives them together, since
+    /// what they depend on has too many values to try each; with the expression that yields them.
+    pub assumed: BTreeMap<String, String>,
     /// Where the first pass names the template.
     pub place: Span,
 }
@@ -72,7 +76,7 @@ pub fn reach(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Reached {
-    let Configurations { choices, number, sampled, open_axes } = match configured {
+    let Configurations { choices, number, sampled, exact, free } = match configured {
         Configured::All => configurations::enumerate(document, job.templates, job.profile),
         Configured::One(choice) => {
             let number = Count { number: 1, exact: true };
@@ -82,10 +86,12 @@ pub fn reach(
     let mut modules = Modules::proven_elsewhere();
     let mut known = BTreeSet::new();
     let mut refused = Refused::default();
+    let mut present = BTreeSet::new();
     for (at, choice) in choices.iter().enumerate() {
         let wanted = modules.wanted.len();
         let mut own = Diagnostics::new();
         let Job { registry, templates, profile, .. } = job;
+        modules.present.clear();
         let loaded =
             load_sharing(document, registry, templates, profile, choice, sources, &mut own, &mut modules);
         if loaded.is_none() {
@@ -104,6 +110,7 @@ pub fn reach(
             refused.add(new, choice);
             continue;
         }
+        present.append(&mut modules.present);
         for mut finding in new {
             if known.insert(key(&finding)) {
                 if let (Configured::All, Some(settings)) = (configured, describe(choice)) {
@@ -113,10 +120,49 @@ pub fn reach(
             }
         }
     }
-    let programs = programs(job, &modules, &open_axes, sampled);
+    modules.absent.retain(|entry, _| !present.contains(entry));
+    if matches!(configured, Configured::All) {
+        diagnostics.extend(unproven(document, job, &modules, exact));
+    }
+    let programs = programs(job, &modules, &free, sampled);
     let (loaded, number_refused) = (choices.len(), refused.configurations);
     diagnostics.extend(refused.notes());
     Reached { programs, configurations: number, loaded, refused: number_refused }
+}
+
+/// The findings about passes that no configuration has. Where it is shown that there is none, the pass is of no use;
+/// else it may be there for somebody, and nothing of it is proven.
+fn unproven<'a>(
+    document: &'a Document,
+    job: &'a Job<'_>,
+    modules: &'a Modules,
+    exact: bool,
+) -> impl Iterator<Item = Diagnostic> + 'a {
+    let features = document.root.get("features").and_then(document::Value::entries).unwrap_or_default();
+    // What one profile has no room for, another may have.
+    let is_less = features.iter().any(|entry| lacking(entry, features, job.profile).is_some());
+    modules.absent.values().filter_map(move |absent| {
+        let Absent { name, decided_by, condition, pointer } = absent;
+        let never = exact
+            || condition.as_ref().is_some_and(|condition| {
+                configurations::cannot_hold(document, job.templates, job.profile, condition)
+            });
+        let code = shader::codes::PASS_UNPROVEN;
+        let finding = if never {
+            let message = format!("no configuration has the pass \"{name}\"");
+            let help = "the declared features and parameters never make its condition hold: correct the condition or the \
+                        declarations, or remove the pass";
+            Diagnostic::warning(code, *decided_by, message).help(help)
+        } else {
+            let message = format!(
+                "the pass \"{name}\" is in none of the configurations that were tried, so its shaders are not proven"
+            );
+            let help = "name a configuration that has it: a preset is always tried; or declare smaller ranges and fewer \
+                        features for its condition; --set NAME=VALUE proves one configuration";
+            Diagnostic::error(code, *decided_by, message).help(help)
+        };
+        (!never || !is_less).then(|| finding.pointer(pointer.as_str()))
+    })
 }
 
 /// Configurations whose values do not go together: what is said of each place, and how often.
@@ -179,12 +225,7 @@ fn describe(choice: &Choice) -> Option<String> {
 }
 
 /// The programs that loads asked for; `spread` combines all values, where configurations were left out.
-fn programs(
-    job: &Job<'_>,
-    modules: &Modules,
-    open_axes: &BTreeSet<String>,
-    spread: bool,
-) -> Vec<ReachedProgram> {
+fn programs(job: &Job<'_>, modules: &Modules, free: &[FreeAxis], spread: bool) -> Vec<ReachedProgram> {
     let mut order: Vec<(&str, &str)> = Vec::new();
     let mut reached: BTreeMap<(&str, &str), (BTreeSet<AxisValues>, Span)> = BTreeMap::new();
     for wanted in &modules.wanted {
@@ -196,7 +237,7 @@ fn programs(
         for values in wanted.chosen.variants() {
             // What breaks a constraint has its finding from the load.
             if let Ok(mut values) = shader::complete(job.templates, &wanted.chosen.template, &values) {
-                values.retain(|name, _| !open_axes.contains(name));
+                values.retain(|name, _| !free_in(free, &wanted.pass).any(|axis| axis.name == *name));
                 entry.0.insert(values);
             }
         }
@@ -207,20 +248,45 @@ fn programs(
         else {
             continue;
         };
-        let products = products(&variants, spread);
-        let alike =
-            programs.iter_mut().find(|program| program.template == key.1 && program.products == products);
+        let free: Vec<&FreeAxis> = free_in(free, key.0).collect();
+        let mut products = products(&variants, spread);
+        let mut assumed = BTreeMap::new();
+        for axis in job.templates.axes(key.1).into_iter().flat_map(shader::Axes::iter) {
+            let of_axis: Vec<&&FreeAxis> = free.iter().filter(|each| each.name == axis.name).collect();
+            let Some(first) = of_axis.first() else { continue };
+            assumed.insert(axis.name.clone(), first.reason.clone());
+            let Some(values) = of_axis.iter().map(|each| each.values.as_ref()).collect::<Option<Vec<_>>>()
+            else {
+                continue;
+            };
+            // A value that the axis does not have is an error of the configuration, and no variant.
+            let values: BTreeSet<AxisValue> =
+                values.into_iter().flatten().filter(|value| axis.kind.contains(value)).cloned().collect();
+            for product in &mut products {
+                product.insert(axis.name.clone(), values.iter().cloned().collect());
+            }
+        }
+        let alike = programs.iter_mut().find(|program| {
+            program.template == key.1 && program.products == products && program.assumed == assumed
+        });
         match alike {
             Some(program) => program.passes.push(key.0.to_owned()),
             None => programs.push(ReachedProgram {
                 passes: vec![key.0.to_owned()],
                 template: key.1.to_owned(),
                 products,
+                assumed,
                 place,
             }),
         }
     }
     programs
+}
+
+/// The free axes of a pass.
+fn free_in<'f>(free: &'f [FreeAxis], pass: &'f str) -> impl Iterator<Item = &'f FreeAxis> {
+    let outermost = pass.split('.').next().unwrap_or(pass);
+    free.iter().filter(move |axis| axis.pass.as_deref().is_none_or(|owner| owner == outermost))
 }
 
 /// The variants as disjoint products.

@@ -87,6 +87,9 @@ crate::codes! {
     /// Paths through a template beyond what is enumerated.
     PATHS_LIMIT = "UG0552", "too many variants",
         "Not every variant of the template is proven: it has more than 65,536 paths, more than 32,768 distinct texts or 512 MiB of them, or its text depends on an axis with more than 16,384 values, of which the first, the default and the last are taken. Any of the others may fail, so this is an error.\n\nDeclare a narrower range, fewer values, or constraints between axes. An integer that is only a size takes `\"prove\": \"ends\"`; a number or switch that the WGSL can read itself takes `\"as\": \"override\"`, and costs one text. Without `--all` only the values that pipelines reach are proven, with `--set NAME=VALUE` only one configuration.";
+    /// A pass that no proven configuration has.
+    PASS_UNPROVEN = "UG0553", "pass in no proven configuration",
+        "Of the configurations of the pipeline that were loaded, none has this pass: its `when` never held, or its `for_each` had no rounds. So nothing of it is proven.\n\nConfigurations are gone through in full up to 4,096. Of more, each pass is seen with every combination of the settings on which it depends, if these are up to 4,096; else with single changes, pairs of changes, and for every condition a configuration in which it holds, if a search of 20,000 steps finds one. Of numbers with more than 256 values those are tried at which conditions change, and the ends.\n\nWhere some configuration may have the pass, this is an error: name one as a preset, which is always tried; or declare a smaller range. Where it is shown that none can, it is a warning: the condition contradicts the declarations.";
     /// An external validator that cannot be started.
     EXTERNAL_UNAVAILABLE = "UG0560", "external validator cannot be run",
         "The command of an external validator cannot be started. It is a program and its arguments; `{}` stands for the file with the WGSL.";

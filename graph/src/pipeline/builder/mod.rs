@@ -15,6 +15,7 @@ mod vertices;
 
 pub(crate) use expressions::expression_finding;
 pub use parts::{Face, PartSettings};
+pub(in crate::pipeline) use programs::axis_value;
 
 use super::environment::Environment;
 use super::load::Shared;

@@ -99,7 +99,8 @@ impl PassBuilder<'_> {
     }
 }
 
-fn axis_value(value: &Value) -> Option<AxisValue> {
+/// The value that an axis takes of what an expression yields.
+pub(in crate::pipeline) fn axis_value(value: &Value) -> Option<AxisValue> {
     match value {
         Value::Bool(value) => Some(AxisValue::Bool(*value)),
         Value::Number(number) if number.fract() == 0.0 && number.abs() < 9.0e15 => {

@@ -205,12 +205,16 @@ pub(crate) fn load_sharing(
             _ => None,
         };
         let uses = std::mem::take(&mut builder.uses);
+        if present != Some(false) {
+            shared.modules.has(entry);
+        }
         let own = std::mem::replace(&mut shared.diagnostics, outer);
         let sound = !own.has_errors() && shared.withheld == withheld;
         shared.report_from(own, environment);
         match (present, produced) {
             (Some(false), _) => {
                 absent.insert(instance.name.clone());
+                shared.modules.lacks(entry, pointer, "when", environment.is_top());
             }
             (_, Some(produced)) if sound => {
                 if !common.after.is_empty() {

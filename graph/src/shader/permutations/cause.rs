@@ -29,6 +29,8 @@ pub(crate) struct Ground<'a> {
     pub(crate) template: &'a str,
     pub(crate) space: &'a Space,
     pub(crate) leaves: &'a [Leaf],
+    /// Axes that are combined with all others, with what yields their values.
+    pub(crate) assumed: &'a BTreeMap<String, String>,
     /// All profiles that were checked.
     pub(crate) profiles: BTreeSet<String>,
 }
@@ -41,6 +43,8 @@ pub(crate) struct Effect {
     pub(crate) of_variants: usize,
     pub(crate) configurations: Count,
     pub(crate) provocation: AxisValues,
+    /// What of the provocation may be combined by nobody.
+    pub(crate) assumed: Vec<String>,
     /// The profiles that show it, if not all do.
     pub(crate) profiles: Option<BTreeSet<String>>,
 }
@@ -83,6 +87,9 @@ impl Causes {
                     effects.iter().filter(|effect| effect.of_variants > 1 || effect.profiles.is_some())
                 {
                     finding = finding.related(Place::Nowhere, effect.describe());
+                    for note in effect.assumed.iter().filter(|_| effect.variants < effect.of_variants) {
+                        finding = finding.related(Place::Nowhere, note);
+                    }
                 }
                 finding
             })
@@ -119,12 +126,21 @@ fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {
         configurations = configurations.plus(ground.space.count(&leaf.decided));
     }
     let some = !failure.profiles.is_empty() && failure.profiles != ground.profiles;
+    let provocation = provocation(ground, &failure.leaves);
+    let note = |(axis, yielded): (&String, &String)| {
+        provocation.contains_key(axis).then(|| {
+            format!(
+                "\"{axis}\" follows {yielded}, which has too many values to try each: its values are combined with all others"
+            )
+        })
+    };
     Effect {
+        assumed: ground.assumed.iter().filter_map(note).collect(),
         template: ground.template.to_owned(),
         variants: failure.leaves.len(),
         of_variants: ground.leaves.len(),
         configurations,
-        provocation: provocation(ground, &failure.leaves),
+        provocation,
         profiles: some.then(|| failure.profiles.clone()),
     }
 }

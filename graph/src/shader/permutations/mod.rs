@@ -59,6 +59,9 @@ pub struct Request {
     pub template: String,
     /// The values that axes can have; an axis that is not named can have all of its values.
     pub allowed: BTreeMap<String, Vec<AxisValue>>,
+    /// Axes whose values are combined with all others, whether or not anything gives them together; with what yields them.
+    /// A finding that such an axis provokes says so.
+    pub assumed: BTreeMap<String, String>,
     /// The profiles that have to accept every variant.
     pub profiles: Vec<TargetProfile>,
     /// Where a finding about the request itself belongs.
@@ -72,6 +75,7 @@ impl Request {
             name: template.to_owned(),
             template: template.to_owned(),
             allowed: BTreeMap::new(),
+            assumed: BTreeMap::new(),
             profiles: profiles.to_vec(),
             place: Place::Nowhere,
         }
@@ -213,6 +217,7 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
             template: &each.request.template,
             space: &each.space,
             leaves: &each.exploration.leaves,
+            assumed: &each.request.assumed,
             profiles: each.request.profiles.iter().map(|profile| profile.name.clone()).collect(),
         };
         // Including a template that does not parse is no finding of its own.
