@@ -45,10 +45,8 @@ pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option
     let (code, message, help) = if too_large {
         (codes::TEMPLATE_LIMIT, "the template writes more than 4 MiB of WGSL".to_owned(), None)
     } else if recursion {
-        let (message, place) = recursive(&placed, place);
-        let code = codes::INCLUDE_RECURSIVE;
-        return Diagnostic::error(code, place, message)
-            .help("include it under a condition that ends, or not at all");
+        let (message, place, help) = recursive(&placed, place);
+        return Diagnostic::error(codes::INCLUDE_RECURSIVE, place, message).help(help);
     } else {
         describe(innermost)
     };
@@ -155,18 +153,20 @@ fn quoted(text: &str) -> Option<&str> {
     text.split(['"', '\'']).nth(1)
 }
 
-fn recursive(placed: &[(&Error, Span)], place: Place) -> (String, Place) {
+fn recursive(placed: &[(&Error, Span)], place: Place) -> (String, Place, &'static str) {
     let mut names: Vec<&str> = Vec::new();
     for (error, span) in placed {
         let Some(name) = error.name() else { continue };
         if let Some(first) = names.iter().position(|known| *known == name) {
             let circle = [&names[first..], &[name]].concat().join("\" includes \"");
             let from = placed.get(first).map_or(*span, |(_, span)| *span);
-            return (format!("the template includes itself: \"{circle}\""), Place::Span(from));
+            let message = format!("the template includes itself: \"{circle}\"");
+            return (message, Place::Span(from), "include it under a condition that ends, or not at all");
         }
         names.push(name);
     }
-    ("a macro or a loop calls itself without end".to_owned(), place)
+    let message = "a macro or a loop calls itself without end".to_owned();
+    (message, place, "call it under a condition that ends, or not at all")
 }
 
 fn describe(error: &Error) -> (Code, String, Option<String>) {
