@@ -439,42 +439,6 @@ fn an_input_is_never_what_has_its_name_outside() {
 }
 
 #[test]
-fn files_of_every_kind_conform_to_their_schemas() {
-    use umbragraph::pipeline::{FileKind, schema_of};
-    let registry = umbragraph::registry();
-    let said = |kind: FileKind, name: &str, text: &str| {
-        let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
-        let file = sources.add(name, text);
-        let root = document::parse(&sources, file).expect("JSON").root;
-        let schema = schema_of(kind, &registry);
-        document::schema::check(&root, &schema, &schema, "", &mut findings);
-        render::human_all(&findings, &sources)
-    };
-    let mut files = vec![
-        (FileKind::Extension, "pipelines/learn/parts/echo.json".to_owned()),
-        (FileKind::Subgraph, "pipelines/learn/parts/through_small.json".to_owned()),
-        (FileKind::Parameters, "pipelines/learn/parts/wide.json".to_owned()),
-    ];
-    let folder = std::fs::read_dir(common::root().join("pipelines/params")).unwrap();
-    files.extend(folder.flatten().map(|entry| {
-        (FileKind::Parameters, format!("pipelines/params/{}", entry.file_name().to_string_lossy()))
-    }));
-    for (kind, name) in files {
-        let text = std::fs::read_to_string(common::root().join(&name)).unwrap();
-        assert_eq!(said(kind, &name, &text), "");
-    }
-    let unknown = |kind: FileKind, text: &str| said(kind, "x.json", text);
-    let settings = r#"{ "inserts": { "point": { "a": { "copy": { "form": 1 } } } } }"#;
-    assert!(
-        unknown(FileKind::Extension, settings).contains("unknown key \"form\""),
-        "settings of passes too"
-    );
-    let passes = r#"{ "inputs": {}, "passes": { "a": { "fullscreen": 1 } }, "features": {} }"#;
-    assert!(unknown(FileKind::Subgraph, passes).contains("\"features\""));
-    assert!(unknown(FileKind::Parameters, r#"{ "parametres": {} }"#).contains("\"parametres\""));
-}
-
-#[test]
 fn passes_of_an_extension_outside_a_point_are_a_finding() {
     let mut sources = Sources::new();
     let pipeline = r#"{ "extension_points": { "point": {} }, "passes": {} }"#;

@@ -160,7 +160,7 @@ impl Registry {
     /// The schema of pipelines that use these kinds, made when it is first wanted.
     pub(crate) fn schema(&self) -> &document::schema::Schema {
         self.schema.get_or_init(|| {
-            let json = crate::pipeline::schema(self);
+            let json = crate::pipeline::schema_of_composed(crate::pipeline::FileKind::Pipeline, self);
             Arc::new(document::schema::Schema::new(&json, &json))
         })
     }

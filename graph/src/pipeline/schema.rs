@@ -4,6 +4,7 @@
 use schemars::SchemaGenerator;
 use serde_json::{Value as Json, json};
 
+use super::schema_overlays::for_overlays;
 use crate::language::{
     ExtensionDeclaration, ParameterFileDeclaration, PassCommon, PipelineDeclaration, SubgraphDeclaration,
 };
@@ -22,15 +23,25 @@ pub enum FileKind {
     Subgraph,
 }
 
-/// The schema of pipelines that use the node kinds of a registry.
+/// The schema of pipelines that use the node kinds of a registry, as their files are written.
 ///
 /// A pass is an object with the common keys and exactly one key that names a node kind.
 pub fn schema(registry: &Registry) -> Json {
     schema_of(FileKind::Pipeline, registry)
 }
 
-/// The schema of a kind of file, whose passes use the node kinds of a registry.
+/// The schema of a kind of file, whose passes use the node kinds of a registry. Of files that extend others it wants
+/// nothing to be there, and lets null stand for what is deleted.
 pub fn schema_of(kind: FileKind, registry: &Registry) -> Json {
+    let composed = schema_of_composed(kind, registry);
+    match kind {
+        FileKind::Pipeline | FileKind::Extension => for_overlays(&composed),
+        FileKind::Parameters | FileKind::Subgraph => composed,
+    }
+}
+
+/// The schema of a kind of file once it is composed of all that it extends and includes.
+pub(crate) fn schema_of_composed(kind: FileKind, registry: &Registry) -> Json {
     let settings = schemars::generate::SchemaSettings::draft2020_12();
     if kind == FileKind::Parameters {
         let generator = SchemaGenerator::new(settings);
