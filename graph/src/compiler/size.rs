@@ -314,6 +314,7 @@ impl<'a> Sizes<'a> {
         }
         let environment = &resource.environment;
         let value = expr.parse().and_then(|expression| {
+            environment.check_words(&expression, self)?;
             let expression = environment.close(&expression, &|name| self.named(name).is_some());
             expression::evaluate(&expression, self)
         });
@@ -427,6 +428,10 @@ impl Scope for Sizes<'_> {
 
     fn is_broken(&self, name: &str) -> bool {
         self.scope.is_broken(name)
+    }
+
+    fn words(&self, name: &str) -> Option<&[String]> {
+        self.scope.words(name)
     }
 
     fn members(&self, head: &str) -> Vec<String> {

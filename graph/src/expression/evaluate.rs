@@ -19,6 +19,10 @@ pub trait Scope {
     fn is_broken(&self, _name: &str) -> bool {
         false
     }
+    /// The words that the value of a name can be, where it is an enumeration.
+    fn words(&self, _name: &str) -> Option<&[String]> {
+        None
+    }
     /// The names that begin with `head` and a dot, for the same; none where `head` has no members, or does not exist.
     fn members(&self, _head: &str) -> Vec<String> {
         Vec::new()
@@ -74,7 +78,7 @@ pub(crate) fn unknown_name(name: &str, range: Range<usize>, scope: &dyn Scope) -
         fault,
         message: format!("there is no \"{name}\""),
         help: None,
-        unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_function: false })),
+        unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_complete: false })),
     }
 }
 
@@ -212,7 +216,7 @@ fn call(
                 fault: Fault::UnknownName,
                 message: format!("there is no function \"{name}\""),
                 help: Some(format!("the functions are {}", FUNCTIONS.join(", "))),
-                unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_function: true })),
+                unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_complete: true })),
             });
         }
     };

@@ -17,10 +17,12 @@
 
 mod evaluate;
 mod parse;
+mod words;
 
 pub(crate) use evaluate::unknown_name;
 pub use evaluate::{Scope, evaluate};
 pub use parse::parse;
+pub(crate) use words::unknown_word;
 
 use std::ops::Range;
 
@@ -179,8 +181,9 @@ pub struct UnknownName {
     pub name: String,
     /// What could stand there, in no order.
     pub known: Vec<String>,
-    /// Whether it is a function that is called.
-    pub is_function: bool,
+    /// Whether nothing else could stand there: so for functions and for the words of an enumeration, while other names
+    /// may be known where the expression stands.
+    pub is_complete: bool,
 }
 
 /// The kinds of fault of an expression.
@@ -190,6 +193,8 @@ pub enum Fault {
     Syntax,
     /// A name or function that does not exist here.
     UnknownName,
+    /// A text that an enumeration is compared with, and that is none of its words.
+    UnknownWord,
     /// A name that is declared, but has no value because its declaration has a finding: this one only follows from it.
     Follows,
     /// An operand of the wrong kind, or the wrong number of arguments.

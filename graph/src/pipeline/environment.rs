@@ -33,6 +33,8 @@ pub struct Environment {
     pub(super) is_file: bool,
     /// Parameters of the subgraph and variables of loops.
     pub(super) locals: BTreeMap<String, Value>,
+    /// The words of parameters that are enumerations.
+    pub(super) words: BTreeMap<String, Vec<String>>,
     /// Inputs of the subgraph.
     pub(super) inputs: BTreeMap<String, Input>,
     /// Where the subgraphs are used, the innermost first.
@@ -127,7 +129,7 @@ impl Environment {
         error: &mut ExpressionError,
         outside: impl Iterator<Item = &'a str> + Clone,
     ) {
-        let Some(unknown) = error.unknown.as_mut().filter(|unknown| !unknown.is_function) else { return };
+        let Some(unknown) = error.unknown.as_mut().filter(|unknown| !unknown.is_complete) else { return };
         if let Some(name) = unknown.name.strip_prefix(UNSEEN).map(str::to_owned) {
             error.message = format!("there is no \"{name}\"");
             unknown.name.clone_from(&name);
@@ -182,12 +184,26 @@ impl Environment {
         is_resource: &dyn Fn(&str) -> bool,
         scope: &dyn Scope,
     ) -> Result<Value, ExpressionError> {
+        self.check_words(expression, scope)?;
         if self.is_top() {
             return expression::evaluate(expression, scope);
         }
         let inside = Inside { environment: self, is_resource, scope };
         expression::evaluate(expression, &inside)
             .or_else(|_| expression::evaluate(&self.close(expression, is_resource), scope))
+    }
+
+    /// Whether the texts that enumerations are compared with are words of theirs, in an expression as it is written here.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub(crate) fn check_words(
+        &self,
+        expression: &Expression,
+        scope: &dyn Scope,
+    ) -> Result<(), ExpressionError> {
+        let inside = Inside { environment: self, is_resource: &|_| false, scope };
+        expression::unknown_word(expression, &inside).map_or(Ok(()), Err)
     }
 
     /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
@@ -287,6 +303,13 @@ impl Scope for Inside<'_> {
         }
     }
 
+    fn words(&self, name: &str) -> Option<&[String]> {
+        match self.environment.locals.contains_key(name) {
+            true => self.environment.words.get(name).map(Vec::as_slice),
+            false => self.scope.words(&self.environment.close_name(name, self.is_resource)),
+        }
+    }
+
     fn names(&self) -> Vec<String> {
         self.scope.names()
     }
@@ -301,6 +324,7 @@ mod tests {
         Environment {
             prefix: "blur.".to_owned(),
             is_file: false,
+            words: BTreeMap::new(),
             locals: BTreeMap::from([("level".to_owned(), Value::Number(2.0))]),
             inputs: BTreeMap::from([(
                 "image".to_owned(),

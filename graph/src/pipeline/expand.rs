@@ -530,6 +530,9 @@ impl<'a, 's> Expander<'a, 's> {
             });
             match decoded {
                 Some(value) => {
+                    if declaration.parameter_type == crate::language::ParameterType::Enum {
+                        inner.words.insert(parameter.key.clone(), declaration.values.clone());
+                    }
                     inner.locals.insert(parameter.key.clone(), value);
                 }
                 None => fine = false,

@@ -104,7 +104,9 @@ fn count(
 ) -> Result<u32, Option<Box<Diagnostic>>> {
     let evaluate = || -> Result<Value, ExpressionError> {
         let is_resource = |name: &str| shared.find(name).is_some();
-        let expression = resource.environment.close(&frames.parse()?, &is_resource);
+        let expression = frames.parse()?;
+        resource.environment.check_words(&expression, &shared.scope)?;
+        let expression = resource.environment.close(&expression, &is_resource);
         expression::evaluate(&expression, &shared.scope)
     };
     match evaluate() {

@@ -9,6 +9,8 @@ use crate::expression::{Scope, Value};
 #[derive(Clone, Debug, Default)]
 pub struct StaticScope {
     values: BTreeMap<String, Value>,
+    /// The words of those that are enumerations.
+    words: BTreeMap<String, Vec<String>>,
     /// Names that are declared, but have no value because of findings.
     broken: BTreeSet<String>,
 }
@@ -16,9 +18,17 @@ pub struct StaticScope {
 impl StaticScope {
     /// The scope of these parameters and features.
     pub fn new(parameters: &BTreeMap<String, Parameter>, features: &BTreeMap<String, Feature>) -> Self {
+        let words_of = |name: &String, value: &Value, words: &[String]| {
+            matches!(value, Value::Text(_)).then(|| (name.clone(), words.to_vec()))
+        };
+        let of_parameters =
+            parameters.iter().filter_map(|(name, one)| words_of(name, &one.value, &one.declaration.values));
+        let of_features =
+            features.iter().filter_map(|(name, one)| words_of(name, &one.value, &one.declaration.values));
+        let words = of_parameters.chain(of_features).collect();
         let parameters = parameters.iter().map(|(name, parameter)| (name.clone(), parameter.value.clone()));
         let features = features.iter().map(|(name, feature)| (name.clone(), feature.value.clone()));
-        Self { values: parameters.chain(features).collect(), broken: BTreeSet::new() }
+        Self { values: parameters.chain(features).collect(), words, broken: BTreeSet::new() }
     }
 
     /// The same, with names that are declared, but have no value because of findings.
@@ -35,6 +45,10 @@ impl Scope for StaticScope {
 
     fn is_broken(&self, name: &str) -> bool {
         self.broken.contains(name)
+    }
+
+    fn words(&self, name: &str) -> Option<&[String]> {
+        self.words.get(name).map(Vec::as_slice)
     }
 
     fn names(&self) -> Vec<String> {

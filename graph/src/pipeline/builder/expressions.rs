@@ -88,6 +88,10 @@ impl PassBuilder<'_> {
     pub fn deferred(&mut self, expr: &Expr, pointer: &str) -> Option<Deferred> {
         match self.parse(expr) {
             Ok(expression) => {
+                if let Err(error) = self.environment.check_words(&expression, &self.shared.scope) {
+                    self.expression_error(&error, pointer);
+                    return None;
+                }
                 let expression = if self.environment.is_top() {
                     Rc::unwrap_or_clone(expression)
                 } else {
@@ -144,7 +148,11 @@ impl PassBuilder<'_> {
     }
 
     pub(super) fn expression_error(&mut self, error: &ExpressionError, pointer: &str) {
-        if error.unknown.as_deref().is_some_and(|unknown| self.report_misgiven(&unknown.name)) {
+        if error
+            .unknown
+            .as_deref()
+            .is_some_and(|unknown| !unknown.is_complete && self.report_misgiven(&unknown.name))
+        {
             return;
         }
         let mut error = error.clone();
@@ -155,7 +163,8 @@ impl PassBuilder<'_> {
             self.shared.withheld += 1;
             return;
         };
-        let is_toggle = |unknown: &UnknownName| self.shared.toggles.contains(&unknown.name);
+        let is_toggle =
+            |unknown: &UnknownName| !unknown.is_complete && self.shared.toggles.contains(&unknown.name);
         if error.unknown.as_deref().is_some_and(is_toggle) {
             finding.fix = None;
             finding = finding.help("expressions cannot see toggles, which change from frame to frame: give the pass \"toggle\", or make it a feature");
@@ -192,6 +201,7 @@ pub(crate) fn expression_finding(
         Fault::Syntax => codes::EXPRESSION_SYNTAX,
         Fault::Follows => return None,
         Fault::UnknownName => codes::EXPRESSION_NAME,
+        Fault::UnknownWord => codes::UNKNOWN_WORD,
         Fault::Type => codes::EXPRESSION_TYPE,
         Fault::Arithmetic => codes::EXPRESSION_ARITHMETIC,
     };
@@ -203,6 +213,7 @@ pub(crate) fn expression_finding(
             Fault::UnknownName | Fault::Follows => {
                 "expressions know parameters, features, resources and viewport".to_owned()
             }
+            Fault::UnknownWord => "the declaration lists the words".to_owned(),
             Fault::Type => "see `umbragraph explain UG0312` for the types of expressions".to_owned(),
             Fault::Arithmetic => "guard the operation, with max(…, 1) for one".to_owned(),
         })
