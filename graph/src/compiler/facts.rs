@@ -19,6 +19,7 @@ use super::history;
 use super::parts;
 use super::plan::{Import, PlanOptions};
 use super::size::{Size, Sizes, TextureSize};
+use super::texture_rules;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{Pipeline, Resource, ResourceKind};
@@ -109,10 +110,16 @@ impl<'a> Facts<'a> {
                     let format = match told(options, resource) {
                         Some(import) => Some(import.format),
                         None => {
-                            format::choose(pipeline, &mut formats, resource, texture, wants, size.samples)
+                            format::choose(pipeline, &mut formats, resource, texture, wants, size, usages)
                                 .map_err(|finding| findings.push(*finding))
                                 .ok()
                         }
+                    };
+                    // What has several samples has to be an attachment, whatever else is done with it.
+                    let is_own = told(options, resource).is_none();
+                    let usages = match size.samples {
+                        2.. if is_own => usages | TextureUsages::RENDER_ATTACHMENT,
+                        _ => usages,
                     };
                     let volume = texture.view == Some(TextureShape::D3);
                     format.map(|format| {
@@ -162,7 +169,9 @@ impl<'a> Facts<'a> {
                     let layered = |size: TextureSize| size.layers != 1;
                     let alike =
                         texture.size.samples == size.samples && layered(texture.size) == layered(size);
-                    Some(Descriptor::Texture(TextureFacts { size, ..texture })).filter(|_| alike)
+                    let fits = texture_rules::of_format(texture.format, size, texture.volume, texture.usages)
+                        .is_none();
+                    Some(Descriptor::Texture(TextureFacts { size, ..texture })).filter(|_| alike && fits)
                 }
                 (Some(Descriptor::Buffer { usages, .. }), Size::Buffer(bytes)) => {
                     Some(Descriptor::Buffer { bytes, usages })

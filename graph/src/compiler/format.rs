@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 
 use smallvec::SmallVec;
-use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureSampleType};
+use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureSampleType, TextureUsages};
 
+use super::size::TextureSize;
+use super::texture_rules;
 use crate::diagnostic::{Diagnostic, codes};
-use crate::language::TextureDeclaration;
+use crate::language::{TextureDeclaration, TextureShape};
 use crate::pipeline::{Aspect, Pipeline, Program, Resource, Usage, Use};
 use crate::shader::TargetProfile;
 use crate::work::{BoundSlot, PassHandle, SlotSource, TextureView, Work};
@@ -118,7 +120,8 @@ pub(super) fn choose(
     resource: &Resource,
     texture: &TextureDeclaration,
     wants: &Wants<'_>,
-    samples: u32,
+    size: TextureSize,
+    usages: TextureUsages,
 ) -> Result<TextureFormat, Box<Diagnostic>> {
     let names = texture.format.names();
     let mut reasons = Vec::new();
@@ -128,7 +131,10 @@ pub(super) fn choose(
             unknown.get_or_insert((at, name));
             continue;
         };
-        match refusal(pipeline, format, wants, samples, &pipeline.profile) {
+        let volume = texture.view == Some(TextureShape::D3);
+        let refused = refusal(pipeline, format, wants, size.samples, &pipeline.profile)
+            .or_else(|| texture_rules::of_format(format, size, volume, usages));
+        match refused {
             None if unknown.is_none() => return Ok(format),
             None => {}
             Some(reason) => reasons.push(format!("{name} {reason}")),
@@ -196,7 +202,7 @@ fn refusal(
         {
             return Some(format!("cannot be resolved to (\"{name}\")"));
         }
-        if samples > 1 && one.usage.is_attachment() && !guaranteed.flags.sample_count_supported(samples) {
+        if samples > 1 && !guaranteed.flags.sample_count_supported(samples) {
             return Some(format!("cannot have {samples} samples"));
         }
     }

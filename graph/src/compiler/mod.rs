@@ -43,6 +43,7 @@ mod resize;
 mod rows;
 mod sharing;
 mod size;
+mod texture_rules;
 mod toggles;
 mod values;
 mod verify;

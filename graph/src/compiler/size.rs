@@ -10,6 +10,7 @@
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, HashMap};
 
+use super::texture_rules;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document;
 use crate::expression::{self, Expression, ExpressionError, Scope, Value};
@@ -278,7 +279,13 @@ impl<'a> Sizes<'a> {
                     );
                     return None;
                 }
-                Some(Size::Texture(TextureSize { width, height, layers, mips, samples }))
+                let size = TextureSize { width, height, layers, mips, samples };
+                if let Some(refused) = texture_rules::of_size(&resource.name, texture, size) {
+                    let (pointer, message, help) = refused;
+                    self.report(codes::DEVICE_RULE, resource, pointer, message, help);
+                    return None;
+                }
+                Some(Size::Texture(size))
             }
         }
     }
