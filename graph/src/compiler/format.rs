@@ -8,7 +8,7 @@ use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureS
 use super::size::TextureSize;
 use super::texture_rules;
 use crate::diagnostic::{Diagnostic, codes};
-use crate::language::{TextureDeclaration, TextureShape};
+use crate::language::{TextureDeclaration, TextureShape, unknown_format};
 use crate::pipeline::{Aspect, Pipeline, Program, Resource, Usage, Use};
 use crate::shader::TargetProfile;
 use crate::work::{BoundSlot, PassHandle, SlotSource, TextureView, Work};
@@ -143,24 +143,16 @@ pub(super) fn choose(
     let list_at = |at: usize| {
         if names.len() == 1 { "/texture/format".to_owned() } else { format!("/texture/format/{at}") }
     };
-    let finding = |code, pointer: &str, message| {
-        let place = resource.value.nearest(pointer).span;
-        Diagnostic::error(code, place, message).pointer(format!("{}{pointer}", resource.pointer))
-    };
     if let Some((at, name)) = unknown {
-        let finding =
-            finding(codes::FORMAT_UNKNOWN, &list_at(at), format!("\"{name}\" is no texture format"));
-        let written = finding.span();
-        return Err(Box::new(finding.meant(
-            name,
-            super::format_names::KNOWN_FORMATS.iter().copied(),
-            written,
-            |_| "formats have the names of the WebGPU specification".to_owned(),
-        )));
+        let pointer = list_at(at);
+        let place = resource.value.nearest(&pointer).span;
+        return Err(Box::new(unknown_format(name, place, resource.pointer.clone() + &pointer)));
     }
     let message =
         format!("no format of \"{}\" supports all of its uses: {}", resource.name, reasons.join("; "));
-    let mut finding = finding(codes::FORMAT_USAGE, "/texture/format", message)
+    let place = resource.value.nearest("/texture/format").span;
+    let mut finding = Diagnostic::error(codes::FORMAT_USAGE, place, message)
+        .pointer(format!("{}/texture/format", resource.pointer))
         .help("choose another format, or add a candidate");
     for (pass, one) in wants.uses.iter().take(4) {
         finding = finding

@@ -21,7 +21,6 @@ mod dispatch;
 mod extents;
 mod facts;
 mod format;
-mod format_names;
 mod graph;
 mod history;
 mod implied;

@@ -56,7 +56,7 @@ crate::codes! {
     MISSING_KEY = "UG0106", "missing key", "An object lacks a key that it must have.";
     /// A text that is none of the words that its place knows.
     UNKNOWN_WORD = "UG0107", "unknown word",
-        "A place that takes one of a few words (a texture format, a comparison) has another one. The words are those of the WebGPU specification.";
+        "A place that takes one of a few words (a comparison, a blend mode) has another one; the schema lists them, with the names of the WebGPU specification. Or an expression compares a parameter or feature with a text that is none of its `values`: `mode == 'tow'` would be false for ever.";
     /// A value outside the limits of the schema.
     OUT_OF_BOUNDS = "UG0108", "value out of bounds",
         "A number, or the length of a list, is outside what its place allows.";

@@ -8,6 +8,7 @@
 mod declaration;
 mod expression;
 mod files;
+mod format_names;
 mod reference;
 mod resource;
 mod word;
@@ -19,6 +20,7 @@ pub use declaration::{
 };
 pub use expression::Expr;
 pub use files::{ExtensionDeclaration, ParameterFileDeclaration};
+pub(crate) use format_names::unknown_format;
 pub use reference::{Reference, ReferenceError};
 pub use resource::{
     BufferDeclaration, FormatCandidates, Lifetime, ResourceDeclaration, TextureDeclaration, TextureShape,

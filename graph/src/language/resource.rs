@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::Expr;
+use super::format_names::FormatName;
 
 /// A resource: a texture or a buffer. Host data needs no declaration: the pass that publishes it names it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -88,9 +89,9 @@ pub enum WordValue {
 #[serde(untagged)]
 pub enum FormatCandidates {
     /// The format.
-    One(String),
+    One(#[schemars(with = "FormatName")] String),
     /// The candidates, the best first.
-    Several(#[schemars(length(min = 1))] Vec<String>),
+    Several(#[schemars(with = "Vec<FormatName>", length(min = 1))] Vec<String>),
 }
 
 impl FormatCandidates {

@@ -68,7 +68,10 @@ pub(crate) fn load_sharing(
     let schema_findings = modules.of_schema(|| check_schema(document, registry));
     let read = as_meant(document, &schema_findings);
     let document = read.as_ref().unwrap_or(document);
-    let broken: BTreeSet<String> = schema_findings.iter().map(|finding| finding.pointer.clone()).collect();
+    // A texture in an unknown format is a texture all the same, with faults of its own.
+    let is_breaking = |finding: &&Diagnostic| finding.code != codes::FORMAT_UNKNOWN;
+    let broken: BTreeSet<String> =
+        schema_findings.iter().filter(is_breaking).map(|finding| finding.pointer.clone()).collect();
     let is_hopeless = schema_findings.len() >= MAXIMUM_FINDINGS;
     diagnostics.extend(schema_findings);
     if is_hopeless {

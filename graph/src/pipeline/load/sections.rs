@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, surely_meant};
 use crate::document::{self, Document, Entry, pointer_join};
+use crate::language::unknown_format;
 use crate::node::Registry;
 
 /// The findings of the schema, also of what stands under misspelt sections.
@@ -17,9 +18,29 @@ pub(super) fn check_schema(document: &Document, registry: &Registry) -> Diagnost
     if let Some(read) = as_meant(document, &findings) {
         let mut all: Diagnostics = findings.into_iter().filter(|one| meant_section(one).is_some()).collect();
         registry.schema().check(&read.root, "", &mut all);
-        return all;
+        return with_formats(&read, all);
     }
-    findings
+    with_formats(document, findings)
+}
+
+/// The same findings, with those about formats as they are where a format is chosen.
+fn with_formats(document: &Document, findings: Diagnostics) -> Diagnostics {
+    let named = |finding: Diagnostic| {
+        let is_word = finding.code == codes::UNKNOWN_WORD && finding.pointer.contains("/texture/format");
+        let value = document.root.nearest(&finding.pointer);
+        match value.text().filter(|_| is_word && is_format(&finding.pointer)) {
+            Some(name) => unknown_format(name, value.span, finding.pointer),
+            None => finding,
+        }
+    };
+    findings.into_iter().map(named).collect()
+}
+
+/// Whether a pointer leads to the format of a resource, or to one of its candidates.
+fn is_format(pointer: &str) -> bool {
+    let mut way = pointer.rsplit('/').skip_while(|part| part.bytes().all(|byte| byte.is_ascii_digit()));
+    let way: [Option<&str>; 4] = std::array::from_fn(|_| way.next());
+    matches!(way, [Some("format"), Some("texture"), Some(_), Some("resources")])
 }
 
 /// The section that a misspelt key at the top surely means, by the fix of its finding.
