@@ -222,6 +222,7 @@ impl Assembly {
             environment: Arc::default(),
             uses: Vec::new(),
             after: Vec::new(),
+            is_misplaced: false,
             side_effect: false,
             condition: None,
             work: Work::Host(work),

@@ -55,7 +55,7 @@ pub(super) fn of_format(
         return Some("cannot be that of a volume, as it is compressed".to_owned());
     }
     let (across, down) = format.block_dimensions();
-    if size.width % across != 0 || size.height % down != 0 {
+    if !size.width.is_multiple_of(across) || !size.height.is_multiple_of(down) {
         return Some(format!(
             "has blocks of {across} by {down} texels, of which {} by {} is no multiple",
             size.width, size.height

@@ -122,7 +122,11 @@ impl<'a> Builder<'a> {
         for resource in &waiting {
             if let Err((first, second)) = self.order_writers(*resource, &position) {
                 let list = &self.accesses[resource.index()];
-                diagnostics.push(unordered_writers(self.pipeline, *resource, &list[first], &list[second]));
+                let (first, second) = (&list[first], &list[second]);
+                // Where a name in "after" is misspelt, that is the finding.
+                if ![first, second].iter().any(|one| self.pipeline.pass(one.pass).is_misplaced) {
+                    diagnostics.push(unordered_writers(self.pipeline, *resource, first, second));
+                }
             }
         }
         waiting.is_empty()

@@ -230,6 +230,8 @@ pub struct Pass {
     pub uses: Vec<Use>,
     /// Passes that have to run before it, where no data says so.
     pub after: Vec<PassHandle>,
+    /// Whether it has to follow something that is not there, which is a finding: its order is not known then.
+    pub is_misplaced: bool,
     /// Whether it is kept even if nothing reads what it writes.
     pub side_effect: bool,
     /// In which frames it runs, if not in all.

@@ -81,7 +81,11 @@ pub(super) fn connect(
                 passes[*follower].after.extend(before.iter().map(|index| PassHandle(*index as u32)));
             }
             let is_known = !before.is_empty() || is_absent(absent, &name) || is_gap(gaps, &name);
-            if is_known || !said.insert((value.span, name.clone())) {
+            if is_known {
+                continue;
+            }
+            followers.iter().for_each(|follower| passes[*follower].is_misplaced = true);
+            if !said.insert((value.span, name.clone())) {
                 continue;
             }
             let known = known.get_or_insert_with(|| {

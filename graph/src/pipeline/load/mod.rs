@@ -247,6 +247,7 @@ pub(crate) fn load_sharing(
                     environment: environment.clone(),
                     uses,
                     after: Vec::new(),
+                    is_misplaced: false,
                     side_effect: common.side_effect || environment.side_effect,
                     condition,
                     work: produced.0,
