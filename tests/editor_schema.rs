@@ -58,7 +58,7 @@ impl Validator<'_> {
                 "allOf" => below.extend(list(rule).iter().flat_map(|one| self.faults(value, one, at))),
                 "anyOf" => want(list(rule).iter().any(fits), "fits none of the alternatives"),
                 "oneOf" => {
-                    want(list(rule).iter().filter(|one| fits(one)).count() == 1, "does not fit exactly one")
+                    want(list(rule).iter().filter(|one| fits(one)).count() == 1, "does not fit exactly one");
                 }
                 "if" => {
                     let then = rules.get(if fits(rule) { "then" } else { "else" });
@@ -109,10 +109,16 @@ impl Validator<'_> {
                     "is too long",
                 ),
                 "minimum" => {
-                    want(value.as_f64().is_none_or(|number| number >= rule.as_f64().unwrap()), "is too small")
+                    want(
+                        value.as_f64().is_none_or(|number| number >= rule.as_f64().unwrap()),
+                        "is too small",
+                    );
                 }
                 "maximum" => {
-                    want(value.as_f64().is_none_or(|number| number <= rule.as_f64().unwrap()), "is too great")
+                    want(
+                        value.as_f64().is_none_or(|number| number <= rule.as_f64().unwrap()),
+                        "is too great",
+                    );
                 }
                 "pattern" => {
                     assert_eq!(rule, "^=", "the only pattern that is known here");
