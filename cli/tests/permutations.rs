@@ -220,6 +220,15 @@ fn findings_stand_in_the_template_in_every_format() {
     assert_eq!(output.status.code(), Some(1));
     let finding = json(&output)["findings"][0].clone();
     assert_eq!(finding["place"]["line"], 5, "{finding}");
+    assert_eq!(finding["variants"], 1, "{finding}");
+    assert_eq!(finding["provoked_by"], serde_json::json!({ "warm": true }), "{finding}");
+    assert_eq!(finding["profiles"], serde_json::json!(["vulkan", "webgpu"]), "{finding}");
+    let whole = &finding["templates"][0];
+    assert_eq!(
+        (&whole["template"], &whole["of_variants"]),
+        (&"fill.wgsl.jinja".into(), &2.into()),
+        "{finding}"
+    );
     let output = project.run("permutations", &["--format", "github"]);
     let said = text(&output.stdout);
     let line = said.lines().next().unwrap();

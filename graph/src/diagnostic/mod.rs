@@ -14,9 +14,11 @@ pub mod render;
 pub use code::Code;
 pub use meant::{did_you_mean, surely_meant};
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::hash::{Hash as _, Hasher as _};
 
+use crate::shader::AxisValues;
+use crate::shader::permutations::Count;
 use crate::source::Span;
 
 /// How bad a finding is.
@@ -78,6 +80,23 @@ pub struct Edit {
     pub replacement: String,
 }
 
+/// How far a finding about shaders reaches in one template.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Extent {
+    /// The template.
+    pub template: String,
+    /// The number of its variants that show the finding.
+    pub variants: usize,
+    /// The number of all its variants.
+    pub of_variants: usize,
+    /// The number of configurations that these variants stand for.
+    pub configurations: Count,
+    /// An inclusion-minimal set of values of axes that provokes it; empty where all variants show it.
+    pub provoked_by: AxisValues,
+    /// The names of the target profiles that show it.
+    pub profiles: BTreeSet<String>,
+}
+
 /// One finding.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Diagnostic {
@@ -93,6 +112,8 @@ pub struct Diagnostic {
     pub pointer: String,
     /// Further places, each with what is to be seen there.
     pub related: Vec<Related>,
+    /// How far it reaches, for findings that variants of shader templates show.
+    pub extent: Vec<Extent>,
     /// The way out, one sentence.
     pub help: Option<String>,
     /// The one machine-applicable way out.
@@ -109,6 +130,7 @@ impl Diagnostic {
             place: place.into(),
             pointer: String::new(),
             related: Vec::new(),
+            extent: Vec::new(),
             help: None,
             fix: None,
         }
@@ -232,6 +254,8 @@ impl Diagnostics {
                 Some(first) => {
                     diagnostic.related.retain(|related| !first.related.contains(related));
                     first.related.append(&mut diagnostic.related);
+                    diagnostic.extent.retain(|extent| !first.extent.contains(extent));
+                    first.extent.append(&mut diagnostic.extent);
                     first.severity = first.severity.min(diagnostic.severity);
                     first.help = first.help.take().or(diagnostic.help);
                     first.fix = first.fix.take().or(diagnostic.fix);

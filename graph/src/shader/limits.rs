@@ -2,7 +2,8 @@
 //!
 //! Validation knows no limits of devices. Everything that can be read off the reflected interface is compared here: bind
 //! groups, bindings, what a stage uses of each kind, sizes of blocks, variables between stages, vertex attributes, colour
-//! attachments, workgroups. The place of an excess is the declaration that goes beyond: the variable or the entry point.
+//! attachments, workgroups. The place of an excess is the declaration that goes beyond: the variable, the size of the
+//! workgroup, or the entry point.
 
 use naga::{BuiltIn, Handle, Module, Span, Type, TypeInner};
 use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};
@@ -10,7 +11,7 @@ use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};
 use super::profile::TargetProfile;
 use super::reflection::{Binding, EntryPoint, Reflection, Stage as ShaderStage};
 use super::stages;
-use super::wgsl_error::{Refusal, Stage};
+use super::wgsl_error::{Excess, Refusal, Stage};
 
 /// Every limit of the profile that the module exceeds.
 pub(crate) fn exceeded(
@@ -97,10 +98,23 @@ impl Check<'_> {
         found: u64,
         allowed: u64,
     ) {
+        self.over_as(span, what, what, found, allowed);
+    }
+
+    /// The same for what has one cause with other excesses `of` one thing.
+    fn over_as(
+        &mut self,
+        span: &dyn Fn(&Self) -> Span,
+        of: std::fmt::Arguments<'_>,
+        what: std::fmt::Arguments<'_>,
+        found: u64,
+        allowed: u64,
+    ) {
         if found > allowed {
-            let span = span(self);
             let message = format!("{what} is {found}, but only {allowed} is guaranteed");
-            self.found.push(Refusal::new(Stage::Limit, message, span));
+            let excess = Excess { of: of.to_string(), found };
+            self.found
+                .push(Refusal { excess: Some(excess), ..Refusal::new(Stage::Limit, message, span(self)) });
         }
     }
 
@@ -118,6 +132,19 @@ impl Check<'_> {
 
     fn span_of_entry_point(&self, entry_point: &EntryPoint) -> Span {
         stages::entry_point(self.text, &entry_point.name).map_or(Span::UNDEFINED, Span::from)
+    }
+
+    /// The attribute that says how large a workgroup is.
+    fn span_of_workgroup_size(&self, entry_point: &EntryPoint) -> Span {
+        stages::workgroup_size(self.text, &entry_point.name)
+            .map_or_else(|| self.span_of_entry_point(entry_point), Span::from)
+    }
+
+    /// The first variable between stages beyond those that are allowed, or the last of all.
+    fn span_of_variable(&self, entry_point: &EntryPoint, allowed: u64) -> Span {
+        let stage = entry_point.stage.to_naga();
+        stages::variable_beyond(self.text, self.module, stage, &entry_point.name, allowed)
+            .map_or_else(|| self.span_of_entry_point(entry_point), Span::from)
     }
 
     /// How many of the variables that may go between stages built-in ones take: one each for what a fragment stage is
@@ -215,19 +242,22 @@ impl Check<'_> {
         match entry_point.stage {
             ShaderStage::Vertex | ShaderStage::Fragment => {
                 let allowed = u64::from(limits.max_inter_stage_shader_variables);
+                let between = &|check: &Self| check.span_of_variable(entry_point, allowed);
                 let built_in = self.built_in_variables(entry_point);
                 let among =
                     if built_in > 0 { format!(", {built_in} of them built in,") } else { String::new() };
-                self.over(
-                    span,
+                self.over_as(
+                    between,
+                    format_args!("variables between stages"),
                     format_args!("the number of variables between stages in \"{name}\"{among}"),
                     count(entry_point.varyings.len()) + built_in,
                     allowed,
                 );
                 // Distances to clip planes take locations, which what a fragment stage is given does not.
                 let taken = if entry_point.stage == ShaderStage::Vertex { built_in } else { 0 };
-                self.over(
-                    span,
+                self.over_as(
+                    between,
+                    format_args!("variables between stages"),
                     format_args!("the number of locations between stages in \"{name}\""),
                     highest(&mut entry_point.varyings.iter().copied()) + taken,
                     allowed,
@@ -254,17 +284,20 @@ impl Check<'_> {
                     ("height", y, limits.max_compute_workgroup_size_y),
                     ("depth", z, limits.max_compute_workgroup_size_z),
                 ];
+                let size_span = &|check: &Self| check.span_of_workgroup_size(entry_point);
                 for (side, size, allowed) in sides {
-                    self.over(
-                        span,
+                    self.over_as(
+                        size_span,
+                        format_args!("the workgroup of \"{name}\""),
                         format_args!("the {side} of the workgroup of \"{name}\""),
                         u64::from(size),
                         u64::from(allowed),
                     );
                 }
                 let invocations = u64::from(x).saturating_mul(u64::from(y)).saturating_mul(u64::from(z));
-                self.over(
-                    span,
+                self.over_as(
+                    size_span,
+                    format_args!("the workgroup of \"{name}\""),
                     format_args!("the number of invocations in the workgroup of \"{name}\""),
                     invocations,
                     u64::from(limits.max_compute_invocations_per_workgroup),

@@ -110,7 +110,11 @@ pub(crate) fn render_with(
                     template.prepared.original(offset)..template.prepared.original(offset),
                 ))
             });
-            Err(Box::new(template_error::explain(set, name, &error, last)))
+            let finding = template_error::explain(set, name, &error, last);
+            Err(Box::new(match sink.overflow {
+                Some(overflow) if finding.code == codes::TEMPLATE_LIMIT => overflow.explain(set, finding),
+                _ => finding,
+            }))
         }
     }
 }
@@ -190,12 +194,33 @@ struct Sink<'p> {
     last: Option<(usize, usize)>,
     /// The number of tags after `last` that have already written something.
     written: usize,
+    overflow: Option<Overflow>,
+}
+
+/// The template that wrote most of a text that is too large.
+struct Overflow {
+    /// The piece that did not fit, if it is that template's, or else its largest.
+    span: Span,
+    bytes: usize,
+}
+
+impl Overflow {
+    fn explain(self, set: &TemplateSet, finding: Diagnostic) -> Diagnostic {
+        let mut templates = set.templates.iter();
+        let name = templates.find(|(_, template)| template.file == self.span.file);
+        let name = name.map_or("the template", |(name, _)| name.as_str());
+        let help = format!(
+            "{} bytes come from {name}: let a loop or a function of WGSL do what is written out, and put tables into a buffer",
+            self.bytes
+        );
+        Diagnostic { place: self.span.into(), ..finding }.help(help)
+    }
 }
 
 impl<'p> Sink<'p> {
     fn new(placement: &'p Placement<'p>) -> Self {
         let (text, segments) = (Vec::with_capacity(1 << 14), Vec::with_capacity(1 << 8));
-        Self { placement, text, segments, last: None, written: 0 }
+        Self { placement, text, segments, last: None, written: 0, overflow: None }
     }
 
     fn origin_of_expression(&mut self) -> Option<Origin> {
@@ -213,6 +238,42 @@ impl<'p> Sink<'p> {
         }))
     }
 
+    /// Where a piece of text comes from.
+    fn origin(&mut self, bytes: &[u8]) -> Option<Origin> {
+        let Some((at, offset)) = self.placement.locate(bytes) else { return self.origin_of_expression() };
+        let template = self.placement.0[at].template;
+        self.last = Some((at, offset + bytes.len()));
+        self.written = 0;
+        // Guards are inside tags, so a literal piece never straddles an insertion.
+        Some(Origin::Literal(template.file, template.prepared.original(offset) as u32))
+    }
+
+    /// Who wrote most of the text, with a last piece that does not fit.
+    fn find_overflow(&self, origin: Option<Origin>, bytes: usize) -> Option<Overflow> {
+        let span = |origin: Origin| match origin {
+            Origin::Literal(file, offset) => Span::new(file, offset as usize..offset as usize),
+            Origin::Tag(span) => span,
+        };
+        let ends = self.segments.iter().skip(1).map(|segment| segment.start as usize);
+        let lengths = self.segments.iter().zip(ends.chain([self.text.len()]));
+        let pieces = lengths.map(|(segment, end)| (segment.origin, end - segment.start as usize));
+        let mut written: BTreeMap<FileId, (usize, usize, Span)> = BTreeMap::new();
+        for (at, length) in pieces.filter_map(|(at, length)| Some((span(at?), length))) {
+            let (sum, largest, place) = written.entry(at.file).or_insert((0, 0, at));
+            *sum += length;
+            if length > *largest {
+                (*largest, *place) = (length, at);
+            }
+        }
+        if let Some(last) = origin.map(span) {
+            let (sum, _, place) = written.entry(last.file).or_insert((0, 0, last));
+            *sum += bytes;
+            *place = last;
+        }
+        let most = written.into_values().max_by_key(|(sum, ..)| *sum);
+        most.map(|(bytes, _, span)| Overflow { span, bytes })
+    }
+
     fn finish(self) -> (String, TextMap) {
         let length = self.text.len() as u32;
         // Every piece was a `str`, so the whole is; the lossy form only spares a panic.
@@ -224,20 +285,12 @@ impl<'p> Sink<'p> {
 
 impl io::Write for Sink<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let origin = self.origin(bytes);
         if self.text.len() + bytes.len() > complexity::MAXIMUM_BYTES {
+            self.overflow = self.find_overflow(origin, bytes.len());
             return Err(io::Error::from(io::ErrorKind::FileTooLarge));
         }
         let start = self.text.len() as u32;
-        let origin = match self.placement.locate(bytes) {
-            Some((at, offset)) => {
-                let template = self.placement.0[at].template;
-                self.last = Some((at, offset + bytes.len()));
-                self.written = 0;
-                // Guards are inside tags, so a literal piece never straddles an insertion.
-                Some(Origin::Literal(template.file, template.prepared.original(offset) as u32))
-            }
-            None => self.origin_of_expression(),
-        };
         self.segments.push(Segment { start, origin });
         self.text.extend_from_slice(bytes);
         Ok(bytes.len())

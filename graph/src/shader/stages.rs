@@ -191,6 +191,41 @@ pub(super) fn entry_point(text: &str, name: &str) -> Option<Range<usize>> {
     })
 }
 
+/// The attribute with which an entry point says how large its workgroups are.
+pub(super) fn workgroup_size(text: &str, name: &str) -> Option<Range<usize>> {
+    const ATTRIBUTE: &str = "@workgroup_size";
+    let before = &text[..entry_point(text, name)?.start];
+    let own = before.rfind(['}', ';']).map_or(0, |end| end + 1);
+    let at = own + before[own..].rfind(ATTRIBUTE)?;
+    Some(at..at + ATTRIBUTE.len())
+}
+
+/// The first variable between stages of an entry point that is one too many, or its last.
+pub(super) fn variable_beyond(
+    text: &str,
+    module: &Module,
+    stage: ShaderStage,
+    name: &str,
+    allowed: u64,
+) -> Option<Range<usize>> {
+    let entry = module.entry_points.iter().find(|entry| entry.stage == stage && entry.name == name)?;
+    let mut variables = Vec::new();
+    if stage == ShaderStage::Vertex {
+        let result = entry.function.result.as_ref()?;
+        collect(module, result.ty, result.binding.as_ref(), "", None, &mut variables);
+    } else {
+        for argument in &entry.function.arguments {
+            let name = argument.name.as_deref().unwrap_or_default();
+            collect(module, argument.ty, argument.binding.as_ref(), name, None, &mut variables);
+        }
+    }
+    variables.sort_by_key(|variable| variable.location);
+    let beyond = variables.iter().enumerate();
+    let beyond = beyond.filter(|(at, each)| *at as u64 >= allowed || u64::from(each.location) >= allowed);
+    let (_, variable) = { beyond }.next().or(variables.last().map(|last| (0, last)))?;
+    Pair { text, module, vertex: entry, fragment: entry }.place(variable, name)
+}
+
 /// The places of a name as a whole word; none of nothing.
 fn words<'t>(text: &'t str, name: &'t str) -> impl Iterator<Item = Range<usize>> + 't {
     let is_word = |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');

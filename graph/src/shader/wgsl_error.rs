@@ -16,6 +16,7 @@ use naga::{Handle, Module, Span, Type, WithSpan};
 
 use super::codes;
 use super::text_map::TextMap;
+use super::value::AxisValues;
 use crate::diagnostic::{Code, Diagnostic, Place};
 use crate::source::{self, FileId};
 
@@ -63,11 +64,31 @@ pub(crate) struct Refusal {
     /// Further places with what is to be seen there.
     pub(crate) labels: Vec<(Range<usize>, String)>,
     pub(crate) help: Option<String>,
+    /// The limit that is exceeded, where it is one.
+    pub(crate) excess: Option<Excess>,
+    /// The values of overrides with which it shows, where others do not show it.
+    pub(crate) overrides: AxisValues,
+}
+
+/// More of something than a profile guarantees.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Excess {
+    /// Of what: two excesses of one thing at one place have one cause, however large each is.
+    pub(crate) of: String,
+    pub(crate) found: u64,
 }
 
 impl Refusal {
     pub(crate) fn new(stage: Stage, message: impl Into<String>, span: Span) -> Self {
-        Self { stage, message: message.into(), range: span.to_range(), labels: Vec::new(), help: None }
+        Self {
+            stage,
+            message: message.into(),
+            range: span.to_range(),
+            labels: Vec::new(),
+            help: None,
+            excess: None,
+            overrides: AxisValues::new(),
+        }
     }
 
     /// The finding in the template. `template` is where it falls if the text cannot be mapped.
@@ -115,13 +136,8 @@ pub(crate) fn parse(text: &str, error: &ParseError) -> Refusal {
     let range = first.map(|(range, _)| range);
     let range =
         if message.starts_with("expected `;`") { range.map(|range| end_before(text, range)) } else { range };
-    Refusal {
-        stage: Stage::Parsing,
-        message,
-        range,
-        labels,
-        help: (!notes.is_empty()).then(|| one_line(&notes.join("; "))),
-    }
+    let help = (!notes.is_empty()).then(|| one_line(&notes.join("; ")));
+    Refusal { range, labels, help, ..Refusal::new(Stage::Parsing, message, Span::UNDEFINED) }
 }
 
 /// What is missing before a range belongs to the end of the text before it, not to the next line.
@@ -169,7 +185,7 @@ pub(crate) fn validation(stage: Stage, module: &Module, error: &WithSpan<Validat
         ValidationError::Type { handle, .. } => use_of_type(module, *handle),
         _ => None,
     });
-    Refusal { stage, message: format!("{cause}{context}"), range, labels: Vec::new(), help: None }
+    Refusal { range, ..Refusal::new(stage, format!("{cause}{context}"), Span::UNDEFINED) }
 }
 
 /// Types that are written in place (textures, samplers) have no span; the first variable of the type has.
@@ -180,16 +196,19 @@ fn use_of_type(module: &Module, ty: Handle<Type>) -> Option<Range<usize>> {
 
 pub(crate) fn overrides(module: &Module, error: &PipelineConstantError) -> Refusal {
     match error {
-        PipelineConstantError::ValidationError(error) => Refusal {
-            help: Some("with its overrides set the module fails though it is valid: a local `let` of a constant vector \
-                        has to be a `const`".to_owned()),
-            ..validation(Stage::Overrides, module, error)
-        },
+        PipelineConstantError::ValidationError(error) => {
+            let refusal = validation(Stage::Overrides, module, error);
+            let help = "with its overrides set the module fails though it is valid: a local `let` of a constant vector \
+                        has to be a `const`";
+            let help = refusal.message.contains("already in scope").then(|| help.to_owned());
+            Refusal { help, ..refusal }
+        }
         PipelineConstantError::MissingValue(name) => {
             let mut overrides = module.overrides.iter();
             let found = overrides.find(|(_, constant)| constant.name.as_deref() == Some(name.as_str()));
             let span = found.map(|(handle, _)| module.overrides.get_span(handle)).unwrap_or_default();
-            let message = format!("the override \"{name}\" has no value: it has no initializer and is no axis");
+            let message =
+                format!("the override \"{name}\" has no value: it has no initializer and is no axis");
             Refusal::new(Stage::Overrides, message, span)
         }
         error => Refusal::new(Stage::Overrides, one_line(&error.to_string()), Span::UNDEFINED),

@@ -9,10 +9,12 @@ pub use sarif::sarif;
 use codespan_reporting::diagnostic as report;
 use codespan_reporting::files::{Error, Files};
 use codespan_reporting::term;
+use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::{Diagnostic, Place, Severity};
+use super::{Diagnostic, Extent, Place, Severity};
 use crate::document::pointer_join;
+use crate::shader::permutations::Count;
 use crate::source::{FileId, Sources};
 
 /// One finding for people: message, source line with a mark, related places, help.
@@ -174,8 +176,12 @@ pub fn github(diagnostic: &Diagnostic, sources: &Sources) -> String {
 /// One finding as a JSON object: `code`, `severity`, `message`, `place` (`file`, `line`, `column`, `end_line`,
 /// `end_column`, `pointer`), `related`, `help`, `fix` (a list of edits, each with
 /// `place` and `replacement`).
+///
+/// What variants of shader templates show has further: `variants` (the number that show it), `provoked_by` (values by the
+/// names of axes, minimal, of the first template), `profiles` (the names of those that show it), and `templates` (for each
+/// template `template`, `variants`, `of_variants`, `configurations` with `number` and `exact`, `provoked_by`, `profiles`).
 pub fn json(diagnostic: &Diagnostic, sources: &Sources) -> serde_json::Value {
-    serde_json::json!({
+    let mut value = serde_json::json!({
         "code": diagnostic.code.id,
         "title": diagnostic.code.title,
         "severity": diagnostic.severity,
@@ -190,6 +196,31 @@ pub fn json(diagnostic: &Diagnostic, sources: &Sources) -> serde_json::Value {
             "place": json_place(&Place::Span(edit.span), "", sources),
             "replacement": edit.replacement,
         })).collect::<Vec<_>>()),
+    });
+    if let (Some(first), Some(members)) = (diagnostic.extent.first(), value.as_object_mut()) {
+        let extents = &diagnostic.extent;
+        let variants: usize = extents.iter().map(|extent| extent.variants).sum();
+        let profiles: BTreeSet<&String> = extents.iter().flat_map(|extent| &extent.profiles).collect();
+        let templates: Vec<serde_json::Value> = extents.iter().map(json_extent).collect();
+        members.insert("variants".to_owned(), variants.into());
+        members.insert("provoked_by".to_owned(), serde_json::json!(first.provoked_by));
+        members.insert("profiles".to_owned(), serde_json::json!(profiles));
+        members.insert("templates".to_owned(), templates.into());
+    }
+    value
+}
+
+fn json_extent(extent: &Extent) -> serde_json::Value {
+    // A number beyond 64 bits is a lower bound there.
+    let Count { number, exact } = extent.configurations;
+    let fits = u64::try_from(number);
+    serde_json::json!({
+        "template": extent.template,
+        "variants": extent.variants,
+        "of_variants": extent.of_variants,
+        "configurations": { "number": fits.unwrap_or(u64::MAX), "exact": exact && fits.is_ok() },
+        "provoked_by": extent.provoked_by,
+        "profiles": extent.profiles,
     })
 }
 

@@ -1,7 +1,7 @@
 //! From many failures to few findings: one per root cause.
 //!
 //! Failures with the same message at the same place of a template are one cause, however many variants, templates and
-//! profiles show it. A cause says how much it hits and names an inclusion-minimal provocation: values of axes such that
+//! profiles show it. So are excesses over one limit, whatever their amounts. A cause says how much it hits and names an inclusion-minimal provocation: values of axes such that
 //! every variant that has them fails, while without any one of them some variant does not. It is found greedily, giving
 //! up axes with default values first, so that what remains is what somebody switched on.
 
@@ -10,8 +10,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::count::Count;
 use super::explore::Leaf;
 use super::space::Space;
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{Diagnostic, Extent, Place};
 use crate::shader::value::{AxisValues, describe};
+use crate::shader::wgsl_error::Excess;
 
 /// A failure of one template for some of its leaves.
 #[derive(Clone, Debug)]
@@ -22,6 +23,29 @@ pub(crate) struct Failure {
     pub(crate) leaves: BTreeSet<usize>,
     /// The names of the profiles under which it shows; empty where profiles play no part.
     pub(crate) profiles: BTreeSet<String>,
+    /// The limit that is exceeded, where it is one.
+    pub(crate) excess: Option<Excess>,
+    /// The values of overrides with which it shows, where others do not show it.
+    pub(crate) overrides: AxisValues,
+}
+
+/// What makes failures one: place, code, and message or limit.
+type Key = (Place, &'static str, String);
+
+impl Failure {
+    fn key(&self) -> Key {
+        let Diagnostic { place, code, message, .. } = &self.finding;
+        let of = self.excess.as_ref().map_or(message, |excess| &excess.of);
+        (place.clone(), code.id, of.clone())
+    }
+}
+
+/// A cause on its way: the finding as the first variant shows it, its amount and the largest, and what it does where.
+struct Found {
+    finding: Diagnostic,
+    amount: u64,
+    most: u64,
+    effects: Vec<Effect>,
 }
 
 /// The leaves of a template, to weigh failures by.
@@ -45,36 +69,50 @@ pub(crate) struct Effect {
     pub(crate) provocation: AxisValues,
     /// What of the provocation may be combined by nobody.
     pub(crate) assumed: Vec<String>,
+    /// The values of overrides that belong to the provocation.
+    pub(crate) overrides: AxisValues,
     /// The profiles that show it, if not all do.
     pub(crate) profiles: Option<BTreeSet<String>>,
+    /// All profiles that were checked.
+    pub(crate) all_profiles: BTreeSet<String>,
 }
 
 /// Causes by what makes them one: code, place and message.
 #[derive(Default)]
 pub(crate) struct Causes {
-    found: BTreeMap<(Place, &'static str, String), (Diagnostic, Vec<Effect>)>,
+    found: BTreeMap<Key, Found>,
 }
 
 impl Causes {
     /// Adds the failures of one template.
     pub(crate) fn add(&mut self, ground: &Ground<'_>, failures: Vec<Failure>) {
-        let mut merged: BTreeMap<(Place, &'static str, String), Failure> = BTreeMap::new();
+        let mut merged: BTreeMap<Key, (Failure, u64)> = BTreeMap::new();
         for failure in failures {
-            let key =
-                (failure.finding.place.clone(), failure.finding.code.id, failure.finding.message.clone());
-            match merged.get_mut(&key) {
-                Some(known) => {
+            let amount = failure.excess.as_ref().map_or(0, |excess| excess.found);
+            match merged.get_mut(&failure.key()) {
+                Some((known, most)) => {
+                    if wording(&known.finding) == wording(&failure.finding) {
+                        *most = (*most).max(amount);
+                    }
+                    // What no override is needed for needs none.
+                    if known.overrides.len() > failure.overrides.len() {
+                        known.overrides = failure.overrides;
+                    }
                     known.leaves.extend(failure.leaves);
                     known.profiles.extend(failure.profiles);
                 }
                 None => {
-                    merged.insert(key, failure);
+                    merged.insert(failure.key(), (failure, amount));
                 }
             }
         }
-        for (key, failure) in merged {
+        for (key, (failure, most)) in merged {
             let effect = weigh(ground, &failure);
-            self.found.entry(key).or_insert_with(|| (failure.finding, Vec::new())).1.push(effect);
+            let amount = failure.excess.map_or(0, |excess| excess.found);
+            let first = || Found { finding: failure.finding, amount, most, effects: Vec::new() };
+            let found = self.found.entry(key).or_insert_with(first);
+            found.most = found.most.max(most);
+            found.effects.push(effect);
         }
     }
 
@@ -82,15 +120,20 @@ impl Causes {
     pub(crate) fn findings(self) -> Vec<Diagnostic> {
         self.found
             .into_values()
-            .map(|(mut finding, effects)| {
-                for effect in
-                    effects.iter().filter(|effect| effect.of_variants > 1 || effect.profiles.is_some())
-                {
+            .map(|Found { mut finding, amount, most, effects }| {
+                if most > amount {
+                    finding = finding.related(Place::Nowhere, format!("up to {most} in other variants"));
+                }
+                let said = |effect: &&Effect| {
+                    effect.of_variants > 1 || effect.profiles.is_some() || !effect.overrides.is_empty()
+                };
+                for effect in effects.iter().filter(said) {
                     finding = finding.related(Place::Nowhere, effect.describe());
                     for note in effect.assumed.iter().filter(|_| effect.variants < effect.of_variants) {
                         finding = finding.related(Place::Nowhere, note);
                     }
                 }
+                finding.extent = effects.into_iter().map(Effect::extent).collect();
                 finding
             })
             .collect()
@@ -107,10 +150,11 @@ impl Effect {
             self.configurations,
             if self.configurations.number == 1 { "" } else { "s" }
         );
-        if self.variants == self.of_variants {
+        let provoked = self.provoked_by();
+        if !provoked.is_empty() {
+            text.push_str(&format!(", provoked by {}", describe(&provoked)));
+        } else if self.variants == self.of_variants {
             text.push_str(", whatever the axes");
-        } else if !self.provocation.is_empty() {
-            text.push_str(&format!(", provoked by {}", describe(&self.provocation)));
         }
         if let Some(profiles) = &self.profiles {
             let names: Vec<&str> = profiles.iter().map(String::as_str).collect();
@@ -120,10 +164,38 @@ impl Effect {
     }
 }
 
+impl Effect {
+    fn provoked_by(&self) -> AxisValues {
+        let mut values = self.overrides.clone();
+        if self.variants != self.of_variants {
+            values.extend(self.provocation.clone());
+        }
+        values
+    }
+
+    fn extent(self) -> Extent {
+        Extent {
+            provoked_by: self.provoked_by(),
+            template: self.template,
+            variants: self.variants,
+            of_variants: self.of_variants,
+            configurations: self.configurations,
+            profiles: self.profiles.unwrap_or(self.all_profiles),
+        }
+    }
+}
+
+/// A message without its numbers.
+fn wording(finding: &Diagnostic) -> String {
+    finding.message.chars().filter(|each| !each.is_ascii_digit()).collect()
+}
+
 fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {
     let mut configurations = Count::ZERO;
     for leaf in failure.leaves.iter().filter_map(|at| ground.leaves.get(*at)) {
-        configurations = configurations.plus(ground.space.count(&leaf.decided));
+        let mut decided = leaf.decided.as_ref().clone();
+        decided.extend(failure.overrides.clone());
+        configurations = configurations.plus(ground.space.count(&decided));
     }
     let some = !failure.profiles.is_empty() && failure.profiles != ground.profiles;
     let provocation = provocation(ground, &failure.leaves);
@@ -141,7 +213,9 @@ fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {
         of_variants: ground.leaves.len(),
         configurations,
         provocation,
+        overrides: failure.overrides.clone(),
         profiles: some.then(|| failure.profiles.clone()),
+        all_profiles: ground.profiles.clone(),
     }
 }
 

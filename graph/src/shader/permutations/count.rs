@@ -6,7 +6,7 @@
 use std::fmt;
 
 /// A number of configurations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 pub struct Count {
     /// The number, or a lower bound of it.
     pub number: u128,

@@ -13,6 +13,7 @@ use super::external::{ExternalValidator, Opinion};
 use super::prove::{Proof, Task};
 use super::{Explored, Proven};
 use crate::diagnostic::{Diagnostic, Place};
+use crate::shader::value::AxisValues;
 use crate::shader::wgsl_error::{Refusal, Stage};
 use crate::shader::{TemplateSet, codes, markers};
 
@@ -53,6 +54,8 @@ pub(super) fn refusals(
                 finding: place_refusal(templates, each, text, source, refusal, marked),
                 leaves: each.exploration.leaves_of(text).iter().copied().collect(),
                 profiles: names.map(|profile| profile.name.clone()).collect(),
+                excess: refusal.excess.clone(),
+                overrides: refusal.overrides.clone(),
             });
         }
     }
@@ -90,6 +93,8 @@ pub(super) fn disagreements(
                 finding: place_refusal(templates, each, text, source, &refusal, marked),
                 leaves: each.exploration.leaves_of(text).iter().copied().collect(),
                 profiles: BTreeSet::new(),
+                excess: None,
+                overrides: AxisValues::new(),
             });
         }
     }

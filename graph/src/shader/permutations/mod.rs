@@ -12,6 +12,7 @@
 //! not depend on the number of threads.
 
 mod agree;
+mod blame;
 mod cause;
 mod count;
 mod dead;
@@ -234,6 +235,8 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
                 finding: finding.clone(),
                 leaves: [*leaf].into(),
                 profiles: BTreeSet::new(),
+                excess: None,
+                overrides: AxisValues::new(),
             })
             .collect();
         failures.extend(failure::refusals(templates, each, &proven, &mut Marked(&mut marked)));

@@ -16,20 +16,22 @@ use crate::shader::compile;
 use crate::shader::value::{AxisValue, AxisValues};
 use crate::shader::wgsl_error::Refusal;
 
+/// Values of all override axes, and the constants that they are in a module.
+pub(super) struct Set {
+    pub(super) values: AxisValues,
+    pub(super) constants: PipelineConstants,
+}
+
 /// The sets of constants that have to be tried, the defaults first, out of those that [`values`] gives.
 ///
 /// # Errors
 /// An override whose type does not fit its axis.
-pub(super) fn sets(
-    axes: &Axes,
-    values: &[AxisValues],
-    module: &Module,
-) -> Result<Vec<PipelineConstants>, Refusal> {
-    let mut sets: Vec<PipelineConstants> = Vec::new();
+pub(super) fn sets(axes: &Axes, values: &[AxisValues], module: &Module) -> Result<Vec<Set>, Refusal> {
+    let mut sets: Vec<Set> = Vec::new();
     for values in values {
         let constants = compile::constants(axes, values, module)?;
-        if !sets.contains(&constants) {
-            sets.push(constants);
+        if sets.iter().all(|set| set.constants != constants) {
+            sets.push(Set { values: values.clone(), constants });
         }
     }
     if sets.len() > 1 && !values_matter(module) {

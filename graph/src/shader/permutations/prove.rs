@@ -5,6 +5,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::blame::{self, blame};
 use super::explore::Source;
 use super::overrides;
 use crate::shader::axes::Axes;
@@ -13,7 +14,7 @@ use crate::shader::reflection::{self, Reflection};
 use crate::shader::value::AxisValues;
 use crate::shader::wgsl::Resolved;
 use crate::shader::wgsl_error::Refusal;
-use crate::shader::{backend, limits, stages, wgsl};
+use crate::shader::{backend, compile, limits, stages, wgsl};
 
 /// What all texts of a template are proven for.
 pub(crate) struct Subject<'a> {
@@ -71,7 +72,7 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
 fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Refusal> {
     let mut proof = Proof::default();
     let module = wgsl::parse(&task.source.wgsl)?;
-    let constants = overrides::sets(subject.axes, &subject.overrides, &module)?;
+    let sets = overrides::sets(subject.axes, &subject.overrides, &module)?;
     let mut by_capabilities: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     // What passes with what all profiles have in common passes with what each of them has.
     let common = subject.profiles.iter().map(|profile| profile.capabilities).reduce(|a, b| a & b);
@@ -94,30 +95,48 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Refusal> {
         let mut sizes = Vec::new();
         let mut defaults = None;
         let mut refused = false;
-        for constants in &constants {
-            match wgsl::resolve_overrides(&module, &info, constants) {
+        for (at, set) in sets.iter().enumerate() {
+            match wgsl::resolve_overrides(&module, &info, &set.constants) {
                 Ok(resolved) => {
-                    sizes.push(wgsl::workgroup_sizes(&resolved));
+                    sizes.push((at, wgsl::workgroup_sizes(&resolved)));
                     // The first values are the defaults.
                     defaults.get_or_insert(resolved);
                 }
                 Err(refusal) => {
                     refused = true;
+                    let text = &task.source.wgsl;
+                    let refusal = blame(text, (&module, &info), subject.axes, (&sets, at), refusal);
                     proof.refuse(refusal, profiles.iter().copied());
                 }
             }
         }
-        sizes.dedup();
+        sizes.dedup_by(|(_, one), (_, other)| one == other);
         let Some(defaults) = defaults.filter(|_| !refused) else { continue };
         for refusal in stages::mismatched(&task.source.wgsl, &module) {
             proof.refuse(refusal, profiles.iter().copied());
         }
-        for sizes in &sizes {
+        for (set, sizes) in &sizes {
             let reflection = reflection::reflect(&module, &info, sizes);
             for at in profiles {
-                for refusal in
-                    limits::exceeded(&task.source.wgsl, &module, &reflection, &subject.profiles[*at])
-                {
+                let exceeded = |reflection: &Reflection| {
+                    limits::exceeded(&task.source.wgsl, &module, reflection, &subject.profiles[*at])
+                };
+                for mut refusal in exceeded(&reflection) {
+                    if sets.len() > 1 {
+                        let fails = |values: &AxisValues| {
+                            let sizes = compile::constants(subject.axes, values, &module)
+                                .and_then(|set| wgsl::resolve_overrides(&module, &info, &set))
+                                .map(|resolved| wgsl::workgroup_sizes(&resolved));
+                            let reflection = sizes.map(|sizes| reflection::reflect(&module, &info, &sizes));
+                            reflection.is_ok_and(|each| {
+                                exceeded(&each).iter().any(|other| {
+                                    other.excess.as_ref().map(|each| &each.of)
+                                        == refusal.excess.as_ref().map(|each| &each.of)
+                                })
+                            })
+                        };
+                        refusal.overrides = blame::provoking(&sets, *set, &fails);
+                    }
                     proof.refuse(refusal, [*at]);
                 }
             }

@@ -10,7 +10,7 @@ use super::{Explored, Proven};
 use crate::shader::compile::template_values;
 use crate::shader::render::{self, Placement};
 use crate::shader::value::AxisValues;
-use crate::shader::{Axes, TemplateSet, interface};
+use crate::shader::{Axes, AxisMode, TemplateSet, interface};
 
 /// The report on one request.
 pub(super) fn report_on(
@@ -71,7 +71,10 @@ fn dead_axes(templates: &TemplateSet, each: &Explored<'_>, variants: &[VariantRe
     let axes = templates.axes(&each.request.template).into_iter().flat_map(Axes::iter);
     axes.filter(|axis| {
         let choice = each.request.allowed.get(&axis.name).is_none_or(|values| values.len() > 1);
-        let known = !each.exploration.partial.contains(&axis.name);
+        // Nobody knows what overrides do in a text that is refused.
+        let refused =
+            axis.mode == AxisMode::Override && variants.iter().any(|each| each.reflection.is_none());
+        let known = !refused && !each.exploration.partial.contains(&axis.name);
         choice && known && !effective.contains(&axis.name) && !overrides.contains(axis.name.as_str())
     })
     .map(|axis| axis.name.clone())

@@ -2,7 +2,8 @@
 
 use std::time::Instant;
 
-use super::{FRAGMENT, Fixture};
+use super::{FRAGMENT, Fixture, values};
+use crate::shader::TargetProfile;
 
 fn refusal(text: &str) -> Vec<String> {
     let fixture = Fixture::new(&[("main.wgsl.jinja", text)]);
@@ -135,4 +136,28 @@ fn an_error_in_a_macro_stands_in_the_macro() {
     let fixture = Fixture::sound(&[("main.wgsl.jinja", &main), ("lib.wgsl.jinja", lib)]);
     let lines = fixture.refusal("main.wgsl.jinja", &[]);
     assert!(lines[0].starts_with("UG0520 lib.wgsl.jinja:2:12 no definition in scope"), "{lines:?}");
+}
+
+#[test]
+fn text_that_is_too_large_is_a_finding_of_the_template_that_writes_most_of_it() {
+    let line = "// A line that says the same again, as the one before it did, and the next will.\n";
+    let part = "fn helper() {}\n".repeat(100);
+    let long =
+        format!("{{% include \"part.wgsl.jinja\" %}}\n{{% if true %}}{}{{% endif %}}\n", line.repeat(60_000));
+    let looped =
+        format!("{{% for i in range(9000) %}}{{% include \"part.wgsl.jinja\" %}}{{% endfor %}}\n{FRAGMENT}");
+    for (main, place, from) in [
+        (long.as_str(), "main.wgsl.jinja:2:", "main.wgsl.jinja"),
+        (&looped, "part.wgsl.jinja:1:", "part.wgsl.jinja"),
+    ] {
+        let fixture = Fixture::sound(&[("main.wgsl.jinja", main), ("part.wgsl.jinja", &part)]);
+        let findings =
+            crate::shader::compile(&fixture.set, "main.wgsl.jinja", &values(&[]), &TargetProfile::webgpu())
+                .unwrap_err();
+        let [finding] = findings.as_slice() else { panic!("{:?}", fixture.lines(&findings)) };
+        assert_eq!(finding.code.id, "UG0505");
+        assert!(fixture.place(&finding.place).starts_with(place), "{:?}", fixture.lines(&findings));
+        let help = finding.help.as_deref().unwrap_or_default();
+        assert!(help.contains(&format!("bytes come from {from}")), "{help}");
+    }
 }
