@@ -218,6 +218,31 @@ fn a_reader_before_its_writer_is_caught() {
 }
 
 #[test]
+fn a_reader_of_more_than_was_written_is_caught() {
+    let narrow = |plan: &mut Plan, part: Part| {
+        let writer = pipeline(plan).find_pass("blur1").expect("blur1");
+        pipeline(plan).passes[writer.index()].uses.iter_mut().for_each(|one| {
+            one.part = if one.usage.writes() { part } else { one.part };
+        });
+    };
+    let mut plan = right();
+    narrow(&mut plan, Part::of(Some(0), Some(0)));
+    assert_eq!(verify(&plan, &options()), Vec::new(), "the texture has nothing else");
+    let mut assembly = Assembly::new("mips");
+    let chain = assembly.texture_with("chain", |texture| texture.mips = Some(Expr::from(3.0)));
+    for mip in 0..3 {
+        let _ = assembly.pass(&format!("mip{mip}")).writes_part(chain, Part::of(Some(mip), None));
+    }
+    let _ = assembly.pass("read").reads(chain).side_effect();
+    let mut plan = planned(assembly);
+    assert_eq!(verify(&plan, &options()), Vec::new(), "before anything is planted");
+    let writer = pipeline(&mut plan).find_pass("mip1").expect("mip1");
+    pipeline(&mut plan).passes[writer.index()].uses[0].part = Part::of(Some(2), None);
+    let faults = verify(&plan, &options());
+    assert!(kinds(&faults).contains(&FaultKind::ReadUnfed), "{faults:#?}");
+}
+
+#[test]
 fn a_reader_between_two_writers_of_what_it_reads_the_newest_of_is_caught() {
     caught(FaultKind::ReadTooEarly, |plan| shift(plan, "blur1", "draw2"));
 }

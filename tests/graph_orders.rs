@@ -6,7 +6,7 @@ use umbragraph::compiler::{
 };
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime};
-use umbragraph::pipeline::{Part, Usage, Version};
+use umbragraph::pipeline::{Aspect, Part, Run, Usage, Version};
 use umbragraph::wgpu_types::TextureUsages;
 use umbragraph::work::LoadOperation;
 
@@ -367,6 +367,93 @@ fn writers_of_common_bytes_and_reads_beyond_the_buffer_are_refused() {
     assert_eq!(refused(bytes(&common, Part::WHOLE)), ["UG0402"]);
     assert_eq!(refused(bytes(&[Part::WHOLE], Part::bytes(512, 1024))), ["UG0405"]);
     assert_eq!(refused(bytes(&[Part::bytes(0, 512)], Part::bytes(512, 512))), ["UG0401"]);
+}
+
+/// The message about a read of a texture with four mips and three layers, of which these parts are written.
+fn message(format: &str, writes: &[Part], read: Part) -> String {
+    let mut assembly = Assembly::new("pieces");
+    let texture = assembly.texture_with("c", |texture| {
+        texture.mips = Some(Expr::from(4.0));
+        texture.layers = Some(Expr::from(3.0));
+        texture.format = FormatCandidates::One(format.to_owned());
+    });
+    for (at, part) in writes.iter().enumerate() {
+        let pass = assembly.pass(&format!("w{at}"));
+        let _ = pass.uses(texture, *part, Usage::CopyDestination, Version::Newest);
+    }
+    let _ = assembly.pass("read").reads_part(texture, read).side_effect();
+    let (_, findings) = compile(assembly, &PlanOptions::new(64, 64));
+    findings.iter().map(|one| format!("{} {}", one.code.id, one.message)).collect()
+}
+
+#[test]
+fn a_read_of_which_a_part_is_written_is_refused_and_the_rest_is_named() {
+    let unwritten =
+        |pieces: &str| format!("UG0401 \"read\" reads {pieces} of \"c\", which nothing writes before");
+    let mips = |mips: &[u32]| -> Vec<Part> { mips.iter().map(|mip| Part::of(Some(*mip), None)).collect() };
+    let color = |writes: &[Part], read: Part| message("rgba8unorm", writes, read);
+    assert_eq!(color(&mips(&[0, 2]), Part::WHOLE), unwritten("mips 1 and 3"));
+    assert_eq!(color(&mips(&[0, 1]), Part::WHOLE), unwritten("mips 2 to 3"));
+    assert_eq!(color(&mips(&[0, 1, 2, 3]), Part::WHOLE), "");
+    assert_eq!(color(&[Part::of(None, Some(1))], Part::WHOLE), unwritten("layers 0 and 2"));
+    assert_eq!(color(&[Part::of(None, Some(1))], Part::of(Some(1), Some(1))), "");
+    let corner = [Part::of(Some(0), None), Part::of(Some(1), Some(0))];
+    assert_eq!(
+        color(&corner, Part { mip: Some(Run { first: 0, count: 2 }), ..Part::WHOLE }),
+        unwritten("layers 1 to 2 of mip 1")
+    );
+    assert_eq!(color(&corner, Part::WHOLE), unwritten("layers 1 to 2 of mip 1 and mips 2 to 3"));
+    let depth = [Part::WHOLE.aspect(Aspect::DepthOnly)];
+    assert_eq!(message("depth24plus-stencil8", &depth, Part::WHOLE), unwritten("the stencil"));
+    assert_eq!(message("depth24plus-stencil8", &depth, depth[0]), "");
+    let (_, findings) =
+        compile(bytes(&[Part::bytes(0, 512)], Part::bytes(256, 512)), &PlanOptions::new(64, 64));
+    let finding = findings.iter().next().expect("a finding");
+    assert_eq!(finding.message, "\"read\" reads bytes 512 to 767 of \"a\", which nothing writes before");
+    assert!(
+        finding.help.as_deref().is_some_and(|help| help.contains("{ \"clear\": { \"buffer\": \"a\" } }"))
+    );
+}
+
+#[test]
+fn what_lasts_what_is_culled_and_what_fills_in_the_rest_may_find_a_part() {
+    let parts = |lifetime: Lifetime, usage: Usage, is_live: bool| {
+        let mut assembly = Assembly::new("parts");
+        let buffer = assembly.buffer("a", 1024, lifetime);
+        let part = Part::bytes(0, 512);
+        let _ = assembly.pass("write").uses(buffer, part, Usage::CopyDestination, Version::Newest);
+        let reader = assembly.pass("read").uses(buffer, Part::WHOLE, usage, Version::Newest);
+        let _ = if is_live { reader.side_effect() } else { reader };
+        let _ = assembly.pass("end").side_effect();
+        let (plan, findings) = compile(assembly, &PlanOptions::new(64, 64));
+        (plan.is_some(), findings.iter().map(|one| one.code.id).collect::<Vec<_>>())
+    };
+    use Lifetime::{Persistent, Transient};
+    assert_eq!(parts(Transient, Usage::StorageRead, true), (false, vec!["UG0401"]));
+    assert_eq!(parts(Transient, Usage::StorageRead, false), (true, vec![]));
+    assert_eq!(parts(Transient, Usage::StorageReadWrite, true), (true, vec![]));
+    assert_eq!(parts(Persistent, Usage::StorageRead, true), (true, vec![]));
+}
+
+#[test]
+fn a_size_of_the_viewport_decides_what_of_a_read_is_missing() {
+    let mut assembly = Assembly::new("layers");
+    let layers = assembly.texture_with("a", |texture| {
+        texture.layers = Some(Expr::from("floor(viewport.width / 64)"));
+    });
+    for layer in 0..2 {
+        let _ = assembly.pass(&format!("w{layer}")).writes_part(layers, Part::of(None, Some(layer)));
+    }
+    let _ = assembly.pass("read").reads(layers).side_effect();
+    let (pipeline, sources) = assembly.finish();
+    let mut findings = Diagnostics::new();
+    let graph = build(&pipeline, &mut findings).expect("a graph");
+    let two = plan(&pipeline, &graph, &PlanOptions::new(128, 64), &sources, &mut findings);
+    let two = two.unwrap_or_else(|| panic!("{findings:#?}"));
+    assert!(two.resized(&graph, &PlanOptions::new(191, 64), &sources).is_ok());
+    let findings = two.resized(&graph, &PlanOptions::new(256, 64), &sources).expect_err("two layers more");
+    let messages: Vec<&str> = findings.iter().map(|one| one.message.as_str()).collect();
+    assert_eq!(messages, ["\"read\" reads layers 2 to 3 of \"a\", which nothing writes before"]);
 }
 
 /// A chain of passes over buffers of so many bytes: each is written by one and read by the next.

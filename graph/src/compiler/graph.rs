@@ -22,6 +22,7 @@ use super::access::accesses;
 use super::discards;
 use super::history;
 use super::rows::Rows;
+use super::unfed::PartialRead;
 use super::writers::Builder;
 use crate::diagnostic::Diagnostics;
 use crate::pipeline::{Part, Pipeline};
@@ -81,6 +82,8 @@ pub struct Graph {
     pub(super) successors: Rows<PassHandle>,
     /// The reads that may have more edges than there is data.
     pub(super) coarse: BTreeSet<(PassHandle, ResourceHandle)>,
+    /// The reads of which something may not be written, as sizes decide.
+    pub(super) partial: Vec<PartialRead>,
 }
 
 impl Graph {

@@ -37,6 +37,8 @@ mod property_tests;
 #[cfg(test)]
 mod property_tests_toggles;
 #[cfg(test)]
+mod property_tests_unfed;
+#[cfg(test)]
 mod property_tests_writers;
 mod resize;
 mod rows;
@@ -44,6 +46,7 @@ mod sharing;
 mod size;
 mod texture_rules;
 mod toggles;
+mod unfed;
 mod values;
 mod verify;
 mod visible;

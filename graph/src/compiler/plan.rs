@@ -26,6 +26,7 @@ use super::order::{self, Objective, OrderReport};
 use super::planner::Planner;
 use super::size::TextureSize;
 use super::toggles;
+use super::unfed;
 use super::values::PackedBlock;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
@@ -363,6 +364,7 @@ pub fn plan(
     let facts = Facts::new(pipeline, options, sources, &live, &conditional, &mut findings);
     toggles::check_bypasses(pipeline, &facts, &live, &mut findings);
     toggles::check_outputs(pipeline, graph, &live, &mut findings);
+    unfed::check(&facts, &graph.partial, |pass| kept[pass.index()].is_some(), &mut findings);
     let report = order::choose(pipeline, graph, &facts, options.objective, &mut live);
     let planner = Planner::new(pipeline, &facts, &live);
     let mut passes: Vec<PlannedPass> = Vec::with_capacity(live.len());

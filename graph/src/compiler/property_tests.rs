@@ -1,7 +1,7 @@
 //! Properties that hold for every valid pipeline, tried on random ones.
 //!
 //! A random pipeline is made so that it is valid: passes come in an order of their own, each writes resources afresh or
-//! updates them after the last writer, and reads what is written before it, a named older version, or an earlier frame
+//! updates them after the last writer, and reads what is written before it (all of it, or one mip), a named older version, or an earlier frame
 //! of a history, which may be one that it writes itself. Some leave a buffer to a later pass, of bytes that follow the
 //! viewport.
 
@@ -54,7 +54,21 @@ fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
 struct Written {
     last: Option<PassHandle>,
     parts: BTreeMap<Option<u32>, ()>,
+    /// Whether mip 0 and layer 0 were drawn to.
+    drawn: bool,
     names: Vec<String>,
+}
+
+impl Written {
+    /// As much as one use can read of what was written, whatever the number of layers.
+    fn readable(&self) -> Option<Part> {
+        let is_written = |mip: u32| self.parts.contains_key(&None) || self.parts.contains_key(&Some(mip));
+        if (0..3).all(is_written) {
+            return Some(Part::WHOLE);
+        }
+        let mip = (0..3).find(|mip| is_written(*mip)).map(|mip| Part::of(Some(mip), None));
+        mip.or_else(|| self.drawn.then(|| Part::of(Some(0), Some(0))))
+    }
 }
 
 /// A valid pipeline of random passes over `count` resources, planned.
@@ -130,24 +144,25 @@ fn pipeline(
             .collect();
         let mut pass = assembly.pass(&format!("p{at}"));
         let handle = pass.handle();
-        let mut read: Vec<(ResourceHandle, Version)> = Vec::new();
+        let mut read: Vec<(ResourceHandle, Part, Version)> = Vec::new();
         for resource in &random.reads {
             let resource = resource % count;
             if resource == own
                 || written[resource].names.is_empty()
-                || read.iter().any(|(known, _)| *known == resources[resource])
+                || read.iter().any(|(known, ..)| *known == resources[resource])
             {
                 continue;
             }
             // The version is named, since later passes may write on.
             let Some(name) = written[resource].names.last() else { continue };
-            read.push((resources[resource], Version::WrittenBy(name.clone())));
+            let Some(part) = written[resource].readable() else { continue };
+            read.push((resources[resource], part, Version::WrittenBy(name.clone())));
         }
         for resource in earlier {
             pass = pass.reads(resource);
         }
-        for (resource, version) in read {
-            pass = pass.uses(resource, Part::WHOLE, Usage::Sampled, version);
+        for (resource, part, version) in read {
+            pass = pass.uses(resource, part, Usage::Sampled, version);
         }
         if let Some(own) = scratch[at] {
             pass = pass.uses(own, Part::WHOLE, Usage::StorageWrite, Version::Newest);
@@ -170,6 +185,7 @@ fn pipeline(
             pass = pass.uses(resources[own], Part::WHOLE, Usage::StorageReadWrite, Version::Newest);
         } else if random.action == 2 {
             pass = pass.color(resources[own], LoadOperation::Clear([0.0; 4]));
+            state.drawn = true;
         } else {
             let replaces = random.reads.len() % 2 == 0;
             let usage = if replaces { Usage::StorageReplace } else { Usage::StorageWrite };
@@ -193,8 +209,8 @@ fn pipeline(
         end = end.after(last);
     }
     for (at, state) in written.iter().enumerate().take(2) {
-        if !state.names.is_empty() {
-            end = end.reads(resources[at]);
+        if let Some(part) = state.readable() {
+            end = end.reads_part(resources[at], part);
         }
     }
     let _ = end;

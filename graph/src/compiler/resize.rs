@@ -19,6 +19,7 @@ use super::graph::Graph;
 use super::order::Objective;
 use super::plan::{Plan, PlanOptions, plan};
 use super::toggles;
+use super::unfed;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::Sources;
 
@@ -33,7 +34,7 @@ impl Plan {
         options: &PlanOptions,
         sources: &Sources,
     ) -> Result<Self, Diagnostics> {
-        if let Some(plan) = self.sizes_only(options, sources) {
+        if let Some(plan) = self.sizes_only(graph, options, sources) {
             return Ok(plan);
         }
         let mut findings = Diagnostics::new();
@@ -41,7 +42,7 @@ impl Plan {
     }
 
     /// The plan for other sizes; `None` if more than sizes changes, or something is wrong with them.
-    fn sizes_only(&self, options: &PlanOptions, sources: &Sources) -> Option<Self> {
+    fn sizes_only(&self, graph: &Graph, options: &PlanOptions, sources: &Sources) -> Option<Self> {
         let fixed = &self.fixed;
         let alike = options.objective == self.order.objective
             && options.objective != Objective::Memory
@@ -62,6 +63,7 @@ impl Plan {
             &mut findings,
         )?;
         toggles::check_bypasses(&self.pipeline, &facts, &live, &mut findings);
+        unfed::check(&facts, &graph.partial, |pass| self.position(pass).is_some(), &mut findings);
         let mut passes = self.passes.clone();
         for pass in &mut passes {
             facts.size_pass(pass, &mut findings);

@@ -176,6 +176,13 @@ impl<'a, W: Copy + Ord> View<'a, W> {
         !self.is_coarse && self.boxes.iter().filter_map(|open| common(open.extents, extents)).any(exists)
     }
 
+    /// What no write of the frames in which the looker is there covers, as far as that is certain: some of it may not
+    /// exist.
+    pub(super) fn unwritten(&self) -> Vec<Extents> {
+        let open = self.boxes.iter().filter(|open| !self.is_coarse && open.newest.is_none());
+        open.map(|open| open.extents).collect()
+    }
+
     /// The newest write below which nothing is seen in some state in which it does not happen, as far as that is
     /// certain.
     pub(super) fn missing(&self) -> Option<(W, Condition)> {

@@ -34,6 +34,7 @@ use super::graph::{Edge, Graph, GraphNode, Hazard};
 use super::implied::Unmet;
 use super::rows::Rows;
 use super::toggles::{self, Runs};
+use super::unfed::{Left, PartialRead};
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
@@ -66,6 +67,8 @@ pub(super) struct Builder<'a> {
     ordered: Vec<Option<Writers>>,
     /// The reads that may have more edges than there is data.
     coarse: BTreeSet<(PassHandle, ResourceHandle)>,
+    /// The reads of which something may not be written.
+    partial: Vec<PartialRead>,
 }
 
 impl<'a> Builder<'a> {
@@ -79,6 +82,7 @@ impl<'a> Builder<'a> {
             reads: vec![SmallVec::new(); count],
             ordered: accesses.iter().map(|_| None).collect(),
             coarse: BTreeSet::new(),
+            partial: Vec::new(),
         };
         for pass in pipeline.pass_handles() {
             for before in &pipeline.pass(pass).after {
@@ -334,9 +338,11 @@ impl<'a> Builder<'a> {
         };
         let mut fed = false;
         let mut missing: Option<(usize, Condition)> = None;
+        let mut left = None;
         if simple {
             // What was written since: an older write of such a part is not there any more.
             let mut newer: HashSet<Part> = HashSet::new();
+            let mut covered = false;
             for rank in writers.before(limit, reader.part) {
                 let writer = &list[writers.list[rank]];
                 let hidden = !newer.is_empty() && within(&newer, writer.part);
@@ -346,10 +352,14 @@ impl<'a> Builder<'a> {
                 self.feed(resource, rank, writer.pass, reader.pass);
                 fed = true;
                 // Most reads end at the first write, which covers them, and need no set.
-                if writer.part.contains(reader.part) {
+                covered = writer.part.contains(reader.part);
+                if covered {
                     break;
                 }
                 newer.insert(writer.part);
+            }
+            if !covered && !reader.writes && !newer.is_empty() {
+                left = Some(Left::AllBut(newer.into_iter().collect()));
             }
         } else {
             let mut view = View::new(reader.part, &known, &mut look.effort);
@@ -377,6 +387,8 @@ impl<'a> Builder<'a> {
                 }
             }
             missing = view.missing();
+            let unwritten = if reader.writes { Vec::new() } else { view.unwritten() };
+            left = (!unwritten.is_empty()).then_some(Left::Boxes(unwritten));
             if view.is_coarse() {
                 self.coarse.insert((reader.pass, resource));
             }
@@ -398,6 +410,11 @@ impl<'a> Builder<'a> {
             } else if let Some((rank, condition)) = missing {
                 let writer = &list[writers.list[rank]];
                 diagnostics.push(toggles::taken_away(pipeline, reader, writer, condition));
+            } else if let Some(left) = left {
+                let mut uses = pipeline.pass(reader.pass).uses.iter();
+                if let Some(at) = uses.position(|one| std::ptr::eq(one, reader.one)) {
+                    self.partial.push(PartialRead { reader: reader.pass, at, left });
+                }
             }
         }
         let mut hazards = Hazards::new(reader.part, None);
@@ -502,7 +519,7 @@ impl<'a> Builder<'a> {
             }
             successors.push(list.into_iter().map(|(to, _)| to));
         }
-        Graph { graph, order, nodes, versions, successors, coarse: self.coarse }
+        Graph { graph, order, nodes, versions, successors, coarse: self.coarse, partial: self.partial }
     }
 }
 

@@ -19,7 +19,7 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::{FaultKind, Faults, Schedule, back};
+use super::{FaultKind, Faults, Schedule, back, unfed};
 use crate::compiler::plan::{Plan, StoreOperation};
 use crate::language::Lifetime;
 use crate::pipeline::{Aspect, Part, Run, Usage, Use, Version};
@@ -56,7 +56,7 @@ pub(super) struct Event<'a> {
 }
 
 /// Regions of one resource: the product of what the uses tell apart in mips, layers, aspects and bytes.
-struct Regions {
+pub(super) struct Regions {
     axes: [Axis; 4],
 }
 
@@ -74,6 +74,15 @@ impl Axis {
     /// The pieces between the cuts, and one more for the rest.
     fn count(&self) -> usize {
         self.cuts.len().max(1)
+    }
+
+    /// What a piece covers: the last all that no use names.
+    fn piece(&self, at: usize) -> Vec<(u64, u64)> {
+        match (self.cuts.get(at), self.cuts.get(at + 1)) {
+            (Some(first), Some(end)) => vec![(*first, *end)],
+            (Some(last), None) => vec![(0, self.cuts[0]), (*last, u64::MAX)],
+            _ => vec![(0, u64::MAX)],
+        }
     }
 
     fn of(&self, run: Option<(u64, u64)>) -> std::ops::Range<usize> {
@@ -100,11 +109,26 @@ pub(super) fn extents(part: Part) -> [Option<(u64, u64)>; 4] {
 impl Regions {
     fn new<'a>(uses: impl Iterator<Item = &'a Use> + Clone) -> Self {
         let axis = |at: usize| Axis::new(uses.clone().map(move |one| extents(one.part)[at]));
-        Self { axes: [axis(0), axis(1), axis(2), axis(3)] }
+        let mut axes = [axis(0), axis(1), axis(2), axis(3)];
+        // Beside depth and stencil there is nothing: the second piece is the rest.
+        if !axes[2].cuts.is_empty() {
+            axes[2].cuts = vec![0, 1];
+        }
+        Self { axes }
     }
 
-    fn count(&self) -> usize {
+    pub(super) fn count(&self) -> usize {
         self.axes.iter().map(Axis::count).product()
+    }
+
+    /// What a region covers in each direction.
+    pub(super) fn pieces(&self, mut region: usize) -> [Vec<(u64, u64)>; 4] {
+        let mut pieces = [const { Vec::new() }; 4];
+        for (axis, pieces) in self.axes.iter().zip(&mut pieces).rev() {
+            *pieces = axis.piece(region % axis.count());
+            region /= axis.count();
+        }
+        pieces
     }
 
     fn of(&self, part: Part) -> Vec<usize> {
@@ -187,6 +211,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
             .iter()
             .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.part) })
             .collect();
+        unfed::check(plan, schedule, handle, &events, &regions, faults);
         let mut known: HashSet<(FaultKind, String)> = HashSet::new();
         let single = has_single_first(plan, &events);
         let (states, are_all) = states(plan, &events, regions.count());

@@ -8,6 +8,7 @@
 //!   nothing needs;
 //! - `contents`: the frame is played through, texel region by texel region: every read finds what it has to find, and
 //!   nothing is dropped that something later needs; `back` goes the other way where there are too many states;
+//! - `unfed`: every read finds each piece of what it reads written in some state;
 //! - `toggles`: stand-ins are used where they have to be, and fit; toggles and bypasses are stated right;
 //! - `transfers`: copies touch the mips, layers, aspects and bytes that their passes use, and are what they describe;
 //! - `attachments`: load and store operations, marks and render pass groups say what the passes declare;
@@ -28,6 +29,7 @@ mod memory;
 mod passes;
 mod toggles;
 mod transfers;
+mod unfed;
 
 use serde::Serialize;
 

@@ -31,7 +31,7 @@ pub(in crate::pipeline) struct Waiting<'a> {
     pub(in crate::pipeline) environment: Arc<Environment>,
 }
 
-/// Lets every pass know which it has to follow. Findings: names of no pass.
+/// Lets every pass know which it has to follow. Findings: names of no pass, and what waits for itself.
 pub(super) fn connect(
     waiting: &[Waiting<'_>],
     passes: &mut [Pass],
@@ -76,6 +76,16 @@ pub(super) fn connect(
                 let help = "put a pass between the two that the one side is before and the other after";
                 shared.diagnostics.push(finding.help(help));
                 return;
+            }
+            if followers.iter().any(|follower| before.contains(follower)) {
+                if said.insert((value.span, name.clone())) {
+                    let shown = environment.pass_inside(later).unwrap_or(later);
+                    let message = format!("\"{shown}\" waits for itself");
+                    let finding = Diagnostic::error(codes::CYCLE, value.span, message).pointer(at());
+                    let finding = finding.help("remove it: \"after\" names passes that run earlier");
+                    shared.report_from([finding].into_iter().collect(), environment);
+                }
+                continue;
             }
             for follower in &followers {
                 passes[*follower].after.extend(before.iter().map(|index| PassHandle(*index as u32)));

@@ -1,0 +1,264 @@
+//! Reads of which only a part was written.
+//!
+//! The [graph](super::graph) knows which writes a read finds, but not how many mips, layers or bytes there are, so it
+//! notes what those writes leave of each read, and here, where sizes are known, what is left that exists is a finding.
+//! It would hold what another resource left in the same memory.
+//!
+//! What passes leave is found for what only reads. A pass that also writes (an attachment that is loaded, storage that
+//! is read and written) fills in what it does not find. What is written in some of the states of toggles in which the
+//! reader runs counts as written. A read with more writers than are [told apart](super::visible) has no finding.
+//!
+//! Cost: for each such read linear in the writes that it finds, and sorting them.
+
+use super::extents::{Extents, extents};
+use super::facts::{Descriptor, Facts};
+use crate::diagnostic::{Diagnostic, codes};
+use crate::pipeline::{Part, Pipeline, ResourceKind, Use};
+use crate::work::PassHandle;
+
+/// The most mips, runs of layers or of bytes that a finding names.
+const SHOWN: usize = 8;
+/// More mips than any texture has.
+const MAXIMUM_MIPS: u64 = 32;
+
+/// A read of which a part may not be written.
+#[derive(Clone, Debug)]
+pub(super) struct PartialRead {
+    pub(super) reader: PassHandle,
+    /// The position of the use in its pass.
+    pub(super) at: usize,
+    pub(super) left: Left,
+}
+
+/// What writes leave of a read.
+#[derive(Clone, Debug)]
+pub(super) enum Left {
+    /// These boxes, as far as they exist.
+    Boxes(Vec<Extents>),
+    /// All but these parts, which have one mip and one layer at most.
+    AllBut(Vec<Part>),
+}
+
+/// Ascending runs, each with its first and the first after it, that do not touch.
+type Runs = Vec<(u64, u64)>;
+
+/// What exists of a read.
+struct Wanted {
+    mips: (u64, u64),
+    /// Layers or slices of mip 0, or bytes.
+    run: (u64, u64),
+    /// Of a volume the slices of mip 0; each further mip has half as many.
+    slices: Option<u64>,
+    /// Depth (0), stencil (1) or both; color is one of its own.
+    aspects: Vec<u64>,
+    is_buffer: bool,
+}
+
+/// Finds what live passes read that nothing writes.
+pub(super) fn check(
+    facts: &Facts<'_>,
+    reads: &[PartialRead],
+    is_live: impl Fn(PassHandle) -> bool,
+    findings: &mut Vec<Diagnostic>,
+) {
+    for read in reads.iter().filter(|read| is_live(read.reader)) {
+        let Some(one) = facts.pipeline.pass(read.reader).uses.get(read.at) else { continue };
+        let Some(wanted) = wanted(facts, one) else { continue };
+        let gaps = gaps(&wanted, &read.left);
+        if gaps.iter().any(|(_, _, runs)| !runs.is_empty()) {
+            findings.push(finding(facts.pipeline, read.reader, one, &pieces(&wanted, &gaps)));
+        }
+    }
+}
+
+/// What exists of a read; `None` if that is not known.
+fn wanted(facts: &Facts<'_>, one: &Use) -> Option<Wanted> {
+    let [mips, layers, aspects, bytes] = extents(one.part);
+    let within = |run: (u64, u64), count: u64| (run.0, run.1.min(count));
+    Some(match facts.get(one.resource)?.descriptor? {
+        Descriptor::Texture(texture) => {
+            let of_format: &[u64] =
+                match (texture.format.has_depth_aspect(), texture.format.has_stencil_aspect()) {
+                    (true, true) => &[0, 1],
+                    (false, true) => &[1],
+                    _ => &[0],
+                };
+            Wanted {
+                mips: within(mips, u64::from(texture.size.mips).min(MAXIMUM_MIPS)),
+                run: within(layers, texture.size.layers.into()),
+                slices: texture.volume.then_some(texture.size.layers.into()),
+                aspects: of_format.iter().copied().filter(|at| aspects.0 <= *at && *at < aspects.1).collect(),
+                is_buffer: false,
+            }
+        }
+        Descriptor::Buffer { bytes: count, .. } => Wanted {
+            mips: (0, 1),
+            run: within(bytes, count),
+            slices: None,
+            aspects: vec![0],
+            is_buffer: true,
+        },
+    })
+}
+
+impl Wanted {
+    /// The layers, slices or bytes of one mip.
+    fn run_of(&self, mip: u64) -> (u64, u64) {
+        let end = self.slices.map_or(u64::MAX, |slices| (slices >> mip).max(1));
+        (self.run.0, self.run.1.min(end))
+    }
+}
+
+/// By mip and aspect what nothing writes.
+fn gaps(wanted: &Wanted, left: &Left) -> Vec<(u64, u64, Runs)> {
+    let mips = wanted.mips.0..wanted.mips.1;
+    let each = || mips.clone().flat_map(|mip| wanted.aspects.iter().map(move |aspect| (mip, *aspect)));
+    match left {
+        Left::Boxes(boxes) => {
+            let runs = |mip: u64, aspect: u64| {
+                let all = wanted.run_of(mip);
+                let here = boxes.iter().filter(|[mips, _, aspects, _]| {
+                    mips.0 <= mip && mip < mips.1 && aspects.0 <= aspect && aspect < aspects.1
+                });
+                let runs = here.map(|[_, layers, _, bytes]| {
+                    let run = if wanted.is_buffer { bytes } else { layers };
+                    (run.0.max(all.0), run.1.min(all.1))
+                });
+                joined(runs.collect())
+            };
+            each().map(|(mip, aspect)| (mip, aspect, runs(mip, aspect))).collect()
+        }
+        Left::AllBut(parts) => {
+            let mut everywhere = Runs::new();
+            let mut of_mip: Vec<Runs> = vec![Runs::new(); wanted.mips.1 as usize];
+            for part in parts {
+                let [mips, layers, ..] = extents(*part);
+                if part.mip.is_none() {
+                    everywhere.push(layers);
+                } else if let Some(runs) = of_mip.get_mut(mips.0 as usize) {
+                    runs.push(layers);
+                }
+            }
+            let everywhere = joined(everywhere);
+            let written = |mip: u64| {
+                let own = of_mip.get(mip as usize).into_iter().flatten();
+                joined(own.chain(&everywhere).copied().collect())
+            };
+            each().map(|(mip, aspect)| (mip, aspect, between(&written(mip), wanted.run_of(mip)))).collect()
+        }
+    }
+}
+
+/// The same without overlaps.
+fn joined(mut runs: Runs) -> Runs {
+    runs.retain(|(first, end)| first < end);
+    runs.sort_unstable();
+    let mut all = Runs::with_capacity(runs.len());
+    for (first, end) in runs {
+        match all.last_mut() {
+            Some(last) if first <= last.1 => last.1 = last.1.max(end),
+            _ => all.push((first, end)),
+        }
+    }
+    all
+}
+
+/// What runs leave of another.
+fn between(runs: &[(u64, u64)], all: (u64, u64)) -> Runs {
+    let mut left = Runs::new();
+    let mut next = all.0;
+    for (first, end) in runs {
+        if next < (*first).min(all.1) {
+            left.push((next, (*first).min(all.1)));
+        }
+        next = next.max(*end);
+    }
+    if next < all.1 {
+        left.push((next, all.1));
+    }
+    left
+}
+
+/// What nothing writes, in words: mips with the same layers are named together.
+fn pieces(wanted: &Wanted, gaps: &[(u64, u64, Runs)]) -> String {
+    // What of a mip is missing: by aspect the runs, none of which means all.
+    type Shape = Vec<(u64, Option<Runs>)>;
+    let mut groups: Vec<(Shape, Runs)> = Vec::new();
+    for mip in wanted.mips.0..wanted.mips.1 {
+        let of_mip = gaps.iter().filter(|(at, _, runs)| *at == mip && !runs.is_empty());
+        let shape: Shape = of_mip
+            .map(|(_, aspect, runs)| (*aspect, (runs[..] != [wanted.run_of(mip)]).then(|| runs.clone())))
+            .collect();
+        if shape.is_empty() {
+            continue;
+        }
+        match groups.iter_mut().find(|(known, _)| *known == shape) {
+            Some((_, mips)) => mips.push((mip, mip + 1)),
+            None => groups.push((shape, vec![(mip, mip + 1)])),
+        }
+    }
+    let mut words = Vec::new();
+    for (shape, mips) in groups {
+        let mips = joined(mips);
+        let of_mips = (mips[..] != [wanted.mips]).then(|| counted("mip", &mips));
+        let alike =
+            shape.len() == wanted.aspects.len() && shape.windows(2).all(|pair| pair[0].1 == pair[1].1);
+        for (aspect, runs) in shape.into_iter().take(if alike { 1 } else { usize::MAX }) {
+            let aspect = (!alike).then(|| ["the depth", "the stencil"][aspect.min(1) as usize].to_owned());
+            let unit = match (wanted.is_buffer, wanted.slices.is_some()) {
+                (true, _) => "byte",
+                (_, true) => "slice",
+                _ => "layer",
+            };
+            let runs = runs.map(|runs| counted(unit, &runs));
+            let one: Vec<String> = [aspect, runs, of_mips.clone()].into_iter().flatten().collect();
+            words.extend((!one.is_empty()).then(|| one.join(" of ")));
+        }
+    }
+    listed(words)
+}
+
+/// `mips 1 and 3 to 5`.
+fn counted(unit: &str, runs: &[(u64, u64)]) -> String {
+    let several = runs.len() > 1 || runs.iter().any(|(first, end)| end - first > 1);
+    let one = |(first, end): &(u64, u64)| match end - first {
+        1 => first.to_string(),
+        _ => format!("{first} to {}", end - 1),
+    };
+    format!("{unit}{} {}", if several { "s" } else { "" }, listed(runs.iter().map(one).collect()))
+}
+
+/// A list in words; a long one is cut.
+fn listed(mut words: Vec<String>) -> String {
+    if words.len() > SHOWN {
+        let more = words.len() - (SHOWN - 1);
+        words.truncate(SHOWN - 1);
+        words.push(format!("{more} more"));
+    }
+    match words.split_last() {
+        Some((last, [])) => last.clone(),
+        Some((last, others)) => format!("{} and {last}", others.join(", ")),
+        None => String::new(),
+    }
+}
+
+fn finding(pipeline: &Pipeline, reader: PassHandle, one: &Use, pieces: &str) -> Diagnostic {
+    let resource = pipeline.resource(one.resource);
+    let (pass, name) = (&pipeline.pass(reader).name, &resource.name);
+    let of = if pieces.is_empty() { String::new() } else { format!("{pieces} of ") };
+    let message = format!("\"{pass}\" reads {of}\"{name}\", which nothing writes before");
+    let help = match &resource.kind {
+        ResourceKind::Buffer(_) => format!(
+            "write all that is read, fill the buffer first ({{ \"clear\": {{ \"buffer\": \"{name}\" }} }}), or let \
+             \"{pass}\" read fewer bytes with \"offset\" and \"size\""
+        ),
+        _ => format!(
+            "let passes write all that is read, or let \"{pass}\" read what is written only: name its \"mip\", \
+             \"layer\" or \"aspect\", or give \"{name}\" no more than are used"
+        ),
+    };
+    Diagnostic::error(codes::NEVER_WRITTEN, one.place, message)
+        .pointer(&one.pointer)
+        .related(resource.place, "declared here")
+        .help(help)
+}
