@@ -493,7 +493,7 @@ fn conditional(name: &str, settings: &str, when: &str, n: &str) -> Project {
             "always": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }},
             "fill": {{ {when} "fullscreen": {{ "shader": "fill.wgsl.jinja", "color": [{{ "to": "target" }}], "axes": {{ "n": {n} }} }} }} }} }}"#
     );
-    let axes = r#"{ "axes": { "n": { "type": "integer", "min": 0, "max": 10000, "default": 1, "prove": "ends" } } }"#;
+    let axes = r#"{ "axes": { "n": { "type": "integer", "min": 0, "max": 10000, "default": 1 } } }"#;
     let template = TEMPLATE.replace("{{ 1.0 if warm else 0.0 }}", "{{ 'oops' if n == 22 else 0.0 }}");
     Project::new(name, &pipeline, axes, &template)
 }
@@ -585,8 +585,19 @@ fn an_axis_has_the_values_that_its_expression_yields_and_no_others() {
     }
     // Beyond, every value of the axis counts, and the finding says so.
     let project = conditional("permutations-assumed", &number("u32", 5000), "", "\"k * 2 + 1\"");
-    let axes = project.folder.join("fill.axes.json");
-    let whole = std::fs::read_to_string(&axes).unwrap().replace(", \"prove\": \"ends\"", "");
-    std::fs::write(&axes, whole).unwrap();
     project.refused(&[], &["`oops`", "n=22", "\"n\" follows \"k * 2 + 1\", which has too many values"]);
+    // Of a number that is only a size the ends are proven, whatever it follows.
+    for max in [300, 5000] {
+        let project = conditional("permutations-size", &number("u32", max), "", "\"k * 2\"");
+        let axes = project.folder.join("fill.axes.json");
+        let ends = std::fs::read_to_string(&axes).unwrap().replace("1 } }", "1, \"prove\": \"ends\" } }");
+        std::fs::write(&axes, ends).unwrap();
+        let output = project.run("permutations", &[]);
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        assert!(
+            text(&output.stdout).contains("fill.wgsl.jinja): 3 combinations"),
+            "{}",
+            text(&output.stdout)
+        );
+    }
 }

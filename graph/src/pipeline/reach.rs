@@ -253,7 +253,8 @@ fn programs(job: &Job<'_>, modules: &Modules, free: &[FreeAxis], spread: bool) -
         let mut assumed = BTreeMap::new();
         for axis in job.templates.axes(key.1).into_iter().flat_map(shader::Axes::iter) {
             let of_axis: Vec<&&FreeAxis> = free.iter().filter(|each| each.name == axis.name).collect();
-            let Some(first) = of_axis.first() else { continue };
+            // Of a number that is only a size the ends are proven, whatever it follows.
+            let Some(first) = of_axis.first().filter(|_| !axis.ends) else { continue };
             assumed.insert(axis.name.clone(), first.reason.clone());
             let Some(values) = of_axis.iter().map(|each| each.values.as_ref()).collect::<Option<Vec<_>>>()
             else {
