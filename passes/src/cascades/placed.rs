@@ -3,19 +3,17 @@
 //! Every sun is fitted with the same settings. Its cascades are drawn into consecutive layers, from the first that the
 //! placement names; a cascade that could not be fitted leaves a descriptor that shadows nothing.
 
-use std::sync::{Arc, Mutex, PoisonError};
-
 use glam::{DVec4, UVec2};
-use umbragraph_graph::data::{DataShape, HostData, ValueType};
+use umbragraph_graph::data::{DataShape, ValueType, View};
 use umbragraph_graph::pipeline::{PassBuilder, Produced};
-use umbragraph_graph::work::{HostContext, HostNode, HostWork, Work};
 
 use super::configuration::{Cascade, Configuration};
 use super::node::Cascades;
 use crate::codes;
-use crate::lights::descriptor::{self, Descriptor};
-use crate::lights::filter::{Bounded, Filter};
-use crate::lights::placement::{self, Backing};
+use crate::lights::described::{self, Describe, Told};
+use crate::lights::descriptor::Descriptor;
+use crate::lights::filter::Filter;
+use crate::lights::placement::{self, Backing, Entry};
 
 pub(super) fn declare(
     settings: &Cascades,
@@ -39,53 +37,33 @@ pub(super) fn declare(
     let filter = Filter::declare(settings.filter.as_ref(), pass)?;
     let input = pass.data_with(data, "/placement", &placement::expected())?;
     let shape = DataShape::new().value("count", ValueType::U32).views(layers).views_choose_layers();
-    let shape = descriptor::shape(shape, layers);
-    let output = pass.publish(&settings.to, "/to", shape)?;
-    let node = Arc::new(RunPlaced { configuration, filter, state: Mutex::default() });
-    Some(pass.produce(Work::Host(HostWork { node, output, inputs: vec![input] })))
+    described::node(pass, &settings.to, input, (shape, layers), filter, Placed { configuration })
 }
 
 #[derive(Debug)]
-struct RunPlaced {
+struct Placed {
     configuration: Configuration,
-    filter: Option<Filter>,
-    state: Mutex<State>,
 }
 
-/// Memory that is used again in each frame.
-#[derive(Debug, Default)]
-struct State {
-    descriptors: Vec<Descriptor>,
-    bounded: Bounded,
-}
-
-impl HostNode for RunPlaced {
-    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let State { descriptors, bounded } = &mut *state;
-        descriptors.clear();
-        bounded.clear();
-        let Some(placement) = context.inputs.first() else { return };
-        for entry in placement::entries(placement) {
-            let Backing::Layers { first, count } = entry.backing else { continue };
-            let Some(light) = context.frame.lights.get(entry.light as usize) else { continue };
-            let set = self.configuration.fit_light(light, context.frame);
-            for (at, cascade) in set.iter().take(count as usize).enumerate() {
-                let layer = first + at as u32;
-                data.push_view(umbragraph_graph::data::View { layer, ..cascade.view });
-                descriptors.push(self.descriptor(at, layer, cascade));
-                let filter = self.filter.as_ref();
-                bounded.add(entry.light, filter.and_then(|it| it.in_cascade(at, cascade.texel_size)));
-            }
-            let missing = (count as usize).saturating_sub(set.count());
-            descriptors.extend(std::iter::repeat_n(Descriptor::default(), missing));
+impl Describe for Placed {
+    fn describe(&self, entry: &Entry, told: &mut Told<'_>) {
+        let Backing::Layers { first, count } = entry.backing else { return };
+        let Some(light) = told.frame.lights.get(entry.light as usize) else { return };
+        let set = self.configuration.fit_light(light, told.frame);
+        for (at, cascade) in set.iter().take(count as usize).enumerate() {
+            let layer = first + at as u32;
+            told.view(View { layer, ..cascade.view });
+            told.descriptor(self.descriptor(at, layer, cascade));
+            let place = told.filter.and_then(|filter| filter.in_cascade(at, cascade.texel_size));
+            told.bounded(entry.light, place);
         }
-        descriptor::publish(data, descriptors);
-        bounded.report(self.filter, context.frame, data);
+        for _ in set.count()..count as usize {
+            told.descriptor(Descriptor::default());
+        }
     }
 }
 
-impl RunPlaced {
+impl Placed {
     fn descriptor(&self, at: usize, layer: u32, cascade: &Cascade) -> Descriptor {
         let layout = &self.configuration.layout;
         Descriptor {

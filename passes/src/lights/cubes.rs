@@ -6,20 +6,18 @@
 //!
 //! Limits: a light that has no views leaves a descriptor that shadows nothing.
 
-use std::sync::{Arc, Mutex, PoisonError};
-
 use glam::{DMat4, DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::data::{DataShape, HostData, ValueType};
+use umbragraph_graph::data::{DataShape, ValueType};
 use umbragraph_graph::language::Expr;
 use umbragraph_graph::node::Node;
 use umbragraph_graph::pipeline::{PassBuilder, Produced};
-use umbragraph_graph::work::{HostContext, HostNode, HostWork, Work};
 
-use super::descriptor::{self, Descriptor};
-use super::filter::{Bounded, Filter, FilterSettings, receivers};
-use super::placement::{self, Backing};
+use super::described::{self, Describe, Told};
+use super::descriptor::Descriptor;
+use super::filter::{Filter, FilterSettings};
+use super::placement::{self, Backing, Entry};
 use crate::views::cube::{CubeViews, Face};
 
 /// Publishes six views and a descriptor for each point light that has a cube.
@@ -58,61 +56,36 @@ impl Node for CubeShadows {
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
         let (capacity, side, reverse, filter, input) = (capacity?, side?, reverse?, filter?, input?);
         let shape = DataShape::new().value("count", ValueType::U32).views(6 * capacity).views_choose_layers();
-        let output = pass.publish(&self.to, "/to", descriptor::shape(shape, capacity))?;
-        let node = RunCubeShadows { side, reverse, filter, state: Mutex::default() };
-        Some(pass.produce(Work::Host(HostWork { node: Arc::new(node), output, inputs: vec![input] })))
+        described::node(pass, &self.to, input, (shape, capacity), filter, Cubes { side, reverse })
     }
 }
 
 #[derive(Debug)]
-struct RunCubeShadows {
+struct Cubes {
     side: u32,
     reverse: bool,
-    filter: Option<Filter>,
-    state: Mutex<State>,
 }
 
-/// Memory that is used again in each frame.
-#[derive(Debug, Default)]
-struct State {
-    descriptors: Vec<Descriptor>,
-    bounded: Bounded,
-}
-
-impl HostNode for RunCubeShadows {
-    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let State { descriptors, bounded } = &mut *state;
-        descriptors.clear();
-        bounded.clear();
-        let Some(placement) = context.inputs.first() else { return };
-        for entry in placement::entries(placement) {
-            let Backing::Cube { slot } = entry.backing else { continue };
-            let light = context.frame.lights.get(entry.light as usize);
-            let Some(cube) = light.and_then(|light| CubeViews::new(light, self.reverse)) else {
-                descriptors.push(Descriptor::default());
-                continue;
-            };
-            for face in Face::ALL {
-                data.push_view(cube.view(face, 6 * slot + face as u32, None));
-            }
-            let texel = 2.0 * cube.half_width / f64::from(self.side);
-            if let Some(filter) = self.filter {
-                let (nearest, farthest) =
-                    receivers(cube.position, cube.near, cube.far, &context.frame.scene_bounds);
-                bounded
-                    .add(entry.light, filter.in_perspective(texel, nearest, farthest).into_iter().flatten());
-            }
-            let coefficients = depth_coefficients(cube.near, cube.far, self.reverse);
-            descriptors.push(Descriptor {
-                clip_from_world: DMat4::ZERO,
-                rectangle: cube.position.extend(cube.far),
-                reach: coefficients.extend(texel).extend(cube.near),
-                place: UVec2::new(slot, self.side),
-            });
+impl Describe for Cubes {
+    fn describe(&self, entry: &Entry, told: &mut Told<'_>) {
+        let Backing::Cube { slot } = entry.backing else { return };
+        let light = told.frame.lights.get(entry.light as usize);
+        let Some(cube) = light.and_then(|light| CubeViews::new(light, self.reverse)) else {
+            told.descriptor(Descriptor::default());
+            return;
+        };
+        for face in Face::ALL {
+            told.view(cube.view(face, 6 * slot + face as u32, None));
         }
-        descriptor::publish(data, descriptors);
-        bounded.report(self.filter, context.frame, data);
+        let texel = 2.0 * cube.half_width / f64::from(self.side);
+        told.bounded_in_perspective(entry.light, cube.position, [cube.near, cube.far], texel);
+        let coefficients = depth_coefficients(cube.near, cube.far, self.reverse);
+        told.descriptor(Descriptor {
+            clip_from_world: DMat4::ZERO,
+            rectangle: cube.position.extend(cube.far),
+            reach: coefficients.extend(texel).extend(cube.near),
+            place: UVec2::new(slot, self.side),
+        });
     }
 }
 

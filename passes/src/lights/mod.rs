@@ -19,6 +19,7 @@
 //! changes nothing, neither where they are placed nor the order in which shaders add them up.
 
 pub mod cubes;
+pub(crate) mod described;
 pub mod descriptor;
 pub mod filter;
 pub mod list;

@@ -4,20 +4,18 @@
 //!
 //! Limits: a spot that has no view leaves a descriptor that shadows nothing.
 
-use std::sync::{Arc, Mutex, PoisonError};
-
 use glam::{DVec4, UVec2};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::data::{DataShape, HostData, ValueType};
+use umbragraph_graph::data::{DataShape, ValueType};
 use umbragraph_graph::language::Expr;
 use umbragraph_graph::node::Node;
 use umbragraph_graph::pipeline::{PassBuilder, Produced};
-use umbragraph_graph::work::{HostContext, HostNode, HostWork, Work};
 
-use super::descriptor::{self, Descriptor};
-use super::filter::{Bounded, Filter, FilterSettings, receivers};
-use super::placement::{self, Backing};
+use super::described::{self, Describe, Told};
+use super::descriptor::Descriptor;
+use super::filter::{Filter, FilterSettings};
+use super::placement::{self, Backing, Entry};
 use crate::atlas::Tile;
 use crate::views::spot::SpotView;
 
@@ -56,62 +54,35 @@ impl Node for SpotShadows {
         let filter = Filter::declare(self.filter.as_ref(), pass);
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
         let (capacity, reverse, filter, input) = (capacity?, reverse?, filter?, input?);
-        let shape =
-            descriptor::shape(DataShape::new().value("count", ValueType::U32).views(capacity), capacity);
-        let output = pass.publish(&self.to, "/to", shape)?;
-        let node = RunSpotShadows { reverse, filter, state: Mutex::default() };
-        Some(pass.produce(Work::Host(HostWork { node: Arc::new(node), output, inputs: vec![input] })))
+        let shape = DataShape::new().value("count", ValueType::U32).views(capacity);
+        described::node(pass, &self.to, input, (shape, capacity), filter, Tiles { reverse })
     }
 }
 
 #[derive(Debug)]
-struct RunSpotShadows {
+struct Tiles {
     reverse: bool,
-    filter: Option<Filter>,
-    state: Mutex<State>,
 }
 
-/// Memory that is used again in each frame.
-#[derive(Debug, Default)]
-struct State {
-    descriptors: Vec<Descriptor>,
-    bounded: Bounded,
-}
-
-impl HostNode for RunSpotShadows {
-    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let State { descriptors, bounded } = &mut *state;
-        descriptors.clear();
-        bounded.clear();
-        let Some(placement) = context.inputs.first() else { return };
-        let atlas = placement::atlas_side(placement);
-        for entry in placement::entries(placement) {
-            let Backing::Tile { x, y, side } = entry.backing else { continue };
-            let light = context.frame.lights.get(entry.light as usize);
-            let border = BORDER / f64::from(side.max(1));
-            let Some(spot) = light.and_then(|light| SpotView::new(light, border, self.reverse)) else {
-                descriptors.push(Descriptor::default());
-                continue;
-            };
-            let texel = 2.0 * spot.half_width() / f64::from(side.max(1));
-            if let Some(filter) = self.filter {
-                let (nearest, farthest) =
-                    receivers(spot.position, spot.near, spot.far, &context.frame.scene_bounds);
-                bounded
-                    .add(entry.light, filter.in_perspective(texel, nearest, farthest).into_iter().flatten());
-            }
-            let tile = Tile { x, y, size: side };
-            let whole = (x, y, side) == (0, 0, atlas);
-            data.push_view(spot.view(0, (!whole).then(|| tile.viewport())));
-            descriptors.push(Descriptor {
-                clip_from_world: spot.clip_from_world,
-                rectangle: tile.scale_offset(atlas),
-                reach: DVec4::new(0.0, 0.0, texel, 0.0),
-                place: UVec2::new(0, side),
-            });
-        }
-        descriptor::publish(data, descriptors);
-        bounded.report(self.filter, context.frame, data);
+impl Describe for Tiles {
+    fn describe(&self, entry: &Entry, told: &mut Told<'_>) {
+        let Backing::Tile { x, y, side } = entry.backing else { return };
+        let light = told.frame.lights.get(entry.light as usize);
+        let border = BORDER / f64::from(side.max(1));
+        let Some(spot) = light.and_then(|light| SpotView::new(light, border, self.reverse)) else {
+            told.descriptor(Descriptor::default());
+            return;
+        };
+        let texel = 2.0 * spot.half_width() / f64::from(side.max(1));
+        told.bounded_in_perspective(entry.light, spot.position, [spot.near, spot.far], texel);
+        let tile = Tile { x, y, size: side };
+        let whole = (x, y, side) == (0, 0, told.atlas_side);
+        told.view(spot.view(0, (!whole).then(|| tile.viewport())));
+        told.descriptor(Descriptor {
+            clip_from_world: spot.clip_from_world,
+            rectangle: tile.scale_offset(told.atlas_side),
+            reach: DVec4::new(0.0, 0.0, texel, 0.0),
+            place: UVec2::new(0, side),
+        });
     }
 }

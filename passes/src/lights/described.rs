@@ -1,0 +1,114 @@
+//! What the nodes that describe shadows have in common, whatever backs them: from the placed lights to views, one
+//! descriptor after another, and the places where bounds of filters bite.
+//!
+//! A backing says with [`Describe`] what one placed light comes to; [`node`] makes a host node of it.
+
+use std::fmt::Debug;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use glam::DVec3;
+use umbragraph_graph::data::{DataShape, HostData, View};
+use umbragraph_graph::frame::FrameInput;
+use umbragraph_graph::pipeline::{PassBuilder, Produced};
+use umbragraph_graph::work::{HostContext, HostNode, HostWork, ResourceHandle, Work};
+
+use super::descriptor::{self, Descriptor};
+use super::filter::{Bounded, Filter, Where, receivers};
+use super::placement::{self, Entry};
+
+/// How the lights of one backing are described.
+pub(crate) trait Describe: Debug + Send + Sync + 'static {
+    /// Tells of a placed light what it has here; nothing of one that another backing has.
+    fn describe(&self, entry: &Entry, told: &mut Told<'_>);
+}
+
+/// What is told of a frame.
+pub(crate) struct Told<'a> {
+    pub(crate) frame: &'a FrameInput,
+    /// The side of the atlas, in texels.
+    pub(crate) atlas_side: u32,
+    pub(crate) filter: Option<Filter>,
+    data: &'a mut HostData,
+    memory: &'a mut Memory,
+}
+
+impl Told<'_> {
+    /// A map to draw.
+    pub(crate) fn view(&mut self, view: View) {
+        self.data.push_view(view);
+    }
+
+    /// The next descriptor; the default one shadows nothing.
+    pub(crate) fn descriptor(&mut self, descriptor: Descriptor) {
+        self.memory.descriptors.push(descriptor);
+    }
+
+    /// Where the bounds of the filter bite for the frame's light of an index.
+    pub(crate) fn bounded(&mut self, light: u32, places: impl IntoIterator<Item = Where>) {
+        self.memory.bounded.add(light, places);
+    }
+
+    /// The same of a light at a position whose maps are perspectives between two distances, with texels of a width at a
+    /// distance of one metre.
+    pub(crate) fn bounded_in_perspective(
+        &mut self,
+        light: u32,
+        position: DVec3,
+        range: [f64; 2],
+        texel: f64,
+    ) {
+        let Some(filter) = self.filter else { return };
+        let (nearest, farthest) = receivers(position, range[0], range[1], &self.frame.scene_bounds);
+        self.bounded(light, filter.in_perspective(texel, nearest, farthest).into_iter().flatten());
+    }
+}
+
+/// Memory that is used again in each frame.
+#[derive(Debug, Default)]
+struct Memory {
+    descriptors: Vec<Descriptor>,
+    bounded: Bounded,
+}
+
+#[derive(Debug)]
+struct Run<D> {
+    describe: D,
+    filter: Option<Filter>,
+    memory: Mutex<Memory>,
+}
+
+/// The node that publishes what a backing says of the lights of a placement, with so many descriptors at most.
+pub(crate) fn node(
+    pass: &mut PassBuilder<'_>,
+    to: &str,
+    placement: ResourceHandle,
+    (shape, capacity): (DataShape, u32),
+    filter: Option<Filter>,
+    describe: impl Describe,
+) -> Option<Produced> {
+    let output = pass.publish(to, "/to", descriptor::shape(shape, capacity))?;
+    let node = Arc::new(Run { describe, filter, memory: Mutex::default() });
+    Some(pass.produce(Work::Host(HostWork { node, output, inputs: vec![placement] })))
+}
+
+impl<D: Describe> HostNode for Run<D> {
+    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
+        let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
+        let memory = &mut *memory;
+        memory.descriptors.clear();
+        memory.bounded.clear();
+        let Some(placement) = context.inputs.first() else { return };
+        let mut told = Told {
+            frame: context.frame,
+            atlas_side: placement::atlas_side(placement),
+            filter: self.filter,
+            data,
+            memory,
+        };
+        for entry in placement::entries(placement) {
+            self.describe.describe(&entry, &mut told);
+        }
+        descriptor::publish(data, &memory.descriptors);
+        memory.bounded.report(self.filter, context.frame, data);
+    }
+}
