@@ -1,37 +1,86 @@
-//! Pictures of the project's own scene, held to references from Mesa's software driver.
+//! Pictures of every pipeline on the project's own scenes, held to references from Mesa's software driver.
 
 mod common;
 
-use common::gpu::{render, scene};
-use common::{With, check_file, root};
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use common::pictures::{self, Case, PIPELINES, SCENES};
+use common::root;
 use umbragraph_test_support::gpu;
-use umbragraph_test_support::image::{GoldenFolder, Tolerance};
+use umbragraph_test_support::image::GoldenFolder;
 
+/// Renders pictures and holds each to its reference.
 #[track_caller]
-fn matches_its_reference(name: &str, parameters: &[(&str, &str)]) {
+fn match_their_references(cases: &[Case]) {
     let Some(gpu) = gpu::device() else { return };
-    let with = With { parameters, size: Some([480, 270]), ..With::default() };
-    let outcome = check_file("pipelines/nebula.json", &with);
-    let picture = render(&gpu, &outcome, &scene(&root().join("examples/scenes/courtyard.glb")));
-    // Other drivers filter and rasterise a little differently along edges.
-    let tolerance = Tolerance { per_channel: 6, failed_pixels: 480 * 270 / 200 };
-    GoldenFolder::new(root().join("tests/golden")).check(name, &picture, &tolerance).expect_match();
+    let folder = GoldenFolder::new(pictures::folder());
+    let mut failures = Vec::new();
+    for case in cases {
+        let picture = case.render(&gpu, &case.check(&[]), &case.scene());
+        let verdict = folder.check(&case.name, &picture, &pictures::tolerance(&gpu));
+        if !verdict.is_success() {
+            failures.push(format!("{verdict:?}"));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
 }
 
-#[test]
-fn the_courtyard_is_lit() {
-    matches_its_reference("courtyard", &[]);
+macro_rules! pictures_of {
+    ($($pipeline:ident),*) => {
+        const TESTED: &[&str] = &[$(stringify!($pipeline)),*];
+        $(mod $pipeline {
+            use super::match_their_references;
+            use crate::common::pictures::{of_scene, of_variants};
+
+            const PIPELINE: &str = stringify!($pipeline);
+
+            #[test]
+            fn courtyard() {
+                match_their_references(&of_scene(PIPELINE, "courtyard"));
+            }
+
+            #[test]
+            fn figure() {
+                match_their_references(&of_scene(PIPELINE, "figure"));
+            }
+
+            #[test]
+            fn foliage() {
+                match_their_references(&of_scene(PIPELINE, "foliage"));
+            }
+
+            #[test]
+            fn interior() {
+                match_their_references(&of_scene(PIPELINE, "interior"));
+            }
+
+            #[test]
+            fn variants() {
+                match_their_references(&of_variants(PIPELINE));
+            }
+        })*
+    };
 }
 
-#[test]
-fn the_courtyard_as_shadow_term() {
-    matches_its_reference("courtyard_shadow_term", &[("debug_view", "\"shadow_term\"")]);
-}
+pictures_of!(nebula, mantis, caracal, awsm);
 
 #[test]
-fn the_courtyard_tinted_by_cascade() {
-    matches_its_reference(
-        "courtyard_cascades",
-        &[("debug_view", "\"cascades\""), ("far", "[8, 20, 50, 200]")],
-    );
+fn no_pipeline_no_scene_and_no_reference_is_left_out() {
+    let names = |folder: &Path, extension: &str| -> BTreeSet<String> {
+        let files = std::fs::read_dir(folder).expect("a folder").flatten().map(|entry| entry.path());
+        let those = files.filter(|path| path.extension().is_some_and(|found| found == extension));
+        those.filter_map(|path| Some(path.file_stem()?.to_str()?.to_owned())).collect()
+    };
+    let table =
+        |names: &[&str]| -> BTreeSet<String> { names.iter().map(|name| (*name).to_owned()).collect() };
+    let pipelines: Vec<&str> = PIPELINES.iter().map(|row| row.0).collect();
+    let scenes: Vec<&str> = SCENES.iter().map(|row| row.0).collect();
+    assert_eq!(table(&pipelines), names(&root().join("pipelines"), "json"));
+    assert_eq!(table(TESTED), table(&pipelines));
+    assert_eq!(table(&scenes), names(&root().join("examples/scenes"), "glb"));
+    assert_eq!(table(&["courtyard", "figure", "foliage", "interior"]), table(&scenes));
+    let kept = names(&pictures::folder(), "png");
+    let drawn = pictures::all().into_iter().map(|case| case.name).collect();
+    assert_eq!(kept, drawn, "the references, and the pictures of the table");
 }

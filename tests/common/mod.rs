@@ -4,6 +4,8 @@
 #[cfg(all(feature = "gpu", feature = "gltf"))]
 pub mod gpu;
 pub mod host;
+#[cfg(all(feature = "gpu", feature = "gltf"))]
+pub mod pictures;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

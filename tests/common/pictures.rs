@@ -1,0 +1,234 @@
+//! The table of reference pictures: every pipeline on every scene in each of its debug views, and variants of them.
+//!
+//! Maps are small and cascades end within the scene, so that seams, borders and filters are some pixels wide in pictures
+//! that are cheap to render and to keep.
+
+use std::path::PathBuf;
+
+use umbragraph::scene::Scene;
+use umbragraph_test_support::gpu::Gpu;
+use umbragraph_test_support::image::{Picture, Tolerance};
+
+use super::gpu::{Host, scene};
+use super::{Outcome, With, check_file, root};
+
+/// Width and height of all pictures.
+const SIZE: [u32; 2] = [240, 136];
+
+type Settings = &'static [(&'static str, &'static str)];
+
+/// A pipeline, the number of its cascades, and parameters on all scenes.
+pub const PIPELINES: &[(&str, usize, Settings)] = &[
+    ("nebula", 4, &[("resolution", "256"), ("blend", "0.4")]),
+    ("mantis", 3, &[("resolution", "256"), ("blend", "0.4")]),
+    ("caracal", 3, &[("resolution", "256")]),
+    (
+        "awsm",
+        4,
+        &[
+            ("cascade_side", "256"),
+            ("cube_side", "128"),
+            ("atlas_least_side", "256"),
+            ("atlas_greatest_side", "1024"),
+            ("tile_greatest_side", "256"),
+            ("tile_least_side", "16"),
+        ],
+    ),
+];
+
+/// A scene, and the distances at which cascades end on it.
+pub const SCENES: &[(&str, [&str; 4])] = &[
+    ("courtyard", ["7", "14", "30", "60"]),
+    ("figure", ["4.5", "6", "8", "12"]),
+    ("foliage", ["5", "9", "15", "30"]),
+    ("interior", ["2.5", "4", "6", "9"]),
+];
+
+/// A pipeline on a scene in other settings than its usual ones.
+pub struct Variant {
+    pub name: &'static str,
+    pub pipeline: &'static str,
+    pub scene: &'static str,
+    pub parameters: Settings,
+    pub features: Settings,
+}
+
+const fn variant(
+    [pipeline, scene, name]: [&'static str; 3],
+    parameters: Settings,
+    features: Settings,
+) -> Variant {
+    Variant { name, pipeline, scene, parameters, features }
+}
+
+pub const VARIANTS: &[Variant] = &[
+    variant(["nebula", "courtyard", "forward_z"], &[("tone_map", "\"reinhard\"")], &[("reverse_z", "false")]),
+    variant(["nebula", "courtyard", "one_cascade"], &[("far", "[40]"), ("tone_map", "\"none\"")], &[]),
+    variant(["mantis", "courtyard", "one_tap"], &[("shadow_filter", "\"single\"")], &[]),
+    variant(
+        ["mantis", "courtyard", "wide_filter"],
+        &[("shadow_filter", "\"poisson16\""), ("filter_radius", "8"), ("border", "0"), ("resolution", "64")],
+        &[("reverse_z", "true")],
+    ),
+    variant(
+        ["mantis", "courtyard", "constant_bias"],
+        &[("bias_form", "\"constant\""), ("cascades", "2")],
+        &[],
+    ),
+    variant(["caracal", "courtyard", "one_tap"], &[("shadow_filter", "\"single\"")], &[]),
+    variant(
+        ["caracal", "courtyard", "wide_filter"],
+        &[
+            ("shadow_filter", "\"disc9\""),
+            ("filter_radius", "8"),
+            ("border", "0"),
+            ("resolution", "64"),
+            ("rotate_taps", "false"),
+        ],
+        &[("reverse_z", "true")],
+    ),
+    variant(["caracal", "courtyard", "without_shadows"], &[("shadows", "false")], &[]),
+    variant(["awsm", "figure", "hard"], &[], &[("light_filter", "\"hard\"")]),
+    variant(
+        ["awsm", "figure", "grid"],
+        &[("filter_radius", "0.4"), ("greatest_radius", "40"), ("grid_side", "5")],
+        &[("light_filter", "\"grid\"")],
+    ),
+    variant(["awsm", "figure", "poisson9"], &[], &[("light_filter", "\"poisson9\""), ("msaa", "true")]),
+    variant(
+        ["awsm", "figure", "poisson64"],
+        &[],
+        &[("light_filter", "\"poisson64\""), ("reverse_z", "false")],
+    ),
+    variant(
+        ["awsm", "figure", "vogel"],
+        &[],
+        &[("light_filter", "\"vogel\""), ("storage_descriptors", "false")],
+    ),
+    variant(["awsm", "figure", "fixed_taps"], &[("filter_radius", "0.4")], &[("rotate_taps", "false")]),
+    variant(
+        ["awsm", "interior", "wide_filter"],
+        &[("filter_radius", "1"), ("greatest_radius", "40"), ("atlas_greatest_side", "256")],
+        &[("point_shadows", "false")],
+    ),
+];
+
+/// One reference picture.
+pub struct Case {
+    /// The name of its file.
+    pub name: String,
+    pub scene: &'static str,
+    pipeline: String,
+    parameters: Vec<(&'static str, String)>,
+    features: Settings,
+}
+
+/// The pictures of a pipeline on a scene: one for each debug view.
+pub fn of_scene(pipeline: &'static str, scene: &'static str) -> Vec<Case> {
+    let views = debug_views(pipeline);
+    views
+        .iter()
+        .map(|view| case(&format!("{pipeline}_{scene}_{view}"), pipeline, scene, view, &[], &[]))
+        .collect()
+}
+
+/// The pictures of a pipeline's variants.
+pub fn of_variants(pipeline: &str) -> Vec<Case> {
+    let own = VARIANTS.iter().filter(|variant| variant.pipeline == pipeline);
+    own.map(|variant| {
+        let name = format!("{}_{}_{}", variant.pipeline, variant.scene, variant.name);
+        case(&name, variant.pipeline, variant.scene, "off", variant.parameters, variant.features)
+    })
+    .collect()
+}
+
+fn case(
+    name: &str,
+    pipeline: &'static str,
+    scene: &'static str,
+    view: &str,
+    own: Settings,
+    features: Settings,
+) -> Case {
+    let (_, cascades, usual) =
+        PIPELINES.iter().find(|row| row.0 == pipeline).expect("a pipeline of the table");
+    let (_, far) = SCENES.iter().find(|row| row.0 == scene).expect("a scene of the table");
+    let mut parameters: Vec<(&str, String)> = vec![("debug_view", format!("{view:?}"))];
+    if *cascades > 0 {
+        parameters.push(("far", format!("[{}]", far[..*cascades].join(","))));
+    }
+    for (name, value) in usual.iter().chain(own) {
+        parameters.retain(|(other, _)| other != name);
+        parameters.push((*name, (*value).to_owned()));
+    }
+    Case {
+        name: name.to_owned(),
+        scene,
+        pipeline: format!("pipelines/{pipeline}.json"),
+        parameters,
+        features,
+    }
+}
+
+/// What a pipeline's parameter `debug_view` may be.
+fn debug_views(pipeline: &str) -> Vec<String> {
+    let outcome = check_file(&format!("pipelines/{pipeline}.json"), &With::default());
+    let pipeline = outcome.checked.pipeline.as_ref().unwrap_or_else(|| panic!("{}", outcome.text()));
+    pipeline
+        .parameters
+        .get("debug_view")
+        .map_or(vec!["off".to_owned()], |view| view.declaration.values.clone())
+}
+
+/// All pictures.
+pub fn all() -> Vec<Case> {
+    let of = |row: &(&'static str, usize, Settings)| {
+        let scenes = SCENES.iter().flat_map(|scene| of_scene(row.0, scene.0));
+        scenes.chain(of_variants(row.0)).collect::<Vec<_>>()
+    };
+    PIPELINES.iter().flat_map(of).collect()
+}
+
+impl Case {
+    /// The scene that is drawn.
+    #[track_caller]
+    pub fn scene(&self) -> Scene {
+        scene(&root().join("examples/scenes").join(self.scene).with_extension("glb"))
+    }
+
+    /// The case as it is drawn with some templates in place of the project's.
+    pub fn check(&self, templates: &[(&str, &str)]) -> Outcome {
+        let parameters: Vec<_> =
+            self.parameters.iter().map(|(name, value)| (*name, value.as_str())).collect();
+        let with = With {
+            parameters: &parameters,
+            features: self.features,
+            templates,
+            size: Some(SIZE),
+            ..With::default()
+        };
+        check_file(&self.pipeline, &with)
+    }
+
+    /// The picture of what was checked.
+    #[track_caller]
+    pub fn render(&self, gpu: &Gpu, outcome: &Outcome, scene: &Scene) -> Picture {
+        let input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
+        Host::new(gpu, outcome, scene).picture(&input)
+    }
+}
+
+/// The folder of the references.
+pub fn folder() -> PathBuf {
+    root().join("tests/golden")
+}
+
+/// How far a picture may lie from its reference, which Mesa's software driver drew.
+pub fn tolerance(gpu: &Gpu) -> Tolerance {
+    if gpu.name.contains("llvmpipe") {
+        Tolerance { per_channel: 2, failed_pixels: 8 }
+    } else {
+        // Others filter and rasterise a little differently along edges.
+        Tolerance { per_channel: 6, failed_pixels: (SIZE[0] * SIZE[1] / 100) as usize }
+    }
+}
