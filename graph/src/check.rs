@@ -1,16 +1,16 @@
-//! The whole way from a file to a plan, and reading files.
+//! The whole way from a file to a plan.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use crate::compiler::{self, Graph, Plan, PlanOptions};
-use crate::compose;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::compose::{self, read_source};
+use crate::diagnostic::Diagnostics;
 use crate::document::{self, Document};
 use crate::node::Registry;
 use crate::pipeline::{self, Choice, Pipeline};
 use crate::shader::{TargetProfile, TemplateSet};
-use crate::source::{FileId, MAXIMUM_FILE_BYTES, Sources, Span};
+use crate::source::{FileId, Sources};
 
 /// What a pipeline text came to, as far as its findings let it.
 #[derive(Clone, Debug, Default)]
@@ -119,51 +119,4 @@ fn check_own(
     checked.plan = compiler::plan(&pipeline, &graph, options, sources, diagnostics);
     checked.graph = Some(graph);
     checked
-}
-
-/// Reads and registers a text file; findings show it by the path as given.
-///
-/// # Errors
-/// A file that cannot be read, is too large, or is not UTF-8.
-pub fn read_source(path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-    let name = path.display().to_string();
-    let unreadable = |error: std::io::Error| {
-        let reason = match error.kind() {
-            std::io::ErrorKind::NotFound => "it does not exist".to_owned(),
-            std::io::ErrorKind::PermissionDenied => "permission is denied".to_owned(),
-            _ => error.to_string(),
-        };
-        Diagnostic::in_file(
-            codes::FILE_UNREADABLE,
-            &name,
-            "",
-            format!("the file \"{name}\" cannot be read: {reason}"),
-        )
-        .help("paths are relative to the current folder")
-    };
-    let metadata = std::fs::metadata(path).map_err(unreadable)?;
-    if metadata.is_dir() {
-        return Err(unreadable(std::io::Error::other("it is a folder")));
-    }
-    if metadata.len() > MAXIMUM_FILE_BYTES as u64 {
-        let message = format!("the file \"{name}\" has {} bytes", metadata.len());
-        return Err(Diagnostic::in_file(codes::FILE_TOO_LARGE, &name, "", message)
-            .help(format!("texts have at most {MAXIMUM_FILE_BYTES} bytes")));
-    }
-    let bytes = std::fs::read(path).map_err(unreadable)?;
-    match String::from_utf8(bytes) {
-        // Some editors begin UTF-8 with a byte-order mark; it is no part of the text.
-        Ok(text) => Ok(sources.add(name, text.strip_prefix('\u{feff}').unwrap_or(&text))),
-        Err(error) => {
-            let at = error.utf8_error().valid_up_to();
-            let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
-            let file = sources.add(name.clone(), text);
-            Err(Diagnostic::error(
-                codes::FILE_NOT_UTF8,
-                Span::new(file, at..at + 1),
-                format!("the file \"{name}\" is not UTF-8"),
-            )
-            .help("save it as UTF-8"))
-        }
-    }
 }

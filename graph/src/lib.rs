@@ -33,7 +33,8 @@ pub mod work;
 mod check;
 mod coverage;
 
-pub use check::{Checked, Job, check, check_document, check_path, read_source};
+pub use check::{Checked, Job, check, check_document, check_path};
+pub use compose::read_source;
 pub use coverage::{Coverage, check_configurations};
 #[cfg(feature = "gpu")]
 pub use wgpu;

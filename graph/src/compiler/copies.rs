@@ -15,9 +15,9 @@ use serde::Serialize;
 use wgpu_types::{COPY_BUFFER_ALIGNMENT, COPY_BYTES_PER_ROW_ALIGNMENT, TextureAspect, TextureFormat};
 
 use super::facts::{Facts, TextureFacts};
-use super::format::format_name;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::Value;
+use crate::language::format_name;
 use crate::pipeline::{Aspect, Pass};
 use crate::work::{
     BufferRegion, Deferred, PassHandle, ResourceHandle, TextureRegion, TransferEnd, TransferWork,

@@ -8,7 +8,7 @@ use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureS
 use super::size::TextureSize;
 use super::texture_rules;
 use crate::diagnostic::{Diagnostic, codes};
-use crate::language::{TextureDeclaration, TextureShape, unknown_format};
+use crate::language::{TextureDeclaration, TextureShape, format_name, parse_format, unknown_format};
 use crate::pipeline::{Aspect, Pipeline, Program, Resource, Usage, Use};
 use crate::shader::TargetProfile;
 use crate::work::{BoundSlot, PassHandle, SlotSource, TextureView, Work};
@@ -41,16 +41,6 @@ impl Formats {
         self.0.insert(name.to_owned(), format);
         format
     }
-}
-
-/// A texture format by its WebGPU name.
-pub(crate) fn parse_format(name: &str) -> Option<TextureFormat> {
-    serde_json::from_value(name.into()).ok()
-}
-
-/// The WebGPU name of a format.
-pub(crate) fn format_name(format: TextureFormat) -> String {
-    serde_json::to_value(format).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
 /// The slots of a pass and the program that they belong to.

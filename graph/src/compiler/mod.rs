@@ -56,7 +56,6 @@ pub use assemble::{Assembly, AssemblyPass};
 pub use copies::{PlannedCopy, TexelOrigin, TexelRows};
 pub(crate) use cull::surviving_writers;
 pub use cull::{CullReason, KeepReason};
-pub(crate) use format::{format_name, parse_format};
 pub use graph::{Edge, Graph, GraphNode, Hazard, build};
 pub use history::{InitialValue, PlannedHistory};
 pub use order::{MemoryOrder, Objective, OrderMethod, OrderReport};

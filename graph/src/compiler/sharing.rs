@@ -1,7 +1,7 @@
 //! Why two resources share memory, or do not, in words.
 
 use super::plan::{Physical, Plan, PlannedResource};
-use crate::language::Lifetime;
+use crate::language::{Lifetime, format_name};
 
 /// Why two named resources share memory, or every reason why they do not.
 pub fn why_apart(plan: &Plan, first: &str, second: &str) -> Vec<String> {
@@ -51,7 +51,7 @@ fn differences(
 ) {
     if let (Some(x), Some(y)) = (a.format, b.format) {
         if x != y {
-            let (x, y) = (super::format_name(x), super::format_name(y));
+            let (x, y) = (format_name(x), format_name(y));
             reasons.push(format!("{first} is {x}, {second} is {y}"));
         }
     } else if a.format.is_some() != b.format.is_some() {

@@ -13,10 +13,12 @@
 //!
 //! Limits: 64 files, 32 levels; a file that leads back to itself is a finding.
 
+mod files;
 mod insert;
 mod merge;
 mod subgraphs;
 
+pub use files::{Disk, Files, Memory, read_source};
 pub use insert::insert;
 #[cfg(test)]
 pub(crate) use merge::SECTIONS;
@@ -33,45 +35,6 @@ const MAXIMUM_FILES: usize = 64;
 const MAXIMUM_LEVELS: usize = 32;
 /// The document as a whole.
 const TOP: Pointer<'_> = Pointer::Text("");
-
-/// Finds the texts that a document names.
-pub trait Files {
-    /// Reads and registers the text at a path.
-    ///
-    /// # Errors
-    /// A finding without a place worth naming; the caller adds where the path is named.
-    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic>;
-}
-
-/// The files of the file system.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Disk;
-
-impl Files for Disk {
-    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-        crate::read_source(path, sources)
-    }
-}
-
-/// Texts in memory, by path.
-#[derive(Clone, Debug, Default)]
-pub struct Memory(pub BTreeMap<String, String>);
-
-impl Files for Memory {
-    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-        let name = path.to_string_lossy().replace('\\', "/");
-        match self.0.get(&name) {
-            Some(text) => Ok(sources.add(name, text.as_str())),
-            None => Err(Diagnostic::in_file(
-                codes::FILE_UNREADABLE,
-                &name,
-                "",
-                format!("the file \"{name}\" cannot be read: it does not exist"),
-            )
-            .help("paths are relative to the folder of the file that names them")),
-        }
-    }
-}
 
 /// One document made of several files.
 #[derive(Clone, Debug)]

@@ -7,18 +7,20 @@
 
 mod code;
 pub mod codes;
+mod count;
 pub mod fix;
 mod meant;
 pub mod render;
+mod values;
 
 pub use code::Code;
+pub use count::Count;
 pub use meant::{did_you_mean, surely_meant};
+pub use values::{AxisValue, AxisValues, describe};
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::hash::{Hash as _, Hasher as _};
 
-use crate::shader::AxisValues;
-use crate::shader::permutations::Count;
 use crate::source::Span;
 
 /// How bad a finding is.

@@ -5,6 +5,7 @@
 use std::borrow::Cow;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use wgpu_types::TextureFormat;
 
 use crate::diagnostic::{Diagnostic, codes};
 use crate::source::Span;
@@ -26,8 +27,18 @@ impl JsonSchema for FormatName {
     }
 }
 
+/// A texture format by its WebGPU name.
+pub fn parse_format(name: &str) -> Option<TextureFormat> {
+    serde_json::from_value(name.into()).ok()
+}
+
+/// The WebGPU name of a format.
+pub fn format_name(format: TextureFormat) -> String {
+    serde_json::to_value(format).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
 /// The finding for a name that is none of a format's, which stands at a place.
-pub(crate) fn unknown_format(name: &str, place: Span, pointer: String) -> Diagnostic {
+pub fn unknown_format(name: &str, place: Span, pointer: String) -> Diagnostic {
     let finding = Diagnostic::error(codes::FORMAT_UNKNOWN, place, format!("\"{name}\" is no texture format"));
     finding.pointer(pointer).meant(name, KNOWN_FORMATS.iter().copied(), Some(place), |_| {
         "formats have the names of the WebGPU specification".to_owned()
@@ -148,7 +159,7 @@ mod tests {
     fn every_name_is_that_of_a_texture_format() {
         assert!(KNOWN_FORMATS.is_sorted());
         for name in KNOWN_FORMATS {
-            assert!(crate::compiler::parse_format(name).is_some(), "{name}");
+            assert!(parse_format(name).is_some(), "{name}");
         }
     }
 }

@@ -20,7 +20,7 @@ pub use declaration::{
 };
 pub use expression::Expr;
 pub use files::{ExtensionDeclaration, ParameterFileDeclaration};
-pub(crate) use format_names::unknown_format;
+pub use format_names::{format_name, parse_format, unknown_format};
 pub use reference::{Reference, ReferenceError};
 pub use resource::{
     BufferDeclaration, FormatCandidates, Lifetime, ResourceDeclaration, TextureDeclaration, TextureShape,

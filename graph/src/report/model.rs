@@ -6,10 +6,8 @@ use petgraph::visit::EdgeRef as _;
 use serde::{Deserialize, Serialize};
 
 use super::settings::settings;
-use crate::compiler::{
-    Edge, Graph, GraphNode, Hazard, Physical, Plan, StoreOperation, format_name, surviving_writers,
-};
-use crate::language::Lifetime;
+use crate::compiler::{Edge, Graph, GraphNode, Hazard, Physical, Plan, StoreOperation, surviving_writers};
+use crate::language::{Lifetime, format_name};
 use crate::pipeline::{Part, ResourceKind};
 use crate::source::{Sources, Span};
 use crate::work::{LoadOperation, PassHandle, Work};

@@ -7,9 +7,8 @@
 use super::axes::{Axes, Axis, AxisKind, AxisMode};
 use super::scan::{Tag, Word, WordKind};
 use super::templates::Template;
-use super::value::AxisValue;
 use super::{codes, render};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{AxisValue, Diagnostic};
 use crate::source::Span;
 
 /// The findings about a template with these axes.

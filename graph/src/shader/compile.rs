@@ -14,10 +14,9 @@ use super::reflection::{self, Reflection};
 use super::render::{self, Rendered};
 use super::templates::TemplateSet;
 use super::text_map::TextMap;
-use super::value::{AxisValue, AxisValues, describe};
 use super::wgsl;
 use super::wgsl_error::{Refusal, Stage};
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
 use crate::source::Span as SourceSpan;
 
 /// One variant of a template, proven valid for a profile.

@@ -11,10 +11,9 @@ use std::sync::Arc;
 use super::render::fixed_context;
 use super::scan::{TagKind, scan};
 use super::text_map::{Origin, Segment, TextMap};
-use super::value::AxisValues;
 use super::wgsl_error::Refusal;
 use super::{TemplateSet, filters, guard};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{AxisValues, Diagnostic};
 use crate::source::{FileId, Span};
 
 const OPEN: char = '\u{E000}';

@@ -35,10 +35,10 @@ mod templates;
 #[cfg(test)]
 mod tests;
 mod text_map;
-mod value;
 mod wgsl;
 mod wgsl_error;
 
+pub use crate::diagnostic::{AxisValue, AxisValues, describe};
 pub use axes::{Axes, Axis, AxisKind, AxisMode};
 pub use backend::Emitted;
 pub(crate) use compile::complete;
@@ -51,4 +51,3 @@ pub use reflection::{
 };
 pub use templates::TemplateSet;
 pub use text_map::TextMap;
-pub use value::{AxisValue, AxisValues, describe};

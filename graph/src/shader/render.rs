@@ -13,9 +13,8 @@ use minijinja::value::{Object, Value};
 use super::axes::{Axes, AxisMode};
 use super::templates::{Template, TemplateSet};
 use super::text_map::{Origin, Segment, TextMap};
-use super::value::{AxisValue, AxisValues};
 use super::{codes, complexity, filters, guard, template_error};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic};
 use crate::source::{FileId, Span};
 
 /// Steps of the template engine for one rendering.

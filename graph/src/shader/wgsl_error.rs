@@ -16,8 +16,7 @@ use naga::{Handle, Module, Span, Type, WithSpan};
 
 use super::codes;
 use super::text_map::TextMap;
-use super::value::AxisValues;
-use crate::diagnostic::{Code, Diagnostic, Place};
+use crate::diagnostic::{AxisValues, Code, Diagnostic, Place};
 use crate::source::{self, FileId};
 
 /// At which step a text was refused.

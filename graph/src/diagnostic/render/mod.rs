@@ -12,9 +12,8 @@ use codespan_reporting::term;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
-use super::{Diagnostic, Extent, Place, Severity};
+use super::{Count, Diagnostic, Extent, Place, Severity};
 use crate::document::pointer_join;
-use crate::shader::permutations::Count;
 use crate::source::{FileId, Sources};
 
 /// One finding for people: message, source line with a mark, related places, help.

@@ -4,9 +4,8 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::PassBuilder;
-use crate::compiler::{format_name, parse_format};
 use crate::diagnostic::codes;
-use crate::language::{Expr, TextureDeclaration, Word};
+use crate::language::{Expr, TextureDeclaration, Word, format_name, parse_format};
 use crate::pipeline::{Aspect, Part, Run, Usage};
 use crate::work::ResourceHandle;
 

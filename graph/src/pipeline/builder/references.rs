@@ -2,9 +2,8 @@
 
 use super::PassBuilder;
 use super::parts::normal;
-use crate::compiler::parse_format;
 use crate::diagnostic::{Diagnostic, codes};
-use crate::language::Reference;
+use crate::language::{Reference, parse_format};
 use crate::pipeline::{Aspect, Part, ResourceKind, Usage, Use, Version, history};
 use crate::work::{ResourceHandle, TextureRegion};
 

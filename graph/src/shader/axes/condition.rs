@@ -6,7 +6,7 @@
 use std::fmt;
 
 use super::{Axis, AxisKind};
-use crate::shader::value::{AxisValue, AxisValues};
+use crate::diagnostic::{AxisValue, AxisValues};
 
 /// A condition on one axis.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]

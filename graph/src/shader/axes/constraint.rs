@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::fmt;
 
 use super::Condition;
-use crate::shader::value::AxisValues;
+use crate::diagnostic::AxisValues;
 use crate::source::Span;
 
 /// What a constraint demands.

@@ -36,7 +36,7 @@ pub use schema::schema;
 
 use std::collections::BTreeMap;
 
-use super::value::{AxisValue, AxisValues};
+use crate::diagnostic::{AxisValue, AxisValues};
 use crate::source::Span;
 
 /// What values an axis has.

@@ -8,11 +8,10 @@ use std::collections::BTreeSet;
 
 use super::condition::Condition;
 use super::{Axes, Axis, AxisKind, AxisMode, Constraint, Rule};
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{AxisValue, Diagnostic, Diagnostics};
 use crate::document::schema::{unknown_key, unknown_word};
 use crate::document::{Entry, Value};
 use crate::shader::codes;
-use crate::shader::value::AxisValue;
 use crate::source::{FileId, Sources, Span};
 
 /// One side file as it is written: axes, and constraints that are not yet tied to axes.

@@ -17,10 +17,9 @@ use std::sync::Arc;
 
 use super::Explored;
 use super::report::TemplateReport;
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
 use crate::shader::interface::{self, InterfaceConflict};
 use crate::shader::render::Placement;
-use crate::shader::value::{AxisValue, AxisValues, describe};
 use crate::shader::{Axes, Reflection, TemplateSet, codes};
 use crate::source::Span;
 

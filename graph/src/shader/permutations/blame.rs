@@ -17,9 +17,9 @@ use naga::valid::ModuleInfo;
 use naga::{Arena, BinaryOperator, Expression, Handle, Module, ShaderStage, Span, UnaryOperator};
 
 use super::overrides::Set;
+use crate::diagnostic::AxisValues;
 use crate::shader::axes::Axes;
 use crate::shader::compile;
-use crate::shader::value::AxisValues;
 use crate::shader::wgsl_error::Refusal;
 use crate::shader::{stages, wgsl};
 

@@ -7,11 +7,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::count::Count;
 use super::explore::Leaf;
 use super::space::Space;
-use crate::diagnostic::{Diagnostic, Extent, Place};
-use crate::shader::value::{AxisValues, describe};
+use crate::diagnostic::{AxisValues, Count, Diagnostic, Extent, Place, describe};
 use crate::shader::wgsl_error::Excess;
 
 /// A failure of one template for some of its leaves.

@@ -8,13 +8,12 @@ use std::sync::Arc;
 
 use super::explore::{Exploration, Explorer};
 use super::{Request, space_of};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{AxisValue, Diagnostic};
 use crate::shader::axes::AxisMode;
 use crate::shader::markers::MarkedTemplates;
 use crate::shader::render::Placement;
 use crate::shader::scan::TagKind;
 use crate::shader::text_map::Origin;
-use crate::shader::value::AxisValue;
 use crate::shader::{Axes, TemplateSet, codes};
 use crate::source::{FileId, Span};
 

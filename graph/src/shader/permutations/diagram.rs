@@ -11,8 +11,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::space::Domain;
+use crate::diagnostic::AxisValue;
 use crate::shader::axes::{Condition, Constraint, Rule};
-use crate::shader::value::AxisValue;
 
 /// The shape of the decision diagram of some constraints: one layer per axis that they name.
 #[derive(Clone, Debug, Default)]

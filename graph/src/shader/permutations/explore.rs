@@ -20,12 +20,11 @@ use std::sync::{Arc, Mutex, PoisonError};
 use minijinja::value::{Object, Value};
 
 use super::space::{Domain, Space};
-use crate::diagnostic::{Diagnostic, Place};
+use crate::diagnostic::{AxisValues, Diagnostic, Place};
 use crate::shader::axes::AxisKind;
 use crate::shader::guard;
 use crate::shader::render::{self, Placement, to_template_value};
 use crate::shader::text_map::{Origin, Segment, TextMap};
-use crate::shader::value::AxisValues;
 use crate::shader::{TemplateSet, codes};
 use crate::source::FileId;
 

@@ -12,8 +12,7 @@ use super::explore::Source;
 use super::external::{ExternalValidator, Opinion};
 use super::prove::{Proof, Task};
 use super::{Explored, Proven};
-use crate::diagnostic::{Diagnostic, Place};
-use crate::shader::value::AxisValues;
+use crate::diagnostic::{AxisValues, Diagnostic, Place};
 use crate::shader::wgsl_error::{Refusal, Stage};
 use crate::shader::{TemplateSet, codes, markers};
 

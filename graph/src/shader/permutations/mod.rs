@@ -14,7 +14,6 @@
 mod agree;
 mod blame;
 mod cause;
-mod count;
 mod dead;
 mod diagram;
 mod explore;
@@ -27,7 +26,7 @@ mod report;
 mod space;
 mod summary;
 
-pub use count::Count;
+pub use crate::diagnostic::Count;
 pub use dead::dead;
 pub use external::{CommandError, ExternalValidator};
 pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};
@@ -46,9 +45,8 @@ pub(crate) use space::Space;
 use super::compile::unknown_axis;
 use super::profile::TargetProfile;
 use super::render::Placement;
-use super::value::{AxisValue, AxisValues, describe};
 use super::{Reflection, TemplateSet, codes};
-use crate::diagnostic::{Diagnostic, Diagnostics, Place};
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Diagnostics, Place, describe};
 use crate::source::FileId;
 
 /// A template that is to be proven.

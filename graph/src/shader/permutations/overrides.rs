@@ -11,9 +11,9 @@ use naga::{
     Arena, ArraySize, BinaryOperator, Expression, Handle, Module, SampleLevel, TypeInner, UnaryOperator,
 };
 
+use crate::diagnostic::{AxisValue, AxisValues};
 use crate::shader::axes::{Axes, AxisKind, AxisMode};
 use crate::shader::compile;
-use crate::shader::value::{AxisValue, AxisValues};
 use crate::shader::wgsl_error::Refusal;
 
 /// Values of all override axes, and the constants that they are in a module.

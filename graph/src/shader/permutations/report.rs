@@ -2,12 +2,10 @@
 
 use std::sync::Arc;
 
-use super::count::Count;
-use crate::diagnostic::Diagnostics;
+use crate::diagnostic::{AxisValue, AxisValues, Count, Diagnostics};
 use crate::shader::TemplateSet;
 use crate::shader::reflection::{Binding, Reflection};
 use crate::shader::render::{self, Placement};
-use crate::shader::value::{AxisValue, AxisValues};
 
 /// The outcome of a check.
 #[derive(Clone, Debug, Default)]

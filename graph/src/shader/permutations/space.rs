@@ -13,10 +13,9 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 
-use super::count::Count;
 use super::diagram::{Diagram, classes};
+use crate::diagnostic::{AxisValue, AxisValues, Count};
 use crate::shader::axes::{Axes, AxisKind, AxisMode, Constraint};
-use crate::shader::value::{AxisValue, AxisValues};
 
 /// The most nodes of one layer of the diagram.
 const MAXIMUM_NODES: usize = 1 << 16;

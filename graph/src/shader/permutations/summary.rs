@@ -3,13 +3,12 @@
 use std::collections::{BTreeSet, HashSet};
 use std::sync::Arc;
 
-use super::count::Count;
 use super::dead;
 use super::report::{TemplateReport, ValueBytes, VariantReport};
 use super::{Explored, Proven};
+use crate::diagnostic::{AxisValues, Count};
 use crate::shader::compile::template_values;
 use crate::shader::render::{self, Placement};
-use crate::shader::value::AxisValues;
 use crate::shader::{Axes, AxisMode, TemplateSet, interface};
 
 /// The report on one request.

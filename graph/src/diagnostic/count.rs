@@ -28,7 +28,9 @@ impl Count {
         Self { number, exact: exact && self.exact && other.exact }
     }
 
-    pub(super) fn times(self, factor: u128) -> Self {
+    /// So many times the number.
+    #[must_use]
+    pub fn times(self, factor: u128) -> Self {
         let (number, exact) = match self.number.checked_mul(factor) {
             Some(number) => (number, true),
             None => (u128::MAX, false),
