@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use common::{With, check_with, files, root};
 
 /// Folders of expected outputs.
-const EXPECTED: [&str; 2] = ["tests/broken/expected", "graph/src/shader/tests/broken"];
+const EXPECTED: [&str; 2] = ["tests/broken/expected", "graph/shaders/src/tests/broken"];
 
 /// Codes that no document alone can bring about, by the file of the tests that do.
 const ELSEWHERE: &[(&str, &[&str])] = &[
@@ -16,10 +16,10 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("cli/tests/check.rs", &["UG0220"]),
     ("cli/tests/permutations.rs", &["UG0553", "UG0560", "UG0561", "UG0562"]),
     ("cli/tests/why.rs", &["UG0008"]),
-    ("graph/src/shader/tests/compiling.rs", &["UG0513"]),
+    ("graph/shaders/src/tests/compiling.rs", &["UG0513"]),
     ("tests/learn.rs", &["UG0219"]),
-    ("graph/src/shader/wgsl.rs", &["UG0523"]),
-    ("graph/src/shader/tests/exploring.rs", &["UG0511"]),
+    ("graph/shaders/src/wgsl.rs", &["UG0523"]),
+    ("graph/shaders/src/tests/exploring.rs", &["UG0511"]),
     (
         "scene/tests/scenes/bad_input.rs",
         &[

@@ -223,7 +223,7 @@ fn no_code_and_no_template_names_a_system() {
         .filter_map(|entry| entry.file_name().to_string_lossy().strip_suffix(".json").map(str::to_owned))
         .collect();
     assert!(names.len() >= 3, "{names:?}");
-    for folder in ["graph/src", "passes/src", "scene/src", "shaders-templates"] {
+    for folder in ["graph", "passes/src", "scene/src", "shaders-templates"] {
         let mut files = Vec::new();
         common::files(&root().join(folder), &mut files);
         assert!(files.len() > 5, "{folder}");

@@ -5,37 +5,60 @@
 //! ```
 //!
 //! Each arrow is one function from one type to the next: [`document::parse`], [`pipeline::load`],
-//! [`compiler::build`], [`compiler::plan`]; with the feature `gpu` an executor realizes plans with wgpu. Everything
-//! before that is deterministic and needs no device. [`check`] goes all the way in one call.
+//! [`compiler::build`], [`compiler::plan`]; with the feature `gpu` an executor instantiates plans with wgpu. Everything
+//! before that is deterministic and needs no device. [`check`](check()) goes all the way in one call.
 //!
-//! Findings are collected, never the first only: see [`diagnostic`]. What a pass can be is open: see [`node`]. This
+//! Diagnostics are collected, never the first only: see [`diagnostic`]. What a pass can be is open: see [`node`]. This
 //! crate knows nothing of shadows; the node kinds that do are built on its public interface alone.
+//!
+//! This crate is the door to its rooms, crates of their own that see only those before them:
+//!
+//! ```text
+//!  text ◀── shaders ◀── pipeline ◀── compiler ◀─┬─ executor
+//!                                               └─ tools
+//! ```
 
-pub mod compiler;
-pub mod compose;
-pub mod data;
-pub mod diagnostic;
-pub mod document;
-pub mod draw;
+pub use umbragraph_shaders as shader;
+pub use umbragraph_text::{codes, compose, diagnostic, document, expression, language, source};
+
+pub use umbragraph_pipeline::{data, frame, node, work};
+
+pub use umbragraph_tools::{
+    Checked, Coverage, Job, check, check_configurations, check_document, check_path, report, why,
+};
+
 #[cfg(feature = "gpu")]
-pub mod executor;
-pub mod expression;
-pub mod frame;
-pub mod language;
-pub mod node;
-pub mod pipeline;
-pub mod report;
-pub mod shader;
-pub mod source;
-pub mod why;
-pub mod work;
-
-mod check;
-mod coverage;
-
-pub use check::{Checked, Job, check, check_document, check_path};
-pub use compose::read_source;
-pub use coverage::{Coverage, check_configurations};
+pub use umbragraph_executor as executor;
 #[cfg(feature = "gpu")]
 pub use wgpu;
 pub use wgpu_types;
+
+pub use compose::read_source;
+
+/// The draw contract: how the host's meshes get into a pass.
+///
+/// A [`HostInterface`](draw::HostInterface) says how the host stores its meshes, without a device; with the feature `gpu`,
+/// a `DrawSource` draws them into a `DrawPass`.
+pub mod draw {
+    #[cfg(feature = "gpu")]
+    pub use umbragraph_executor::{DrawPass, DrawSource};
+    pub use umbragraph_pipeline::draw::*;
+}
+
+/// One typed configuration of a pipeline, and which configurations there are.
+///
+/// [`load`](pipeline::load) makes one of a document; [`feature_configurations`](pipeline::feature_configurations) and
+/// [`reach`](pipeline::reach) say which there are, and what they reach.
+pub mod pipeline {
+    pub use umbragraph_pipeline::pipeline::*;
+    pub use umbragraph_tools::{
+        AxisProduct, Configuration, Configured, Cover, FeatureConfigurations, MAXIMUM_CONFIGURATIONS,
+        Reached, ReachedProgram, feature_configurations, reach,
+    };
+}
+
+/// Pipeline to graph to plan, and a second opinion on plans.
+pub mod compiler {
+    pub use umbragraph_compiler::*;
+    pub use umbragraph_tools::verify::{Fault, FaultKind, verify};
+}

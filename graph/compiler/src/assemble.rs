@@ -1,0 +1,381 @@
+//! Pipelines put together in code rather than read from a text.
+//!
+//! For hosts that generate graphs, for tests of the compiler and for benchmarks: resources and passes with their uses,
+//! without shaders. A pass does nothing on a device unless it draws; what it uses is all that the compiler asks.
+//! Findings about such a pipeline point at an empty text.
+
+use std::sync::Arc;
+
+use crate::data::HostData;
+use crate::document::{Kind, Value};
+use crate::language::{BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration, WordValue};
+use crate::pipeline::{
+    Bypass, Condition, History, Part, Pass, Pipeline, Program, Resource, ResourceKind, Toggle, Usage, Use,
+    Version,
+};
+use crate::shader::TargetProfile;
+use crate::source::{Sources, Span};
+use crate::work::{
+    AttachmentTarget, ColorAttachment, DepthAttachment, Draw, HostContext, HostNode, HostWork, LoadOperation,
+    PassHandle, ProgramHandle, RenderWork, ResourceHandle, TransferEnd, TransferWork, Work,
+};
+
+/// A pipeline in the making.
+#[derive(Debug)]
+pub struct Assembly {
+    pipeline: Pipeline,
+    sources: Sources,
+    place: Span,
+}
+
+/// A pass in the making; it is part of the pipeline from the start.
+#[derive(Debug)]
+pub struct AssemblyPass<'a> {
+    assembly: &'a mut Assembly,
+    handle: PassHandle,
+    color: Vec<ColorAttachment>,
+    depth: Option<DepthAttachment>,
+}
+
+#[derive(Debug)]
+struct Nothing;
+
+impl HostNode for Nothing {
+    fn run(&self, _: &HostContext<'_>, _: &mut HostData) {}
+}
+
+impl Assembly {
+    /// An empty pipeline for the profile `webgpu`.
+    pub fn new(name: &str) -> Self {
+        let mut sources = Sources::new();
+        let place = Span::new(sources.add("<assembled>", ""), 0..0);
+        let program = Program {
+            template: String::new(),
+            axes: Default::default(),
+            variants: Vec::new(),
+            bindings: Vec::new(),
+        };
+        let pipeline = Pipeline {
+            name: name.to_owned(),
+            profile: TargetProfile::webgpu(),
+            parameters: Default::default(),
+            features: Default::default(),
+            toggles: Vec::new(),
+            bypasses: Default::default(),
+            geometry: Default::default(),
+            resources: Vec::new(),
+            passes: Vec::new(),
+            programs: vec![program],
+            broken_settings: Default::default(),
+            gaps: Vec::new(),
+            uncertain: Default::default(),
+        };
+        Self { pipeline, sources, place }
+    }
+
+    /// A transient texture of the size of the viewport, one mip, one layer.
+    pub fn texture(&mut self, name: &str) -> ResourceHandle {
+        self.texture_with(name, |_| {})
+    }
+
+    /// An imported texture.
+    pub fn imported(&mut self, name: &str) -> ResourceHandle {
+        self.texture_with(name, |texture| texture.lifetime = Lifetime::Imported)
+    }
+
+    /// A texture as the caller describes it, starting from a transient one of the size of the viewport.
+    pub fn texture_with(
+        &mut self,
+        name: &str,
+        describe: impl FnOnce(&mut TextureDeclaration),
+    ) -> ResourceHandle {
+        let mut texture = TextureDeclaration {
+            format: FormatCandidates::One("rgba8unorm".to_owned()),
+            size: Expr::from("viewport"),
+            layers: None,
+            mips: None,
+            samples: None,
+            view: None,
+            lifetime: Lifetime::Transient,
+            frames: None,
+            initial: None,
+            description: None,
+        };
+        describe(&mut texture);
+        self.resource(name, ResourceKind::Texture(Box::new(texture)))
+    }
+
+    /// A transient texture of a size of its own.
+    pub fn sized_texture(&mut self, name: &str, width: u32, height: u32) -> ResourceHandle {
+        self.texture_with(name, |texture| texture.size = Expr(serde_json::json!([width, height])))
+    }
+
+    /// A buffer.
+    pub fn buffer(&mut self, name: &str, bytes: u32, lifetime: Lifetime) -> ResourceHandle {
+        self.sized_buffer(name, Expr::from(f64::from(bytes)), lifetime)
+    }
+
+    /// A buffer whose bytes an expression says.
+    pub fn sized_buffer(&mut self, name: &str, size: Expr, lifetime: Lifetime) -> ResourceHandle {
+        let declaration =
+            BufferDeclaration { size, lifetime, frames: None, initial: None, description: None };
+        self.resource(name, ResourceKind::Buffer(Box::new(declaration)))
+    }
+
+    /// A texture of which so many earlier frames can be read, opaque black before there are any.
+    pub fn history(&mut self, name: &str, frames: u32) -> ResourceHandle {
+        self.history_with(name, frames, |_| {})
+    }
+
+    /// A texture of which earlier frames can be read, as the caller describes it.
+    pub fn history_with(
+        &mut self,
+        name: &str,
+        frames: u32,
+        describe: impl FnOnce(&mut TextureDeclaration),
+    ) -> ResourceHandle {
+        let of = self.texture_with(name, |texture| {
+            texture.lifetime = Lifetime::History;
+            texture.frames = Some(Expr::from(f64::from(frames)));
+            texture.initial = Some(Expr(serde_json::json!([0, 0, 0, 1])));
+            describe(texture);
+        });
+        self.keep_frames(of, frames)
+    }
+
+    /// A buffer of which so many earlier frames can be read, zero before there are any.
+    pub fn history_buffer(&mut self, name: &str, bytes: u32, frames: u32) -> ResourceHandle {
+        let of = self.buffer(name, bytes, Lifetime::History);
+        if let ResourceKind::Buffer(buffer) = &mut self.pipeline.resources[of.index()].kind {
+            buffer.initial = Some(WordValue::U32(Expr::from(0.0)));
+        }
+        self.keep_frames(of, frames)
+    }
+
+    fn keep_frames(&mut self, of: ResourceHandle, frames: u32) -> ResourceHandle {
+        let resource = self.pipeline.resources[of.index()].clone();
+        self.pipeline.resources[of.index()].history = Some(History { of, back: 0, frames });
+        for back in 1..=frames {
+            let name = format!("{}@-{back}", resource.name);
+            let history = Some(History { of, back, frames });
+            self.pipeline.resources.push(Resource { name, history, ..resource.clone() });
+        }
+        of
+    }
+
+    /// An earlier frame of a history.
+    ///
+    /// # Panics
+    /// If the resource has no history, or one that is shorter.
+    pub fn earlier(&self, resource: ResourceHandle, back: u32) -> ResourceHandle {
+        let history = self.pipeline.resource(resource).history;
+        let earlier = history.and_then(|history| history.members().nth(back as usize));
+        earlier.unwrap_or_else(|| panic!("no such frame"))
+    }
+
+    /// A toggle, which is on where nobody says anything. Their names have to ascend.
+    pub fn toggle(&mut self, name: &str) -> usize {
+        let (place, pointer) = (self.place, format!("/toggles/{name}"));
+        let (name, description) = (name.to_owned(), None);
+        self.pipeline.toggles.push(Toggle { name, default: true, description, place, pointer });
+        self.pipeline.toggles.len() - 1
+    }
+
+    /// Lets readers see another resource while the toggle of the passes that write one is thrown the other way.
+    pub fn bypass(
+        &mut self,
+        resource: ResourceHandle,
+        stand_in: ResourceHandle,
+        version: Version,
+        condition: Condition,
+    ) {
+        let (place, pointer) = (self.place, String::new());
+        let bypass = Bypass { condition, stand_in, version, place, pointer };
+        self.pipeline.bypasses.insert(resource, bypass);
+    }
+
+    fn resource(&mut self, name: &str, kind: ResourceKind) -> ResourceHandle {
+        let value = Value { span: self.place, kind: Kind::Null };
+        let pointer = format!("/resources/{name}");
+        self.pipeline.resources.push(Resource {
+            name: name.to_owned(),
+            place: self.place,
+            pointer,
+            value,
+            environment: Arc::default(),
+            kind,
+            history: None,
+        });
+        ResourceHandle::at(self.pipeline.resources.len() - 1)
+    }
+
+    /// A pass that uses nothing yet.
+    pub fn pass(&mut self, name: &str) -> AssemblyPass<'_> {
+        let handle = PassHandle::at(self.pipeline.passes.len());
+        // Only the uses count for the compiler, so any host work stands for work that has no attachments.
+        let work = HostWork {
+            node: Arc::new(Nothing),
+            output: ResourceHandle::at(u32::MAX as usize),
+            inputs: Vec::new(),
+        };
+        self.pipeline.passes.push(Pass {
+            name: name.to_owned(),
+            kind: "assembled".to_owned(),
+            place: self.place,
+            pointer: format!("/passes/{name}"),
+            environment: Arc::default(),
+            uses: Vec::new(),
+            after: Vec::new(),
+            is_misplaced: false,
+            side_effect: false,
+            condition: None,
+            work: Work::Host(work),
+        });
+        AssemblyPass { assembly: self, handle, color: Vec::new(), depth: None }
+    }
+
+    /// The pipeline, and the sources that its places belong to.
+    pub fn finish(mut self) -> (Arc<Pipeline>, Sources) {
+        for pass in &mut self.pipeline.passes {
+            // Attachments that are bypassed have a finding when they are read from a text; here nobody makes them.
+            let _ = crate::pipeline::add_stand_ins(pass, &self.pipeline.bypasses);
+        }
+        (Arc::new(self.pipeline), self.sources)
+    }
+}
+
+impl AssemblyPass<'_> {
+    /// The pass.
+    pub fn handle(&self) -> PassHandle {
+        self.handle
+    }
+
+    /// The pass that was added before it.
+    pub fn previous(&self) -> Option<PassHandle> {
+        self.handle.index().checked_sub(1).map(PassHandle::at)
+    }
+
+    /// Samples all of the newest version of a texture.
+    pub fn reads(self, resource: ResourceHandle) -> Self {
+        self.uses(resource, Part::WHOLE, Usage::Sampled, Version::Newest)
+    }
+
+    /// Samples a part of the newest version of a texture.
+    pub fn reads_part(self, resource: ResourceHandle, part: Part) -> Self {
+        self.uses(resource, part, Usage::Sampled, Version::Newest)
+    }
+
+    /// Samples the version that a pass wrote.
+    pub fn reads_version(self, resource: ResourceHandle, writer: &str) -> Self {
+        self.uses(resource, Part::WHOLE, Usage::Sampled, Version::WrittenBy(writer.to_owned()))
+    }
+
+    /// Writes all of a resource as storage.
+    pub fn writes(self, resource: ResourceHandle) -> Self {
+        self.writes_part(resource, Part::WHOLE)
+    }
+
+    /// Writes a part of a resource as storage.
+    pub fn writes_part(self, resource: ResourceHandle, part: Part) -> Self {
+        self.uses(resource, part, Usage::StorageWrite, Version::Newest)
+    }
+
+    /// Reads and writes all of a resource as storage.
+    pub fn updates(self, resource: ResourceHandle) -> Self {
+        self.uses(resource, Part::WHOLE, Usage::StorageReadWrite, Version::Newest)
+    }
+
+    /// Any use.
+    pub fn uses(mut self, resource: ResourceHandle, part: Part, usage: Usage, version: Version) -> Self {
+        let place = self.assembly.place;
+        let (when, pointer) = (Vec::new(), String::new());
+        self.declared().uses.push(Use { resource, part, usage, version, when, place, pointer });
+        self
+    }
+
+    /// Draws to mip 0 and layer 0 of a color texture.
+    pub fn color(mut self, resource: ResourceHandle, load: LoadOperation<[f64; 4]>) -> Self {
+        let usage =
+            if load == LoadOperation::Load { Usage::ColorAttachmentLoad } else { Usage::ColorAttachment };
+        let target = attached(resource);
+        self.color.push(ColorAttachment {
+            target,
+            load,
+            blend: None,
+            format: None,
+            resolve: None,
+            discard: false,
+        });
+        self.draw();
+        self.uses(resource, Part::of(Some(0), Some(0)), usage, Version::Newest)
+    }
+
+    /// Draws with mip 0 and layer 0 of a depth texture, which it writes unless `write` is false.
+    pub fn depth(mut self, resource: ResourceHandle, load: LoadOperation<f64>, write: bool) -> Self {
+        let usage = match (load == LoadOperation::Load, write) {
+            (true, true) => Usage::DepthAttachmentLoad,
+            (true, false) => Usage::DepthAttachmentReadOnly,
+            _ => Usage::DepthAttachment,
+        };
+        let compare = wgpu_types::CompareFunction::Less;
+        self.depth = Some(DepthAttachment {
+            target: attached(resource),
+            load,
+            write,
+            compare,
+            slope_bias: 0.0,
+            discard: false,
+        });
+        self.draw();
+        self.uses(resource, Part::of(Some(0), Some(0)), usage, Version::Newest)
+    }
+
+    /// Copies one end to another, or fills a buffer with zeros.
+    pub fn copies(mut self, source: Option<TransferEnd>, destination: TransferEnd, written: Usage) -> Self {
+        for (end, usage) in source.iter().map(|end| (end, Usage::CopySource)).chain([(&destination, written)])
+        {
+            let part = match end {
+                TransferEnd::Buffer(region) => Part { bytes: region.view.bytes, ..Part::WHOLE },
+                TransferEnd::Texture(region) => {
+                    Part { mip: Some(region.mip), layer: region.layer, ..Part::WHOLE }.aspect(region.aspect)
+                }
+            };
+            self = self.uses(end.resource(), part, usage, Version::Newest);
+        }
+        self.declared().work = Work::Transfer(Box::new(TransferWork { source, destination, extent: None }));
+        self
+    }
+
+    /// Runs after another pass.
+    pub fn after(mut self, pass: PassHandle) -> Self {
+        self.declared().after.push(pass);
+        self
+    }
+
+    /// Runs while a toggle is on, or off.
+    pub fn toggle(mut self, toggle: usize, on: bool) -> Self {
+        self.declared().condition = Some(Condition { toggle, on });
+        self
+    }
+
+    /// Is kept even if nothing reads what it writes.
+    pub fn side_effect(mut self) -> Self {
+        self.declared().side_effect = true;
+        self
+    }
+
+    fn declared(&mut self) -> &mut Pass {
+        &mut self.assembly.pipeline.passes[self.handle.index()]
+    }
+
+    /// Makes the pass draw to the attachments so far.
+    fn draw(&mut self) {
+        let (color, depth) = (self.color.clone(), self.depth.clone());
+        let draw = Draw::Fullscreen { program: ProgramHandle::at(0), bindings: Vec::new() };
+        self.declared().work = Work::Render(Box::new(RenderWork { color, depth, stencil: None, draw }));
+    }
+}
+
+fn attached(resource: ResourceHandle) -> AttachmentTarget {
+    AttachmentTarget { resource, mip: 0, layer: Some(0) }
+}

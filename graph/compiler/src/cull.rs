@@ -1,0 +1,214 @@
+//! Culling: what leads to an output stays.
+//!
+//! Roots are passes with side effects and the writers of imported and persistent resources whose version survives the
+//! frame. From there every pass whose version is read is kept; an order that is only explicit keeps nothing. A history is
+//! no output in itself: a kept pass that reads an earlier frame of it keeps the writers of what survives this one, as
+//! they feed that pass some frames later, and so may keep passes that come after itself. Each kept
+//! pass remembers the first reason found, breadth first, so that following the reasons leads to an output on a
+//! shortest way; each culled one says who would have had to read it.
+//!
+//! Where a look at the writers of a resource was [coarse](super::visible), passes are kept of which perhaps nothing is
+//! seen. Their reasons say so.
+
+use std::collections::{BTreeSet, VecDeque};
+
+use serde::Serialize;
+
+use super::discards;
+use super::graph::Graph;
+use super::visible::{Effort, View, Write};
+use crate::language::Lifetime;
+use crate::pipeline::{Part, Pipeline, Use};
+use crate::work::{PassHandle, ResourceHandle, Work};
+
+/// Why a pass is kept.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum KeepReason {
+    /// It says that it has a side effect.
+    SideEffect,
+    /// It writes a resource that outlives the frame.
+    Output(ResourceHandle),
+    /// A kept pass reads what it writes.
+    ReadBy(PassHandle, ResourceHandle),
+    /// A kept pass reads what it writes some frames later: the resource is the earlier frame that the pass reads.
+    ReadLater(PassHandle, ResourceHandle),
+    /// A kept pass reads what it may write: the resource has more writers of different parts, or with different toggles,
+    /// than are told apart.
+    MayBeReadBy(PassHandle, ResourceHandle),
+    /// It may leave something in a resource that outlives the frame, which has more such writers than are told apart.
+    MayBeLeft(ResourceHandle),
+}
+
+/// Why a pass is culled.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CullReason {
+    /// It writes nothing.
+    WritesNothing,
+    /// Nothing reads the resources that it writes.
+    NothingReads(Vec<String>),
+    /// Only culled passes read what it writes.
+    OnlyCulledRead(Vec<String>),
+}
+
+/// For each pass why it is kept, or `None` if it is not.
+pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>> {
+    let mut kept: Vec<Option<KeepReason>> = vec![None; pipeline.passes.len()];
+    for resource in pipeline.resource_handles().filter(|resource| {
+        matches!(pipeline.resource(*resource).lifetime(), Lifetime::Persistent | Lifetime::Imported)
+    }) {
+        let (writers, is_coarse) = survivors(pipeline, graph, resource);
+        let reason = if is_coarse { KeepReason::MayBeLeft } else { KeepReason::Output };
+        for writer in writers {
+            kept[writer.index()].get_or_insert(reason(resource));
+        }
+    }
+    let mut queue = VecDeque::new();
+    for handle in pipeline.pass_handles() {
+        if pipeline.pass(handle).side_effect {
+            kept[handle.index()] = Some(KeepReason::SideEffect);
+        }
+        if kept[handle.index()].is_some() {
+            queue.push_back(handle);
+        }
+    }
+    let mut read_back: BTreeSet<ResourceHandle> = BTreeSet::new();
+    while let Some(pass) = queue.pop_front() {
+        let mut producers: Vec<(PassHandle, ResourceHandle)> = graph.producers(pass).collect();
+        producers.sort_unstable();
+        for (producer, resource) in producers {
+            if kept[producer.index()].is_none() {
+                let is_coarse = graph.is_coarse(pass, resource);
+                let reason = if is_coarse { KeepReason::MayBeReadBy } else { KeepReason::ReadBy };
+                kept[producer.index()] = Some(reason(pass, resource));
+                queue.push_back(producer);
+            }
+        }
+        for one in &pipeline.pass(pass).uses {
+            let Some(history) = pipeline.resource(one.resource).history.filter(|history| history.back > 0)
+            else {
+                continue;
+            };
+            if read_back.insert(history.of) {
+                let (mut writers, is_coarse) = survivors(pipeline, graph, history.of);
+                writers.sort_unstable();
+                for writer in writers {
+                    if kept[writer.index()].is_none() {
+                        kept[writer.index()] = Some(if is_coarse {
+                            KeepReason::MayBeLeft(history.of)
+                        } else {
+                            KeepReason::ReadLater(pass, one.resource)
+                        });
+                        queue.push_back(writer);
+                    }
+                }
+            }
+        }
+    }
+    kept
+}
+
+/// The passes of whose writes something is left at the end of the frame: those that no later attachment with a clear
+/// or discard covers whole. Storage that does not say that it replaces everything, and copies, may leave texels as they
+/// were, so they never count as covering. Nothing is left of what an attachment throws away.
+pub fn surviving_writers(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> Vec<PassHandle> {
+    survivors(pipeline, graph, resource).0
+}
+
+/// The passes of whose writes something is left, and whether there may be fewer of them.
+fn survivors(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> (Vec<PassHandle>, bool) {
+    let clears = |part: Part, writer: PassHandle| {
+        let whole = part.layer.is_some() || single_layer(pipeline, resource);
+        let afresh = |one: &Use| {
+            let all = whole || !one.usage.is_attachment();
+            one.resource == resource && one.part == part && one.usage.starts_afresh() && all
+        };
+        pipeline.pass(writer).uses.iter().any(afresh)
+    };
+    let discards = |part: Part, writer: PassHandle| match &pipeline.pass(writer).work {
+        Work::Render(render) => discards::discards(render, resource, part),
+        _ => false,
+    };
+    let clears = |part: Part, writer: PassHandle| {
+        let whole = part.layer.is_some() || single_layer(pipeline, resource);
+        clears(part, writer) || whole && discards(part, writer)
+    };
+    let condition = |writer: PassHandle| pipeline.pass(writer).condition;
+    let mut writers = Vec::new();
+    if graph.versions_of(resource).all(|(part, writer)| condition(writer).is_none() && part.is_plain()) {
+        let mut covered: BTreeSet<Part> = BTreeSet::new();
+        for (part, writer) in graph.versions_of(resource).rev() {
+            let wider = [part, Part { mip: None, ..part }, Part { layer: None, ..part }, Part::WHOLE];
+            if !discards(part, writer) && !wider.iter().any(|wider| covered.contains(wider)) {
+                writers.push(writer);
+            }
+            if clears(part, writer) {
+                covered.insert(part);
+            }
+        }
+        return (writers, false);
+    }
+    let mut effort = Effort::default();
+    let mut view = View::new(Part::WHOLE, &[], &mut effort);
+    for (part, writer) in graph.versions_of(resource).rev() {
+        if view.sees(part, condition(writer)) && !discards(part, writer) {
+            writers.push(writer);
+        }
+        if clears(part, writer) {
+            view.cover(Write { part, condition: condition(writer), writer: (), passes_on: false });
+        }
+    }
+    (writers, view.is_coarse())
+}
+
+/// Whether a resource is declared without layers, so that every attachment of it is the same one.
+pub(super) fn single_layer(pipeline: &Pipeline, resource: ResourceHandle) -> bool {
+    pipeline.resource(resource).texture().is_some_and(|texture| texture.layers.is_none())
+}
+
+/// Why a pass is culled.
+pub(super) fn cull_reason(
+    pipeline: &Pipeline,
+    graph: &Graph,
+    kept: &[Option<KeepReason>],
+    pass: PassHandle,
+) -> CullReason {
+    let sorted = |names: &mut dyn Iterator<Item = &String>| {
+        let names: BTreeSet<&String> = names.collect();
+        names.into_iter().cloned().collect::<Vec<_>>()
+    };
+    let uses = &pipeline.pass(pass).uses;
+    let mut written =
+        uses.iter().filter(|one| one.usage.writes()).map(|one| &pipeline.resource(one.resource).name);
+    let written = sorted(&mut written);
+    if written.is_empty() {
+        return CullReason::WritesNothing;
+    }
+    // What it reads of itself some frames later keeps nothing alive, and so is no reason.
+    let later = readers_later(pipeline, kept, pass);
+    let readers = graph.consumers(pass).map(|(reader, _)| reader).chain(later);
+    let readers = sorted(&mut readers.map(|reader| &pipeline.pass(reader).name));
+    if readers.is_empty() { CullReason::NothingReads(written) } else { CullReason::OnlyCulledRead(readers) }
+}
+
+/// The other culled passes that read, some frames later, the histories that a pass writes. To those that are kept
+/// nothing is left of what it writes.
+fn readers_later(pipeline: &Pipeline, kept: &[Option<KeepReason>], pass: PassHandle) -> Vec<PassHandle> {
+    let history = |one: &Use| pipeline.resource(one.resource).history;
+    let written: BTreeSet<ResourceHandle> = pipeline
+        .pass(pass)
+        .uses
+        .iter()
+        .filter(|one| one.usage.writes())
+        .filter_map(|one| Some(history(one)?.of))
+        .collect();
+    if written.is_empty() {
+        return Vec::new();
+    }
+    let reads = |reader: &PassHandle| {
+        let uses = &pipeline.pass(*reader).uses;
+        uses.iter().filter_map(history).any(|history| history.back > 0 && written.contains(&history.of))
+    };
+    let culled = pipeline.pass_handles().filter(|reader| kept[reader.index()].is_none());
+    culled.filter(|reader| *reader != pass && reads(reader)).collect()
+}

@@ -1,0 +1,60 @@
+//! Pipeline to graph to plan.
+//!
+//! - [`build`]: passes and resource versions as a petgraph, with every hazard an edge;
+//! - culling: what leads to an output stays, with the reason;
+//! - order: deterministic, by the order of the document where the graph leaves a choice, or for an [`Objective`];
+//! - [`plan`](self::plan()): lifetimes, physical resources, load and store operations, sizes, dispatches.
+//!
+//! [`Assembly`] makes pipelines in code, without a text.
+
+use umbragraph_pipeline::{data, diagnostic, document, expression, language, pipeline, shader, source, work};
+
+mod access;
+mod allocate;
+mod assemble;
+mod attachments;
+mod copies;
+mod cull;
+mod cycle;
+mod device_rules;
+mod discards;
+mod dispatch;
+mod extents;
+mod facts;
+mod format;
+mod graph;
+mod history;
+mod implied;
+mod lifetime;
+mod merge;
+mod order;
+mod order_memory;
+mod parts;
+mod pass_sizes;
+mod plan;
+mod planner;
+mod resize;
+mod rows;
+mod sharing;
+mod size;
+mod texture_rules;
+mod toggles;
+mod unfed;
+mod values;
+mod visible;
+mod writers;
+
+pub use assemble::{Assembly, AssemblyPass};
+pub use copies::{PlannedCopy, TexelOrigin, TexelRows};
+pub use cull::{CullReason, KeepReason, surviving_writers};
+pub use graph::{Edge, Graph, GraphNode, Hazard, build};
+pub use history::{InitialValue, PlannedHistory};
+pub use order::{MemoryOrder, Objective, OrderMethod, OrderReport};
+pub use parts::set_aside;
+pub use plan::{
+    Import, Kept, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedAttachment,
+    PlannedPass, PlannedResource, StoreOperation, plan,
+};
+pub use sharing::why_apart;
+pub use size::TextureSize;
+pub use values::PackedBlock;

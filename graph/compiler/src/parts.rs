@@ -1,0 +1,111 @@
+//! Mips, layers and bytes that a texture or a buffer does not have.
+//!
+//! A pass that uses such a part has its finding and is [set aside](set_aside) before there is a graph, as if it had not
+//! been declared: what it meant to write would be missed elsewhere, and what it meant to read would be said to be
+//! unwritten. Nothing is said of who writes or reads the resources that it uses.
+//!
+//! Cost: linear in uses; sizes are looked at for resources of which a part is used.
+
+use std::collections::BTreeSet;
+
+use super::facts::sizes;
+use super::plan::PlanOptions;
+use super::size::{Size, Sizes};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::language::TextureShape;
+use crate::pipeline::{History, Part, Pipeline, Use};
+use crate::source::Sources;
+use crate::work::PassHandle;
+
+/// Takes the passes that use what is not there out of a pipeline.
+pub fn set_aside(
+    pipeline: &mut Pipeline,
+    options: &PlanOptions,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) {
+    let is_partial = |one: &Use| one.part != Part::WHOLE;
+    if !pipeline.passes.iter().flat_map(|pass| &pass.uses).any(is_partial) {
+        return;
+    }
+    // What is wrong with the sizes themselves is found again by the plan.
+    let found = beyond(pipeline, &sizes(pipeline, options, sources));
+    if found.is_empty() {
+        return;
+    }
+    let broken: BTreeSet<PassHandle> = found.iter().map(|(pass, _)| *pass).collect();
+    diagnostics.extend(found.into_iter().map(|(_, finding)| finding));
+    let mut positions: Vec<Option<PassHandle>> = Vec::with_capacity(pipeline.passes.len());
+    let mut kept = Vec::with_capacity(pipeline.passes.len());
+    for (handle, pass) in pipeline.pass_handles().zip(std::mem::take(&mut pipeline.passes)) {
+        if broken.contains(&handle) {
+            positions.push(None);
+            for one in &pass.uses {
+                pipeline.uncertain.insert(one.resource);
+                let history = pipeline.resource(one.resource).history;
+                pipeline.uncertain.extend(history.into_iter().flat_map(History::members));
+            }
+            pipeline.gaps.push(pass.name);
+        } else {
+            positions.push(Some(PassHandle::at(kept.len())));
+            kept.push(pass);
+        }
+    }
+    for pass in &mut kept {
+        pass.after = pass.after.iter().filter_map(|before| positions[before.index()]).collect();
+    }
+    pipeline.passes = kept;
+}
+
+/// The uses of what is not there, also by passes that are culled.
+pub(super) fn beyond(pipeline: &Pipeline, sizes: &Sizes<'_>) -> Vec<(PassHandle, Diagnostic)> {
+    let mut found = Vec::new();
+    for (handle, pass) in pipeline.pass_handles().zip(&pipeline.passes) {
+        for one in pass.uses.iter().filter(|one| one.part != Part::WHOLE) {
+            let findings = [bytes_beyond(pipeline, sizes, one)];
+            let findings = findings.into_iter().flatten().chain(subresources_beyond(pipeline, sizes, one));
+            found.extend(findings.map(|finding| (handle, finding)));
+        }
+    }
+    found
+}
+
+fn bytes_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Use) -> Option<Diagnostic> {
+    let run = one.part.bytes?;
+    let Size::Buffer(bytes) = sizes.of(one.resource)? else { return None };
+    if run.end() <= bytes {
+        return None;
+    }
+    let resource = pipeline.resource(one.resource);
+    let (first, last) = (run.first, run.end() - 1);
+    let message = format!("bytes {first} to {last} of \"{}\" are used, which has {bytes}", resource.name);
+    let finding = Diagnostic::error(codes::ATTACHMENTS, one.place, message).pointer(&one.pointer);
+    Some(
+        finding
+            .related(resource.place, "declared here")
+            .help("choose \"offset\" and \"size\" within the buffer, or make it larger"),
+    )
+}
+
+fn subresources_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Use) -> Vec<Diagnostic> {
+    let resource = pipeline.resource(one.resource);
+    let (Some(texture), Some(size)) = (resource.texture(), sizes.texture(one.resource)) else {
+        return Vec::new();
+    };
+    let volume = texture.view == Some(TextureShape::D3);
+    // The layers of a volume are slices, fewer on each mip.
+    let mip = one.part.mip.map_or(0, |run| run.first);
+    let layers = if volume { (size.layers >> mip.min(31)).max(1) } else { size.layers };
+    let runs = [("mip", one.part.mip, size.mips), ("layer", one.part.layer, layers)];
+    let beyond = runs.into_iter().filter_map(|(what, run, count)| {
+        let run = run.filter(|run| run.end() > u64::from(count))?;
+        let (first, last) = (run.first, run.end() - 1);
+        let message = match run.count {
+            1 => format!("\"{}\" has no {what} {first}", resource.name),
+            _ => format!("\"{}\" has no {what}s {first} to {last}", resource.name),
+        };
+        let finding = Diagnostic::error(codes::ATTACHMENTS, one.place, message).pointer(&one.pointer);
+        Some(finding.help(format!("it has {count}, counted from 0")))
+    });
+    beyond.collect()
+}

@@ -1,0 +1,132 @@
+//! Planning again where only sizes change: another viewport, other sizes of the host's textures or data.
+//!
+//! What passes are kept and why, their order, formats, usages, shader variants, load and store operations, and which
+//! passes are recorded as one are taken over. Sizes, workgroups, blocks, classes and memory are made again, with the
+//! findings about them. The result is what planning from scratch yields.
+//!
+//! Planned from scratch is what changes more: the `memory` order, which weighs bytes; other formats or usages of the
+//! host's textures; a number of samples, which formats depend on; layers where there were none, which render passes
+//! depend on. So is what has findings, since there they come in their order.
+//!
+//! Cost: linear in passes and resources; without graph, order and names sorted anew.
+
+use std::collections::BTreeMap;
+
+use super::allocate;
+use super::device_rules;
+use super::facts::Facts;
+use super::graph::Graph;
+use super::order::Objective;
+use super::plan::{Plan, PlanOptions, plan};
+use super::toggles;
+use super::unfed;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::source::Sources;
+
+impl Plan {
+    /// Plans the same pipeline with other options. `graph` is the graph of which this plan was made.
+    ///
+    /// # Errors
+    /// The findings of the plan.
+    pub fn resized(
+        &self,
+        graph: &Graph,
+        options: &PlanOptions,
+        sources: &Sources,
+    ) -> Result<Self, Diagnostics> {
+        if let Some(plan) = self.sizes_only(graph, options, sources) {
+            return Ok(plan);
+        }
+        let mut findings = Diagnostics::new();
+        plan(&self.pipeline, graph, options, sources, &mut findings).ok_or(findings)
+    }
+
+    /// The plan for other sizes; `None` if more than sizes changes, or something is wrong with them.
+    fn sizes_only(&self, graph: &Graph, options: &PlanOptions, sources: &Sources) -> Option<Self> {
+        let fixed = &self.fixed;
+        let alike = options.objective == self.order.objective
+            && options.objective != Objective::Memory
+            && options.aliasing == fixed.aliasing
+            && options.import_usages == fixed.import_usages
+            && options.import_formats() == fixed.import_formats;
+        if !alike {
+            return None;
+        }
+        let mut findings: Vec<Diagnostic> = Vec::new();
+        let live: Vec<_> = self.passes.iter().map(|pass| pass.handle).collect();
+        let facts = Facts::resized(
+            &self.pipeline,
+            options,
+            sources,
+            &fixed.facts,
+            &fixed.conditional,
+            &mut findings,
+        )?;
+        toggles::check_bypasses(&self.pipeline, &facts, &live, &mut findings);
+        unfed::check(&facts, &graph.partial, |pass| self.position(pass).is_some(), &mut findings);
+        let mut passes = self.passes.clone();
+        for pass in &mut passes {
+            facts.size_pass(pass, &mut findings);
+        }
+        facts.check_all_sizes();
+        if !findings.is_empty() || !facts.take_findings().is_empty() {
+            return None;
+        }
+        let mut plan = Self {
+            name: self.name.clone(),
+            viewport: options.viewport,
+            passes,
+            culled: self.culled.clone(),
+            resources: BTreeMap::new(),
+            histories: BTreeMap::new(),
+            textures: Vec::new(),
+            buffers: Vec::new(),
+            bytes_without_aliasing: 0,
+            bytes: 0,
+            bytes_bound: 0,
+            bytes_peak: 0,
+            data_sizes: options.data_sizes.clone(),
+            toggles: self.toggles.clone(),
+            order: self.order.clone(),
+            pipeline: self.pipeline.clone(),
+            fixed: fixed.clone(),
+        };
+        allocate::allocate(&mut plan, &facts);
+        device_rules::check(&plan).is_empty().then_some(plan)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+
+    use crate::language::{Expr, Lifetime};
+    use crate::{Assembly, build};
+
+    #[test]
+    fn a_viewport_changes_sizes_only_and_layers_or_an_objective_change_more() {
+        let mut assembly = Assembly::new("resized");
+        let layered = assembly.texture_with("layered", |texture| {
+            texture.lifetime = Lifetime::Persistent;
+            texture.layers = Some(Expr::from("max(1, floor(viewport.width / 100))"));
+        });
+        let _ = assembly.pass("fill").writes(layered);
+        let (pipeline, sources) = assembly.finish();
+        let mut findings = Diagnostics::new();
+        let graph = build(&pipeline, &mut findings).expect("a graph");
+        let options = PlanOptions::new(64, 64);
+        let first = plan(&pipeline, &graph, &options, &sources, &mut findings).expect("a plan");
+        let taken_over = |options: &PlanOptions| {
+            let again = first.resized(&graph, options, &sources).expect("a plan");
+            Arc::ptr_eq(&first.fixed, &again.fixed)
+        };
+        assert!(taken_over(&PlanOptions { viewport: [65, 1], ..options.clone() }));
+        // What is drawn for each layer shares no render pass.
+        assert!(!taken_over(&PlanOptions { viewport: [200, 1], ..options.clone() }));
+        for objective in [Objective::Memory, Objective::FewPasses] {
+            assert!(!taken_over(&PlanOptions { objective, ..options.clone() }));
+        }
+        assert!(!taken_over(&PlanOptions { aliasing: false, ..options }));
+    }
+}

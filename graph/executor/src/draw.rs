@@ -1,0 +1,56 @@
+//! The draw contract at record time: what the host brings, and the render pass that it draws into.
+//!
+//! How the host stores its meshes is said before, without a device: [`HostInterface`].
+
+use umbragraph_pipeline::data::View;
+use umbragraph_pipeline::draw::{HostInterface, PropertySet};
+use umbragraph_pipeline::work::DrawOrder;
+
+/// A host's meshes, as a pipeline draws them.
+pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
+    /// How the host stores what a geometry contract names; `None` if it knows no such contract.
+    fn interface(&self, geometry: &str) -> Option<&HostInterface>;
+
+    /// The words that may stand under `filter`, such as `casters`.
+    fn filters(&self) -> &[&str];
+
+    /// Counts up whenever materials or the buffers behind bindings are replaced, so that bind groups are remade.
+    fn generation(&self) -> u64 {
+        0
+    }
+
+    /// The number of materials.
+    fn material_count(&self) -> u32;
+
+    /// What fills a binding of group 2 for a material.
+    fn material(&self, material: u32, binding: &str) -> Option<wgpu::BindingResource<'_>>;
+
+    /// What fills a binding of group 3; a block's binding covers one object, the offset moves it.
+    fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>>;
+
+    /// Issues the draws of one view.
+    fn draw(&self, pass: &mut dyn DrawPass);
+}
+
+/// A render pass in which a host issues draws; what the pass attaches and binds besides is in place already.
+pub trait DrawPass {
+    /// The geometry contract that is drawn.
+    fn geometry(&self) -> &str;
+    /// Which draws are wanted.
+    fn filter(&self) -> &str;
+    /// The view, for culling and sorting.
+    fn view(&self) -> &View;
+    /// In which order the pass wants its draws.
+    fn order(&self) -> DrawOrder {
+        DrawOrder::default()
+    }
+    /// Chooses the pipeline for meshes with these properties. `false` if the set is not among those that the
+    /// host's interface names; nothing may be drawn then.
+    fn set_properties(&mut self, properties: PropertySet) -> bool;
+    /// Binds a material.
+    fn set_material(&mut self, material: u32);
+    /// Binds an object by its position in the host's buffers.
+    fn set_object(&mut self, object: u32);
+    /// The render pass, for vertex buffers, index buffers and draws. Bind groups and pipelines are the module's.
+    fn render_pass(&mut self) -> &mut wgpu::RenderPass<'static>;
+}

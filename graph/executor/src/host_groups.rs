@@ -1,0 +1,180 @@
+//! Bind groups of what the host binds: its materials and its objects.
+//!
+//! There is one bind group for each material and layout, and one for all objects of a layout, whose blocks are moved by
+//! dynamic offsets. They are made anew when the host's generation says that something behind them was replaced. Passes
+//! whose shaders see materials alike share them.
+
+use super::creation::Creation;
+use crate::DrawSource;
+use crate::diagnostic::{Diagnostic, Place, codes};
+use umbragraph_pipeline::draw::{HostInterface, HostSlotKind};
+
+/// How a shader sees the host's materials or objects.
+#[derive(Clone, PartialEq)]
+pub(super) struct HostLayout {
+    pub(super) layout: wgpu::BindGroupLayout,
+    /// Binding and name.
+    pub(super) bindings: Vec<(u32, String)>,
+}
+
+/// The materials of the host for one layout.
+pub(super) struct Materials {
+    layout: HostLayout,
+    groups: Vec<wgpu::BindGroup>,
+    generation: Option<u64>,
+}
+
+/// The objects of the host for one layout.
+pub(super) struct Objects {
+    layout: HostLayout,
+    /// Bytes from object to object of each block, in the order of the bindings.
+    strides: Vec<u32>,
+    group: Option<wgpu::BindGroup>,
+    /// The number of objects for which every block lies within its buffer.
+    count: u32,
+    generation: Option<u64>,
+}
+
+impl Materials {
+    pub(super) fn new(layout: HostLayout) -> Self {
+        Self { layout, groups: Vec::new(), generation: None }
+    }
+
+    /// Whether shaders see the two alike.
+    pub(super) fn is_alike(&self, other: &Self) -> bool {
+        self.layout == other.layout
+    }
+
+    /// Makes the bind groups, unless they are those of the host's generation.
+    ///
+    /// # Errors
+    /// A material for which the host gives nothing.
+    pub(super) fn prepare(
+        &mut self,
+        creation: &mut Creation<'_>,
+        source: &dyn DrawSource,
+    ) -> Result<(), Diagnostic> {
+        let generation = source.generation();
+        if self.generation == Some(generation) {
+            return Ok(());
+        }
+        self.forget();
+        for material in 0..source.material_count() {
+            let give = |name: &str| {
+                source.material(material, name).ok_or_else(|| lacks(name, &format!("material {material}")))
+            };
+            let (group, _) = make(creation, &self.layout, "materials", give)?;
+            self.groups.push(group);
+        }
+        self.generation = Some(generation);
+        Ok(())
+    }
+
+    /// Forgets what was made, since some of it may have been refused.
+    pub(super) fn forget(&mut self) {
+        self.generation = None;
+        self.groups.clear();
+    }
+
+    /// The bind group of a material, if the host has it.
+    pub(super) fn get(&self, material: u32) -> Option<&wgpu::BindGroup> {
+        self.groups.get(usize::try_from(material).ok()?)
+    }
+}
+
+impl Objects {
+    /// Objects whose blocks lie as the host's interface says.
+    pub(super) fn new(layout: HostLayout, interface: &HostInterface) -> Self {
+        let stride = |name: &str| {
+            interface.object.iter().find(|slot| slot.name == name).and_then(|slot| match slot.kind {
+                HostSlotKind::Block { stride, .. } => Some(stride),
+                HostSlotKind::Opaque(_) => None,
+            })
+        };
+        let strides = layout.bindings.iter().filter_map(|(_, name)| stride(name)).collect();
+        Self { layout, strides, group: None, count: 0, generation: None }
+    }
+
+    /// Whether shaders see the two alike.
+    pub(super) fn is_alike(&self, other: &Self) -> bool {
+        self.layout == other.layout && self.strides == other.strides
+    }
+
+    /// Makes the bind group, unless it is that of the host's generation.
+    ///
+    /// # Errors
+    /// A block for which the host gives nothing.
+    pub(super) fn prepare(
+        &mut self,
+        creation: &mut Creation<'_>,
+        source: &dyn DrawSource,
+    ) -> Result<(), Diagnostic> {
+        let generation = source.generation();
+        if self.generation == Some(generation) {
+            return Ok(());
+        }
+        self.forget();
+        let give = |name: &str| source.object(name).ok_or_else(|| lacks(name, "objects"));
+        let (group, room) = make(creation, &self.layout, "objects", give)?;
+        let counts = room.iter().zip(&self.strides).map(|(room, stride)| match (room, stride) {
+            (None, _) => 0,
+            (Some(_), 0) => u64::from(u32::MAX),
+            (Some(room), stride) => room / u64::from(*stride) + 1,
+        });
+        // An offset has 32 bits.
+        let addressable =
+            self.strides.iter().map(|stride| u32::MAX.checked_div(*stride).unwrap_or(u32::MAX)).min();
+        let count = counts.min().unwrap_or(u64::from(u32::MAX));
+        self.count = u32::try_from(count).unwrap_or(u32::MAX).min(addressable.unwrap_or(u32::MAX));
+        self.group = Some(group);
+        self.generation = Some(generation);
+        Ok(())
+    }
+
+    /// Forgets what was made, since some of it may have been refused.
+    pub(super) fn forget(&mut self) {
+        self.generation = None;
+        self.group = None;
+    }
+
+    /// The bind group, with the dynamic offsets of an object; `None` if the host's buffers have no such object.
+    pub(super) fn get<'a>(&'a self, object: u32, offsets: &mut Vec<u32>) -> Option<&'a wgpu::BindGroup> {
+        let group = self.group.as_ref().filter(|_| object < self.count)?;
+        offsets.clear();
+        offsets.extend(self.strides.iter().map(|stride| stride.saturating_mul(object)));
+        Some(group)
+    }
+}
+
+/// A bind group, and for each buffer in it the bytes behind what is bound; `None` where that does not fit the buffer.
+fn make<'a>(
+    creation: &mut Creation<'_>,
+    layout: &HostLayout,
+    label: &str,
+    give: impl Fn(&str) -> Result<wgpu::BindingResource<'a>, Diagnostic>,
+) -> Result<(wgpu::BindGroup, Vec<Option<u64>>), Diagnostic> {
+    let mut entries = Vec::with_capacity(layout.bindings.len());
+    let mut room = Vec::new();
+    for (binding, name) in &layout.bindings {
+        let resource = give(name)?;
+        if let wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size }) = &resource {
+            let behind = buffer.size().checked_sub(*offset);
+            room.push(
+                behind.and_then(|behind| behind.checked_sub(size.map_or(behind, wgpu::BufferSize::get))),
+            );
+        }
+        entries.push(wgpu::BindGroupEntry { binding: *binding, resource });
+    }
+    let descriptor =
+        wgpu::BindGroupDescriptor { label: Some(label), layout: &layout.layout, entries: &entries };
+    Ok((creation.bind_group(&descriptor), room))
+}
+
+fn lacks(name: &str, of: &str) -> Diagnostic {
+    Diagnostic::error(
+        codes::HOST_INTERFACE,
+        Place::Nowhere,
+        format!("the host gives nothing for \"{name}\" of {of}"),
+    )
+    .help("let its draw source give every binding that its interface names")
+}

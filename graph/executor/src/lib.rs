@@ -1,0 +1,346 @@
+//! The executor: a plan, realized with wgpu and recorded into an encoder of the host's.
+//!
+//! It is middleware, not a framework: the host owns device, queue, encoder and surface, submits and presents. An
+//! [`Executor`] creates textures, pipelines and bind groups when it is made or given another plan; recording a frame
+//! then runs the host passes, packs their data into one buffer, and records the passes in the plan's order. In a steady
+//! frame nothing is created on the device and nothing allocated but by wgpu itself: three full-screen passes with blocks
+//! make 33 allocations, as do the same calls by hand (`cargo test --test executing allocations`).
+//!
+//! - `realize`: everything that a plan needs, taken over from the plan before where it can be (`reuse`, `cache`);
+//!   `creation` counts it and catches the device's errors, `requirements` says beforehand what a device lacks;
+//! - `textures`, `imports`, `resources`: the plan's textures and buffers, the host's, and views of both;
+//! - `histories`: what earlier frames left, in copies that take turns;
+//! - `objects`, `pipelines`: shader modules, layouts and pipelines;
+//! - `blocks`, `pool`: where the blocks of one record lie, and buffers that records in flight do not share;
+//! - `groups`, `host_groups`: bind groups of what the module binds, and of the host's materials and objects;
+//! - `switches`: the toggles of a frame, which passes they leave out, and what stands in for what those write;
+//! - `inputs`: what a frame brings, checked, and the host passes;
+//! - `record`, `attachments`, `scene`, `buffer_draw`: render passes, and the draws in them;
+//! - `times`: how long the processor works on each pass.
+//!
+//! Whatever happens, an error is a value, nothing is recorded, and the next frame is possible. A device that is lost is
+//! the host's to replace: it makes a new device and a new executor.
+//!
+//! Limits: stencil is never written; the images of one pass have at most eight color attachments.
+
+use umbragraph_compiler as compiler;
+use umbragraph_pipeline::{data, diagnostic, frame, language, pipeline, shader, work};
+
+mod attachments;
+mod blocks;
+mod buffer_draw;
+mod cache;
+mod creation;
+mod draw;
+mod groups;
+mod histories;
+mod host_groups;
+mod imports;
+mod inputs;
+mod objects;
+mod pipelines;
+mod pool;
+mod realize;
+mod record;
+mod requirements;
+mod resources;
+mod reuse;
+mod scene;
+mod statistics;
+mod switches;
+mod textures;
+mod times;
+mod transfer;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::time::Duration;
+
+pub use draw::{DrawPass, DrawSource};
+pub use statistics::Statistics;
+
+use crate::compiler::{Physical, Plan, PlannedPass};
+use crate::data::HostData;
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::frame::FrameInput;
+use umbragraph_pipeline::draw::HostInterface;
+
+use creation::{Caught, Creation};
+use objects::Objects;
+use pool::Pool;
+use realize::Realized;
+use record::Scratch;
+use switches::Switches;
+use times::Times;
+
+/// What a frame consists of.
+#[derive(Clone, Copy)]
+pub struct Frame<'a> {
+    /// Camera, lights and bounds.
+    pub input: &'a FrameInput,
+    /// The host's meshes, if the pipeline draws any: the same in each frame, or else of another generation.
+    pub draws: Option<&'a dyn DrawSource>,
+    /// The host's textures by the names of the resources that stand for them.
+    pub imports: &'a [(&'a str, &'a wgpu::Texture)],
+    /// The toggles that are thrown otherwise than the pipeline says, by their names; the later of two counts. Nothing is
+    /// planned or compiled for it; bind groups of a state are made when it comes up for the first time.
+    pub toggles: &'a [(&'a str, bool)],
+}
+
+/// A plan, realized on a device.
+pub struct Executor {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    realized: Realized,
+    objects: Objects,
+    pool: Pool,
+    scratch: Scratch,
+    times: Times,
+    statistics: Statistics,
+    warnings: Diagnostics,
+    /// Errors of creation that a browser has not told yet.
+    late: Caught,
+    /// The number of records so far.
+    records: u64,
+}
+
+impl Executor {
+    /// Realizes a plan. `source` says how the host's meshes are stored; a plan that draws none needs none.
+    ///
+    /// The future is ready at once except in a browser, where errors of the device arrive late.
+    ///
+    /// # Errors
+    /// A host whose interface does not fit the shaders, a device that lacks what the plan needs, errors of the device.
+    pub async fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        plan: Arc<Plan>,
+        source: Option<&dyn DrawSource>,
+    ) -> Result<Self, Diagnostics> {
+        let mut objects = Objects::default();
+        let mut statistics = Statistics::default();
+        let (realized, caught) = realize(device, &mut objects, &mut statistics, plan, source, None)?;
+        refuse(caught.all().await)?;
+        objects.commit();
+        Ok(Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            realized,
+            objects,
+            pool: Pool::default(),
+            scratch: Scratch::default(),
+            times: Times::default(),
+            statistics,
+            warnings: Diagnostics::new(),
+            late: Caught::default(),
+            records: 0,
+        })
+    }
+
+    /// Realizes another plan: after a resize, with other parameters or features, or for another draw source.
+    ///
+    /// What does not change is kept: pipelines and samplers of equal descriptors, textures and buffers of equal
+    /// descriptors (those that outlive frames under their own names, with their contents), host data. For as long as it
+    /// takes, the textures of both plans exist.
+    ///
+    /// The future is ready at once except in a browser.
+    ///
+    /// # Errors
+    /// As of [`Executor::new`]. The executor goes on with the plan before.
+    pub async fn set_plan(
+        &mut self,
+        plan: Arc<Plan>,
+        source: Option<&dyn DrawSource>,
+    ) -> Result<(), Diagnostics> {
+        let before = Some(&self.realized);
+        let (realized, caught) =
+            realize(&self.device, &mut self.objects, &mut self.statistics, plan, source, before)?;
+        refuse(caught.all().await)?;
+        self.objects.commit();
+        self.realized = realized;
+        Ok(())
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &Arc<Plan> {
+        &self.realized.plan
+    }
+
+    /// What was created so far.
+    pub fn statistics(&self) -> Statistics {
+        self.statistics
+    }
+
+    /// What was worth knowing about the last frame that was recorded: a camera or light that cannot be used.
+    pub fn warnings(&self) -> &Diagnostics {
+        &self.warnings
+    }
+
+    /// What host passes had to say of the last record: limits that were reached, what was left out and why.
+    pub fn notices(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.realized.data.iter().flatten().flat_map(|data| data.notices().iter())
+    }
+
+    /// The sizes that host passes want other than the plan has them, for [`crate::compiler::PlanOptions::data_sizes`];
+    /// `None` if they are content. A frame is right without them too, only not as good.
+    pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
+        let wants = |data: &HostData| data.sizes().any(|(_, planned, wanted)| planned != wanted);
+        if !self.realized.data.iter().flatten().any(wants) {
+            return None;
+        }
+        let mut all = BTreeMap::new();
+        for (resource, data) in self.realized.plan.pipeline.resources.iter().zip(&self.realized.data) {
+            let sizes = data.iter().flat_map(HostData::sizes);
+            all.extend(sizes.map(|(name, _, wanted)| (format!("{}.{name}", resource.name), wanted)));
+        }
+        Some(all)
+    }
+
+    /// The data that a host pass published in the last record, by the name of its resource.
+    pub fn data(&self, name: &str) -> Option<&HostData> {
+        self.realized.data(name)
+    }
+
+    /// Forgets what earlier frames left: the next record begins every history with its initial value, as after a cut to
+    /// another scene, or when a record's encoder was never submitted.
+    pub fn reset_history(&mut self) {
+        self.realized.resources.histories.reset();
+    }
+
+    /// The texture that stands for a resource, unless it is the host's own. Others may share it within a frame. That of
+    /// a history is the one that the last record wrote; `NAME@-1` is the one before.
+    pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
+        match self.realized.resources.physical(&self.realized.plan, name)? {
+            Physical::Texture(index) => self.realized.resources.textures.texture(index),
+            _ => None,
+        }
+    }
+
+    /// The buffer that stands for a resource. Others may share it within a frame.
+    pub fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
+        match self.realized.resources.physical(&self.realized.plan, name)? {
+            Physical::Buffer(index) => self.realized.resources.textures.buffer(index),
+            _ => None,
+        }
+    }
+
+    /// Switches measuring of the processor's time for each pass on or off; off at first.
+    pub fn measure_times(&mut self, on: bool) {
+        self.times.switch(on);
+    }
+
+    /// The processor's time for each pass of the last record, in the plan's order; nothing if measuring is off. Passes
+    /// that are recorded as one render pass count with the first of them; those that are left out count nothing.
+    pub fn times(&self) -> impl Iterator<Item = (&str, Duration)> {
+        let names = self.realized.plan.passes.iter().map(|pass| pass.name.as_str());
+        names.zip(self.times.passes().iter().copied())
+    }
+
+    /// The passes that the last record left out, since their toggles are thrown that way; in the plan's order.
+    pub fn skipped(&self) -> impl Iterator<Item = &str> {
+        let realized = &self.realized;
+        let skipped = |pass: &&PlannedPass| !realized.switches.runs(&realized.plan, pass.handle);
+        realized.plan.passes.iter().filter(skipped).map(|pass| pass.name.as_str())
+    }
+
+    /// The processor's time for preparing bind groups and uploading blocks in the last record.
+    pub fn preparation_time(&self) -> Duration {
+        self.times.preparation
+    }
+
+    /// Records a frame into an encoder. Several records in one submission do not disturb one another.
+    ///
+    /// Each record is a frame of its own to histories: what one writes to `color`, the next one reads as `color@-1`, also
+    /// within one submission. Encoders have to be submitted in the order of their records.
+    ///
+    /// # Errors
+    /// Imports that are missing or not as planned; toggles that the pipeline does not have; a draw source that is missing, does not know a filter, or stores
+    /// meshes otherwise than the one that the plan was realized for; host data that a host pass did not declare; errors
+    /// of the device. Nothing is recorded then, and the next frame is possible.
+    pub fn record(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &Frame<'_>,
+    ) -> Result<(), Diagnostics> {
+        refuse(self.late.known())?;
+        let mut findings = inputs::check(&self.realized, &self.device, frame);
+        findings.extend(Switches::check(&self.realized.plan, frame.toggles));
+        refuse(findings)?;
+        let plan = self.realized.plan.clone();
+        self.realized.switches.set(&plan, frame.toggles);
+        self.warnings = Diagnostics::new();
+        inputs::warnings(frame, &mut self.warnings);
+        self.times.reset(self.realized.plan.passes.len());
+        inputs::run_host_passes(&mut self.realized, frame, &mut self.times)?;
+        let start = self.times.now();
+        self.prepare(encoder, frame)?;
+        self.times.add_preparation(start);
+        record::record(&mut self.realized, encoder, frame.draws, &mut self.scratch, &mut self.times);
+        Ok(())
+    }
+
+    /// Creates what the record needs and uploads its blocks.
+    fn prepare(&mut self, encoder: &wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Diagnostics> {
+        self.records += 1;
+        let mut creation = Creation::new(&self.device, &mut self.statistics);
+        let size = self.realized.blocks.size;
+        let blocks = (size > 0).then(|| self.pool.take(&mut creation, encoder, size, self.records));
+        let prepared = record::prepare(
+            &mut self.realized,
+            &mut creation,
+            &self.queue,
+            frame,
+            blocks.as_ref(),
+            self.records,
+        );
+        if let (Some(blocks), Ok(())) = (&blocks, &prepared) {
+            // Within the scopes of the creation, if there are any: on a device that is lost, a new buffer is none.
+            let Realized { plan, data, switches, blocks: packed, .. } = &mut self.realized;
+            let bytes = packed.pack(plan, data, switches);
+            self.queue.write_buffer(&blocks.buffer, 0, bytes);
+        }
+        let mut caught = creation.finish();
+        let mut findings = caught.known();
+        self.late.append(caught);
+        findings.extend(prepared.err());
+        if findings.has_errors() {
+            record::forget(&mut self.realized);
+            self.pool.forget();
+            return Err(findings);
+        }
+        Ok(())
+    }
+}
+
+/// Checks a plan against the device and the host, and realizes it.
+fn realize(
+    device: &wgpu::Device,
+    objects: &mut Objects,
+    statistics: &mut Statistics,
+    plan: Arc<Plan>,
+    source: Option<&dyn DrawSource>,
+    before: Option<&Realized>,
+) -> Result<(Realized, Caught), Diagnostics> {
+    let mut findings = requirements::check_source(&plan, device, source);
+    findings.extend(requirements::check_device(&plan, device));
+    refuse(findings)?;
+    let mut interfaces: Vec<(String, HostInterface)> = Vec::new();
+    for (_, scene) in requirements::scenes(&plan) {
+        let interface = source.and_then(|source| source.interface(&scene.geometry));
+        if let Some(interface) =
+            interface.filter(|_| interfaces.iter().all(|(known, _)| *known != scene.geometry))
+        {
+            interfaces.push((scene.geometry.clone(), interface.clone()));
+        }
+    }
+    objects.begin();
+    let mut creation = Creation::new(device, statistics);
+    let realized = Realized::new(&mut creation, &device.limits(), objects, plan, interfaces, before);
+    Ok((realized.map_err(Diagnostics::from)?, creation.finish()))
+}
+
+/// # Errors
+/// The findings, if there is an error among them.
+fn refuse(findings: Diagnostics) -> Result<(), Diagnostics> {
+    if findings.has_errors() { Err(findings) } else { Ok(()) }
+}

@@ -1,0 +1,229 @@
+//! Layouts and pipelines of passes.
+//!
+//! Layouts are what reflection says of a program, the union over its variants; one thing that reflection cannot know is
+//! added: which blocks move by a dynamic offset (`view`, and the blocks of an object). A bind group that a program does
+//! not use is a hole in its layout.
+//!
+//! For a pass that draws the host's meshes there is one pipeline for each set of properties that the host's interface
+//! names, with the vertex buffers from which the variant reads; sets that come to the same variant share it. Front faces
+//! are counter-clockwise.
+
+use std::collections::BTreeSet;
+
+use super::blocks;
+use super::creation::Creation;
+use super::objects::{ComputeKey, Objects, Primitive, RenderKey, VertexBufferKey};
+use crate::compiler::Plan;
+use crate::pipeline::{Program, ProgramVariant};
+use crate::shader::{ShaderModule, Stage};
+use crate::work::{BufferDraw, Draw, RenderWork, ResourceHandle, SceneDraw, SlotSource, Work};
+use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostAttribute, HostInterface, PropertySet};
+
+/// The bind group of the host's materials.
+pub(super) const MATERIAL: u32 = 2;
+/// The bind group of the host's objects.
+pub(super) const OBJECT: u32 = 3;
+
+/// The layouts of a program: those of its bind groups, `None` for one without bindings, and of its pipelines.
+pub(super) struct Layouts {
+    pub(super) groups: Vec<Option<wgpu::BindGroupLayout>>,
+    pub(super) pipeline: wgpu::PipelineLayout,
+}
+
+impl Layouts {
+    /// The layout of a bind group, if the program has bindings there.
+    pub(super) fn group(&self, index: u32) -> Option<&wgpu::BindGroupLayout> {
+        self.groups.get(index as usize)?.as_ref()
+    }
+}
+
+/// Makes the pipelines of one pass.
+pub(super) struct Pipelines<'a, 'c> {
+    pub(super) creation: &'a mut Creation<'c>,
+    pub(super) objects: &'a mut Objects,
+    pub(super) plan: &'a Plan,
+    /// The pass's name.
+    pub(super) name: &'a str,
+    pub(super) program: &'a Program,
+}
+
+impl Pipelines<'_, '_> {
+    /// The layouts of the program as a pass with this work binds it.
+    pub(super) fn layouts(&mut self, work: &Work) -> Layouts {
+        let is_scene = matches!(work, Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
+        let views = blocks::slots(work).iter().filter(|slot| matches!(slot.source, SlotSource::View(_)));
+        let views: BTreeSet<(u32, u32)> = views.map(|slot| (slot.group, slot.binding)).collect();
+        let bindings = &self.program.bindings;
+        let count = bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
+        let entries = |group: u32| -> Vec<wgpu::BindGroupLayoutEntry> {
+            let own = bindings.iter().filter(|binding| binding.group == group);
+            let entries = own.map(|binding| {
+                let mut entry = binding.entry;
+                if let wgpu::BindingType::Buffer { has_dynamic_offset, .. } = &mut entry.ty {
+                    *has_dynamic_offset =
+                        (is_scene && group == OBJECT) || views.contains(&(group, entry.binding));
+                }
+                entry
+            });
+            entries.collect()
+        };
+        let all: Vec<_> = (0..count).map(entries).collect();
+        let groups: Vec<Option<wgpu::BindGroupLayout>> = all
+            .into_iter()
+            .map(|entries| {
+                let is_used = !entries.is_empty();
+                is_used.then(|| self.objects.group_layout(self.creation, self.name, entries))
+            })
+            .collect();
+        let pipeline = self.objects.pipeline_layout(self.creation, self.name, groups.clone());
+        Layouts { groups, pipeline }
+    }
+
+    /// The pipeline of a compute pass.
+    pub(super) fn compute(&mut self, layouts: &Layouts) -> Option<wgpu::ComputePipeline> {
+        let variant = self.program.variants.first()?;
+        let key = ComputeKey {
+            layout: layouts.pipeline.clone(),
+            module: self.objects.module(self.creation, &variant.module),
+            entry_point: entry_point(variant, Stage::Compute),
+            constants: constants(&variant.module),
+        };
+        Some(self.objects.compute_pipeline(self.creation, self.name, key))
+    }
+
+    /// The pipeline of a pass that covers its attachments.
+    pub(super) fn fullscreen(
+        &mut self,
+        render: &RenderWork,
+        layouts: &Layouts,
+    ) -> Option<wgpu::RenderPipeline> {
+        let variant = self.program.variants.first()?;
+        Some(self.render(render, variant, layouts, Vec::new(), Primitive::default()))
+    }
+
+    /// The pipeline of a pass that draws from the pipeline's own buffers.
+    pub(super) fn buffers(
+        &mut self,
+        render: &RenderWork,
+        draw: &BufferDraw,
+        layouts: &Layouts,
+    ) -> Option<wgpu::RenderPipeline> {
+        let variant = self.program.variants.first()?;
+        let streams = draw.vertices.iter();
+        let buffers = streams.map(|stream| Some((stream.stride, stream.step, stream.attributes.clone())));
+        let is_strip = draw.topology.is_strip();
+        let primitive = Primitive {
+            topology: draw.topology,
+            cull: draw.cull,
+            strip_indices: draw.indices.filter(|_| is_strip).map(|indices| indices.format),
+        };
+        Some(self.render(render, variant, layouts, buffers.collect(), primitive))
+    }
+
+    /// The pipelines of a pass that draws the host's meshes, by the properties of meshes.
+    pub(super) fn scene(
+        &mut self,
+        render: &RenderWork,
+        scene: &SceneDraw,
+        layouts: &Layouts,
+        interface: &HostInterface,
+    ) -> Vec<(PropertySet, wgpu::RenderPipeline)> {
+        let mut pipelines: Vec<(PropertySet, wgpu::RenderPipeline)> = Vec::new();
+        for set in &interface.property_sets {
+            let properties = interface.property_names(*set);
+            let cull = scene.cull.filter(|_| !properties.contains(&DOUBLE_SIDED));
+            let variant = self.program.variant(&properties);
+            let buffers = vertex_buffers(variant, interface);
+            let primitive = Primitive { cull, ..Primitive::default() };
+            pipelines.push((*set, self.render(render, variant, layouts, buffers, primitive)));
+        }
+        pipelines
+    }
+
+    fn render(
+        &mut self,
+        render: &RenderWork,
+        variant: &ProgramVariant,
+        layouts: &Layouts,
+        buffers: Vec<Option<VertexBufferKey>>,
+        primitive: Primitive,
+    ) -> wgpu::RenderPipeline {
+        let format =
+            |resource: ResourceHandle| self.plan.resource(resource).and_then(|resource| resource.format);
+        let attached = render.color.iter().map(|color| color.target.resource);
+        let depth = render.depth.as_ref().map(|depth| depth.target.resource);
+        let stencil = render.stencil.as_ref().map(|stencil| stencil.target.resource);
+        let mut attached = attached.chain(depth).chain(stencil);
+        let samples =
+            attached.find_map(|resource| self.plan.resource(resource)?.size).map_or(1, |size| size.samples);
+        let targets = render.color.iter().map(|color| {
+            Some(wgpu::ColorTargetState {
+                format: color.format.or_else(|| format(color.target.resource))?,
+                blend: color.blend,
+                write_mask: wgpu::ColorWrites::ALL,
+            })
+        });
+        let depth_stencil = depth.or(stencil).and_then(|resource| {
+            let format = format(resource)?;
+            let depth = render.depth.as_ref();
+            // A format with depth wants to be told also where only its stencil is attached.
+            let unused = (depth.is_none() && format.has_depth_aspect())
+                .then_some((false, wgpu::CompareFunction::Always));
+            let (write, compare) = depth.map(|depth| (depth.write, depth.compare)).or(unused).unzip();
+            let slope_scale = depth.map_or(0.0, |depth| depth.slope_bias);
+            Some(wgpu::DepthStencilState {
+                format,
+                depth_write_enabled: write,
+                depth_compare: compare,
+                stencil: render.stencil.as_ref().map(|stencil| stencil.state.clone()).unwrap_or_default(),
+                bias: wgpu::DepthBiasState { constant: 0, slope_scale, clamp: 0.0 },
+            })
+        });
+        let key = RenderKey {
+            layout: layouts.pipeline.clone(),
+            vertex: entry_point(variant, Stage::Vertex),
+            fragment: entry_point(variant, Stage::Fragment),
+            constants: constants(&variant.module),
+            buffers,
+            targets: targets.collect(),
+            depth_stencil,
+            samples,
+            primitive,
+            module: self.objects.module(self.creation, &variant.module),
+        };
+        self.objects.render_pipeline(self.creation, self.name, key)
+    }
+}
+
+/// The host's vertex buffers with the attributes that a variant reads; `None` for a buffer without any.
+fn vertex_buffers(variant: &ProgramVariant, interface: &HostInterface) -> Vec<Option<VertexBufferKey>> {
+    let inputs = variant.entry_point(Stage::Vertex).map(|entry| entry.inputs.as_slice()).unwrap_or_default();
+    let buffers = interface.vertex_buffers.iter().map(|buffer| {
+        // Of attributes with one name the first counts, as it does when the interface is checked.
+        let counts = |attribute: &&HostAttribute| {
+            interface.attribute(&attribute.name).is_some_and(|(_, first)| std::ptr::eq(first, *attribute))
+        };
+        let attributes = buffer.attributes.iter().filter(counts).filter_map(|attribute| {
+            Some(wgpu::VertexAttribute {
+                format: attribute.format,
+                offset: attribute.offset,
+                shader_location: inputs.iter().find(|input| input.name == attribute.name)?.location,
+            })
+        });
+        let attributes: Vec<_> = attributes.collect();
+        (!attributes.is_empty()).then_some((buffer.stride, wgpu::VertexStepMode::Vertex, attributes))
+    });
+    let mut buffers: Vec<_> = buffers.collect();
+    while buffers.last().is_some_and(Option::is_none) {
+        buffers.pop();
+    }
+    buffers
+}
+
+fn entry_point(variant: &ProgramVariant, stage: Stage) -> Option<String> {
+    variant.entry_point(stage).map(|entry| entry.name.clone())
+}
+
+fn constants(shader: &ShaderModule) -> Vec<(String, u64)> {
+    shader.constants.iter().map(|(name, value)| (name.clone(), value.to_bits())).collect()
+}

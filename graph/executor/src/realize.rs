@@ -1,0 +1,349 @@
+//! A plan, realized: everything that its passes need on the device.
+//!
+//! One walk over the passes in their order. What the plan before had, and caches still have, is taken over; nothing of
+//! that plan is changed, so that an attempt that fails leaves it as it was.
+
+use std::sync::Arc;
+
+use super::attachments::Attachments;
+use super::blocks::{self, Blocks};
+use super::buffer_draw::RealizedDraw;
+use super::creation::Creation;
+use super::groups::{Bound, Group};
+use super::histories::Histories;
+use super::host_groups::{HostLayout, Materials, Objects as HostObjects};
+use super::imports::Imports;
+use super::objects::Objects;
+use super::pipelines::{Layouts, MATERIAL, OBJECT, Pipelines};
+use super::resources::Resources;
+use super::switches::Switches;
+use super::textures::Textures;
+use super::transfer::{Counts, Transfer};
+use crate::compiler::{Plan, PlannedPass};
+use crate::data::HostData;
+use crate::diagnostic::Diagnostic;
+use crate::pipeline::{Pass, Program, ResourceKind, Run};
+use crate::work::{Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work};
+use umbragraph_pipeline::draw::{HostInterface, PropertySet};
+
+/// A plan with everything that it needs on the device.
+pub(super) struct Realized {
+    pub(super) plan: Arc<Plan>,
+    pub(super) resources: Resources,
+    pub(super) blocks: Blocks,
+    pub(super) passes: Vec<RealizedPass>,
+    pub(super) materials: Vec<Materials>,
+    pub(super) objects: Vec<HostObjects>,
+    /// How the host stores its meshes, by the name of the geometry.
+    pub(super) interfaces: Vec<(String, HostInterface)>,
+    /// The data of host passes by resource, kept from frame to frame.
+    pub(super) data: Vec<Option<HostData>>,
+    /// How the toggles of the frame are thrown.
+    pub(super) switches: Switches,
+}
+
+/// A pass with everything that it needs on the device.
+pub(super) struct RealizedPass {
+    pub(super) work: RealizedWork,
+    pub(super) groups: Vec<Group>,
+    /// How many passes, this one included, are recorded as one render pass; 0 for those that another begins.
+    pub(super) merged: usize,
+    /// The label of its render pass.
+    pub(super) label: String,
+}
+
+pub(super) enum RealizedWork {
+    Host,
+    Transfer(Transfer),
+    Compute {
+        pipeline: wgpu::ComputePipeline,
+        workgroups: [u32; 3],
+        indirect: Option<Counts>,
+    },
+    Fullscreen {
+        pipeline: wgpu::RenderPipeline,
+        attachments: Attachments,
+        /// Vertices from buffers; without it one triangle.
+        draw: Option<RealizedDraw>,
+    },
+    Scene {
+        scene: RealizedScene,
+        attachments: Attachments,
+    },
+    /// Something that the device does not have, which is an error that is reported elsewhere.
+    Nothing,
+}
+
+/// Draws of the host's meshes.
+pub(super) struct RealizedScene {
+    /// The data whose views are drawn.
+    pub(super) views: ResourceHandle,
+    pub(super) pipelines: Vec<(PropertySet, wgpu::RenderPipeline)>,
+    /// The position in [`Realized::materials`].
+    pub(super) materials: Option<usize>,
+    /// The position in [`Realized::objects`].
+    pub(super) objects: Option<usize>,
+}
+
+impl Realized {
+    /// Realizes a plan.
+    ///
+    /// # Errors
+    /// More blocks than a buffer of the device can hold.
+    pub(super) fn new(
+        creation: &mut Creation<'_>,
+        limits: &wgpu::Limits,
+        objects: &mut Objects,
+        plan: Arc<Plan>,
+        interfaces: Vec<(String, HostInterface)>,
+        before: Option<&Self>,
+    ) -> Result<Self, Diagnostic> {
+        let blocks = Blocks::new(&plan, limits)?;
+        let old = before.map(|before| (&*before.plan, &before.resources.textures));
+        let textures = Textures::new(creation, &plan, old);
+        let old = before.map(|before| (&before.resources.histories, &before.resources.textures));
+        let histories = Histories::new(&plan, &textures, old);
+        let resources = Resources { textures, imports: Imports::new(&plan), histories };
+        let data = plan.pipeline.resources.iter().map(|resource| match &resource.kind {
+            ResourceKind::Data(Some(shape)) => {
+                let kept = before
+                    .and_then(|before| before.data(&resource.name))
+                    .filter(|data| data.shape() == shape);
+                let mut data = kept.cloned().unwrap_or_else(|| HostData::new(shape.clone()));
+                data.plan_sizes(|name, initial| {
+                    plan.data_sizes.get(&format!("{}.{name}", resource.name)).copied().unwrap_or(initial)
+                });
+                Some(data)
+            }
+            _ => None,
+        });
+        let data = data.collect();
+        let mut realized = Self {
+            resources,
+            blocks,
+            passes: Vec::with_capacity(plan.passes.len()),
+            materials: Vec::new(),
+            objects: Vec::new(),
+            interfaces,
+            data,
+            switches: Switches::new(&plan),
+            plan: plan.clone(),
+        };
+        for (at, planned) in plan.passes.iter().enumerate() {
+            let pass = realized.pass(creation, objects, at, planned);
+            realized.passes.push(pass);
+        }
+        realized.merge();
+        Ok(realized)
+    }
+
+    /// Host data by the name of its resource.
+    pub(super) fn data(&self, name: &str) -> Option<&HostData> {
+        let handle = self.plan.pipeline.find_resource(name)?;
+        self.data.get(handle.index())?.as_ref()
+    }
+
+    fn pass(
+        &mut self,
+        creation: &mut Creation<'_>,
+        objects: &mut Objects,
+        at: usize,
+        planned: &PlannedPass,
+    ) -> RealizedPass {
+        let plan = self.plan.clone();
+        let pass = plan.pipeline.pass(planned.handle);
+        let realized = match (&pass.work, blocks::program(&pass.work)) {
+            (Work::Host(_), _) => Some((RealizedWork::Host, Vec::new())),
+            (Work::Transfer(work), _) => {
+                let transfer = Transfer::new(&self.resources, &plan, planned, work);
+                transfer.map(|transfer| (RealizedWork::Transfer(transfer), Vec::new()))
+            }
+            (work, Some(program)) => {
+                let program = plan.pipeline.program(program);
+                let mut pipelines =
+                    Pipelines { creation: &mut *creation, objects, plan: &plan, name: &pass.name, program };
+                let layouts = pipelines.layouts(work);
+                let work = self.program_work(&mut pipelines, planned, pass, &layouts);
+                let groups = self.groups(creation, objects, at, pass, program, &layouts);
+                work.map(|work| (work, groups))
+            }
+            _ => None,
+        };
+        let (work, groups) = realized.unwrap_or((RealizedWork::Nothing, Vec::new()));
+        RealizedPass { work, groups, merged: 1, label: pass.name.clone() }
+    }
+
+    fn program_work(
+        &mut self,
+        pipelines: &mut Pipelines<'_, '_>,
+        planned: &PlannedPass,
+        pass: &Pass,
+        layouts: &Layouts,
+    ) -> Option<RealizedWork> {
+        let plan = self.plan.clone();
+        match &pass.work {
+            Work::Host(_) | Work::Transfer(_) => None,
+            Work::Compute(compute) => {
+                let workgroups = planned.workgroups.unwrap_or_default();
+                let indirect = match compute.dispatch {
+                    Dispatch::Indirect { resource, offset } => {
+                        Some(Counts::new(&self.resources, &plan, resource, offset))
+                    }
+                    _ => None,
+                };
+                Some(RealizedWork::Compute { pipeline: pipelines.compute(layouts)?, workgroups, indirect })
+            }
+            Work::Render(render) => {
+                let attachments =
+                    Attachments::new(pipelines.creation, &mut self.resources, &plan, planned, render)?;
+                match &render.draw {
+                    Draw::Fullscreen { .. } => {
+                        let pipeline = pipelines.fullscreen(render, layouts)?;
+                        Some(RealizedWork::Fullscreen { pipeline, attachments, draw: None })
+                    }
+                    Draw::Buffers(draw) => {
+                        let pipeline = pipelines.buffers(render, draw, layouts)?;
+                        let draw = Some(RealizedDraw::new(&self.resources, &plan, draw));
+                        Some(RealizedWork::Fullscreen { pipeline, attachments, draw })
+                    }
+                    Draw::Scene(scene) => {
+                        let (_, interface) =
+                            self.interfaces.iter().find(|(name, _)| *name == scene.geometry)?;
+                        let made = pipelines.scene(render, scene, layouts, interface);
+                        let host = |index| host_layout(pipelines.program, layouts, index);
+                        let materials = host(MATERIAL).map(|layout| {
+                            position(&mut self.materials, Materials::new(layout), Materials::is_alike)
+                        });
+                        let objects = host(OBJECT).map(|layout| {
+                            let objects = HostObjects::new(layout, interface);
+                            position(&mut self.objects, objects, HostObjects::is_alike)
+                        });
+                        let scene = RealizedScene { views: scene.views, pipelines: made, materials, objects };
+                        Some(RealizedWork::Scene { scene, attachments })
+                    }
+                }
+            }
+        }
+    }
+
+    /// The bind groups that the module fills.
+    fn groups(
+        &mut self,
+        creation: &mut Creation<'_>,
+        objects: &mut Objects,
+        at: usize,
+        pass: &Pass,
+        program: &Program,
+        layouts: &Layouts,
+    ) -> Vec<Group> {
+        let plan = self.plan.clone();
+        let is_host = |index: u32| {
+            let is_scene =
+                matches!(&pass.work, Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
+            is_scene && index >= MATERIAL
+        };
+        let mut groups = Vec::new();
+        for (index, layout) in (0..).zip(&layouts.groups) {
+            let Some(layout) = layout.as_ref().filter(|_| !is_host(index)) else { continue };
+            let mut entries = Vec::new();
+            for (position, slot) in blocks::slots(&pass.work).iter().enumerate() {
+                if slot.group != index || program.binding_at(slot.group, slot.binding).is_none() {
+                    continue;
+                }
+                let place = self.blocks.places(at).get(position).copied().flatten();
+                let bound = match &slot.source {
+                    SlotSource::Texture(view) => {
+                        let bound = |resource| {
+                            let view = TextureView { resource, ..*view };
+                            Some((resource, Bound::View(self.resources.view(creation, &plan, view)?)))
+                        };
+                        switched(plan.pipeline.stand_ins(view.resource).filter_map(bound).collect())
+                    }
+                    SlotSource::Sampler(sampler) => {
+                        Some(Bound::Sampler(objects.sampler(creation, &slot.name, *sampler)))
+                    }
+                    SlotSource::Buffer(view) => {
+                        let bound = |resource| {
+                            let buffer = self.resources.buffer(&plan, resource)?;
+                            // What stands for it may be larger, and shaders can ask for the length.
+                            let all = Run { first: 0, count: plan.resource(resource)?.bytes };
+                            Some((resource, Bound::Buffer(buffer, view.bytes.unwrap_or(all))))
+                        };
+                        switched(plan.pipeline.stand_ins(view.resource).filter_map(bound).collect())
+                    }
+                    SlotSource::View(_) => place.map(Bound::ViewBlock),
+                    SlotSource::Data { .. } | SlotSource::Values(_) => place.map(Bound::Block),
+                };
+                entries.extend(bound.map(|bound| (slot.binding, bound)));
+            }
+            groups.push(Group::new(index, layout.clone(), entries));
+        }
+        groups
+    }
+
+    /// Joins neighbouring passes that the plan groups into one render pass.
+    fn merge(&mut self) {
+        let mut passes = self.passes.as_mut_slice();
+        for run in self.plan.passes.chunk_by(|a, b| a.group == b.group) {
+            let (run, rest) = passes.split_at_mut(run.len().min(passes.len()));
+            passes = rest;
+            if let Some((leader, followers)) =
+                run.split_first_mut().filter(|(_, followers)| !followers.is_empty())
+            {
+                join(leader, followers);
+            }
+        }
+    }
+}
+
+impl RealizedWork {
+    /// The attachments of a pass that takes one render pass.
+    fn flat_attachments(&mut self) -> Option<&mut Attachments> {
+        match self {
+            RealizedWork::Fullscreen { attachments, .. } | RealizedWork::Scene { attachments, .. } => {
+                Some(attachments).filter(|attachments| attachments.is_flat())
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Lets passes be recorded into the render pass of the first.
+fn join(leader: &mut RealizedPass, followers: &mut [RealizedPass]) {
+    let Some(attachments) = leader.work.flat_attachments() else { return };
+    if followers.iter_mut().any(|follower| follower.work.flat_attachments().is_none()) {
+        return;
+    }
+    for follower in followers.iter_mut() {
+        if let Some(own) = follower.work.flat_attachments() {
+            attachments.end_like(own);
+        }
+        follower.merged = 0;
+        leader.label.push_str(" + ");
+        leader.label.push_str(&follower.label);
+    }
+    leader.merged = 1 + followers.len();
+}
+
+/// What is bound of a resource and of what may stand in for it; nothing is switched where there is only one.
+fn switched(mut all: Vec<(ResourceHandle, Bound)>) -> Option<Bound> {
+    if all.len() > 1 {
+        return Some(Bound::Switched(all));
+    }
+    all.pop().map(|(_, bound)| bound)
+}
+
+/// The position of what is alike, added if there is none.
+fn position<T>(list: &mut Vec<T>, new: T, is_alike: impl Fn(&T, &T) -> bool) -> usize {
+    list.iter().position(|known| is_alike(known, &new)).unwrap_or_else(|| {
+        list.push(new);
+        list.len() - 1
+    })
+}
+
+/// A bind group of the host's as a program sees it, if it has bindings there.
+fn host_layout(program: &Program, layouts: &Layouts, index: u32) -> Option<HostLayout> {
+    let bindings = program.bindings.iter().filter(|binding| binding.group == index);
+    let bindings = bindings.map(|binding| (binding.entry.binding, binding.name.clone())).collect();
+    Some(HostLayout { layout: layouts.group(index)?.clone(), bindings })
+}

@@ -1,0 +1,244 @@
+//! Recording a frame: the plan's passes, one after the other, into the host's encoder.
+//!
+//! First everything that the record needs and does not have is created (nothing, in a steady frame); only then is
+//! anything recorded, so that a device that refuses something leaves the encoder as it was.
+//!
+//! Passes are labelled with their names, and not put into debug groups of the encoder: two such groups with passes in
+//! them, one after the other in one encoder, crash a software driver that is still in use (lavapipe of Mesa 22.3).
+
+use super::Frame;
+use super::attachments::{Attachments, Drawn};
+use super::creation::Creation;
+use super::groups;
+use super::pool::Taken;
+use super::realize::{Realized, RealizedPass, RealizedScene, RealizedWork};
+use super::resources::Resources;
+use super::scene::Scene;
+use super::times::Times;
+use crate::DrawSource;
+use crate::compiler::PlannedPass;
+use crate::data::{HostData, View};
+use crate::diagnostic::Diagnostic;
+use crate::work::{Draw, Work};
+
+/// Memory that is used again in each record.
+#[derive(Default)]
+pub(super) struct Scratch {
+    offsets: Vec<u32>,
+    drawn: Drawn,
+}
+
+/// Creates what a record needs and does not have.
+///
+/// # Errors
+/// Materials or objects for which the host gives nothing.
+pub(super) fn prepare(
+    realized: &mut Realized,
+    creation: &mut Creation<'_>,
+    queue: &wgpu::Queue,
+    frame: &Frame<'_>,
+    blocks: Option<&Taken>,
+    record: u64,
+) -> Result<(), Diagnostic> {
+    let Resources { textures, histories, .. } = &mut realized.resources;
+    histories.advance(&realized.plan, &realized.switches);
+    histories.prepare(creation, queue, textures);
+    realized.resources.imports.set(creation, frame.imports, record);
+    let resources = &realized.resources;
+    for (planned, pass) in realized.plan.passes.iter().zip(&mut realized.passes) {
+        if !realized.switches.runs(&realized.plan, planned.handle) {
+            continue;
+        }
+        for group in &mut pass.groups {
+            group.prepare(creation, &planned.name, blocks, resources, &realized.switches, record);
+        }
+    }
+    if let Some(source) = frame.draws {
+        for materials in &mut realized.materials {
+            materials.prepare(creation, source)?;
+        }
+        for objects in &mut realized.objects {
+            objects.prepare(creation, source)?;
+        }
+    }
+    Ok(())
+}
+
+/// Forgets everything that a record created, since some of it was refused.
+pub(super) fn forget(realized: &mut Realized) {
+    realized.resources.imports.forget_views();
+    realized.resources.histories.retreat();
+    realized.passes.iter_mut().flat_map(|pass| &mut pass.groups).for_each(groups::Group::forget);
+    for materials in &mut realized.materials {
+        materials.forget();
+    }
+    for objects in &mut realized.objects {
+        objects.forget();
+    }
+}
+
+/// Records all passes.
+pub(super) fn record(
+    realized: &mut Realized,
+    encoder: &mut wgpu::CommandEncoder,
+    source: Option<&dyn DrawSource>,
+    scratch: &mut Scratch,
+    times: &mut Times,
+) {
+    realized.resources.histories.record(encoder);
+    let realized = &*realized;
+    let resources = &realized.resources;
+    for (at, (planned, pass)) in realized.plan.passes.iter().zip(&realized.passes).enumerate() {
+        // Passes of one render pass have the same toggle.
+        if !realized.switches.runs(&realized.plan, planned.handle) {
+            continue;
+        }
+        let start = times.now();
+        match &pass.work {
+            RealizedWork::Host | RealizedWork::Nothing => continue,
+            RealizedWork::Transfer(transfer) => transfer.record(encoder, resources, &realized.switches),
+            RealizedWork::Compute { pipeline, workgroups: [x, y, z], indirect } => {
+                let descriptor =
+                    wgpu::ComputePassDescriptor { label: Some(&pass.label), timestamp_writes: None };
+                let mut compute = encoder.begin_compute_pass(&descriptor);
+                compute.set_pipeline(pipeline);
+                groups::bind_compute(&pass.groups, &mut compute);
+                match indirect {
+                    None => compute.dispatch_workgroups(*x, *y, *z),
+                    Some(counts) => {
+                        if let Some(buffer) = counts.buffer(resources, &realized.switches) {
+                            compute.dispatch_workgroups_indirect(buffer, counts.offset);
+                        }
+                    }
+                }
+            }
+            RealizedWork::Fullscreen { attachments, .. } | RealizedWork::Scene { attachments, .. } => {
+                // What another pass begins, that pass records.
+                if pass.merged == 0 {
+                    continue;
+                }
+                let mut recording = Recording { realized, source, scratch, attachments, label: &pass.label };
+                if attachments.is_flat() {
+                    recording.flat(encoder, at, pass.merged);
+                } else {
+                    recording.layered(encoder, at, pass);
+                }
+            }
+        }
+        times.add(at, start);
+    }
+}
+
+/// One pass, or several that take one render pass.
+struct Recording<'a> {
+    realized: &'a Realized,
+    source: Option<&'a dyn DrawSource>,
+    scratch: &'a mut Scratch,
+    attachments: &'a Attachments,
+    label: &'a str,
+}
+
+impl Recording<'_> {
+    /// One render pass with all draws of some passes from a position on.
+    fn flat(&mut self, encoder: &mut wgpu::CommandEncoder, first: usize, count: usize) {
+        let resources = &self.realized.resources;
+        self.scratch.drawn.reset(self.attachments);
+        let begun = self.attachments.begin(encoder, resources, self.label, 0, &mut self.scratch.drawn);
+        let Some(mut render_pass) = begun else { return };
+        let passes = self.realized.plan.passes.iter().zip(&self.realized.passes);
+        for (planned, pass) in passes.skip(first).take(count) {
+            if count > 1 {
+                render_pass.push_debug_group(&planned.name);
+            }
+            set_stencil(self.realized, planned, &mut render_pass);
+            match &pass.work {
+                RealizedWork::Fullscreen { pipeline, attachments, draw } => {
+                    let [width, height] = attachments.extent;
+                    render_pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 1.0);
+                    render_pass.set_scissor_rect(0, 0, width, height);
+                    render_pass.set_pipeline(pipeline);
+                    groups::bind_render(&pass.groups, &mut render_pass, 0);
+                    match draw {
+                        Some(draw) => {
+                            draw.record(resources, &self.realized.switches, &mut render_pass);
+                        }
+                        None => render_pass.draw(0..3, 0..1),
+                    }
+                }
+                RealizedWork::Scene { scene, .. } => {
+                    let views = views_of(self.realized, scene);
+                    self.draw(planned, pass, scene, (0, views), &mut render_pass);
+                }
+                _ => {}
+            }
+            if count > 1 {
+                render_pass.pop_debug_group();
+            }
+        }
+    }
+
+    /// A render pass for each run of views that draw into the same layer.
+    fn layered(&mut self, encoder: &mut wgpu::CommandEncoder, at: usize, pass: &RealizedPass) {
+        let resources = &self.realized.resources;
+        self.scratch.drawn.reset(self.attachments);
+        if let (RealizedWork::Scene { scene, .. }, Some(planned)) =
+            (&pass.work, self.realized.plan.passes.get(at))
+        {
+            let mut first = 0;
+            for run in views_of(self.realized, scene).chunk_by(|a, b| a.layer == b.layer) {
+                let layer = run.first().map_or(0, |view| view.layer);
+                let drawn = &mut self.scratch.drawn;
+                if let Some(mut render_pass) =
+                    self.attachments.begin(encoder, resources, self.label, layer, drawn)
+                {
+                    set_stencil(self.realized, planned, &mut render_pass);
+                    self.draw(planned, pass, scene, (first, run), &mut render_pass);
+                }
+                first += run.len();
+            }
+        }
+        self.attachments.clear_rest(encoder, resources, self.label, &self.scratch.drawn);
+    }
+
+    /// Lets the host draw some views, the first of which is at a position among those of the pass.
+    fn draw(
+        &mut self,
+        planned: &PlannedPass,
+        pass: &RealizedPass,
+        realized: &RealizedScene,
+        (first, views): (usize, &[View]),
+        render_pass: &mut wgpu::RenderPass<'static>,
+    ) {
+        let Some(source) = self.source else { return };
+        let Work::Render(render) = &self.realized.plan.pipeline.pass(planned.handle).work else { return };
+        let Draw::Scene(work) = &render.draw else { return };
+        let scene = Scene {
+            geometry: &work.geometry,
+            filter: &work.filter,
+            order: work.order,
+            pipelines: &realized.pipelines,
+            groups: &pass.groups,
+            materials: realized.materials.and_then(|at| self.realized.materials.get(at)),
+            objects: realized.objects.and_then(|at| self.realized.objects.get(at)),
+            extent: self.attachments.extent,
+        };
+        for (at, view) in (first..).zip(views) {
+            scene.draw(source, view, at, render_pass, &mut self.scratch.offsets);
+        }
+    }
+}
+
+fn views_of<'a>(realized: &'a Realized, scene: &RealizedScene) -> &'a [View] {
+    let views = realized.switches.seen(scene.views);
+    let data = realized.data.get(views.index()).and_then(Option::as_ref);
+    data.map(HostData::views).unwrap_or_default()
+}
+
+/// The reference that stencil is compared with and that replaces it.
+fn set_stencil(realized: &Realized, planned: &PlannedPass, render_pass: &mut wgpu::RenderPass<'static>) {
+    if let Work::Render(render) = &realized.plan.pipeline.pass(planned.handle).work
+        && let Some(stencil) = &render.stencil
+    {
+        render_pass.set_stencil_reference(stencil.reference);
+    }
+}

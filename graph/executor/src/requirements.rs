@@ -1,0 +1,272 @@
+//! What a plan needs of a device and of a host, checked before anything is created.
+//!
+//! Each finding names what is beyond the device, and by how much. What no limit or feature tells beforehand (a format
+//! that a driver cannot store, memory that runs out) is caught when it is created (see [`super::creation`]).
+
+use super::attachments::MAXIMUM_COLORS;
+use crate::DrawSource;
+use crate::compiler::{Plan, PlannedPass};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
+use crate::pipeline::{Pass, Program};
+use crate::shader::Stage;
+use crate::work::{Draw, RenderWork, SceneDraw, SlotSource, Work};
+use umbragraph_pipeline::draw::{HostInterface, HostSlotKind, check_host};
+
+/// What the device lacks for a plan.
+pub(super) fn check_device(plan: &Plan, device: &wgpu::Device) -> Diagnostics {
+    let check = DeviceCheck { plan, limits: device.limits(), features: device.features() };
+    let mut findings = Diagnostics::new();
+    check.textures(&mut findings);
+    for planned in &plan.passes {
+        let pass = plan.pipeline.pass(planned.handle);
+        check.bindings(pass, &mut findings);
+        match &pass.work {
+            Work::Host(_) | Work::Transfer(_) => {}
+            Work::Compute(compute) => {
+                check.compute(planned, pass, plan.pipeline.program(compute.program), &mut findings);
+            }
+            Work::Render(render) => check.attachments(pass, render, &mut findings),
+        }
+    }
+    findings
+}
+
+struct DeviceCheck<'a> {
+    plan: &'a Plan,
+    limits: wgpu::Limits,
+    features: wgpu::Features,
+}
+
+impl DeviceCheck<'_> {
+    fn textures(&self, findings: &mut Diagnostics) {
+        for texture in &self.plan.textures {
+            let size = texture.size;
+            let (side, layers) = if texture.volume {
+                (self.limits.max_texture_dimension_3d, self.limits.max_texture_dimension_3d)
+            } else {
+                (self.limits.max_texture_dimension_2d, self.limits.max_texture_array_layers)
+            };
+            let label = &texture.label;
+            if size.width > side || size.height > side || size.layers > layers {
+                let (width, height, count) = (size.width, size.height, size.layers);
+                let message = format!(
+                    "\"{label}\" is {width} by {height} with {count} layers; the device allows {side} and {layers}"
+                );
+                findings.push(lacks(message, "make it smaller"));
+            }
+            self.feature(
+                label,
+                texture.format.required_features(),
+                format!("in {:?}", texture.format),
+                findings,
+            );
+        }
+        for buffer in &self.plan.buffers {
+            let allowed = self.limits.max_buffer_size;
+            if buffer.bytes > allowed {
+                let message =
+                    format!("\"{}\" has {} bytes; the device allows {allowed}", buffer.label, buffer.bytes);
+                findings.push(lacks(message, "make it smaller"));
+            }
+        }
+    }
+
+    fn feature(&self, name: &str, needed: wgpu::Features, what: String, findings: &mut Diagnostics) {
+        let missing = needed - self.features;
+        if !missing.is_empty() {
+            let message = format!("\"{name}\" {what} needs the feature {missing:?}");
+            findings.push(lacks(message, "request the feature, or add a format candidate"));
+        }
+    }
+
+    /// Groups, blocks and textures that the shader binds.
+    fn bindings(&self, pass: &Pass, findings: &mut Diagnostics) {
+        let Some(program) = super::blocks::program(&pass.work) else { return };
+        let program = self.plan.pipeline.program(program);
+        let groups = program.bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
+        if groups > self.limits.max_bind_groups {
+            let allowed = self.limits.max_bind_groups;
+            let message =
+                format!("{} has {groups} bind groups; the device allows {allowed}", program.template);
+            findings.push(at(pass, codes::DEVICE_LIMIT, message, "use fewer bind groups"));
+        }
+        for binding in &program.bindings {
+            let wgpu::BindingType::Buffer { ty, min_binding_size: Some(bytes), .. } = binding.entry.ty else {
+                continue;
+            };
+            let allowed = match ty {
+                wgpu::BufferBindingType::Uniform => self.limits.max_uniform_buffer_binding_size,
+                wgpu::BufferBindingType::Storage { .. } => self.limits.max_storage_buffer_binding_size,
+            };
+            if bytes.get() > allowed {
+                let (name, template) = (&binding.name, &program.template);
+                let message =
+                    format!("\"{name}\" of {template} has {bytes} bytes; the device allows {allowed}");
+                findings.push(at(pass, codes::DEVICE_LIMIT, message, "make the block smaller"));
+            }
+        }
+        for slot in super::blocks::slots(&pass.work) {
+            let SlotSource::Texture(view) = &slot.source else { continue };
+            let is_filtered = program.binding_at(slot.group, slot.binding).is_some_and(|binding| {
+                let filtered = wgpu::TextureSampleType::Float { filterable: true };
+                matches!(binding.entry.ty, wgpu::BindingType::Texture { sample_type, .. } if sample_type == filtered)
+            });
+            let format = self.plan.resource(view.resource).and_then(|resource| resource.format);
+            if let Some(format) = format.filter(|format| is_filtered && has_float32(*format)) {
+                let name = &self.plan.pipeline.resource(view.resource).name;
+                let what = format!("in {format:?}, which {} filters,", program.template);
+                self.feature(name, wgpu::Features::FLOAT32_FILTERABLE, what, findings);
+            }
+        }
+    }
+
+    fn attachments(&self, pass: &Pass, render: &RenderWork, findings: &mut Diagnostics) {
+        let allowed = (self.limits.max_color_attachments as usize).min(MAXIMUM_COLORS);
+        if render.color.len() > allowed {
+            let message = format!(
+                "\"{}\" has {} color attachments; the device allows {allowed}",
+                pass.name,
+                render.color.len()
+            );
+            findings.push(at(pass, codes::DEVICE_LIMIT, message, "use fewer"));
+        }
+        for color in render.color.iter().filter(|color| color.blend.is_some()) {
+            let format = self.plan.resource(color.target.resource).and_then(|resource| resource.format);
+            if let Some(format) = format.filter(|format| has_float32(*format)) {
+                let name = &self.plan.pipeline.resource(color.target.resource).name;
+                let what = format!("in {format:?}, onto which \"{}\" blends,", pass.name);
+                self.feature(name, wgpu::Features::FLOAT32_BLENDABLE, what, findings);
+            }
+        }
+    }
+
+    fn compute(&self, planned: &PlannedPass, pass: &Pass, program: &Program, findings: &mut Diagnostics) {
+        let limits = &self.limits;
+        let Some(entry) = program.variants.first().and_then(|variant| variant.entry_point(Stage::Compute))
+        else {
+            return;
+        };
+        let [x, y, z] = entry.workgroup_size;
+        let sides = [
+            limits.max_compute_workgroup_size_x,
+            limits.max_compute_workgroup_size_y,
+            limits.max_compute_workgroup_size_z,
+        ];
+        let invocations = x.saturating_mul(y).saturating_mul(z);
+        if x > sides[0]
+            || y > sides[1]
+            || z > sides[2]
+            || invocations > limits.max_compute_invocations_per_workgroup
+        {
+            let allowed = limits.max_compute_invocations_per_workgroup;
+            let message = format!(
+                "the workgroups of {} are {x} by {y} by {z}; the device allows {sides:?} and {allowed} invocations",
+                program.template
+            );
+            findings.push(at(pass, codes::DEVICE_LIMIT, message, "make workgroups smaller"));
+        }
+        let allowed = limits.max_compute_workgroup_storage_size;
+        if entry.workgroup_storage > allowed {
+            let (template, bytes) = (&program.template, entry.workgroup_storage);
+            let message = format!("a workgroup of {template} has {bytes} bytes; the device allows {allowed}");
+            findings.push(at(pass, codes::DEVICE_LIMIT, message, "use less workgroup memory"));
+        }
+        let allowed = limits.max_compute_workgroups_per_dimension;
+        if planned.workgroups.is_some_and(|counts| counts.iter().any(|count| *count > allowed)) {
+            let message = format!(
+                "\"{}\" runs {:?} workgroups; the device allows {allowed} each way",
+                pass.name,
+                planned.workgroups.unwrap_or_default()
+            );
+            findings.push(at(pass, codes::DEVICE_LIMIT, message, "make workgroups larger"));
+        }
+    }
+}
+
+/// Whether the host's meshes fit every shader that draws them.
+pub(super) fn check_source(
+    plan: &Plan,
+    device: &wgpu::Device,
+    source: Option<&dyn DrawSource>,
+) -> Diagnostics {
+    let mut findings = Diagnostics::new();
+    for (pass, scene) in scenes(plan) {
+        let Some(source) = source else {
+            let message = format!("\"{}\" draws meshes, but the host gave none", pass.name);
+            findings.push(at(pass, codes::HOST_INTERFACE, message, "give the executor a draw source"));
+            continue;
+        };
+        match source.interface(&scene.geometry) {
+            Some(interface) => {
+                findings.extend(check_host(&plan.pipeline, &scene.geometry, interface));
+                findings.extend(check_strides(pass, interface, &device.limits()));
+            }
+            None => {
+                let message = format!("the host knows no geometry \"{}\"", scene.geometry);
+                findings.push(at(
+                    pass,
+                    codes::HOST_INTERFACE,
+                    message,
+                    "let the host's draw source describe it",
+                ));
+            }
+        }
+        findings.extend(check_filter(pass, scene, source));
+    }
+    findings
+}
+
+/// Whether the host knows which of its meshes a pass wants.
+pub(super) fn check_filter(pass: &Pass, scene: &SceneDraw, source: &dyn DrawSource) -> Option<Diagnostic> {
+    if source.filters().contains(&scene.filter.as_str()) {
+        return None;
+    }
+    let message = format!("the host knows no filter \"{}\"", scene.filter);
+    Some(at(pass, codes::UNKNOWN_FILTER, message, format!("it knows {}", source.filters().join(", "))))
+}
+
+/// The passes that draw the host's meshes.
+pub(super) fn scenes(plan: &Plan) -> impl Iterator<Item = (&Pass, &SceneDraw)> {
+    plan.passes.iter().filter_map(|planned| {
+        let pass = plan.pipeline.pass(planned.handle);
+        match &pass.work {
+            Work::Render(render) => match &render.draw {
+                Draw::Scene(scene) => Some((pass, scene)),
+                Draw::Fullscreen { .. } | Draw::Buffers(_) => None,
+            },
+            _ => None,
+        }
+    })
+}
+
+/// Dynamic offsets are multiples of what the device says.
+fn check_strides(pass: &Pass, interface: &HostInterface, limits: &wgpu::Limits) -> Vec<Diagnostic> {
+    let alignment =
+        limits.min_uniform_buffer_offset_alignment.max(limits.min_storage_buffer_offset_alignment).max(1);
+    let strides = interface.object.iter().filter_map(|slot| match slot.kind {
+        HostSlotKind::Block { stride, .. } => Some((&slot.name, stride)),
+        HostSlotKind::Opaque(_) => None,
+    });
+    let crooked = strides.filter(|(_, stride)| stride % alignment != 0);
+    crooked
+        .map(|(name, stride)| {
+            let message = format!(
+                "the host's blocks \"{name}\" lie {stride} bytes apart, which is no multiple of {alignment}"
+            );
+            at(pass, codes::HOST_INTERFACE, message, "pad the blocks to a multiple of 256 bytes")
+        })
+        .collect()
+}
+
+fn has_float32(format: wgpu::TextureFormat) -> bool {
+    use wgpu::TextureFormat as F;
+    matches!(format, F::R32Float | F::Rg32Float | F::Rgba32Float)
+}
+
+fn at(pass: &Pass, code: Code, message: String, help: impl Into<String>) -> Diagnostic {
+    Diagnostic::error(code, pass.place, message).pointer(&pass.pointer).help(help)
+}
+
+fn lacks(message: String, help: &str) -> Diagnostic {
+    Diagnostic::error(codes::DEVICE_LIMIT, Place::Nowhere, message).help(help)
+}

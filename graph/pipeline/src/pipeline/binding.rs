@@ -1,0 +1,266 @@
+//! What a pass binds to the names of its shader, and how host data is laid out in a shader's blocks.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use super::{Aspect, Face};
+use crate::data::{Component, DataShape, ValueType};
+use crate::diagnostic::did_you_mean;
+use crate::language::{Expr, TextureShape, Word};
+use crate::shader::{Scalar, ScalarKind, TypeLayout};
+use crate::work::{Address, BlockLayout, BlockRun, BlockValues, Compare, Filter};
+
+/// What stands behind one of the shader's binding names.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Bind {
+    /// A texture, a buffer or host data: a reference such as "maps" or "maps@casters".
+    Name(String),
+    /// Anything else.
+    Object(BindObject),
+}
+
+/// What stands behind a binding name, where a reference does not say enough.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum BindObject {
+    /// A part of a texture.
+    Texture(TextureBind),
+    /// A part of a buffer.
+    Buffer(BufferBind),
+    /// A sampler.
+    Sampler(SamplerBind),
+    /// The members of a uniform block, each with an expression.
+    Values(ValuesBind),
+    /// Host data, and expressions for members of the block that it does not publish.
+    Data(DataBind),
+}
+
+/// Expressions by the names of a block's members.
+pub type ValuesBind = BTreeMap<String, Expr>;
+
+/// Host data, and expressions for members of the block that it does not publish.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct DataBind {
+    /// The host data.
+    pub name: String,
+    /// Expressions by the names of members; they go before what the data publishes.
+    #[serde(default)]
+    pub values: ValuesBind,
+}
+
+/// A part of a texture.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TextureBind {
+    /// The texture: a reference.
+    pub name: String,
+    /// The first mip level; without it all.
+    #[serde(default)]
+    pub mip: Option<Expr>,
+    /// How many mip levels from there; 1 without it.
+    #[serde(default)]
+    pub mips: Option<Expr>,
+    /// The first layer, without it all; beside "face" the cube.
+    #[serde(default)]
+    pub layer: Option<Expr>,
+    /// How many layers from there; 1 without it.
+    #[serde(default)]
+    pub layers: Option<Expr>,
+    /// One face of a cube.
+    #[serde(default)]
+    pub face: Option<Word<Face>>,
+    /// Of a format with depth and stencil, which of the two; the depth without it.
+    #[serde(default)]
+    pub aspect: Option<Word<Aspect>>,
+    /// The format in which the shader sees it, where it is not its own: the same with or without "-srgb".
+    #[serde(default)]
+    pub format: Option<String>,
+    /// How the shader sees it; without it as the shader declares it.
+    #[serde(default)]
+    pub view: Option<TextureShape>,
+    /// Of what the shader writes, whether it needs what was there: "discard" where it writes all texels. Without it what
+    /// is only written is taken to be written, but not to the last texel.
+    #[serde(default)]
+    pub contents: Option<Word<Contents>>,
+}
+
+/// Whether a use that writes needs what was there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Contents {
+    /// It does: what it does not write stays.
+    Load,
+    /// It does not: all of it is written.
+    Discard,
+}
+
+/// A part of a buffer.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BufferBind {
+    /// The buffer: a reference.
+    pub name: String,
+    /// The first byte (unit: bytes); 0 without it.
+    #[serde(default)]
+    pub offset: Option<Expr>,
+    /// How many bytes (unit: bytes); all without it.
+    #[serde(default)]
+    pub size: Option<Expr>,
+    /// Of what the shader writes, whether it needs what was there; "load" without it, "discard" where the shader writes
+    /// all bytes and reads none before.
+    #[serde(default)]
+    pub contents: Option<Word<Contents>>,
+}
+
+/// A sampler.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SamplerBind {
+    /// Whether texels are mixed; "linear" without it.
+    #[serde(default)]
+    pub filter: Option<Word<Filter>>,
+    /// What lies outside 0..1; "clamp-to-edge" without it.
+    #[serde(default)]
+    pub address: Option<Word<Address>>,
+    /// For a comparison sampler: which reference values pass against a texel.
+    #[serde(default)]
+    pub compare: Option<Word<Compare>>,
+}
+
+/// Matches the members of a block with published values by name.
+///
+/// A member takes a value of exactly its type. An array of scalars also fills a vector of as many components, or an
+/// array of `vec4` (whose last may be filled in part), since uniform blocks cannot hold arrays of scalars. Members that
+/// `values` names are filled otherwise.
+///
+/// # Errors
+/// A sentence for each member that no value fits.
+pub(super) fn match_block(
+    block: &TypeLayout,
+    shape: &DataShape,
+    data_name: &str,
+    values: Option<&BlockValues>,
+) -> Result<BlockLayout, Vec<String>> {
+    let TypeLayout::Struct { members, .. } = block else {
+        return Err(vec!["host data is bound to a struct, whose members name the values".to_owned()]);
+    };
+    let mut runs = Vec::new();
+    let mut faults = Vec::new();
+    let is_given =
+        |name: &str| values.is_some_and(|values| values.expressions.iter().any(|(given, _)| given == name));
+    for member in members.iter().filter(|member| !is_given(&member.name)) {
+        let Some(index) = shape.find(&member.name) else {
+            let names = shape.values.iter().map(|(name, _)| name.as_str());
+            let help = match did_you_mean(&member.name, names.clone()) {
+                Some(meant) => format!("did the template mean \"{meant}\"?"),
+                None => format!("it publishes {}", names.collect::<Vec<_>>().join(", ")),
+            };
+            faults.push(format!("\"{data_name}\" publishes no \"{}\"; {help}", member.name));
+            continue;
+        };
+        let value = shape.values[index].1;
+        match member_runs(&member.layout, value, member.offset) {
+            Some(placed) => runs.extend(placed.into_iter().map(|(word, count, offset)| BlockRun {
+                value: index as u32,
+                word,
+                count,
+                offset,
+            })),
+            None => faults.push(format!(
+                "\"{}\" is published as {value}, but the shader declares {}",
+                member.name,
+                member.layout.spelling()
+            )),
+        }
+    }
+    // An array without a count at the end of a storage block is as long as what is published.
+    let end = runs.iter().map(|run: &BlockRun| run.offset + run.count * 4).max().unwrap_or(0);
+    let size = if end > block.size() { end.next_multiple_of(block.align().max(4)) } else { block.size() };
+    if faults.is_empty() { Ok(BlockLayout { size, runs }) } else { Err(faults) }
+}
+
+/// Where the words of a value go in a member at a byte offset: (first word, words, byte offset) each; `None` if the
+/// types do not fit.
+pub fn member_runs(layout: &TypeLayout, value: ValueType, offset: u32) -> Option<Vec<(u32, u32, u32)>> {
+    let mut runs = Vec::new();
+    if let TypeLayout::Array { element, count, stride } = layout {
+        let element_type = element_type(element)?;
+        let have = value.count?;
+        if element_type == (ValueType { count: None, ..value }) {
+            if count.is_some_and(|count| count != have) {
+                return None;
+            }
+            for at in 0..have {
+                push_element(
+                    element,
+                    element_type,
+                    at * element_type.element_words() as u32,
+                    offset + at * stride,
+                    &mut runs,
+                );
+            }
+            return Some(runs);
+        }
+        // Scalars, four to a vec4.
+        let packed = ValueType::vector(value.component, 4);
+        if value.element_words() != 1
+            || element_type != packed
+            || count.is_some_and(|count| count != have.div_ceil(4))
+        {
+            return None;
+        }
+        for at in 0..have.div_ceil(4) {
+            runs.push((at * 4, (have - at * 4).min(4), offset + at * stride));
+        }
+        return Some(runs);
+    }
+    let own = element_type(layout)?;
+    let as_vector = value.element_words() == 1
+        && value.count == Some(own.rows)
+        && own.columns == 1
+        && own.component == value.component;
+    if own != value && !as_vector {
+        return None;
+    }
+    push_element(layout, own, 0, offset, &mut runs);
+    Some(runs)
+}
+
+fn push_element(
+    layout: &TypeLayout,
+    element: ValueType,
+    word: u32,
+    offset: u32,
+    runs: &mut Vec<(u32, u32, u32)>,
+) {
+    match layout {
+        TypeLayout::Matrix { stride, .. } if *stride != element.rows * 4 => {
+            for column in 0..element.columns {
+                runs.push((word + column * element.rows, element.rows, offset + column * stride));
+            }
+        }
+        _ => runs.push((word, element.element_words() as u32, offset)),
+    }
+}
+
+/// The value type of a scalar, vector or matrix of 32-bit components.
+pub fn element_type(layout: &TypeLayout) -> Option<ValueType> {
+    let component = |scalar: &Scalar| match (scalar.kind, scalar.width) {
+        (ScalarKind::Float, 4) => Some(Component::F32),
+        (ScalarKind::Uint, 4) => Some(Component::U32),
+        (ScalarKind::Sint, 4) => Some(Component::I32),
+        _ => None,
+    };
+    match layout {
+        TypeLayout::Scalar { scalar, .. } => Some(ValueType::vector(component(scalar)?, 1)),
+        TypeLayout::Vector { scalar, components } => Some(ValueType::vector(component(scalar)?, *components)),
+        TypeLayout::Matrix { scalar, rows, columns, .. } => {
+            Some(ValueType { component: component(scalar)?, rows: *rows, columns: *columns, count: None })
+        }
+        _ => None,
+    }
+}

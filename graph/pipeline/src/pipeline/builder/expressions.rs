@@ -1,0 +1,251 @@
+//! Expressions in settings: evaluated over parameters and features, or kept until sizes are known.
+
+use std::rc::Rc;
+
+use super::PassBuilder;
+use crate::diagnostic::{Diagnostic, codes, did_you_mean};
+use crate::document;
+use crate::expression::{Expression, ExpressionError, Fault, UnknownName, Value};
+use crate::language::{Expr, Word};
+use crate::work::Deferred;
+
+impl PassBuilder<'_> {
+    /// Evaluates an expression over parameters and features.
+    pub fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value> {
+        let result = self.evaluate(expr);
+        result.map_err(|error| self.expression_error(&error, pointer)).ok()
+    }
+
+    /// Evaluates an expression that yields a number.
+    pub fn number(&mut self, expr: &Expr, pointer: &str) -> Option<f64> {
+        match self.value(expr, pointer)? {
+            Value::Number(number) => Some(number),
+            other => self.wrong_type(pointer, "a number", other.kind_name()),
+        }
+    }
+
+    /// Evaluates an expression that yields a whole number from 0.
+    pub fn count(&mut self, expr: &Expr, pointer: &str) -> Option<u32> {
+        let number = self.number(expr, pointer)?;
+        if number.fract() != 0.0 || !(0.0..=f64::from(u32::MAX)).contains(&number) {
+            return self.wrong_type(pointer, "a whole number from 0", &number.to_string());
+        }
+        Some(number as u32)
+    }
+
+    /// Evaluates an expression that yields a list of numbers (one number is a list of one).
+    pub fn numbers(&mut self, expr: &Expr, pointer: &str) -> Option<Vec<f64>> {
+        let value = self.value(expr, pointer)?;
+        match value.numbers() {
+            Some(numbers) => Some(numbers),
+            None => self.wrong_type(pointer, "a list of numbers", value.kind_name()),
+        }
+    }
+
+    /// Evaluates an expression that yields a boolean.
+    pub fn boolean(&mut self, expr: &Expr, pointer: &str) -> Option<bool> {
+        match self.value(expr, pointer)? {
+            Value::Bool(value) => Some(value),
+            other => self.wrong_type(pointer, "a boolean", other.kind_name()),
+        }
+    }
+
+    /// A word, or the one that its expression yields.
+    pub fn word<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
+        &mut self,
+        word: &Word<T>,
+        pointer: &str,
+    ) -> Option<T> {
+        let expr = match word {
+            Word::Is(word) => return Some(word.clone()),
+            Word::Computed(expr) => expr,
+        };
+        match self.evaluate(expr) {
+            Ok(Value::Text(text)) => match serde_json::from_value(text.as_str().into()) {
+                Ok(word) => Some(word),
+                Err(_) => {
+                    let message = format!("the expression yields \"{text}\", which is not known here");
+                    self.report(
+                        codes::UNKNOWN_WORD,
+                        pointer,
+                        message,
+                        "the schema lists the words known here",
+                    );
+                    None
+                }
+            },
+            Ok(other) => self.wrong_type(pointer, "a word", other.kind_name()),
+            Err(error) => {
+                // The equals sign in front is not part of the expression.
+                let error = ExpressionError { range: error.range.start + 1..error.range.end + 1, ..error };
+                self.expression_error(&error, pointer);
+                None
+            }
+        }
+    }
+
+    /// An expression that may name sizes too; it is evaluated when they are known.
+    pub fn deferred(&mut self, expr: &Expr, pointer: &str) -> Option<Deferred> {
+        match self.parse(expr) {
+            Ok(expression) => {
+                if let Err(error) = self.environment.check_words(&expression, &self.shared.scope) {
+                    self.expression_error(&error, pointer);
+                    return None;
+                }
+                let expression = if self.environment.is_top() {
+                    Rc::unwrap_or_clone(expression)
+                } else {
+                    self.environment.close(&expression, &|name| self.shared.find(name).is_some())
+                };
+                self.check_names(&expression, pointer)?;
+                Some(Deferred { expression, place: self.place(pointer), pointer: self.absolute(pointer) })
+            }
+            Err(error) => {
+                self.expression_error(&error, pointer);
+                None
+            }
+        }
+    }
+
+    pub(super) fn evaluate(&mut self, expr: &Expr) -> Result<Value, ExpressionError> {
+        let expression = self.parse(expr)?;
+        let shared = &*self.shared;
+        self.environment.evaluate(&expression, &|name| shared.find(name).is_some(), &shared.scope)
+    }
+
+    /// The parsed expression; what many instances share is parsed once.
+    fn parse(&mut self, expr: &Expr) -> Result<Rc<Expression>, ExpressionError> {
+        let Some(text) = expr.0.as_str().filter(|_| !self.environment.is_top()) else {
+            return expr.parse().map(Rc::new);
+        };
+        if let Some(known) = self.shared.expressions.get(text) {
+            return Ok(known.clone());
+        }
+        let parsed = Rc::new(expr.parse()?);
+        self.shared.expressions.insert(text.to_owned(), parsed.clone());
+        Ok(parsed)
+    }
+
+    pub(super) fn wrong_type<T>(&mut self, pointer: &str, wanted: &str, found: &str) -> Option<T> {
+        self.report(
+            codes::EXPRESSION_TYPE,
+            pointer,
+            format!("{wanted} is wanted here, this is {found}"),
+            format!("make the expression yield {wanted}"),
+        );
+        None
+    }
+
+    /// Finds names in a deferred expression that exist nowhere; their values come later.
+    pub(super) fn check_names(&mut self, expression: &Expression, pointer: &str) -> Option<()> {
+        match self.shared.unknown_name(expression) {
+            None => Some(()),
+            Some(error) => {
+                self.expression_error(&error, pointer);
+                None
+            }
+        }
+    }
+
+    pub(super) fn expression_error(&mut self, error: &ExpressionError, pointer: &str) {
+        if error
+            .unknown
+            .as_deref()
+            .is_some_and(|unknown| !unknown.is_complete && self.report_misgiven(&unknown.name))
+        {
+            return;
+        }
+        let mut error = error.clone();
+        self.environment
+            .widen(&mut error, self.shared.resources.iter().map(|resource| resource.name.as_str()));
+        let value = self.settings.nearest(pointer);
+        let Some(mut finding) = expression_finding(&error, value, &self.absolute(pointer)) else {
+            self.shared.withheld += 1;
+            return;
+        };
+        let is_toggle =
+            |unknown: &UnknownName| !unknown.is_complete && self.shared.toggles.contains(&unknown.name);
+        if error.unknown.as_deref().is_some_and(is_toggle) {
+            finding.fix = None;
+            finding = finding.help("expressions cannot see toggles, which change from frame to frame: give the pass \"toggle\", or make it a feature");
+        }
+        self.shared.diagnostics.push(finding);
+    }
+}
+
+impl PassBuilder<'_> {
+    /// Reports that a name is an input which stands for nothing, where it is one.
+    pub(super) fn report_misgiven(&mut self, name: &str) -> bool {
+        let resources = self.shared.resources.iter().map(|resource| resource.name.as_str());
+        let finding = self.environment.misgiven(name, resources);
+        let is_it = finding.is_some();
+        self.shared.withheld += usize::from(is_it);
+        self.shared.misgiven.extend(finding);
+        is_it
+    }
+}
+
+/// The finding of an error in an expression; the place is inside the string where it is written without escapes.
+/// `None` for an error that only follows from a finding elsewhere.
+pub fn expression_finding(
+    error: &ExpressionError,
+    value: &document::Value,
+    pointer: &str,
+) -> Option<Diagnostic> {
+    let (value, pointer) = faulty(error, value, pointer).unwrap_or((value, pointer.to_owned()));
+    let end = error.range.end.max(error.range.start + 1);
+    // What is missing at the end is missing at the closing quote.
+    let is_placed = error.range != (0..0) && value.part(0..0).is_some();
+    let place = is_placed.then(|| value.span.inside(error.range.start + 1..end + 1));
+    let code = match error.fault {
+        Fault::Syntax => codes::EXPRESSION_SYNTAX,
+        Fault::Follows => return None,
+        Fault::UnknownName => codes::EXPRESSION_NAME,
+        Fault::UnknownWord => codes::UNKNOWN_WORD,
+        Fault::Type => codes::EXPRESSION_TYPE,
+        Fault::Arithmetic => codes::EXPRESSION_ARITHMETIC,
+    };
+    let finding =
+        Diagnostic::error(code, place.unwrap_or(value.span), error.message.clone()).pointer(pointer);
+    let help = || {
+        error.help.clone().unwrap_or_else(|| match error.fault {
+            Fault::Syntax => "expressions look like \"ceil(viewport.width / 16)\"".to_owned(),
+            Fault::UnknownName | Fault::Follows => {
+                "expressions know parameters, features, resources and viewport".to_owned()
+            }
+            Fault::UnknownWord => "the declaration lists the words".to_owned(),
+            Fault::Type => "see `umbragraph explain UG0312` for the types of expressions".to_owned(),
+            Fault::Arithmetic => "guard the operation, with max(…, 1) for one".to_owned(),
+        })
+    };
+    let Some(unknown) = &error.unknown else { return Some(finding.help(help())) };
+    let known = unknown.known.iter().map(String::as_str);
+    // Of a resource's property the resource may be what is misspelt.
+    let name = match unknown.name.split_once('.') {
+        Some((head, _)) if did_you_mean(&unknown.name, known.clone()).is_none() => head,
+        _ => unknown.name.as_str(),
+    };
+    let range = error.range.start..error.range.start + name.len();
+    // Inside a subgraph a name may be written in another way than it reads outside.
+    let is_written = value.text().and_then(|text| text.get(range.clone())) == Some(name);
+    let written = value.part(range).filter(|_| is_written);
+    Some(finding.meant(name, known, written, |_| help()))
+}
+
+/// The string among the elements of a list of expressions that an unknown name stands in, with its pointer.
+fn faulty<'v>(
+    error: &ExpressionError,
+    value: &'v document::Value,
+    pointer: &str,
+) -> Option<(&'v document::Value, String)> {
+    let unknown = error.unknown.as_deref()?;
+    let elements = value.elements()?.iter().enumerate();
+    let mut found =
+        elements.map(|(at, element)| (element, format!("{pointer}/{at}"))).filter_map(|(element, at)| {
+            let has_it = element.text().is_some_and(|text| {
+                text.get(error.range.start..).is_some_and(|rest| rest.starts_with(&unknown.name))
+            });
+            if has_it { Some((element, at)) } else { faulty(error, element, &at) }
+        });
+    found.next()
+}

@@ -1,0 +1,129 @@
+//! [`PassBuilder`]: what a node kind sees while a pass is declared.
+//!
+//! Everything that a node kind says goes through here: expressions are evaluated, references looked up, shaders
+//! compiled and their bindings matched by name. Each method takes the JSON pointer of the setting (relative to the
+//! node kind's settings), so that a finding stands at its place; it reports the finding itself and returns `None`.
+
+mod blocks;
+mod expressions;
+mod host_data;
+mod parts;
+mod programs;
+mod references;
+mod slots;
+mod vertices;
+
+pub use expressions::expression_finding;
+pub use parts::{Face, PartSettings};
+pub use programs::axis_value;
+
+use super::environment::Environment;
+use super::load::Shared;
+use super::{Use, host_contract};
+use crate::diagnostic::{Code, Diagnostic, codes};
+use crate::document;
+use crate::source::Span;
+use crate::work::Work;
+
+/// Declares one pass.
+pub struct PassBuilder<'a> {
+    pub(in crate::pipeline) shared: &'a mut Shared,
+    pub(in crate::pipeline) name: &'a str,
+    pub(in crate::pipeline) settings: &'a document::Value,
+    /// The pointer of the settings in the document.
+    pub(in crate::pipeline) pointer: String,
+    pub(in crate::pipeline) uses: Vec<Use>,
+    pub(in crate::pipeline) environment: &'a Environment,
+}
+
+/// The proof that a pass said what it does; made by [`PassBuilder::produce`].
+#[derive(Debug)]
+pub struct Produced(pub(in crate::pipeline) Work);
+
+impl PassBuilder<'_> {
+    /// The pass's name.
+    pub fn name(&self) -> &str {
+        self.name
+    }
+
+    /// Where a setting stands; for one that is not written, the object that lacks it.
+    pub fn place(&self, pointer: &str) -> Span {
+        self.settings.nearest(pointer).span
+    }
+
+    /// Reports a finding at a setting.
+    pub fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
+        let finding =
+            Diagnostic::error(code, self.place(pointer), message).help(help).pointer(self.absolute(pointer));
+        self.shared.diagnostics.push(finding);
+    }
+
+    /// Reports a name that is none of `known`: as a value, or as a key of an object, at a setting. The help is what was
+    /// probably meant, or else `otherwise`; where the name is written there as it is, that is a fix too.
+    pub(in crate::pipeline) fn report_unknown(
+        &mut self,
+        code: Code,
+        pointer: &str,
+        message: impl Into<String>,
+        name: &str,
+        known: &[&str],
+        otherwise: impl FnOnce() -> String,
+    ) {
+        let (place, at) = (self.place(pointer), self.absolute(pointer));
+        let above = pointer.rsplit_once('/').map_or("", |(above, _)| above);
+        let object = self.settings.nearest(above);
+        let key = object.entry(name).filter(|_| document::pointer_join(above, name) == pointer);
+        let value = self.settings.nearest(pointer);
+        let written = match (key, value.text()) {
+            (Some(entry), _) => Some(entry.key_span),
+            (None, Some(text)) if text == name => Some(value.span),
+            // A reference, perhaps to a version.
+            (None, Some(text)) if text.starts_with(&format!("{name}@")) => value.part(0..name.len()),
+            _ => None,
+        };
+        let taken = |known: &str| {
+            let twin = object.entry(known).zip(key);
+            twin.is_some_and(|(other, key)| other.key_span.file == key.key_span.file)
+        };
+        // Where a key is unknown, what stands under it is not at fault.
+        let place = key.map_or(place, |entry| entry.key_span);
+        let finding = Diagnostic::error(code, place, message).pointer(at);
+        let finding = finding.meant_unless(name, known.iter().copied(), written, taken, |_| otherwise());
+        self.shared.diagnostics.push(finding);
+    }
+
+    /// Finishes the pass.
+    pub fn produce(&self, work: Work) -> Produced {
+        Produced(work)
+    }
+
+    /// The geometry contract of a name.
+    pub fn geometry(&mut self, name: &str, pointer: &str) -> Option<()> {
+        if self.shared.geometry.contains_key(name) {
+            return Some(());
+        }
+        let names: Vec<String> = self.shared.geometry.keys().cloned().collect();
+        let names: Vec<&str> = names.iter().map(String::as_str).collect();
+        let message = format!("there is no geometry \"{name}\"");
+        self.report_unknown(codes::UNKNOWN_GEOMETRY, pointer, message, name, &names, || {
+            format!(
+                "\"geometry\" declares {}",
+                if names.is_empty() { "nothing".to_owned() } else { names.join(", ") }
+            )
+        });
+        None
+    }
+
+    pub(crate) fn settings_do_not_decode(&mut self, error: &serde_json::Error) {
+        self.report(
+            codes::WRONG_TYPE,
+            "",
+            format!("the settings do not decode: {error}"),
+            "compare them with the schema",
+        );
+    }
+
+    pub(in crate::pipeline) fn absolute(&self, pointer: &str) -> String {
+        [self.pointer.as_str(), pointer].concat()
+    }
+}

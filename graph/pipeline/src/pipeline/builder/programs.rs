@@ -1,0 +1,112 @@
+//! The program of a template: its axes get values, its variants are rendered and reflected.
+
+use std::collections::BTreeMap;
+
+use super::PassBuilder;
+use crate::diagnostic::codes;
+use crate::document;
+use crate::expression::Value;
+use crate::language::Expr;
+use crate::pipeline::modules::Chosen;
+use crate::shader::{AxisValue, AxisValues};
+use crate::work::ProgramHandle;
+
+impl PassBuilder<'_> {
+    /// The program of a template. Its axes are what `axes` says, else the feature or parameter of the same name, else
+    /// their defaults; `geometry` names the contract whose mesh properties are axes too.
+    pub fn program(
+        &mut self,
+        template: &str,
+        axes: &BTreeMap<String, Expr>,
+        geometry: Option<&str>,
+        pointer: &str,
+    ) -> Option<ProgramHandle> {
+        let shader_at = format!("{pointer}/shader");
+        let templates = self.shared.templates.clone();
+        let Some(known) = templates.axes(template) else {
+            let finding = self
+                .shared
+                .templates
+                .unknown(template, self.place(&shader_at))
+                .pointer(self.absolute(&shader_at));
+            self.shared.diagnostics.push(finding);
+            return None;
+        };
+        let mut values = AxisValues::new();
+        let mut fine = true;
+        for (name, expr) in axes {
+            let at = || document::pointer_join(&format!("{pointer}/axes"), name);
+            if known.get(name).is_none() {
+                // A declaration that nobody can read is the finding.
+                if templates.has_lost_axes(template) {
+                    continue;
+                }
+                let names: Vec<&str> = known.iter().map(|axis| axis.name.as_str()).collect();
+                let message = format!("{template} has no axis \"{name}\"");
+                self.report_unknown(codes::UNKNOWN_AXIS, &at(), message, name, &names, || {
+                    format!("the axes of {template} are {}", names.join(", "))
+                });
+                fine = false;
+                continue;
+            }
+            match self.evaluate(expr) {
+                Ok(value) => match axis_value(&value) {
+                    Some(value) => {
+                        values.insert(name.clone(), value);
+                    }
+                    None => {
+                        self.wrong_type::<()>(
+                            &at(),
+                            "a boolean, a whole number or a word",
+                            value.kind_name(),
+                        );
+                        fine = false;
+                    }
+                },
+                Err(error) => {
+                    self.expression_error(&error, &at());
+                    fine = false;
+                }
+            }
+        }
+        for axis in known.iter() {
+            if !values.contains_key(&axis.name)
+                && let Some(value) =
+                    self.environment.axis(&axis.name, &self.shared.scope).as_ref().and_then(axis_value)
+            {
+                values.insert(axis.name.clone(), value);
+            }
+        }
+        let properties: Vec<String> = match geometry {
+            None => Vec::new(),
+            Some(geometry) => self
+                .shared
+                .geometry
+                .get(geometry)
+                .map(|contract| {
+                    contract.variants.iter().filter(|name| known.get(name).is_some()).cloned().collect()
+                })
+                .unwrap_or_default(),
+        };
+        if !fine {
+            return None;
+        }
+        let place = self.place(&shader_at);
+        let chosen = Chosen { template: template.to_owned(), axes: values, properties };
+        self.shared.modules.want(self.name, &chosen, place);
+        let pointer = &self.pointer;
+        self.shared.program(chosen, place, &|| [pointer.as_str(), &shader_at].concat())
+    }
+}
+
+/// The value that an axis takes of what an expression yields.
+pub fn axis_value(value: &Value) -> Option<AxisValue> {
+    match value {
+        Value::Bool(value) => Some(AxisValue::Bool(*value)),
+        Value::Number(number) if number.fract() == 0.0 && number.abs() < 9.0e15 => {
+            Some(AxisValue::Integer(*number as i64))
+        }
+        Value::Text(text) => Some(AxisValue::Name(text.clone())),
+        _ => None,
+    }
+}

@@ -1,0 +1,386 @@
+//! What names mean inside subgraphs and loops.
+//!
+//! A pass of a subgraph sees the subgraph's parameters, its inputs (which stand for resources of the user) and its own
+//! resources and passes, under the names that the subgraph's author gave them. Outside they carry the name of the
+//! instance in front: `blur.half`. A pass of a loop sees the loop's variable. An [`Environment`] is the map from the
+//! one to the other; it is made once for each instance and shared by all of its passes.
+//!
+//! Expressions of a subgraph that the pipeline itself declares see the parameters, features and resources of the pipeline
+//! too. Those of a subgraph in a file of its own do not: what the file means depends on what it is given under `with`, not
+//! on which names a pipeline happens to have.
+//!
+//! Expressions are closed over their environment when they are parsed: locals become literals, names of resources
+//! become those outside. References may contain `{expressions}`: `"chain@down.{level - 1}"`.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::load::VIEWPORT;
+use crate::diagnostic::{Diagnostic, codes};
+use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Fault, Scope, Value};
+use crate::source::Span;
+
+/// Stands in front of a name that a subgraph file does not see; no expression can write such a name.
+const UNSEEN: char = '^';
+
+/// What names mean in one instance of a subgraph or one round of a loop.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Environment {
+    /// What stands in front of names outside; empty at the top, else ending in a dot.
+    pub(super) prefix: String,
+    /// Whether this is a subgraph in a file of its own, which sees nothing of the pipeline but what it is given.
+    pub(super) is_file: bool,
+    /// Parameters of the subgraph and variables of loops.
+    pub(super) locals: BTreeMap<String, Value>,
+    /// The words of parameters that are enumerations.
+    pub(super) words: BTreeMap<String, Vec<String>>,
+    /// Inputs of the subgraph.
+    pub(super) inputs: BTreeMap<String, Input>,
+    /// Where the subgraphs are used, the innermost first.
+    pub(super) used_at: Vec<Span>,
+    /// The toggles that uses of subgraphs around it have, as they are written.
+    pub(super) toggles: Vec<String>,
+    /// Whether a use around it says that its passes are kept though nothing reads what they write.
+    pub(super) side_effect: bool,
+}
+
+/// What stands for an input of a subgraph.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Input {
+    /// The resource of the user.
+    pub(super) name: String,
+    /// The pass whose version of it is meant.
+    pub(super) version: Option<String>,
+    /// How many frames ago.
+    pub(super) back: u32,
+    /// What the user wrote; the outermost user where the input is handed on.
+    pub(super) given: Given,
+}
+
+/// What is written for an input of a subgraph, and what names mean there.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Given {
+    /// The name of the resource, without a version.
+    pub(super) name: String,
+    /// The whole text.
+    pub(super) text: String,
+    /// Where the text stands.
+    pub(super) place: Span,
+    /// The pointer of the text.
+    pub(super) pointer: String,
+    /// What names mean there.
+    pub(super) environment: Arc<Environment>,
+}
+
+impl Environment {
+    /// The value that an axis of this name takes where a pass says nothing of it.
+    pub(super) fn axis(&self, name: &str, scope: &dyn Scope) -> Option<Value> {
+        if self.is_file { self.locals.get(name).cloned() } else { scope.lookup(name) }
+    }
+
+    /// Whether this is the top, where every name means itself.
+    pub fn is_top(&self) -> bool {
+        self.prefix.is_empty() && self.locals.is_empty()
+    }
+
+    /// The name outside of a resource or host data.
+    pub(super) fn resource<'a>(&'a self, name: &'a str) -> Cow<'a, str> {
+        match self.inputs.get(name) {
+            Some(input) => input.name.as_str().into(),
+            None if self.prefix.is_empty() => name.into(),
+            None => self.pass(name).into(),
+        }
+    }
+
+    /// The pass whose version of an input is meant, where the user said so.
+    pub(super) fn version(&self, name: &str) -> Option<&str> {
+        self.inputs.get(name).and_then(|input| input.version.as_deref())
+    }
+
+    /// How many frames ago an input of that name lies.
+    pub(super) fn back(&self, name: &str) -> u32 {
+        self.inputs.get(name).map_or(0, |input| input.back)
+    }
+
+    /// The name outside of a pass.
+    pub(super) fn pass(&self, name: &str) -> String {
+        [self.prefix.as_str(), name].concat()
+    }
+
+    /// The name by which a resource outside can be written here.
+    pub(super) fn resource_inside<'a>(&'a self, outside: &'a str) -> Option<&'a str> {
+        let is_it = |(_, input): &(&String, &Input)| input.name == outside;
+        match self.inputs.iter().find(is_it) {
+            Some((name, _)) => Some(name),
+            None => self.pass_inside(outside).filter(|name| !self.inputs.contains_key(*name)),
+        }
+    }
+
+    /// The name by which a pass outside can be written here.
+    pub(super) fn pass_inside<'a>(&self, outside: &'a str) -> Option<&'a str> {
+        outside.strip_prefix(&self.prefix)
+    }
+
+    /// Adds the names that an expression here can see beside those known everywhere to the error of an unknown one;
+    /// `known` are names outside.
+    pub fn widen<'a>(&self, error: &mut ExpressionError, outside: impl Iterator<Item = &'a str> + Clone) {
+        let Some(unknown) = error.unknown.as_mut().filter(|unknown| !unknown.is_complete) else { return };
+        if let Some(name) = unknown.name.strip_prefix(UNSEEN).map(str::to_owned) {
+            error.message = format!("there is no \"{name}\"");
+            unknown.name.clone_from(&name);
+            let head = name.split_once('.').map_or(name.as_str(), |(head, _)| head);
+            let is_setting = unknown.known.contains(&name);
+            let is_outside = is_setting || outside.clone().any(|resource| resource == head);
+            if self.is_file {
+                unknown.known.retain(|known| VIEWPORT.contains(&known.as_str()));
+            }
+            if self.is_file && is_outside && !self.inputs.contains_key(head) {
+                error.message = format!("a subgraph file does not see \"{head}\" of the pipeline");
+                let section = if is_setting { "parameters" } else { "inputs" };
+                error.help = Some(format!(
+                    "declare \"{head}\" under \"{section}\" of the file, and pass it through \"with\" where the file is used"
+                ));
+                unknown.known.clear();
+                return;
+            }
+        }
+        unknown.known.extend(self.locals.keys().cloned());
+        unknown.known.extend(outside.filter_map(|name| self.resource_inside(name).map(str::to_owned)));
+    }
+
+    /// The finding for an input that stands for no resource: it is about what the user wrote. `outside` are all
+    /// resources. `None` if the name is no input, or one that stands for a resource.
+    pub fn misgiven<'a>(
+        &self,
+        name: &str,
+        outside: impl Iterator<Item = &'a str> + Clone,
+    ) -> Option<Diagnostic> {
+        let name = name.strip_prefix(UNSEEN).unwrap_or(name);
+        let head = name.split_once('.').map_or(name, |(head, _)| head);
+        let input = self.inputs.get(head)?;
+        if outside.clone().any(|resource| resource == input.name) {
+            return None;
+        }
+        let Given { name, text, place, pointer, environment } = &input.given;
+        let message = format!("there is no resource \"{name}\"");
+        let finding = Diagnostic::error(codes::UNKNOWN_RESOURCE, *place, message).pointer(pointer);
+        let written = place.of_quoted(text, 0..name.len()).filter(|_| text.starts_with(name.as_str()));
+        let names: Vec<&str> = outside.filter_map(|name| environment.resource_inside(name)).collect();
+        Some(finding.meant(name, names, written, |_| "declare it under \"resources\"".to_owned()))
+    }
+
+    /// Evaluates an expression that is written here. `is_resource` says of a name outside whether it is one.
+    ///
+    /// # Errors
+    /// The first fault, with names as they are outside.
+    pub(crate) fn evaluate(
+        &self,
+        expression: &Expression,
+        is_resource: &dyn Fn(&str) -> bool,
+        scope: &dyn Scope,
+    ) -> Result<Value, ExpressionError> {
+        self.check_words(expression, scope)?;
+        if self.is_top() {
+            return expression::evaluate(expression, scope);
+        }
+        let inside = Inside { environment: self, is_resource, scope };
+        expression::evaluate(expression, &inside)
+            .or_else(|_| expression::evaluate(&self.close(expression, is_resource), scope))
+    }
+
+    /// Whether the texts that enumerations are compared with are words of theirs, in an expression as it is written here.
+    ///
+    /// # Errors
+    /// The first that is not.
+    pub fn check_words(&self, expression: &Expression, scope: &dyn Scope) -> Result<(), ExpressionError> {
+        let inside = Inside { environment: self, is_resource: &|_| false, scope };
+        expression::unknown_word(expression, &inside).map_or(Ok(()), Err)
+    }
+
+    /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
+    pub fn close(&self, expression: &Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
+        let close = |inner: &Expression| Box::new(self.close(inner, is_resource));
+        let kind = match &expression.kind {
+            ExpressionKind::Name(name) => match self.locals.get(name) {
+                Some(value) => ExpressionKind::Literal(value.clone()),
+                None => ExpressionKind::Name(self.close_name(name, is_resource).into_owned()),
+            },
+            ExpressionKind::Literal(value) => ExpressionKind::Literal(value.clone()),
+            ExpressionKind::Unary(operator, a) => ExpressionKind::Unary(*operator, close(a)),
+            ExpressionKind::Binary(operator, a, b) => ExpressionKind::Binary(*operator, close(a), close(b)),
+            ExpressionKind::Conditional(a, b, c) => ExpressionKind::Conditional(close(a), close(b), close(c)),
+            ExpressionKind::Index(a, b) => ExpressionKind::Index(close(a), close(b)),
+            ExpressionKind::Call(name, list) => ExpressionKind::Call(
+                name.clone(),
+                list.iter().map(|item| self.close(item, is_resource)).collect(),
+            ),
+            ExpressionKind::List(list) => {
+                ExpressionKind::List(list.iter().map(|item| self.close(item, is_resource)).collect())
+            }
+        };
+        Expression { range: expression.range.clone(), kind }
+    }
+
+    fn close_name<'a>(&self, name: &'a str, is_resource: &dyn Fn(&str) -> bool) -> Cow<'a, str> {
+        let (head, tail) = name.split_once('.').map_or((name, None), |(head, tail)| (head, Some(tail)));
+        let outside = self.resource(head);
+        let is_input = self.inputs.contains_key(head);
+        if !(is_input || outside != head) || !is_resource(&outside) {
+            // What stands for an input that is misgiven is not what has its name outside.
+            let is_seen = VIEWPORT.contains(&name) || !is_input && !self.is_file;
+            return if is_seen { name.into() } else { format!("{UNSEEN}{name}").into() };
+        }
+        match tail {
+            None => outside.into_owned().into(),
+            Some(tail) => format!("{outside}.{tail}").into(),
+        }
+    }
+
+    /// A reference with its `{expressions}` replaced by what they yield.
+    ///
+    /// # Errors
+    /// A brace that is not closed, an expression with a fault, or one that yields no whole number or word.
+    pub(super) fn interpolate<'a>(
+        &self,
+        text: &'a str,
+        scope: &dyn Scope,
+    ) -> Result<Cow<'a, str>, ExpressionError> {
+        if !text.contains('{') {
+            return Ok(text.into());
+        }
+        let mut result = String::with_capacity(text.len());
+        let mut at = 0;
+        while let Some(open) = text[at..].find('{').map(|offset| at + offset) {
+            result.push_str(&text[at..open]);
+            let fault = |range, message: &str| ExpressionError {
+                range,
+                fault: Fault::Type,
+                message: message.to_owned(),
+                help: Some("references take expressions in braces: \"chain@down.{level - 1}\"".to_owned()),
+                unknown: None,
+            };
+            let Some(close) = text[open..].find('}').map(|offset| open + offset) else {
+                return Err(fault(open..text.len(), "the brace is not closed"));
+            };
+            let shift = |mut error: ExpressionError| {
+                error.range = error.range.start + open + 1..error.range.end + open + 1;
+                error
+            };
+            let expression = expression::parse(&text[open + 1..close]).map_err(shift)?;
+            match self.evaluate(&expression, &|_| false, scope).map_err(shift)? {
+                Value::Number(number) if number.fract() == 0.0 => result.push_str(&number.to_string()),
+                Value::Text(word) => result.push_str(&word),
+                _ => return Err(fault(open..close + 1, "a whole number or a word is wanted between braces")),
+            }
+            at = close + 1;
+        }
+        result.push_str(&text[at..]);
+        Ok(result.into())
+    }
+}
+
+/// What an expression sees that is written in an environment.
+struct Inside<'a> {
+    environment: &'a Environment,
+    is_resource: &'a dyn Fn(&str) -> bool,
+    scope: &'a dyn Scope,
+}
+
+impl Scope for Inside<'_> {
+    fn lookup(&self, name: &str) -> Option<Value> {
+        match self.environment.locals.get(name) {
+            Some(value) => Some(value.clone()),
+            None => self.scope.lookup(&self.environment.close_name(name, self.is_resource)),
+        }
+    }
+
+    fn words(&self, name: &str) -> Option<&[String]> {
+        match self.environment.locals.contains_key(name) {
+            true => self.environment.words.get(name).map(Vec::as_slice),
+            false => self.scope.words(&self.environment.close_name(name, self.is_resource)),
+        }
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.scope.names()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pipeline::StaticScope;
+
+    fn environment() -> Environment {
+        Environment {
+            prefix: "blur.".to_owned(),
+            is_file: false,
+            words: BTreeMap::new(),
+            locals: BTreeMap::from([("level".to_owned(), Value::Number(2.0))]),
+            inputs: BTreeMap::from([(
+                "image".to_owned(),
+                Input {
+                    name: "moments".to_owned(),
+                    version: Some("warp".to_owned()),
+                    back: 0,
+                    given: Given {
+                        name: "moments".to_owned(),
+                        text: "moments@warp".to_owned(),
+                        place: Span::new(crate::source::Sources::new().add("a", ""), 0..0),
+                        pointer: String::new(),
+                        environment: Arc::default(),
+                    },
+                },
+            )]),
+            toggles: Vec::new(),
+            side_effect: false,
+            used_at: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn names_inside_become_names_outside() {
+        let environment = environment();
+        assert_eq!(environment.resource("image"), "moments");
+        assert_eq!(environment.version("image"), Some("warp"));
+        assert_eq!(environment.resource("half"), "blur.half");
+        let two = expression::parse("level * 2 + 1").unwrap();
+        let evaluated = environment.evaluate(&two, &|_| false, &StaticScope::default());
+        assert_eq!(evaluated, Ok(Value::Number(5.0)));
+        let expression = expression::parse("image.width / level + half.height + radius").unwrap();
+        let closed = environment.close(&expression, &|name| name == "moments" || name == "blur.half");
+        assert_eq!(closed, {
+            let mut wanted = expression::parse("image.width / level + half.height + radius").unwrap();
+            fn rename(expression: &mut Expression) {
+                match &mut expression.kind {
+                    ExpressionKind::Name(name) => match name.as_str() {
+                        "image.width" => *name = "moments.width".to_owned(),
+                        "half.height" => *name = "blur.half.height".to_owned(),
+                        "level" => expression.kind = ExpressionKind::Literal(Value::Number(2.0)),
+                        _ => {}
+                    },
+                    ExpressionKind::Binary(_, a, b) => {
+                        rename(a);
+                        rename(b);
+                    }
+                    _ => {}
+                }
+            }
+            rename(&mut wanted);
+            wanted
+        });
+    }
+
+    #[test]
+    fn references_take_expressions_in_braces() {
+        let scope = StaticScope::default();
+        assert_eq!(
+            environment().interpolate("chain@down.{level - 1}", &scope).as_deref(),
+            Ok("chain@down.1")
+        );
+        assert_eq!(environment().interpolate("chain", &scope).as_deref(), Ok("chain"));
+        assert_eq!(environment().interpolate("a{level", &scope).unwrap_err().range, 1..7);
+        assert_eq!(environment().interpolate("a{levle}", &scope).unwrap_err().range, 2..7);
+    }
+}

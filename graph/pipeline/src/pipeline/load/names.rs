@@ -1,0 +1,29 @@
+//! Names: what can be one, and what to say of one that is not known.
+
+use crate::diagnostic::{Diagnostic, codes};
+use crate::document::Entry;
+
+/// Names that are no parameters or features, because expressions know them already.
+pub(in crate::pipeline) const RESERVED: &[&str] = &["viewport", "true", "false"];
+
+/// What expressions know of the viewport.
+pub(in crate::pipeline) const VIEWPORT: &[&str] = &["viewport", "viewport.width", "viewport.height"];
+
+/// Whether a text has a word, apart from what it is part of.
+pub fn has_word(text: &str, word: &str) -> bool {
+    let boundary = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    text.match_indices(word).any(|(at, _)| {
+        boundary(text[..at].chars().next_back()) && boundary(text[at + word.len()..].chars().next())
+    })
+}
+
+/// A name starts with a letter and goes on with letters, digits and underscores.
+pub fn is_name(name: &str) -> bool {
+    name.chars().next().is_some_and(|first| first.is_ascii_alphabetic())
+        && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
+}
+
+pub(in crate::pipeline) fn bad_name(entry: &Entry) -> Diagnostic {
+    Diagnostic::error(codes::BAD_NAME, entry.key_span, format!("\"{}\" cannot be a name here", entry.key))
+        .help("a name starts with a letter, goes on with letters, digits and underscores, and is no word of the expression language")
+}

@@ -1,0 +1,113 @@
+//! Sections of a document whose key is misspelt.
+//!
+//! A section that is missing only because its key is misspelt would have every name in it missing too. Where the key has
+//! a fix, everything behind is checked as if it had been made, so that the document has the findings that it will have
+//! then; their pointers name the section as it is written.
+
+use std::collections::BTreeMap;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, surely_meant};
+use crate::document::{self, Document, Entry, pointer_join};
+use crate::language::unknown_format;
+use crate::node::Registry;
+
+/// The findings of the schema, also of what stands under misspelt sections.
+pub(super) fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {
+    let mut findings = Diagnostics::new();
+    registry.schema().check(&document.root, "", &mut findings);
+    if let Some(read) = as_meant(document, &findings) {
+        let mut all: Diagnostics = findings.into_iter().filter(|one| meant_section(one).is_some()).collect();
+        registry.schema().check(&read.root, "", &mut all);
+        return with_formats(&read, all);
+    }
+    with_formats(document, findings)
+}
+
+/// The same findings, with those about formats as they are where a format is chosen.
+fn with_formats(document: &Document, findings: Diagnostics) -> Diagnostics {
+    let named = |finding: Diagnostic| {
+        let is_word = finding.code == codes::UNKNOWN_WORD && finding.pointer.contains("/texture/format");
+        let value = document.root.nearest(&finding.pointer);
+        match value.text().filter(|_| is_word && is_format(&finding.pointer)) {
+            Some(name) => unknown_format(name, value.span, finding.pointer),
+            None => finding,
+        }
+    };
+    findings.into_iter().map(named).collect()
+}
+
+/// Whether a pointer leads to the format of a resource, or to one of its candidates.
+fn is_format(pointer: &str) -> bool {
+    let mut way = pointer.rsplit('/').skip_while(|part| part.bytes().all(|byte| byte.is_ascii_digit()));
+    let way: [Option<&str>; 4] = std::array::from_fn(|_| way.next());
+    matches!(way, [Some("format"), Some("texture"), Some(_), Some("resources")])
+}
+
+/// The section that a misspelt key at the top surely means, by the fix of its finding.
+fn meant_section(finding: &Diagnostic) -> Option<&str> {
+    let is_section = finding.code == codes::UNKNOWN_KEY && finding.pointer.matches('/').count() == 1;
+    let [edit] = finding.fix.as_ref().filter(|_| is_section)?.edits.as_slice() else { return None };
+    Some(edit.replacement.trim_matches('"'))
+}
+
+/// The document with the sections that misspelt keys mean, so that nothing is missing for their sake; `None` where there
+/// are no such keys.
+pub(super) fn as_meant(document: &Document, schema_findings: &Diagnostics) -> Option<Document> {
+    let entries = document.root.entries()?;
+    // What a file below says under the right key stays as it is.
+    let is_there = |section: &str| entries.iter().any(|entry| entry.key == section);
+    let meant: BTreeMap<&str, &str> = schema_findings
+        .iter()
+        .filter_map(|one| Some((one.pointer.strip_prefix('/')?, meant_section(one)?)))
+        .filter(|(_, section)| !is_there(section))
+        .collect();
+    if meant.is_empty() {
+        return None;
+    }
+    let renamed = entries.iter().map(|entry| {
+        let key = meant.get(entry.key.as_str()).map_or_else(|| entry.key.clone(), |key| (*key).to_owned());
+        Entry { key, ..entry.clone() }
+    });
+    let kind = document::Kind::Object(renamed.collect());
+    Some(Document { root: document::Value { kind, ..document.root.clone() } })
+}
+
+/// Findings about a document as it was meant, with the pointers that lead through it as it is written.
+pub fn as_written(document: &Document, findings: Diagnostics) -> Diagnostics {
+    let entries = document.root.entries().unwrap_or_default();
+    let is_there = |section: &str| entries.iter().any(|entry| entry.key == section);
+    let written = |pointer: &str| -> Option<String> {
+        let section = pointer.strip_prefix('/')?.split('/').next().filter(|section| !is_there(section))?;
+        let is_it = |entry: &&Entry| surely_meant(&entry.key, [section]).is_some();
+        let key = &entries.iter().find(is_it)?.key;
+        Some(pointer_join("", key) + &pointer[1 + section.len()..])
+    };
+    let renamed = findings.into_iter().map(|finding| match written(&finding.pointer) {
+        Some(pointer) => finding.pointer(pointer),
+        None => finding,
+    });
+    renamed.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::Sources;
+
+    #[test]
+    fn findings_in_a_misspelt_section_lead_through_it_as_it_is_written() {
+        let mut sources = Sources::new();
+        let file = sources.add("a", r#"{ "resuorces": { "a": 1 }, "passes": {} }"#);
+        let document = document::parse(&sources, file).unwrap();
+        let finding = |pointer: &str| {
+            let place = document.root.span;
+            Diagnostic::error(codes::UNKNOWN_KEY, place, pointer.to_owned()).pointer(pointer)
+        };
+        let findings = ["/resources/a/size", "/passes/b", "", "/features/c"].map(finding);
+        let pointers: Vec<String> = as_written(&document, findings.into_iter().collect())
+            .into_iter()
+            .map(|one| one.pointer)
+            .collect();
+        assert_eq!(pointers, ["/resuorces/a/size", "/passes/b", "", "/features/c"]);
+    }
+}

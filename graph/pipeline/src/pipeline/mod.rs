@@ -1,0 +1,457 @@
+//! One typed configuration of a pipeline: parameters and features chosen, passes declared, shaders reflected.
+//!
+//! [`load`] takes a document through these steps, collecting findings on the way:
+//!
+//! 1. the tree is checked against the schema composed of the language and the registered node kinds ([`schema`]);
+//! 2. parameters and features get their values (default, preset by the caller's [`Choice`]) and are checked against
+//!    their ranges and constraints;
+//! 3. each pass whose `when` holds is declared by its node kind, which states resources used, shaders and bindings
+//!    through a [`PassBuilder`]; shaders are rendered, validated and reflected here, since the usage of a binding is
+//!    what the shader says it is;
+//! 4. what passes say of one another (host data, versions) is connected.
+//!
+//! A pass that could not be declared leaves a gap: the resources that it mentions are exempt from findings that would
+//! only follow ([`Pipeline::uncertain`]).
+
+mod availability;
+mod binding;
+mod builder;
+mod environment;
+mod expand;
+mod history;
+mod host_contract;
+mod load;
+mod modules;
+mod part;
+mod preset;
+mod profiles;
+mod program;
+mod schema;
+mod schema_overlays;
+mod scope;
+mod setting;
+mod toggle;
+
+pub use availability::{Lacking, lacking, off};
+pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind, element_type, member_runs};
+pub use builder::{Face, PartSettings, PassBuilder, Produced, axis_value, expression_finding};
+pub use environment::Environment;
+pub use history::History;
+pub use load::{as_written, has_word, is_name, load, load_sharing};
+pub use modules::{Absent, Chosen, Modules, Wanted};
+pub use part::{Aspect, Part, Run};
+pub use preset::{ParameterFile, of_preset};
+pub use profiles::{claimed_profiles, profile_named};
+pub use program::{Program, ProgramBinding, ProgramVariant};
+pub(crate) use schema::schema_of_composed;
+pub use schema::{FileKind, schema, schema_of};
+pub use scope::StaticScope;
+pub use setting::{Choice, Feature, Parameter, Setting};
+pub use toggle::{Bypass, Condition, Toggle, add_stand_ins};
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use crate::data::DataShape;
+use crate::language::{BufferDeclaration, GeometryDeclaration, Lifetime, TextureDeclaration};
+use crate::shader::TargetProfile;
+use crate::source::Span;
+use crate::work::{PassHandle, ProgramHandle, ResourceHandle, Work};
+
+/// One typed configuration.
+#[derive(Clone, Debug)]
+pub struct Pipeline {
+    /// The pipeline's name.
+    pub name: String,
+    /// The profile that shaders were validated for.
+    pub profile: TargetProfile,
+    /// The parameters with their values, by name.
+    pub parameters: BTreeMap<String, Parameter>,
+    /// The features with their values, by name.
+    pub features: BTreeMap<String, Feature>,
+    /// The toggles in the order of their names; a [`Condition`] names a position here.
+    pub toggles: Vec<Toggle>,
+    /// What stands in for resources that only passes with a toggle write, in frames without them.
+    pub bypasses: BTreeMap<ResourceHandle, Bypass>,
+    /// The contracts with the host's draws, by name.
+    pub geometry: BTreeMap<String, GeometryDeclaration>,
+    /// The resources; a [`ResourceHandle`] is a position here.
+    pub resources: Vec<Resource>,
+    /// The passes in the order of the document; a [`PassHandle`] is a position here.
+    pub passes: Vec<Pass>,
+    /// The programs; a [`ProgramHandle`] is a position here.
+    pub programs: Vec<Program>,
+    /// Resources that a pass with findings of its own mentions: nothing is known about who writes or reads them.
+    pub uncertain: BTreeSet<ResourceHandle>,
+    /// Parameters and features without a value, because of findings of their own.
+    pub broken_settings: BTreeSet<String>,
+    /// The passes that are not there because of findings of their own, and the subgraphs and loops of such.
+    pub gaps: Vec<String>,
+}
+
+impl Pipeline {
+    /// A resource.
+    pub fn resource(&self, handle: ResourceHandle) -> &Resource {
+        &self.resources[handle.index()]
+    }
+
+    /// A pass.
+    pub fn pass(&self, handle: PassHandle) -> &Pass {
+        &self.passes[handle.index()]
+    }
+
+    /// A program.
+    pub fn program(&self, handle: ProgramHandle) -> &Program {
+        &self.programs[handle.index()]
+    }
+
+    /// The handles of all passes in the order of the document.
+    pub fn pass_handles(&self) -> impl Iterator<Item = PassHandle> + use<> {
+        (0..self.passes.len() as u32).map(PassHandle)
+    }
+
+    /// The handles of all resources.
+    pub fn resource_handles(&self) -> impl Iterator<Item = ResourceHandle> + use<> {
+        (0..self.resources.len() as u32).map(ResourceHandle)
+    }
+
+    /// The resource of a name.
+    pub fn find_resource(&self, name: &str) -> Option<ResourceHandle> {
+        self.resources.iter().position(|resource| resource.name == name).map(|at| ResourceHandle(at as u32))
+    }
+
+    /// The pass of a name.
+    pub fn find_pass(&self, name: &str) -> Option<PassHandle> {
+        self.passes.iter().position(|pass| pass.name == name).map(|at| PassHandle(at as u32))
+    }
+
+    /// The names that expressions can see before sizes are known: parameters and features.
+    pub fn scope(&self) -> StaticScope {
+        StaticScope::new(&self.parameters, &self.features).with_broken(self.broken_settings.clone())
+    }
+}
+
+/// A resource of a pipeline.
+#[derive(Clone, Debug)]
+pub struct Resource {
+    /// Its name.
+    pub name: String,
+    /// Where it is declared; for host data, where the pass that publishes it names it.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+    /// The declaration as it is written; for host data, the value that names it.
+    pub value: crate::document::Value,
+    /// What names mean in its declaration.
+    pub environment: Arc<Environment>,
+    /// What it is.
+    pub kind: ResourceKind,
+    /// For a history, which of its frames it is.
+    pub history: Option<History>,
+}
+
+impl Resource {
+    /// Whether it is an earlier frame of a history, which can only be read.
+    pub fn is_earlier_frame(&self) -> bool {
+        self.history.is_some_and(|history| history.back > 0)
+    }
+
+    /// How long it lives.
+    pub fn lifetime(&self) -> Lifetime {
+        match &self.kind {
+            ResourceKind::Texture(texture) => texture.lifetime,
+            ResourceKind::Buffer(buffer) => buffer.lifetime,
+            ResourceKind::Data(_) | ResourceKind::Broken => Lifetime::Transient,
+        }
+    }
+
+    /// The texture's declaration, if it is one.
+    pub fn texture(&self) -> Option<&TextureDeclaration> {
+        match &self.kind {
+            ResourceKind::Texture(texture) => Some(texture),
+            _ => None,
+        }
+    }
+
+    /// What it is, with its article.
+    pub fn kind_name(&self) -> &'static str {
+        match self.kind {
+            ResourceKind::Texture(_) => "a texture",
+            ResourceKind::Buffer(_) => "a buffer",
+            ResourceKind::Data(_) => "host data",
+            ResourceKind::Broken => "broken",
+        }
+    }
+}
+
+/// What a resource is.
+#[derive(Clone, Debug)]
+pub enum ResourceKind {
+    /// A texture.
+    Texture(Box<TextureDeclaration>),
+    /// A buffer.
+    Buffer(Box<BufferDeclaration>),
+    /// Host data: values and views; `None` until the pass that publishes it is declared.
+    Data(Option<DataShape>),
+    /// A declaration with findings of its own: nothing is known, and nothing is said of it.
+    Broken,
+}
+
+/// A declared pass.
+#[derive(Clone, Debug)]
+pub struct Pass {
+    /// Its name.
+    pub name: String,
+    /// Its node kind.
+    pub kind: String,
+    /// Where it is declared: its key.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+    /// What names mean in its settings.
+    pub environment: Arc<Environment>,
+    /// What it uses.
+    pub uses: Vec<Use>,
+    /// Passes that have to run before it, where no data says so.
+    pub after: Vec<PassHandle>,
+    /// Whether it has to follow something that is not there, which is a finding: its order is not known then.
+    pub is_misplaced: bool,
+    /// Whether it is kept even if nothing reads what it writes.
+    pub side_effect: bool,
+    /// In which frames it runs, if not in all.
+    pub condition: Option<Condition>,
+    /// What it does.
+    pub work: Work,
+}
+
+/// One use of a resource by a pass.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Use {
+    /// The resource.
+    pub resource: ResourceHandle,
+    /// The part of it.
+    pub part: Part,
+    /// How.
+    pub usage: Usage,
+    /// The version that is read.
+    pub version: Version,
+    /// In which of the frames in which the pass runs it happens: all have to hold. Empty but for what can be bypassed,
+    /// and for what stands in for it.
+    pub when: Vec<Condition>,
+    /// Where it is said.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+}
+
+/// Which version of a resource is read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Version {
+    /// The newest; for a pass that reads and writes, the one before its own.
+    Newest,
+    /// The one that the named pass wrote.
+    WrittenBy(String),
+}
+
+/// How a pass uses a resource.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Usage {
+    /// A sampled texture binding.
+    Sampled,
+    /// A uniform buffer binding.
+    Uniform,
+    /// A storage binding that is read.
+    StorageRead,
+    /// A storage binding that is only written.
+    StorageWrite,
+    /// A storage binding that writes all of a part, whatever it held.
+    StorageReplace,
+    /// A storage binding that is read and written.
+    StorageReadWrite,
+    /// A color attachment whose contents are not needed.
+    ColorAttachment,
+    /// A color attachment that is loaded.
+    ColorAttachmentLoad,
+    /// A depth attachment whose contents are not needed.
+    DepthAttachment,
+    /// A depth attachment that is loaded and written.
+    DepthAttachmentLoad,
+    /// A depth attachment that is only tested against.
+    DepthAttachmentReadOnly,
+    /// A stencil attachment whose contents are not needed.
+    StencilAttachment,
+    /// A stencil attachment that is loaded and written.
+    StencilAttachmentLoad,
+    /// A stencil attachment that is only tested against.
+    StencilAttachmentReadOnly,
+    /// What several samples are resolved to.
+    ResolveTarget,
+    /// A buffer of vertices.
+    Vertex,
+    /// A buffer of indices.
+    Index,
+    /// A buffer of counts for a draw or a dispatch.
+    Indirect,
+    /// The source of a copy.
+    CopySource,
+    /// The destination of a copy that replaces all of a part.
+    CopyDestination,
+    /// The destination of a copy that leaves the rest of a part.
+    CopyDestinationLoad,
+    /// The destination of rows of texels, between which bytes of a buffer stay as they are, if they are anything.
+    CopyDestinationRows,
+    /// Host data that is read.
+    HostRead,
+    /// Host data that is published.
+    HostWrite,
+}
+
+impl Usage {
+    /// Whether contents from before are needed, or [stay](Self::keeps_what_is_there).
+    pub fn reads(self) -> bool {
+        use Usage as U;
+        !matches!(
+            self,
+            U::StorageWrite
+                | U::StorageReplace
+                | U::ColorAttachment
+                | U::DepthAttachment
+                | U::StencilAttachment
+                | U::ResolveTarget
+                | U::CopyDestination
+                | U::HostWrite
+        )
+    }
+
+    /// Whether contents from before stay, but need not be there.
+    pub fn keeps_what_is_there(self) -> bool {
+        self == Usage::CopyDestinationRows
+    }
+
+    /// Whether a new version is made.
+    pub fn writes(self) -> bool {
+        use Usage as U;
+        !matches!(
+            self,
+            U::Sampled
+                | U::Uniform
+                | U::StorageRead
+                | U::DepthAttachmentReadOnly
+                | U::StencilAttachmentReadOnly
+                | U::Vertex
+                | U::Index
+                | U::Indirect
+                | U::CopySource
+                | U::HostRead
+        )
+    }
+
+    /// Whether it is an attachment.
+    pub fn is_attachment(self) -> bool {
+        use Usage as U;
+        matches!(
+            self,
+            U::ColorAttachment
+                | U::ColorAttachmentLoad
+                | U::DepthAttachment
+                | U::DepthAttachmentLoad
+                | U::DepthAttachmentReadOnly
+                | U::StencilAttachment
+                | U::StencilAttachmentLoad
+                | U::StencilAttachmentReadOnly
+                | U::ResolveTarget
+        )
+    }
+
+    /// Whether it is an attachment of depth.
+    pub fn is_depth(self) -> bool {
+        matches!(self, Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly)
+    }
+
+    /// Whether it is an attachment of stencil.
+    pub fn is_stencil(self) -> bool {
+        matches!(
+            self,
+            Usage::StencilAttachment | Usage::StencilAttachmentLoad | Usage::StencilAttachmentReadOnly
+        )
+    }
+
+    /// Whether all of a part is certain to be written anew, whatever it held.
+    pub fn starts_afresh(self) -> bool {
+        matches!(
+            self,
+            Usage::StorageReplace
+                | Usage::ColorAttachment
+                | Usage::DepthAttachment
+                | Usage::StencilAttachment
+                | Usage::ResolveTarget
+        )
+    }
+
+    /// The usage that a texture must be created with.
+    pub fn texture_usages(self) -> wgpu_types::TextureUsages {
+        use wgpu_types::TextureUsages as T;
+        match self {
+            Usage::Sampled => T::TEXTURE_BINDING,
+            Usage::StorageRead | Usage::StorageWrite | Usage::StorageReplace | Usage::StorageReadWrite => {
+                T::STORAGE_BINDING
+            }
+            Usage::CopySource => T::COPY_SRC,
+            Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => T::COPY_DST,
+            Usage::Uniform
+            | Usage::HostRead
+            | Usage::HostWrite
+            | Usage::Vertex
+            | Usage::Index
+            | Usage::Indirect => T::empty(),
+            _ => T::RENDER_ATTACHMENT,
+        }
+    }
+
+    /// The usage that a buffer must be created with.
+    pub fn buffer_usages(self) -> wgpu_types::BufferUsages {
+        use wgpu_types::BufferUsages as B;
+        match self {
+            Usage::Uniform => B::UNIFORM,
+            Usage::StorageRead | Usage::StorageWrite | Usage::StorageReplace | Usage::StorageReadWrite => {
+                B::STORAGE
+            }
+            Usage::CopySource => B::COPY_SRC,
+            Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => B::COPY_DST,
+            Usage::Vertex => B::VERTEX,
+            Usage::Index => B::INDEX,
+            Usage::Indirect => B::INDIRECT,
+            _ => B::empty(),
+        }
+    }
+
+    /// How an author would say it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Usage::Sampled => "sampled texture",
+            Usage::Uniform => "uniform buffer",
+            Usage::StorageRead => "read-only storage",
+            Usage::StorageWrite => "write-only storage",
+            Usage::StorageReplace => "storage that is replaced",
+            Usage::StorageReadWrite => "read-write storage",
+            Usage::ColorAttachment | Usage::ColorAttachmentLoad => "color attachment",
+            Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly => {
+                "depth attachment"
+            }
+            Usage::StencilAttachment | Usage::StencilAttachmentLoad | Usage::StencilAttachmentReadOnly => {
+                "stencil attachment"
+            }
+            Usage::ResolveTarget => "resolve target",
+            Usage::Vertex => "vertex buffer",
+            Usage::Index => "index buffer",
+            Usage::Indirect => "indirect buffer",
+            Usage::CopySource => "source of a copy",
+            Usage::CopyDestination => "destination of a copy",
+            Usage::CopyDestinationLoad => "destination of a copy of a part",
+            Usage::CopyDestinationRows => "destination of rows of texels",
+            Usage::HostRead => "host data",
+            Usage::HostWrite => "published host data",
+        }
+    }
+}

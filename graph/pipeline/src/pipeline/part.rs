@@ -1,0 +1,187 @@
+//! Parts of resources: mip levels, layers and aspects of textures, bytes of buffers.
+//!
+//! Two uses touch one another where their parts overlap: hazards, loads and stores are found part by part. A run is a
+//! range of whole numbers; nothing said means everything. The depth and the stencil of one texture are parts of their
+//! own; a texture whose format has one of the two only has no such parts, so its uses name [`Aspect::All`].
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Successive mip levels, layers or bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+pub struct Run<T> {
+    /// The first.
+    pub first: T,
+    /// How many.
+    pub count: T,
+}
+
+impl<T: Copy + Into<u64>> Run<T> {
+    /// The first after the run.
+    pub fn end(self) -> u64 {
+        self.first.into().saturating_add(self.count.into())
+    }
+
+    fn overlaps(self, other: Self) -> bool {
+        self.first.into() < other.end() && other.first.into() < self.end()
+    }
+
+    fn contains(self, other: Self) -> bool {
+        self.first.into() <= other.first.into() && other.end() <= self.end()
+    }
+}
+
+impl Run<u32> {
+    /// A single one.
+    pub const fn one(at: u32) -> Self {
+        Self { first: at, count: 1 }
+    }
+}
+
+/// The aspect of a texture that is used.
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Aspect {
+    /// All that the format has.
+    #[default]
+    All,
+    /// The depth.
+    DepthOnly,
+    /// The stencil.
+    StencilOnly,
+}
+
+/// The part of a resource that is used; everything where nothing is said.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
+pub struct Part {
+    /// Mip levels.
+    pub mip: Option<Run<u32>>,
+    /// Layers.
+    pub layer: Option<Run<u32>>,
+    /// The aspect.
+    pub aspect: Aspect,
+    /// Bytes of a buffer.
+    pub bytes: Option<Run<u64>>,
+}
+
+impl Part {
+    /// Everything.
+    pub const WHOLE: Self = Self { mip: None, layer: None, aspect: Aspect::All, bytes: None };
+
+    /// One mip level (or all) of one layer (or all).
+    pub fn of(mip: Option<u32>, layer: Option<u32>) -> Self {
+        Self { mip: mip.map(Run::one), layer: layer.map(Run::one), ..Self::WHOLE }
+    }
+
+    /// Bytes of a buffer.
+    pub const fn bytes(first: u64, count: u64) -> Self {
+        Self { bytes: Some(Run { first, count }), ..Self::WHOLE }
+    }
+
+    /// The same of one aspect.
+    pub const fn aspect(self, aspect: Aspect) -> Self {
+        Self { aspect, ..self }
+    }
+
+    /// Whether the two have a subresource in common.
+    pub fn overlaps(self, other: Self) -> bool {
+        fn meet<T: Copy + Into<u64>>(a: Option<Run<T>>, b: Option<Run<T>>) -> bool {
+            a.zip(b).is_none_or(|(a, b)| a.overlaps(b))
+        }
+        meet(self.mip, other.mip)
+            && meet(self.layer, other.layer)
+            && meet(self.bytes, other.bytes)
+            && (self.aspect == Aspect::All || other.aspect == Aspect::All || self.aspect == other.aspect)
+    }
+
+    /// Whether everything of `other` belongs to this part.
+    pub fn contains(self, other: Self) -> bool {
+        fn holds<T: Copy + Into<u64>>(a: Option<Run<T>>, b: Option<Run<T>>) -> bool {
+            a.is_none_or(|a| b.is_some_and(|b| a.contains(b)))
+        }
+        holds(self.mip, other.mip)
+            && holds(self.layer, other.layer)
+            && holds(self.bytes, other.bytes)
+            && (self.aspect == Aspect::All || self.aspect == other.aspect)
+    }
+
+    /// Whether it names at most one mip level and one layer, all aspects and no bytes.
+    pub fn is_plain(self) -> bool {
+        let plain = |run: Option<Run<u32>>| run.is_none_or(|run| run.count == 1);
+        plain(self.mip) && plain(self.layer) && self.aspect == Aspect::All && self.bytes.is_none()
+    }
+}
+
+impl std::fmt::Display for Part {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let run = |what: &str, run: Option<Run<u32>>| {
+            run.map(|run| match run.count {
+                1 => format!("{what} {}", run.first),
+                _ => format!("{what}s {} to {}", run.first, run.end().saturating_sub(1)),
+            })
+        };
+        let aspect = match self.aspect {
+            Aspect::All => None,
+            Aspect::DepthOnly => Some("depth".to_owned()),
+            Aspect::StencilOnly => Some("stencil".to_owned()),
+        };
+        let bytes = self.bytes.map(|run| format!("bytes {} to {}", run.first, run.end().saturating_sub(1)));
+        let words: Vec<String> =
+            [run("mip", self.mip), run("layer", self.layer), aspect, bytes].into_iter().flatten().collect();
+        formatter.write_str(&words.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn part() -> impl Strategy<Value = Part> {
+        let run = || proptest::option::of((0u32..4, 1u32..4));
+        let aspects = [Aspect::All, Aspect::DepthOnly, Aspect::StencilOnly];
+        (run(), run(), 0usize..3).prop_map(move |(mip, layer, aspect)| {
+            let run = |run: Option<(u32, u32)>| run.map(|(first, count)| Run { first, count });
+            Part { mip: run(mip), layer: run(layer), aspect: aspects[aspect], bytes: None }
+        })
+    }
+
+    /// The subresources of an eight by eight texture with two aspects.
+    fn members(part: Part) -> Vec<(u32, u32, Aspect)> {
+        let within = |run: Option<Run<u32>>, at: u32| {
+            run.is_none_or(|run| run.first <= at && at < run.first + run.count)
+        };
+        let mut all = Vec::new();
+        for mip in 0..8 {
+            for layer in 0..8 {
+                for aspect in [Aspect::DepthOnly, Aspect::StencilOnly] {
+                    if within(part.mip, mip)
+                        && within(part.layer, layer)
+                        && (part.aspect == Aspect::All || part.aspect == aspect)
+                    {
+                        all.push((mip, layer, aspect));
+                    }
+                }
+            }
+        }
+        all
+    }
+
+    proptest! {
+        #[test]
+        fn parts_overlap_and_contain_as_their_subresources_do(a in part(), b in part()) {
+            let (first, second) = (members(a), members(b));
+            prop_assert_eq!(a.overlaps(b), first.iter().any(|one| second.contains(one)));
+            prop_assert_eq!(a.contains(b), second.iter().all(|one| first.contains(one)));
+        }
+    }
+
+    #[test]
+    fn neighbouring_ranges_of_bytes_do_not_overlap() {
+        assert!(!Part::bytes(0, 256).overlaps(Part::bytes(256, 256)));
+        assert!(Part::bytes(0, 257).overlaps(Part::bytes(256, 256)));
+        assert!(Part::WHOLE.contains(Part::bytes(4, 4)) && !Part::bytes(4, 4).contains(Part::WHOLE));
+    }
+}

@@ -1,0 +1,540 @@
+//! Toggles: passes that the host switches from frame to frame, and what stands in for what they write.
+//!
+//! ```jsonc
+//! "toggles": { "bloom": { "default": true } },
+//! "passes": {
+//!   "glow": { "toggle": "bloom", "bypass": { "glowing": "color" }, "fullscreen": { … "color" … "to": "glowing" } },
+//!   "show": { "fullscreen": { … "glowing" … } }
+//! }
+//! ```
+//!
+//! A plan is made for all states at once: a pass that is off is not recorded, and nothing else changes but what readers
+//! bind. Three things can happen to what it writes:
+//!
+//! - an earlier pass wrote it too: readers see that, since a conditional write never counts as covering;
+//! - every reader has the same toggle, and vanishes with it;
+//! - a **bypass** names what readers see instead. It is a statement about the resource, which only passes of that one
+//!   toggle may write. Each reader gets, beside its use of the resource, a use of what stands in, under the condition
+//!   that the toggle is off; so edges, lifetimes, usages and hazards of both are what they are for any other use. What
+//!   stands in can be bypassed in turn, as in a chain of effects.
+//!
+//! Names: `bloom` runs a pass while the toggle is on, `!bloom` while it is off. A toggle of a `use` is that of every
+//! pass of the subgraph. Limits: a pass has one toggle; attachments are not bypassed.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use super::builder::expression_finding;
+use super::environment::Environment;
+use super::load::{RESERVED, Shared, bad_name, is_name};
+use super::{Pass, Pipeline, ResourceKind, Use, Version, history};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, did_you_mean, list_of};
+use crate::document::{Document, Entry, Kind, Value, pointer_join};
+use crate::language::{Reference, ToggleDeclaration};
+use crate::source::Span;
+use crate::work::ResourceHandle;
+
+/// A named switch that the host throws from frame to frame.
+#[derive(Clone, Debug)]
+pub struct Toggle {
+    /// Its name.
+    pub name: String,
+    /// Whether it is on where the host says nothing.
+    pub default: bool,
+    /// What it does, for people.
+    pub description: Option<String>,
+    /// Where it is declared.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+}
+
+/// A toggle that is thrown one way.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Condition {
+    /// The position in [`Pipeline::toggles`].
+    pub toggle: usize,
+    /// Whether it is on.
+    pub on: bool,
+}
+
+impl Condition {
+    /// The same toggle, thrown the other way.
+    #[must_use]
+    pub fn opposite(self) -> Self {
+        Self { on: !self.on, ..self }
+    }
+
+    /// Whether it holds where the toggles are thrown like this.
+    pub fn holds(self, states: &[bool]) -> bool {
+        states.get(self.toggle) == Some(&self.on)
+    }
+}
+
+/// What stands in for a resource in frames without the passes that write it.
+#[derive(Clone, Debug)]
+pub struct Bypass {
+    /// When the resource itself is there.
+    pub condition: Condition,
+    /// What stands in for it otherwise.
+    pub stand_in: ResourceHandle,
+    /// Which version of that.
+    pub version: Version,
+    /// Where it is said.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+}
+
+impl Pipeline {
+    /// The toggle of a name.
+    pub fn find_toggle(&self, name: &str) -> Option<usize> {
+        self.toggles.iter().position(|toggle| toggle.name == name)
+    }
+
+    /// A condition as it is written: `bloom` or `!bloom`.
+    pub fn condition_name(&self, condition: Condition) -> String {
+        let name = self.toggles.get(condition.toggle).map_or("", |toggle| toggle.name.as_str());
+        format!("{}{name}", if condition.on { "" } else { "!" })
+    }
+
+    /// The states of the toggles where the host says nothing.
+    pub fn default_states(&self) -> Vec<bool> {
+        self.toggles.iter().map(|toggle| toggle.default).collect()
+    }
+
+    /// A resource, what stands in for it when it is bypassed, what stands in for that, and so on.
+    pub fn stand_ins(&self, resource: ResourceHandle) -> impl Iterator<Item = ResourceHandle> + '_ {
+        let next = |known: &ResourceHandle| self.bypasses.get(known).map(|bypass| bypass.stand_in);
+        std::iter::successors(Some(resource), next).take(self.bypasses.len() + 1)
+    }
+}
+
+/// The sound toggles of a document. Findings: bad names, names that a feature or parameter has, toggles without a pass.
+pub(super) fn toggles(
+    document: &Document,
+    sound: &BTreeMap<String, ToggleDeclaration>,
+    diagnostics: &mut Diagnostics,
+) -> Vec<Toggle> {
+    let section = |name: &str| document.root.get(name).and_then(Value::entries).unwrap_or_default();
+    let mentioned = mentioned(document);
+    let mut toggles = Vec::new();
+    for entry in section("toggles") {
+        let pointer = pointer_join("/toggles", &entry.key);
+        if RESERVED.contains(&entry.key.as_str()) || !is_name(&entry.key) {
+            diagnostics.push(bad_name(entry));
+            continue;
+        }
+        let mut fine = true;
+        for (what, other) in [("feature", "features"), ("parameter", "parameters")] {
+            if let Some(twin) = section(other).iter().find(|other| other.key == entry.key) {
+                let message = format!("\"{}\" is a toggle and a {what}", entry.key);
+                let finding = Diagnostic::error(codes::BAD_NAME, entry.key_span, message)
+                    .related(twin.key_span, format!("the {what}"))
+                    .help("give one of the two another name");
+                diagnostics.push(finding.pointer(&pointer));
+                fine = false;
+            }
+        }
+        let Some(declaration) = sound.get(&entry.key) else { continue };
+        // A misspelt mention has a finding of its own.
+        let declared = |name: &str| section("toggles").iter().any(|other| other.key == name);
+        let meant = mentioned.iter().any(|name| {
+            *name == entry.key || !declared(name) && did_you_mean(name, [entry.key.as_str()]).is_some()
+        });
+        if fine && !meant {
+            let message = format!("no pass has the toggle \"{}\"", entry.key);
+            let finding = Diagnostic::warning(codes::UNUSED_TOGGLE, entry.key_span, message);
+            let help = format!("give a pass \"toggle\": \"{}\", or remove it", entry.key);
+            diagnostics.push(finding.pointer(&pointer).help(help));
+        }
+        toggles.push(Toggle {
+            name: entry.key.clone(),
+            default: declaration.default,
+            description: declaration.description.clone(),
+            place: entry.key_span,
+            pointer,
+        });
+    }
+    toggles.sort_by(|a, b| a.name.cmp(&b.name));
+    unknown(document, diagnostics);
+    toggles
+}
+
+/// The entries of all passes, those of subgraphs too, each with its pointer.
+fn pass_entries(document: &Document) -> Vec<(String, &Entry)> {
+    let subgraphs = document.root.get("subgraphs").and_then(Value::entries).unwrap_or_default();
+    let subgraphs = subgraphs.iter().map(|entry| (pointer_join("/subgraphs", &entry.key), &entry.value));
+    let owners = std::iter::once((String::new(), &document.root)).chain(subgraphs);
+    let entries = owners.flat_map(|(owner, value)| {
+        let passes = value.get("passes").and_then(Value::entries).unwrap_or_default();
+        passes.iter().map(move |entry| (pointer_join(&format!("{owner}/passes"), &entry.key), entry))
+    });
+    entries.collect()
+}
+
+/// The names of the toggles that passes have, whether or not they are there in this configuration.
+fn mentioned(document: &Document) -> BTreeSet<&str> {
+    let texts = pass_entries(document).into_iter().filter_map(|(_, entry)| entry.value.get("toggle")?.text());
+    texts.map(|text| text.strip_prefix('!').unwrap_or(text)).collect()
+}
+
+/// Finds passes with a toggle that is not declared, each once, however often its subgraph is used.
+fn unknown(document: &Document, diagnostics: &mut Diagnostics) {
+    let declared = document.root.get("toggles").and_then(Value::entries).unwrap_or_default();
+    let names: Vec<&str> = declared.iter().map(|entry| entry.key.as_str()).collect();
+    for (pointer, entry) in pass_entries(document) {
+        let Some((value, text)) = entry.value.get("toggle").and_then(|value| Some((value, value.text()?)))
+        else {
+            continue;
+        };
+        let name = text.strip_prefix('!').unwrap_or(text);
+        if names.contains(&name) {
+            continue;
+        }
+        let message = format!("there is no toggle \"{name}\"");
+        let finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, value.span, message);
+        let written = value.part(text.len() - name.len()..text.len());
+        let finding = finding.meant(name, names.iter().copied(), written, |names| match names {
+            [] => "declare it under \"toggles\"".to_owned(),
+            names => format!("the toggles are {}", list_of(names.iter().copied())),
+        });
+        diagnostics.push(finding.pointer(format!("{pointer}/toggle")));
+    }
+}
+
+/// In which frames a pass runs, by its own toggle and those of the subgraphs around it. Finding: two that differ, unless
+/// one of them is not declared.
+pub(super) fn condition(
+    entry: &Entry,
+    pointer: &str,
+    environment: &Environment,
+    toggles: &[Toggle],
+    diagnostics: &mut Diagnostics,
+) -> Option<Condition> {
+    let own = entry.value.get("toggle").and_then(Value::text);
+    let thrown = |text: &str| {
+        let (on, name) = text.strip_prefix('!').map_or((true, text), |name| (false, name));
+        let toggle = toggles.iter().position(|toggle| toggle.name == name)?;
+        Some(Condition { toggle, on })
+    };
+    let all = environment.toggles.iter().map(String::as_str).chain(own);
+    let mut all: Vec<(&str, Condition)> = all.filter_map(|text| Some((text, thrown(text)?))).collect();
+    all.dedup();
+    if let [(first, _), (second, _), ..] = all[..] {
+        let place = entry.value.get("toggle").map_or(entry.key_span, |value| value.span);
+        let message = format!("the pass has the toggles \"{first}\" and \"{second}\"");
+        let finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, place, message)
+            .pointer(format!("{pointer}/toggle"))
+            .help("a pass has one toggle; the toggle of a \"use\" is that of all passes of the subgraph");
+        diagnostics.push(finding);
+    }
+    all.first().map(|(_, condition)| *condition)
+}
+
+/// One "bypass" of a pass or of a use of a subgraph.
+pub(super) struct Said<'a> {
+    /// The pass, or what the names of the passes of the subgraph start with.
+    pub(super) name: String,
+    pub(super) entry: &'a Entry,
+    pub(super) pointer: String,
+    pub(super) environment: Arc<Environment>,
+}
+
+/// Finds out what stands in for what, and adds the uses of it to the passes that read. Resources with a bypass that
+/// cannot be join the uncertain ones.
+pub(super) fn connect(
+    said: &[Said<'_>],
+    passes: &mut [Pass],
+    toggles: &[Toggle],
+    uncertain: &mut BTreeSet<ResourceHandle>,
+    shared: &mut Shared,
+) -> BTreeMap<ResourceHandle, Bypass> {
+    let mut bypasses: BTreeMap<ResourceHandle, Bypass> = BTreeMap::new();
+    for said in said {
+        for one in said.entry.value.get("bypass").and_then(Value::entries).unwrap_or_default() {
+            let look = Look { said, one, passes, toggles, uncertain, shared };
+            match look.bypass(&bypasses) {
+                Ok(found) => {
+                    if let Some((resource, bypass)) = found {
+                        bypasses.entry(resource).or_insert(bypass);
+                    }
+                }
+                Err(finding) => {
+                    // What would be said of the readers of what is meant only follows.
+                    let meant = look.meant();
+                    shared.report_from(
+                        finding.into_iter().map(|finding| *finding).collect(),
+                        &said.environment,
+                    );
+                    uncertain.extend(meant);
+                }
+            }
+        }
+    }
+    let circles: Vec<ResourceHandle> =
+        bypasses.keys().copied().filter(|resource| leads_back(&bypasses, *resource)).collect();
+    if let Some(first) = circles.first() {
+        let bypass = &bypasses[first];
+        let names = list_of(circles.iter().map(|one| shared.resources[one.index()].name.as_str()));
+        let message = format!("{names} stand in for one another in a circle");
+        let finding = Diagnostic::error(codes::BYPASS, bypass.place, message).pointer(&bypass.pointer);
+        shared.diagnostics.push(finding.help("let one of them stand for itself"));
+        uncertain.extend(&circles);
+        bypasses.retain(|resource, _| !circles.contains(resource));
+    }
+    for pass in passes.iter_mut() {
+        for (one, bypassed) in add_stand_ins(pass, &bypasses) {
+            let name = &shared.resources[bypassed.index()].name;
+            let message = format!("\"{}\" attaches \"{name}\", which has a bypass", pass.name);
+            let mut finding = Diagnostic::error(codes::BYPASS, one.place, message)
+                .pointer(&one.pointer)
+                .help("only what is bound or copied from can be bypassed; give the pass the same toggle");
+            if let Some(bypass) = bypasses.get(&bypassed) {
+                finding = finding.related(bypass.place, "the bypass");
+            }
+            shared.diagnostics.push(finding);
+        }
+    }
+    bypasses
+}
+
+fn leads_back(bypasses: &BTreeMap<ResourceHandle, Bypass>, start: ResourceHandle) -> bool {
+    let mut at = start;
+    for _ in 0..bypasses.len() {
+        match bypasses.get(&at) {
+            Some(bypass) if bypass.stand_in == start => return true,
+            Some(bypass) => at = bypass.stand_in,
+            None => return false,
+        }
+    }
+    false
+}
+
+/// Adds, for each read of what can be bypassed, the reads of what stands in. The result is what cannot be bypassed,
+/// since it is attached: the use, and the resource.
+pub fn add_stand_ins(
+    pass: &mut Pass,
+    bypasses: &BTreeMap<ResourceHandle, Bypass>,
+) -> Vec<(Use, ResourceHandle)> {
+    let (mut added, mut refused): (Vec<Use>, Vec<(Use, ResourceHandle)>) = (Vec::new(), Vec::new());
+    if bypasses.is_empty() {
+        return refused;
+    }
+    for one in pass.uses.iter_mut().filter(|one| !one.usage.writes()) {
+        let mut otherwise = Vec::new();
+        let mut uses: Vec<Use> = Vec::new();
+        let mut at = one.resource;
+        while let Some(bypass) = bypasses.get(&at).filter(|bypass| pass.condition != Some(bypass.condition)) {
+            if one.usage.is_attachment() {
+                refused.push((one.clone(), at));
+                break;
+            }
+            match uses.last_mut() {
+                None => one.when = vec![bypass.condition],
+                Some(last) => last.when.push(bypass.condition),
+            }
+            otherwise.push(bypass.condition.opposite());
+            uses.push(Use {
+                resource: bypass.stand_in,
+                part: one.part,
+                usage: one.usage,
+                version: bypass.version.clone(),
+                when: otherwise.clone(),
+                place: bypass.place,
+                pointer: bypass.pointer.clone(),
+            });
+            at = bypass.stand_in;
+        }
+        added.extend(uses);
+    }
+    for one in added {
+        // What the pass reads anyway it reads in these frames too.
+        let anyway = pass.uses.iter().any(|known| {
+            known.when.is_empty()
+                && (known.resource, known.part, known.usage, &known.version)
+                    == (one.resource, one.part, one.usage, &one.version)
+        });
+        if !anyway && !pass.uses.contains(&one) {
+            pass.uses.push(one);
+        }
+    }
+    refused
+}
+
+/// Why an entry of a "bypass" is none; `None` where that only follows from a finding elsewhere.
+type Refusal = Option<Box<Diagnostic>>;
+
+/// One entry of one "bypass".
+struct Look<'a> {
+    said: &'a Said<'a>,
+    one: &'a Entry,
+    passes: &'a [Pass],
+    toggles: &'a [Toggle],
+    uncertain: &'a BTreeSet<ResourceHandle>,
+    shared: &'a Shared,
+}
+
+impl Look<'_> {
+    fn refuse(&self, place: Span, message: String, help: impl Into<String>) -> Refusal {
+        Some(Box::new(self.finding(codes::BYPASS, place, message, help)))
+    }
+
+    fn finding(&self, code: Code, place: Span, message: String, help: impl Into<String>) -> Diagnostic {
+        Diagnostic::error(code, place, message).pointer(self.pointer()).help(help)
+    }
+
+    fn pointer(&self) -> String {
+        pointer_join(&format!("{}/bypass", self.said.pointer), &self.one.key)
+    }
+
+    /// What a faulty entry may be about: the resource that it names if the passes write that, else all that they write.
+    fn meant(&self) -> BTreeSet<ResourceHandle> {
+        let environment = &self.said.environment;
+        let name = environment.interpolate(&self.one.key, &self.shared.scope).ok();
+        let named = name.and_then(|name| self.shared.find(&environment.resource(&name)));
+        let uses = self.members().flat_map(|pass| &pass.uses);
+        let written: BTreeSet<ResourceHandle> =
+            uses.filter(|one| one.usage.writes()).map(|one| one.resource).collect();
+        match named.filter(|named| written.contains(named)) {
+            Some(named) => BTreeSet::from([named]),
+            None => written.into_iter().chain(named).collect(),
+        }
+    }
+
+    fn members(&self) -> impl Iterator<Item = &Pass> {
+        let name = &self.said.name;
+        self.passes.iter().filter(move |pass| {
+            pass.name.strip_prefix(name.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        })
+    }
+
+    /// A resource by a reference, and the version that it names; `None` where nothing is known of it.
+    fn resource(&self, text: &str, place: Span) -> Result<Option<(ResourceHandle, Version)>, Refusal> {
+        let environment = &self.said.environment;
+        let given = text;
+        let text = environment.interpolate(text, &self.shared.scope).map_err(|mut error| {
+            environment.widen(&mut error, std::iter::empty());
+            let value = Value { span: place, kind: Kind::Text(given.to_owned()) };
+            expression_finding(&error, &value, &self.pointer()).map(Box::new)
+        })?;
+        let reference = Reference::parse(&text).map_err(|error| {
+            let message = format!("\"{text}\" is no reference");
+            Some(Box::new(self.finding(codes::BAD_REFERENCE, place, message, error.to_string())))
+        })?;
+        let Some(handle) = self.shared.find(&environment.resource(reference.resource)) else {
+            let resources = self.shared.resources.iter();
+            let names = resources.filter_map(|resource| environment.resource_inside(&resource.name));
+            let message = format!("there is no resource \"{}\"", reference.resource);
+            let finding = self.finding(codes::UNKNOWN_RESOURCE, place, message, "");
+            let written = place.of_quoted(given, 0..reference.resource.len());
+            let written = written.filter(|_| given.starts_with(reference.resource));
+            let finding = finding
+                .meant(reference.resource, names, written, |_| "declare it under \"resources\"".to_owned());
+            return Err(Some(Box::new(finding)));
+        };
+        let back = environment.back(reference.resource).saturating_add(reference.back);
+        if back > 0 {
+            let earlier = history::earlier(self.shared, handle, back).ok_or_else(|| {
+                let (message, help) = history::beyond(self.shared, handle, back);
+                let declared = self.shared.resources[handle.index()].place;
+                let finding = self.finding(codes::HISTORY_READ, place, message, help);
+                Some(Box::new(finding.related(declared, "declared here")))
+            })?;
+            return Ok(Some((earlier, Version::Newest)));
+        }
+        let version = match (reference.version, environment.version(reference.resource)) {
+            (Some(pass), _) => Version::WrittenBy(environment.pass(pass)),
+            (None, Some(pass)) => Version::WrittenBy(pass.to_owned()),
+            (None, None) => Version::Newest,
+        };
+        let known = !matches!(self.shared.resources[handle.index()].kind, ResourceKind::Broken);
+        Ok(known.then_some((handle, version)))
+    }
+
+    /// What stands in for which resource; `None` where a bypass changes nothing, or nothing is known.
+    fn bypass(
+        &self,
+        others: &BTreeMap<ResourceHandle, Bypass>,
+    ) -> Result<Option<(ResourceHandle, Bypass)>, Refusal> {
+        let key = self.one.key_span;
+        let has_toggle =
+            self.said.entry.value.get("toggle").is_some() || !self.said.environment.toggles.is_empty();
+        if !has_toggle {
+            let message = format!("\"{}\" has a bypass, but no toggle", self.said.name);
+            let help = "add \"toggle\", or remove the bypass";
+            return Err(self.refuse(key, message, help));
+        }
+        let Some(written) = self.one.value.text() else { return Ok(None) };
+        let Some((resource, _)) = self.resource(&self.one.key, key)? else { return Ok(None) };
+        let Some((stand_in, version)) = self.resource(written, self.one.value.span)? else { return Ok(None) };
+        let writes = |pass: &Pass| pass.uses.iter().any(|one| one.resource == resource && one.usage.writes());
+        let known = &self.shared.resources[resource.index()];
+        let other = &self.shared.resources[stand_in.index()];
+        let mut members = self.members().peekable();
+        // A pass that could not be declared, or is switched off, says nothing about what it writes.
+        if members.peek().is_none() {
+            return Ok(None);
+        }
+        let Some(writer) = members.find(|pass| writes(pass)) else {
+            if self.uncertain.contains(&resource) {
+                return Ok(None);
+            }
+            let message = format!("\"{}\" does not write \"{}\"", self.said.name, known.name);
+            let help = "a bypass names what the pass writes, and what readers see instead";
+            return Err(self.refuse(key, message, help));
+        };
+        // An unknown toggle has a finding already.
+        let Some(condition) = writer.condition else { return Ok(None) };
+        let toggle = &self.toggles[condition.toggle].name;
+        if stand_in == resource {
+            let message = format!("\"{}\" cannot stand in for itself", known.name);
+            let help = "name what readers see instead";
+            return Err(self.refuse(self.one.value.span, message, help));
+        }
+        if let Some(pass) = self.passes.iter().find(|pass| writes(pass) && pass.condition != Some(condition))
+        {
+            let loads = pass
+                .uses
+                .iter()
+                .any(|one| one.resource == resource && one.usage.writes() && one.usage.reads());
+            let verb = if loads { "loads and writes" } else { "writes" };
+            let message =
+                format!("\"{}\" {verb} \"{}\" too, without the toggle \"{toggle}\"", pass.name, known.name);
+            let place = pass.uses.iter().find(|one| one.resource == resource && one.usage.writes());
+            let help = "what is bypassed is written only by passes of one toggle: give the other the same, or write to another resource";
+            let finding = self.finding(codes::BYPASS, key, message, help);
+            let finding = finding.related(place.map_or(pass.place, |one| one.place), "it is written here");
+            return Err(Some(Box::new(finding)));
+        }
+        if let Some(twin) = others.get(&resource) {
+            if (twin.stand_in, &twin.version) != (stand_in, &version) {
+                let message = format!("\"{}\" has two bypasses", known.name);
+                let finding = self.finding(codes::BYPASS, key, message, "one resource has one bypass");
+                return Err(Some(Box::new(finding.related(twin.place, "the other"))));
+            }
+            return Ok(None);
+        }
+        let fault = match (&known.kind, &other.kind) {
+            (ResourceKind::Texture(_), ResourceKind::Texture(_))
+            | (ResourceKind::Buffer(_), ResourceKind::Buffer(_)) => None,
+            (ResourceKind::Data(Some(a)), ResourceKind::Data(Some(b))) => (a != b)
+                .then(|| format!("\"{}\" and \"{}\" publish other values or views", known.name, other.name)),
+            (ResourceKind::Data(None), _) | (_, ResourceKind::Data(None)) => return Ok(None),
+            _ => Some(format!(
+                "\"{}\" is {}, \"{}\" is {}",
+                known.name,
+                known.kind_name(),
+                other.name,
+                other.kind_name()
+            )),
+        };
+        if let Some(message) = fault {
+            let help = "what stands in is of the same kind; host data has the same shape";
+            return Err(self.refuse(self.one.value.span, message, help));
+        }
+        let pointer = pointer_join(&format!("{}/bypass", self.said.pointer), &self.one.key);
+        let place = self.one.value.span;
+        Ok(Some((resource, Bypass { condition, stand_in, version, place, pointer })))
+    }
+}

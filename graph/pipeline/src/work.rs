@@ -1,0 +1,653 @@
+//! What a pass does, as data: the executor and the compiler interpret it, no pass touches the device itself.
+//!
+//! A node kind turns its settings into one [`Work`]. Render and compute work is pure data (attachments, programs,
+//! bindings, sizes as expressions), so it can be checked, planned, compared and drawn without a GPU. Host work is a
+//! function from frame input to named data and views; it knows no GPU either.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::data::HostData;
+use crate::expression::Expression;
+use crate::frame::FrameInput;
+use crate::language::TextureShape;
+use crate::pipeline::{Aspect, Run};
+use crate::shader::TypeLayout;
+use crate::source::Span;
+
+/// Names a resource of one pipeline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct ResourceHandle(pub(crate) u32);
+
+/// Names a pass of one pipeline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct PassHandle(pub(crate) u32);
+
+/// Names a program (a shader with all its variants) of one pipeline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub struct ProgramHandle(pub(crate) u32);
+
+impl ResourceHandle {
+    /// The handle of the resource at a position of a pipeline.
+    pub fn at(position: usize) -> Self {
+        Self(position as u32)
+    }
+
+    /// The position in [`crate::pipeline::Pipeline::resources`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl PassHandle {
+    /// The handle of the pass at a position of a pipeline.
+    pub fn at(position: usize) -> Self {
+        Self(position as u32)
+    }
+
+    /// The position in [`crate::pipeline::Pipeline::passes`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+impl ProgramHandle {
+    /// The handle of the program at a position of a pipeline.
+    pub fn at(position: usize) -> Self {
+        Self(position as u32)
+    }
+
+    /// The position in [`crate::pipeline::Pipeline::programs`].
+    pub fn index(self) -> usize {
+        self.0 as usize
+    }
+}
+
+/// What a pass does.
+#[derive(Clone, Debug)]
+pub enum Work {
+    /// Computes data and views on the CPU.
+    Host(HostWork),
+    /// Draws into attachments.
+    Render(Box<RenderWork>),
+    /// Dispatches a compute shader.
+    Compute(Box<ComputeWork>),
+    /// Copies texels or bytes, or clears a buffer.
+    Transfer(Box<TransferWork>),
+}
+
+/// A function from what the host says of a frame to named data and views.
+pub trait HostNode: Send + Sync + std::fmt::Debug {
+    /// Computes the data of one frame. `data` comes cleared; whatever the input is, it must end up finite.
+    fn run(&self, context: &HostContext<'_>, data: &mut HostData);
+}
+
+/// What a host node sees of a frame.
+#[derive(Debug)]
+pub struct HostContext<'a> {
+    /// What the host says.
+    pub frame: &'a FrameInput,
+    /// The data that the pass declared to read, in the order of the declaration.
+    pub inputs: &'a [&'a HostData],
+}
+
+/// Work on the CPU.
+#[derive(Clone, Debug)]
+pub struct HostWork {
+    /// The function.
+    pub node: Arc<dyn HostNode>,
+    /// The data that it computes.
+    pub output: ResourceHandle,
+    /// The data that it reads.
+    pub inputs: Vec<ResourceHandle>,
+}
+
+/// Drawing into attachments.
+#[derive(Clone, Debug)]
+pub struct RenderWork {
+    /// The color attachments in the order of the fragment shader's locations.
+    pub color: Vec<ColorAttachment>,
+    /// The depth attachment.
+    pub depth: Option<DepthAttachment>,
+    /// The stencil attachment: of the same texture, mip and layer as the depth attachment.
+    pub stencil: Option<StencilAttachment>,
+    /// What is drawn.
+    pub draw: Draw,
+}
+
+/// The part of a texture that is attached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct AttachmentTarget {
+    /// The texture.
+    pub resource: ResourceHandle,
+    /// The mip level.
+    pub mip: u32,
+    /// The layer: a fixed one, or `None` for the layer that each view names.
+    pub layer: Option<u32>,
+}
+
+/// A color attachment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColorAttachment {
+    /// Where to.
+    pub target: AttachmentTarget,
+    /// What is there before.
+    pub load: LoadOperation<[f64; 4]>,
+    /// How colors are combined.
+    pub blend: Option<wgpu_types::BlendState>,
+    /// The format in which it is written, if not the texture's own.
+    pub format: Option<wgpu_types::TextureFormat>,
+    /// Where its samples are resolved to, one for each texel.
+    pub resolve: Option<AttachmentTarget>,
+    /// Whether what it holds afterwards is thrown away, whoever might have read it.
+    pub discard: bool,
+}
+
+/// A depth attachment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepthAttachment {
+    /// Where to.
+    pub target: AttachmentTarget,
+    /// What is there before.
+    pub load: LoadOperation<f64>,
+    /// Whether depth is written.
+    pub write: bool,
+    /// Which depths pass.
+    pub compare: wgpu_types::CompareFunction,
+    /// The bias of the rasteriser per unit of depth slope, away from the viewer where positive and depth grows away.
+    pub slope_bias: f32,
+    /// Whether what it holds afterwards is thrown away, whoever might have read it.
+    pub discard: bool,
+}
+
+/// A stencil attachment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StencilAttachment {
+    /// Where to.
+    pub target: AttachmentTarget,
+    /// What is there before.
+    pub load: LoadOperation<u32>,
+    /// Comparisons, operations and masks.
+    pub state: wgpu_types::StencilState,
+    /// What is compared and written.
+    pub reference: u32,
+    /// Whether what it holds afterwards is thrown away, whoever might have read it.
+    pub discard: bool,
+}
+
+impl StencilAttachment {
+    /// Whether what is there changes.
+    pub fn write(&self) -> bool {
+        self.load != LoadOperation::Load || !self.state.is_read_only(None)
+    }
+}
+
+/// What an attachment holds before a pass.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LoadOperation<T> {
+    /// What was there.
+    Load,
+    /// One value.
+    Clear(T),
+    /// Whatever; the pass writes all of it.
+    Discard,
+}
+
+/// What is drawn.
+#[derive(Clone, Debug)]
+pub enum Draw {
+    /// One triangle that covers the attachment.
+    Fullscreen {
+        /// The shader.
+        program: ProgramHandle,
+        /// What its bindings are.
+        bindings: Vec<BoundSlot>,
+    },
+    /// Vertices from the pipeline's own buffers.
+    Buffers(Box<BufferDraw>),
+    /// The host's draws.
+    Scene(SceneDraw),
+}
+
+impl Draw {
+    /// The shader, and what its bindings are; those of groups 2 and 3 are the host's where its meshes are drawn.
+    pub fn bound(&self) -> (ProgramHandle, &Vec<BoundSlot>) {
+        match self {
+            Draw::Fullscreen { program, bindings } => (*program, bindings),
+            Draw::Buffers(draw) => (draw.program, &draw.bindings),
+            Draw::Scene(scene) => (scene.program, &scene.bindings),
+        }
+    }
+
+    pub(crate) fn bound_mut(&mut self) -> (ProgramHandle, &mut Vec<BoundSlot>) {
+        match self {
+            Draw::Fullscreen { program, bindings } => (*program, bindings),
+            Draw::Buffers(draw) => (draw.program, &mut draw.bindings),
+            Draw::Scene(scene) => (scene.program, &mut scene.bindings),
+        }
+    }
+}
+
+/// Vertices from the pipeline's own buffers.
+#[derive(Clone, Debug)]
+pub struct BufferDraw {
+    /// The shader.
+    pub program: ProgramHandle,
+    /// What its bindings are.
+    pub bindings: Vec<BoundSlot>,
+    /// The vertex buffers in the order of their slots.
+    pub vertices: Vec<VertexStream>,
+    /// The indices, if vertices are drawn by them.
+    pub indices: Option<IndexStream>,
+    /// How many are drawn.
+    pub counts: DrawCounts,
+    /// What vertices make.
+    pub topology: wgpu_types::PrimitiveTopology,
+    /// Which faces are not drawn.
+    pub cull: Option<wgpu_types::Face>,
+}
+
+/// A buffer of vertices, or of what changes from instance to instance.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VertexStream {
+    /// The buffer.
+    pub resource: ResourceHandle,
+    /// Bytes from one element to the next.
+    pub stride: u64,
+    /// Whether elements belong to vertices or to instances.
+    pub step: wgpu_types::VertexStepMode,
+    /// The attributes, by the locations of the shader.
+    pub attributes: Vec<wgpu_types::VertexAttribute>,
+}
+
+/// A buffer of indices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct IndexStream {
+    /// The buffer.
+    pub resource: ResourceHandle,
+    /// Their format.
+    pub format: wgpu_types::IndexFormat,
+}
+
+/// How many vertices, or indices, and instances are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DrawCounts {
+    /// So many.
+    Direct {
+        /// Vertices, or indices.
+        count: u32,
+        /// Instances.
+        instances: u32,
+    },
+    /// As many as a buffer says: four `u32`, or five where there are indices, as WebGPU lays them out.
+    Indirect {
+        /// The buffer.
+        resource: ResourceHandle,
+        /// The first byte of the counts.
+        offset: u64,
+    },
+}
+
+/// The host's draws, once for each view.
+#[derive(Clone, Debug)]
+pub struct SceneDraw {
+    /// The contract that the draws follow.
+    pub geometry: String,
+    /// Which of the host's draws: a word that the host knows.
+    pub filter: String,
+    /// The data whose views are drawn.
+    pub views: ResourceHandle,
+    /// The shader.
+    pub program: ProgramHandle,
+    /// What the bindings of groups 0 and 1 are; groups 2 and 3 are the host's.
+    pub bindings: Vec<BoundSlot>,
+    /// Which faces are not drawn; meshes that are double-sided are drawn from both sides whatever this says.
+    pub cull: Option<wgpu_types::Face>,
+    /// In which order.
+    pub order: DrawOrder,
+}
+
+/// The order of opaque draws. Blended ones are drawn after them, from back to front, whatever this says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DrawOrder {
+    /// As changes the least from draw to draw.
+    #[default]
+    State,
+    /// By their distance along the view, the nearest first: for a light's view by their distance to the light.
+    FrontToBack,
+}
+
+/// Dispatching a compute shader.
+#[derive(Clone, Debug)]
+pub struct ComputeWork {
+    /// The shader.
+    pub program: ProgramHandle,
+    /// What its bindings are.
+    pub bindings: Vec<BoundSlot>,
+    /// How often.
+    pub dispatch: Dispatch,
+}
+
+/// The size of a dispatch.
+#[derive(Clone, Debug)]
+pub enum Dispatch {
+    /// So many workgroups.
+    Workgroups([Deferred; 3]),
+    /// As many workgroups as three words of a buffer say.
+    Indirect {
+        /// The buffer.
+        resource: ResourceHandle,
+        /// The first byte.
+        offset: u64,
+    },
+    /// As many workgroups as cover the width, height and layers of a texture with one invocation for each texel.
+    Over {
+        /// The texture.
+        resource: ResourceHandle,
+        /// The mip level whose size counts.
+        mip: u32,
+    },
+}
+
+/// Copying texels or bytes, or clearing a buffer.
+#[derive(Clone, Debug)]
+pub struct TransferWork {
+    /// From where; without it the destination, a buffer, is filled with zeros.
+    pub source: Option<TransferEnd>,
+    /// To where.
+    pub destination: TransferEnd,
+    /// The width and height of the texels that are copied; all of a mip level without it.
+    pub extent: Option<[Deferred; 2]>,
+}
+
+/// One end of a transfer.
+#[derive(Clone, Debug)]
+pub enum TransferEnd {
+    /// Bytes of a buffer.
+    Buffer(BufferRegion),
+    /// Texels of a texture.
+    Texture(TextureRegion),
+}
+
+impl TransferEnd {
+    /// The resource.
+    pub fn resource(&self) -> ResourceHandle {
+        match self {
+            TransferEnd::Buffer(region) => region.view.resource,
+            TransferEnd::Texture(region) => region.resource,
+        }
+    }
+}
+
+/// Bytes of a buffer, or texels in it: row by row, layer by layer, mip level by mip level.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BufferRegion {
+    /// The bytes.
+    pub view: BufferView,
+    /// From one row of texels to the next, a multiple of 256 (unit: bytes); as few as possible without it.
+    pub bytes_per_row: Option<u32>,
+    /// From one layer to the next (unit: rows of texel blocks); as few as possible without it.
+    pub rows_per_image: Option<u32>,
+}
+
+/// Texels of a texture.
+#[derive(Clone, Debug)]
+pub struct TextureRegion {
+    /// The texture.
+    pub resource: ResourceHandle,
+    /// The mip levels.
+    pub mip: Run<u32>,
+    /// The layers, or slices of a volume; all without it.
+    pub layer: Option<Run<u32>>,
+    /// The aspect.
+    pub aspect: Aspect,
+    /// The texel with which it begins, from the left and from the top; the first without it.
+    pub origin: Option<[Deferred; 2]>,
+}
+
+/// An expression that is evaluated when sizes are known, and its place for findings.
+#[derive(Clone, Debug)]
+pub struct Deferred {
+    /// The expression.
+    pub expression: Expression,
+    /// Where it stands.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+}
+
+/// What one binding of a program is.
+#[derive(Clone, Debug)]
+pub struct BoundSlot {
+    /// The bind group.
+    pub group: u32,
+    /// The binding in it.
+    pub binding: u32,
+    /// The shader's own name for it.
+    pub name: String,
+    /// What it is bound to.
+    pub source: SlotSource,
+    /// Where it is said.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+}
+
+/// What a binding is bound to.
+#[derive(Clone, Debug)]
+pub enum SlotSource {
+    /// A view of a texture.
+    Texture(TextureView),
+    /// A buffer of the pipeline, or bytes of one.
+    Buffer(BufferView),
+    /// A sampler.
+    Sampler(Sampler),
+    /// Host data, laid out by the shader.
+    Data {
+        /// The data.
+        resource: ResourceHandle,
+        /// Where its values go.
+        layout: BlockLayout,
+        /// Members that take the values of expressions instead.
+        values: Option<BlockValues>,
+    },
+    /// The view being drawn, laid out by the shader.
+    View(BlockLayout),
+    /// Values of expressions, laid out by the shader.
+    Values(BlockValues),
+}
+
+impl SlotSource {
+    /// The members of a block that take the values of expressions.
+    pub fn values(&self) -> Option<&BlockValues> {
+        match self {
+            SlotSource::Values(values) => Some(values),
+            SlotSource::Data { values, .. } => values.as_ref(),
+            _ => None,
+        }
+    }
+}
+
+/// Members of a block, each with an expression.
+#[derive(Clone, Debug)]
+pub struct BlockValues {
+    /// The block as the shader declares it.
+    pub layout: TypeLayout,
+    /// The members' expressions by name.
+    pub expressions: Vec<(String, Deferred)>,
+}
+
+/// Bytes of a buffer that a shader sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct BufferView {
+    /// The buffer.
+    pub resource: ResourceHandle,
+    /// The bytes, or all.
+    pub bytes: Option<Run<u64>>,
+}
+
+/// A view of a texture that a shader sees.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
+pub struct TextureView {
+    /// The texture.
+    pub resource: ResourceHandle,
+    /// The dimension of the view.
+    pub shape: TextureShape,
+    /// Mip levels, or all.
+    pub mip: Option<Run<u32>>,
+    /// Layers, or all.
+    pub layer: Option<Run<u32>>,
+    /// The aspect; of a format with depth and stencil a shader sees one.
+    pub aspect: Aspect,
+    /// The format in which it is seen, if not its own.
+    pub format: Option<wgpu_types::TextureFormat>,
+}
+
+/// How a texture is sampled.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, schemars::JsonSchema,
+)]
+#[serde(deny_unknown_fields, default)]
+pub struct Sampler {
+    /// Whether texels are mixed, within a level and between levels.
+    pub filter: Filter,
+    /// What lies outside 0..1.
+    pub address: Address,
+    /// For comparison samplers: which reference values pass against a texel.
+    pub compare: Option<Compare>,
+}
+
+impl Default for Sampler {
+    fn default() -> Self {
+        Self { filter: Filter::Linear, address: Address::ClampToEdge, compare: None }
+    }
+}
+
+/// Whether texels are mixed.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    schemars::JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Filter {
+    /// The nearest texel.
+    Nearest,
+    /// A mix of the nearest ones.
+    #[default]
+    Linear,
+}
+
+/// What lies outside 0..1.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    Serialize,
+    Deserialize,
+    schemars::JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Address {
+    /// The edge's texels.
+    #[default]
+    ClampToEdge,
+    /// The texture again.
+    Repeat,
+    /// The texture again, mirrored.
+    MirrorRepeat,
+}
+
+/// A comparison, by WebGPU's names.
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, schemars::JsonSchema,
+)]
+#[serde(rename_all = "kebab-case")]
+pub enum Compare {
+    /// Nothing passes.
+    Never,
+    /// `<`
+    Less,
+    /// `==`
+    Equal,
+    /// `<=`
+    LessEqual,
+    /// `>`
+    Greater,
+    /// `!=`
+    NotEqual,
+    /// `>=`
+    GreaterEqual,
+    /// Everything passes.
+    Always,
+}
+
+impl From<Compare> for wgpu_types::CompareFunction {
+    fn from(compare: Compare) -> Self {
+        use wgpu_types::CompareFunction as F;
+        match compare {
+            Compare::Never => F::Never,
+            Compare::Less => F::Less,
+            Compare::Equal => F::Equal,
+            Compare::LessEqual => F::LessEqual,
+            Compare::Greater => F::Greater,
+            Compare::NotEqual => F::NotEqual,
+            Compare::GreaterEqual => F::GreaterEqual,
+            Compare::Always => F::Always,
+        }
+    }
+}
+
+/// Where the values of host data go in a block: one entry for each run of words.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct BlockLayout {
+    /// The size of the block in bytes.
+    pub size: u32,
+    /// What is written where.
+    pub runs: Vec<BlockRun>,
+}
+
+/// A run of words that is copied to a block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct BlockRun {
+    /// The index of the value in its data's shape.
+    pub value: u32,
+    /// The first word of the value.
+    pub word: u32,
+    /// The number of words.
+    pub count: u32,
+    /// The byte of the block.
+    pub offset: u32,
+}
+
+impl BlockLayout {
+    /// Packs host data into the bytes of a block; what no value fills stays as it is.
+    pub fn pack(&self, data: &HostData, block: &mut [u8]) {
+        for run in &self.runs {
+            let words = data.words_at(run.value as usize).unwrap_or_default();
+            let words = words.get(run.word as usize..(run.word + run.count) as usize).unwrap_or_default();
+            let bytes: &[u8] = bytemuck::cast_slice(words);
+            if let Some(target) = block.get_mut(run.offset as usize..run.offset as usize + bytes.len()) {
+                target.copy_from_slice(bytes);
+            }
+        }
+    }
+}

@@ -1,0 +1,211 @@
+//! One variant of a template, from values to a reflected module.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use naga::back::PipelineConstants;
+use naga::{Module, Scalar, Span, TypeInner};
+
+use super::axes::{Axes, AxisMode};
+use super::codes;
+use super::markers::{self, MarkedTemplates};
+use super::profile::TargetProfile;
+use super::reflection::{self, Reflection};
+use super::render::{self, Rendered};
+use super::templates::TemplateSet;
+use super::text_map::TextMap;
+use super::wgsl;
+use super::wgsl_error::{Refusal, Stage};
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
+use crate::source::Span as SourceSpan;
+
+/// One variant of a template, proven valid for a profile.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ShaderModule {
+    /// The name of the template.
+    pub template: String,
+    /// The values of the axes that the text depends on; the others have no effect on it.
+    pub axes: AxisValues,
+    /// The values of the axes that are pipeline-overridable constants of this module, as pipelines take them.
+    pub constants: BTreeMap<String, f64>,
+    /// The text.
+    pub wgsl: Arc<str>,
+    /// The BLAKE3 hash of the text.
+    pub hash: [u8; 32],
+    /// What the module says of itself.
+    pub reflection: Reflection,
+    /// From the text back to the templates.
+    pub map: TextMap,
+}
+
+/// Generates, parses, validates and reflects one variant.
+///
+/// `values` may name any of the template's axes; the others have their defaults.
+///
+/// # Errors
+/// Every finding that can be made: unknown axes and values, broken constraints, errors of the template, and the first
+/// error of the WGSL. Places are in the templates; the generated line stands beside them.
+pub fn compile(
+    templates: &TemplateSet,
+    template: &str,
+    values: &AxisValues,
+    profile: &TargetProfile,
+) -> Result<ShaderModule, Vec<Diagnostic>> {
+    let values = complete(templates, template, values)?;
+    let rendered = render::render(templates, template, &template_values(templates, template, &values))?;
+    wgsl::with_stack(|| check(templates, template, &values, &rendered, profile))
+}
+
+/// The values of all axes: the given ones, checked, and defaults for the rest.
+pub fn complete(
+    templates: &TemplateSet,
+    template: &str,
+    given: &AxisValues,
+) -> Result<AxisValues, Vec<Diagnostic>> {
+    let Some(axes) = templates.axes(template) else {
+        return Err(vec![templates.unknown(template, Place::Nowhere)]);
+    };
+    let mut findings = templates.axes_findings(template);
+    if templates.has_lost_axes(template) {
+        return Err(findings);
+    }
+    let place = templates.file(template).map_or(Place::Nowhere, |file| SourceSpan::new(file, 0..0).into());
+    let mut values = axes.defaults();
+    for (name, value) in given {
+        match axes.get(name) {
+            None => findings.push(unknown_axis(axes, template, name, place.clone())),
+            Some(axis) if !axis.kind.contains(value) => findings.push(
+                Diagnostic::error(
+                    codes::AXIS_VALUE,
+                    axis.span,
+                    format!("{value} is no value of the axis \"{name}\""),
+                )
+                .help(format!("the values are {}", axis.kind.describe())),
+            ),
+            Some(_) => {
+                values.insert(name.clone(), value.clone());
+            }
+        }
+    }
+    if findings.is_empty() {
+        findings.extend(axes.violated(&values).map(|constraint| {
+            let involved: AxisValues = constraint
+                .axes()
+                .into_iter()
+                .filter_map(|name| Some((name.to_owned(), values.get(name)?.clone())))
+                .collect();
+            let message =
+                format!("{} breaks a constraint of \"{template}\": {constraint}", describe(&involved));
+            Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
+        }));
+    }
+    if findings.is_empty() { Ok(values) } else { Err(findings) }
+}
+
+/// The finding for a name that is no axis of a template.
+pub(crate) fn unknown_axis(axes: &Axes, template: &str, name: &str, place: Place) -> Diagnostic {
+    let finding =
+        Diagnostic::error(codes::AXIS_UNKNOWN, place, format!("\"{template}\" has no axis \"{name}\""));
+    let written = finding.span();
+    finding.meant(name, axes.names(), written, |names| match names {
+        [] => "it has no axes at all".to_owned(),
+        names => format!("its axes are {}", names.join(", ")),
+    })
+}
+
+/// The values of those axes that are variables of the template.
+pub(crate) fn template_values(templates: &TemplateSet, template: &str, values: &AxisValues) -> AxisValues {
+    let is_variable = |name: &str| {
+        templates
+            .axes(template)
+            .and_then(|axes| axes.get(name))
+            .is_some_and(|axis| axis.mode == AxisMode::Template)
+    };
+    values
+        .iter()
+        .filter(|(name, _)| is_variable(name))
+        .map(|(name, value)| (name.clone(), value.clone()))
+        .collect()
+}
+
+fn check(
+    templates: &TemplateSet,
+    template: &str,
+    values: &AxisValues,
+    rendered: &Rendered,
+    profile: &TargetProfile,
+) -> Result<ShaderModule, Vec<Diagnostic>> {
+    let axes = templates.axes(template);
+    let checked = wgsl::check(&rendered.text, profile.capabilities, |module| {
+        axes.map_or_else(|| Ok(PipelineConstants::default()), |axes| constants(axes, values, module))
+    });
+    let checked = match (checked, templates.file(template)) {
+        (Ok(checked), _) => checked,
+        (Err(refusal), Some(file)) => {
+            let finding = markers::place(&refusal, &rendered.text, &rendered.map, file, || {
+                let values = template_values(templates, template, values);
+                MarkedTemplates::new(templates).map(template, &values, &rendered.text)
+            });
+            return Err(vec![finding]);
+        }
+        (Err(_), None) => return Err(vec![templates.unknown(template, Place::Nowhere)]),
+    };
+    let constants =
+        axes.map(|axes| constants(axes, values, &checked.module)).and_then(Result::ok).unwrap_or_default();
+    let read = &rendered.read;
+    Ok(ShaderModule {
+        template: template.to_owned(),
+        axes: values
+            .iter()
+            .filter(|(name, _)| read.contains(*name))
+            .map(|(k, v)| (k.clone(), v.clone()))
+            .collect(),
+        constants: constants.into_iter().collect(),
+        hash: *blake3::hash(rendered.text.as_bytes()).as_bytes(),
+        wgsl: rendered.text.as_str().into(),
+        reflection: reflection::reflect(&checked.module, &checked.info, &checked.workgroup_sizes),
+        map: rendered.map.clone(),
+    })
+}
+
+/// The values of the override axes that a module declares as overrides.
+///
+/// # Errors
+/// An override whose type does not fit its axis.
+pub(crate) fn constants(
+    axes: &Axes,
+    values: &AxisValues,
+    module: &Module,
+) -> Result<PipelineConstants, Refusal> {
+    let mut constants = PipelineConstants::default();
+    for (handle, constant) in module.overrides.iter() {
+        let Some(name) = constant.name.as_deref() else { continue };
+        let Some(axis) = axes.get(name).filter(|axis| axis.mode == AxisMode::Override) else { continue };
+        let scalar = match module.types[constant.ty].inner {
+            TypeInner::Scalar(scalar) => Some(scalar),
+            _ => None,
+        };
+        let value = match (values.get(name), scalar) {
+            (Some(AxisValue::Bool(value)), Some(Scalar::BOOL)) => f64::from(u8::from(*value)),
+            (Some(AxisValue::Integer(value)), Some(Scalar::I32)) if i32::try_from(*value).is_ok() => {
+                *value as f64
+            }
+            (Some(AxisValue::Integer(value)), Some(Scalar::U32)) if u32::try_from(*value).is_ok() => {
+                *value as f64
+            }
+            _ => {
+                let message =
+                    format!("the override \"{name}\" does not fit its axis ({})", axis.kind.describe());
+                let span: Span = module.overrides.get_span(handle);
+                let help =
+                    "a boolean axis is a `bool`, an integer axis an `i32` or `u32` that holds all its values";
+                let refusal = Refusal::new(Stage::OverrideAxis, message, span);
+                return Err(Refusal { help: Some(help.to_owned()), ..refusal });
+            }
+        };
+        // An override with an `@id` is set by that number, any other by its name.
+        let key = constant.id.map_or_else(|| name.to_owned(), |id| id.to_string());
+        constants.insert(key, value);
+    }
+    Ok(constants)
+}

@@ -1,0 +1,342 @@
+//! Guards against templates that grow without end.
+//!
+//! The template engine counts its steps (fuel), and the sink counts the bytes that reach it. Neither sees a value that
+//! doubles inside a variable: thirty rounds of `set s = s ~ s` are few steps and a gigabyte. Growth needs a name to
+//! feed on, and names are bound by few tags: `set`, `for`, `macro`, `call` and `with`. After each of these tags a call of a
+//! guard with the bound names is inserted, which fails where a value is too large or time is up. The insertions contain
+//! no line break and take over the whitespace control of their tag, so they change no output; [`Prepared::original`]
+//! maps offsets back.
+//!
+//! Limit: one expression can still build a value that grows with the length of its text times 100 MB, the engine's own
+//! bound for `"x" * n`.
+
+use std::borrow::Cow;
+use std::cell::Cell;
+use std::time::{Duration, Instant};
+
+use minijinja::value::{Rest, Value, ValueKind};
+use minijinja::{Error, ErrorKind};
+
+use super::scan::{Tag, Word, WordKind};
+
+/// The largest value that may be kept in a variable, in bytes of text or in elements.
+pub(crate) const MAXIMUM_VALUE: usize = 1 << 20;
+/// The largest text that all expressions of one rendering may write, captured text included.
+pub(crate) const MAXIMUM_WRITTEN: usize = 16 << 20;
+/// The longest time for one rendering. Fuel and sizes end every realistic template long before.
+const MAXIMUM_TIME: Duration = Duration::from_secs(8);
+/// The name of the inserted function; no axis can have it, since axis names start with a letter.
+pub(crate) const GUARD: &str = "__guard";
+
+/// A template with its guards, as the engine gets it.
+#[derive(Clone, Debug)]
+pub(crate) struct Prepared {
+    pub(crate) text: String,
+    /// Offset in the original text and length of each insertion, in order.
+    insertions: Vec<(usize, usize)>,
+}
+
+impl Prepared {
+    /// The offset in the original text for an offset in the prepared one. An offset inside an insertion falls on the
+    /// end of the tag that it belongs to.
+    pub(crate) fn original(&self, offset: usize) -> usize {
+        let mut inserted = 0;
+        for (at, length) in &self.insertions {
+            if *at + inserted >= offset {
+                break;
+            }
+            if offset < *at + inserted + length {
+                return *at;
+            }
+            inserted += length;
+        }
+        offset - inserted
+    }
+}
+
+/// Inserts the guards.
+pub(crate) fn prepare(text: &str, tags: &[Tag]) -> Prepared {
+    let mut prepared = Prepared { text: String::with_capacity(text.len() + 256), insertions: Vec::new() };
+    let mut copied = 0;
+    let mut open_sets: Vec<Vec<Cow<'_, str>>> = Vec::new();
+    for tag in tags {
+        let names = match tag.keyword(text) {
+            Some("set") => {
+                let (names, block) = set_targets(text, &tag.words[1..]);
+                if block {
+                    open_sets.push(names);
+                    continue;
+                }
+                if is_literal(&tag.words[1..]) {
+                    continue;
+                }
+                names
+            }
+            Some("endset") => open_sets.pop().unwrap_or_default(),
+            Some("for") => {
+                let at = tag.words.iter().position(|word| slice(text, word) == "in");
+                let at = at.unwrap_or(tag.words.len());
+                if is_bound(tag.words.get(at + 1..).unwrap_or_default()) {
+                    continue;
+                }
+                identifiers(text, &tag.words[1..at])
+            }
+            Some("macro") => parameters(text, tag.words.get(2..).unwrap_or_default()),
+            Some("call") => parameters(text, &tag.words[1..]),
+            Some("with") => assigned(text, &tag.words[1..]),
+            _ => continue,
+        };
+        let closing = &text.as_bytes()[..tag.range.end];
+        if names.is_empty() || !closing.ends_with(b"%}") {
+            continue;
+        }
+        let control = match closing.get(closing.len().wrapping_sub(3)) {
+            Some(b'-') => "-",
+            Some(b'+') => "+",
+            _ => "",
+        };
+        let insertion = format!("{{%do {GUARD}({}){control}%}}", names.join(","));
+        prepared.text.push_str(&text[copied..tag.range.end]);
+        copied = tag.range.end;
+        prepared.insertions.push((copied, insertion.len()));
+        prepared.text.push_str(&insertion);
+    }
+    prepared.text.push_str(&text[copied..]);
+    prepared
+}
+
+fn slice<'t>(text: &'t str, word: &Word) -> &'t str {
+    text.get(word.range.clone()).unwrap_or_default()
+}
+
+fn identifiers<'t>(text: &'t str, words: &[Word]) -> Vec<Cow<'t, str>> {
+    words
+        .iter()
+        .filter(|word| word.kind == WordKind::Identifier)
+        .map(|word| Cow::Borrowed(slice(text, word)))
+        .collect()
+}
+
+/// Whether what a `set` binds is written out in the template: it is no larger than the text of the tag, and a table of
+/// numbers need not be looked through in every rendering.
+fn is_literal(words: &[Word]) -> bool {
+    let is_equals = |word: &Word| word.kind == WordKind::Sign(b'=');
+    let Some(equals) = words.iter().position(is_equals) else { return false };
+    words[equals + 1..].iter().all(|word| match word.kind {
+        WordKind::Identifier => false,
+        WordKind::Text | WordKind::Number => true,
+        WordKind::Sign(sign) => {
+            matches!(sign, b'[' | b']' | b'{' | b'}' | b'(' | b')' | b',' | b':' | b'.' | b'-')
+        }
+    })
+}
+
+/// Whether what a `for` goes through has a name: it was looked at when it was bound, elements included.
+fn is_bound(words: &[Word]) -> bool {
+    matches!(words, [Word { kind: WordKind::Identifier, .. }])
+}
+
+/// The targets of a `set`, attributes included, and whether it is the form with a block.
+fn set_targets<'t>(text: &'t str, words: &[Word]) -> (Vec<Cow<'t, str>>, bool) {
+    let equals = words.iter().position(|word| word.kind == WordKind::Sign(b'='));
+    let filter = words.iter().position(|word| word.kind == WordKind::Sign(b'|'));
+    let end = equals.or(filter).unwrap_or(words.len());
+    let mut names: Vec<Cow<'t, str>> = Vec::new();
+    let mut attribute = false;
+    for word in &words[..end] {
+        match word.kind {
+            WordKind::Identifier if attribute => {
+                if let Some(name) = names.last_mut() {
+                    *name = Cow::Owned(format!("{name}.{}", slice(text, word)));
+                }
+                attribute = false;
+            }
+            WordKind::Identifier => names.push(Cow::Borrowed(slice(text, word))),
+            WordKind::Sign(b'.') => attribute = true,
+            _ => {}
+        }
+    }
+    (names, equals.is_none())
+}
+
+/// The names in the first pair of parentheses that stand at the start of a parameter.
+fn parameters<'t>(text: &'t str, words: &[Word]) -> Vec<Cow<'t, str>> {
+    if words.first().is_none_or(|word| word.kind != WordKind::Sign(b'(')) {
+        return Vec::new();
+    }
+    let mut depth = 0_usize;
+    let mut names = Vec::new();
+    let mut start = false;
+    for word in words {
+        match word.kind {
+            WordKind::Sign(b'(' | b'[' | b'{') => {
+                depth += 1;
+                start = depth == 1;
+                continue;
+            }
+            WordKind::Sign(b')' | b']' | b'}') => {
+                depth = depth.saturating_sub(1);
+                if depth == 0 {
+                    break;
+                }
+            }
+            WordKind::Sign(b',') if depth == 1 => {
+                start = true;
+                continue;
+            }
+            WordKind::Identifier if start => names.push(Cow::Borrowed(slice(text, word))),
+            _ => {}
+        }
+        start = false;
+    }
+    names
+}
+
+/// The names that a `with` binds: those before a single `=` outside of brackets.
+fn assigned<'t>(text: &'t str, words: &[Word]) -> Vec<Cow<'t, str>> {
+    let mut depth = 0_usize;
+    let mut names = Vec::new();
+    for (at, word) in words.iter().enumerate() {
+        match word.kind {
+            WordKind::Sign(b'(' | b'[' | b'{') => depth += 1,
+            WordKind::Sign(b')' | b']' | b'}') => depth = depth.saturating_sub(1),
+            WordKind::Identifier if depth == 0 => {
+                let is =
+                    |at: usize, sign: u8| words.get(at).is_some_and(|word| word.kind == WordKind::Sign(sign));
+                if is(at + 1, b'=') && !is(at + 2, b'=') {
+                    names.push(Cow::Borrowed(slice(text, word)));
+                }
+            }
+            _ => {}
+        }
+    }
+    names
+}
+
+thread_local! {
+    static DEADLINE: Cell<Option<Instant>> = const { Cell::new(None) };
+    static WRITTEN: Cell<usize> = const { Cell::new(0) };
+    static CALLS: Cell<u32> = const { Cell::new(0) };
+}
+
+/// Starts the clock and the count of one rendering on this thread.
+pub(crate) fn begin() {
+    // Browsers have no clock here; fuel and sizes hold there too.
+    let clock = (!cfg!(target_family = "wasm")).then(Instant::now);
+    DEADLINE.set(clock.and_then(|now| now.checked_add(MAXIMUM_TIME)));
+    WRITTEN.set(0);
+}
+
+/// Counts text that an expression writes.
+pub(crate) fn written(bytes: usize) -> Result<(), Error> {
+    let total = WRITTEN.get().saturating_add(bytes);
+    WRITTEN.set(total);
+    if total > MAXIMUM_WRITTEN {
+        return Err(limit("its expressions write more than 16 MiB"));
+    }
+    // The clock takes longer than most of what is written.
+    let calls = CALLS.get().wrapping_add(1);
+    CALLS.set(calls);
+    if calls.is_multiple_of(16) { in_time() } else { Ok(()) }
+}
+
+fn in_time() -> Result<(), Error> {
+    match DEADLINE.get() {
+        Some(deadline) if Instant::now() > deadline => Err(limit("rendering takes longer than 8 seconds")),
+        _ => Ok(()),
+    }
+}
+
+/// An error that stands for an exceeded limit; told from others by [`is_limit`].
+pub(crate) fn limit(message: &'static str) -> Error {
+    Error::new(ErrorKind::OutOfFuel, message)
+}
+
+/// Whether an error stands for an exceeded limit.
+pub(crate) fn is_limit(error: &Error) -> bool {
+    error.kind() == ErrorKind::OutOfFuel
+}
+
+/// The inserted function.
+pub(crate) fn guard(values: Rest<Value>) -> Result<Value, Error> {
+    in_time()?;
+    let mut budget = MAXIMUM_VALUE;
+    if values.iter().all(|value| fits(value, &mut budget, 0)) {
+        Ok(Value::from(""))
+    } else {
+        Err(limit("a value kept in a variable is larger than 1 MiB"))
+    }
+}
+
+fn fits(value: &Value, budget: &mut usize, depth: usize) -> bool {
+    let size = match value.as_str() {
+        Some(text) => text.len(),
+        None => 1,
+    };
+    match budget.checked_sub(size) {
+        Some(rest) => *budget = rest,
+        None => return false,
+    }
+    match value.kind() {
+        // An iterable (a range, a concatenation) is lazy: its length is bounded, its elements are looked at one by one.
+        ValueKind::Iterable | ValueKind::Seq | ValueKind::Map if depth > 64 => false,
+        ValueKind::Iterable | ValueKind::Seq => match value.len() {
+            Some(length) if length > MAXIMUM_VALUE => false,
+            _ => value.try_iter().is_ok_and(|mut items| items.all(|item| fits(&item, budget, depth + 1))),
+        },
+        ValueKind::Map => value.try_iter().is_ok_and(|mut keys| {
+            keys.all(|key| value.get_item(&key).is_ok_and(|item| fits(&item, budget, depth + 1)))
+        }),
+        _ => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scan::scan;
+
+    fn prepared(text: &str) -> Prepared {
+        prepare(text, &scan(text))
+    }
+
+    #[test]
+    fn every_tag_that_binds_names_is_guarded() {
+        let guarded = |text: &str| {
+            let text = prepared(text).text;
+            let start = text.find(GUARD)? + GUARD.len();
+            text[start..].split_once(')').map(|(names, _)| names[1..].to_owned())
+        };
+        assert_eq!(guarded("{% set a = b ~ c %}").as_deref(), Some("a"));
+        assert_eq!(guarded("{% set ns.a = ns.a + 1 %}").as_deref(), Some("ns.a"));
+        assert_eq!(guarded("{% set a, b = c %}").as_deref(), Some("a,b"));
+        assert_eq!(guarded("{% set a %}x{% endset %}").as_deref(), Some("a"));
+        assert_eq!(guarded("{% for k, v in d|items %}").as_deref(), Some("k,v"));
+        assert_eq!(guarded("{% for k in d %}"), None);
+        assert_eq!(guarded("{% for %}{% for in %}{% for k %}").as_deref(), Some("k"));
+        assert_eq!(guarded("{% for k in d ~ d %}").as_deref(), Some("k"));
+        assert_eq!(guarded("{% macro m(a, b=[c, d]) %}").as_deref(), Some("a,b"));
+        assert_eq!(guarded("{% call(u, v) m(x) %}").as_deref(), Some("u,v"));
+        assert_eq!(guarded("{% with a = b == c, d = 1 %}").as_deref(), Some("a,d"));
+        assert_eq!(guarded("{% if a %}"), None);
+        assert_eq!(guarded("{% call m(x) %}"), None);
+    }
+
+    #[test]
+    fn offsets_map_back_across_insertions() {
+        let text = "a{% set x = 1 %}b{%- for i in r -%}c";
+        let prepared = prepared(text);
+        for (at, character) in prepared.text.char_indices() {
+            let back = prepared.original(at);
+            if matches!(character, 'a' | 'b' | 'c') && !prepared.text[..at].ends_with('_') {
+                let inside = prepared.text[..at]
+                    .rfind("{%do")
+                    .is_some_and(|from| !prepared.text[from..at].contains("%}"));
+                if !inside {
+                    assert_eq!(text.as_bytes()[back] as char, character, "at {at}");
+                }
+            }
+        }
+        assert_eq!(prepared.original(prepared.text.len()), text.len());
+    }
+}

@@ -1,0 +1,129 @@
+//! Better places for two kinds of mistakes that naga reports far away.
+//!
+//! A bracket that is not closed is noticed where the next declaration begins, often in another template; a name that is
+//! misspelt where it is declared is noticed where it is used. Only after a parse error, so at no cost otherwise, this
+//! looks for the bracket itself and for the name that was meant.
+//!
+//! Limits: brackets are matched lexically, and `fn` or `struct` inside of brackets is taken for the sign that one is
+//! missing before; a name counts as meant if it is close in spelling and occurs in the same text.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use super::wgsl_error::Refusal;
+use crate::diagnostic::did_you_mean;
+
+/// Moves a refusal to the bracket that provoked it, or adds the name that was meant.
+pub(super) fn improve(text: &str, mut refusal: Refusal) -> Refusal {
+    let words = words(text);
+    if let Some((range, message)) = unmatched(text, &words) {
+        if let Some(noticed) = refusal.range.replace(range) {
+            refusal.labels.insert(0, (noticed, format!("noticed here: {}", refusal.message)));
+        }
+        refusal.message = message;
+    } else if let Some((name, range)) = meant(text, &refusal.message, &words) {
+        refusal.labels.push((range, format!("\"{name}\" is here")));
+        refusal.help = Some(format!("did you mean \"{name}\"?"));
+    }
+    refusal
+}
+
+/// Identifiers, keywords and brackets, in order; comments are left out.
+fn words(text: &str) -> Vec<Range<usize>> {
+    let bytes = text.as_bytes();
+    let mut words = Vec::new();
+    let mut at = 0;
+    while at < bytes.len() {
+        let start = at;
+        at += 1;
+        match bytes[start] {
+            b'/' if bytes.get(at) == Some(&b'/') => {
+                at = bytes[at..].iter().position(|byte| *byte == b'\n').map_or(bytes.len(), |end| at + end);
+            }
+            b'/' if bytes.get(at) == Some(&b'*') => at = super::complexity::comment_end(bytes, start),
+            b'(' | b')' | b'[' | b']' | b'{' | b'}' => words.push(start..at),
+            byte if byte.is_ascii_alphanumeric() || byte == b'_' => {
+                let tail = |byte: &&u8| byte.is_ascii_alphanumeric() || **byte == b'_';
+                at += bytes[at..].iter().take_while(tail).count();
+                words.push(start..at);
+            }
+            _ => {}
+        }
+    }
+    words
+}
+
+fn unmatched(text: &str, words: &[Range<usize>]) -> Option<(Range<usize>, String)> {
+    let mut open: Vec<&Range<usize>> = Vec::new();
+    let never_closed =
+        |range: &Range<usize>| (range.clone(), format!("this \"{}\" is never closed", &text[range.clone()]));
+    for range in words {
+        match &text[range.clone()] {
+            "(" | "[" | "{" => open.push(range),
+            close @ (")" | "]" | "}") => {
+                let Some(last) = open.pop() else {
+                    return Some((range.clone(), format!("this \"{close}\" closes nothing")));
+                };
+                if !matches!((&text[last.clone()], close), ("(", ")") | ("[", "]") | ("{", "}")) {
+                    return Some(never_closed(last));
+                }
+            }
+            // Declarations stand outside of all brackets.
+            "fn" | "struct" => {
+                if let Some(last) = open.first() {
+                    return Some(never_closed(last));
+                }
+            }
+            _ => {}
+        }
+    }
+    open.first().map(|last| never_closed(last))
+}
+
+/// The name that was probably meant by the unknown one that a message quotes, and where it stands first.
+fn meant<'t>(text: &'t str, message: &str, words: &[Range<usize>]) -> Option<(&'t str, Range<usize>)> {
+    const UNKNOWN: [&str; 3] = ["no definition in scope", "unknown type", "invalid field accessor"];
+    if !UNKNOWN.iter().any(|start| message.starts_with(start)) {
+        return None;
+    }
+    // Short names are close to everything.
+    let name = message.split('`').nth(1).filter(|name| name.len() > 3)?;
+    let mut first: BTreeMap<&str, &Range<usize>> = BTreeMap::new();
+    for range in words {
+        first.entry(&text[range.clone()]).or_insert(range);
+    }
+    let is_name =
+        |word: &&str| *word != name && word.starts_with(|each: char| each.is_alphabetic() || each == '_');
+    let meant = did_you_mean(name, first.keys().copied().filter(is_name))?;
+    first.get(meant).map(|range| (meant, (*range).clone()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wgsl_error::Stage;
+
+    fn improved(text: &str, message: &str) -> Refusal {
+        improve(
+            text,
+            Refusal { range: Some(0..1), ..Refusal::new(Stage::Parsing, message, naga::Span::UNDEFINED) },
+        )
+    }
+
+    #[test]
+    fn the_bracket_itself_is_found() {
+        let place = |text: &str| improved(text, "expected").range.unwrap().start;
+        assert_eq!(place("fn f() { if a { }\nfn g() {}"), 7, "the function that is not closed");
+        assert_eq!(place("fn f() { let a = (1; }\nfn g() {}"), 17);
+        assert_eq!(place("fn f() { }}\nfn g() {}"), 10);
+        assert_eq!(place("fn f() { /* { */ } // {\n"), 0, "nothing is wrong with the brackets");
+    }
+
+    #[test]
+    fn the_name_that_was_meant_is_shown() {
+        let text = "fn sample_cascade() {}\nfn f() { sample_cascades(); }";
+        let refusal = improved(text, "no definition in scope for identifier: `sample_cascades`");
+        assert_eq!(refusal.help.as_deref(), Some("did you mean \"sample_cascade\"?"));
+        assert_eq!(refusal.labels[0].0, 3..17);
+    }
+}

@@ -1,0 +1,178 @@
+//! Whether the variants of a template agree about its bindings.
+//!
+//! The layout of a pass is the union over its variants, so that switching a feature changes a pipeline and nothing else:
+//! bind groups stay. Variants may leave bindings out, but where two have one they have to mean the same by it, in all
+//! passes and configurations. Some axes are there to choose between layouts: whether a texture has samples, whether
+//! lights lie in a uniform block. Their declaration says so (`"own_layout": true`); variants with different values of
+//! such an axis never stand for one another, and are compared with nobody but their own kind.
+//!
+//! What lies within a block may differ: it grows with the numbers that size it, and whoever fills it is compared with
+//! every variant when a pipeline is loaded. Variants that the meshes of one pass choose between are held to more there:
+//! their blocks are the same to the last offset.
+//!
+//! A finding names the two variants that differ in the fewest axes, by the values in which they differ.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use super::Explored;
+use super::report::TemplateReport;
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
+use crate::interface::{self, InterfaceConflict};
+use crate::render::Placement;
+use crate::source::Span;
+use crate::{Axes, Reflection, TemplateSet, codes};
+
+/// The most variants of either view among which the closest pair is looked for.
+const MAXIMUM_CANDIDATES: usize = 256;
+
+/// A variant.
+#[derive(Clone, Copy)]
+struct Member<'a> {
+    /// The request, and the text among those of it.
+    at: (usize, usize),
+    values: &'a AxisValues,
+    reflection: &'a Arc<Reflection>,
+}
+
+/// The values that choose a layout, in the order of their axes; none where a text does not read the axis.
+type Layout<'a> = Vec<Option<&'a AxisValue>>;
+
+/// Every binding that two variants of a template see differently.
+pub(super) fn disagreements(
+    templates: &TemplateSet,
+    placement: &Placement<'_>,
+    explored: &[Explored<'_>],
+    reports: &[TemplateReport],
+) -> Vec<Diagnostic> {
+    let mut by_template: BTreeMap<&str, Vec<Member<'_>>> = BTreeMap::new();
+    for (request, report) in reports.iter().enumerate() {
+        let members = by_template.entry(&report.template).or_default();
+        members.extend(report.variants.iter().enumerate().filter_map(|(text, variant)| {
+            let reflection = variant.reflection.as_ref()?;
+            Some(Member { at: (request, text), values: &variant.axes, reflection })
+        }));
+    }
+    let mut findings = Vec::new();
+    for (template, members) in by_template {
+        let own: Vec<&str> = templates
+            .axes(template)
+            .into_iter()
+            .flat_map(Axes::iter)
+            .filter(|axis| axis.own_layout)
+            .map(|axis| axis.name.as_str())
+            .collect();
+        let mut said = BTreeSet::new();
+        for (conflict, one, other) in conflicts(&members, &own) {
+            if !said.insert(conflict.message.clone()) {
+                continue;
+            }
+            let (one, other) = closest(&members, &own, &conflict, one, other);
+            let place = |member: &Member<'_>, name: &str| {
+                let each = explored.get(member.at.0);
+                let source = each
+                    .and_then(|each| each.exploration.source(templates, placement, template, member.at.1));
+                let at = source.and_then(|source| {
+                    declaration_of(&source.wgsl, name).and_then(|range| source.map.span(range))
+                });
+                at.or_else(|| templates.file(template).map(|file| Span::new(file, 0..0)))
+                    .map_or(Place::Nowhere, Place::Span)
+            };
+            let (there, here) = (place(&one, &conflict.first_name), place(&other, &conflict.name));
+            let (one, other) = (apart(one.values, other.values), apart(other.values, one.values));
+            let message = format!("two variants of \"{template}\" disagree: {}", conflict.message);
+            findings.push(
+                Diagnostic::error(codes::INTERFACE_CONFLICT, here.clone(), message)
+                    .related(there, format!("the one is {}", describe(&one)))
+                    .related(here, format!("the other is {}", describe(&other)))
+                    .help("let all variants declare it alike, or at different bindings; an axis that is there to choose between layouts is declared with \"own_layout\": true"),
+            );
+        }
+    }
+    findings
+}
+
+fn layout<'a>(member: &Member<'a>, own: &[&str]) -> Layout<'a> {
+    own.iter().map(|name| member.values.get(*name)).collect()
+}
+
+/// Whether two variants can be of one layout.
+fn meet(one: &Layout<'_>, other: &Layout<'_>) -> bool {
+    one.iter().zip(other).all(|pair| !matches!(pair, (Some(one), Some(other)) if one != other))
+}
+
+/// What variants that can be of one layout disagree about, with two that do.
+fn conflicts<'a>(members: &[Member<'a>], own: &[&str]) -> Vec<(InterfaceConflict, Member<'a>, Member<'a>)> {
+    // Equal reflections are one; the first variant stands for all of them.
+    let mut layouts: BTreeMap<Layout<'a>, BTreeMap<*const Reflection, Member<'a>>> = BTreeMap::new();
+    for member in members {
+        let known = layouts.entry(layout(member, own)).or_default();
+        known.entry(Arc::as_ptr(member.reflection)).or_insert(*member);
+    }
+    let in_order = |members: &BTreeMap<*const Reflection, Member<'a>>| {
+        let mut members: Vec<Member<'a>> = members.values().copied().collect();
+        members.sort_by_key(|member| member.at);
+        members
+    };
+    // Layouts that leave the same axes open and are not the same differ in some value.
+    let mut by_open: BTreeMap<Vec<bool>, Vec<&Layout<'a>>> = BTreeMap::new();
+    let open = |layout: &Layout<'_>| layout.iter().map(Option::is_none).collect::<Vec<bool>>();
+    layouts.keys().for_each(|layout| by_open.entry(open(layout)).or_default().push(layout));
+    let mut found = Vec::new();
+    for (layout, own_members) in &layouts {
+        let mut together = in_order(own_members);
+        let others = by_open.iter().filter(|(other, _)| **other != open(layout)).flat_map(|(_, each)| each);
+        let others = others.filter(|other| meet(layout, other)).filter_map(|other| layouts.get(*other));
+        together.extend(others.flat_map(in_order));
+        let (_, conflicts) = interface::unite(together.iter().map(|member| member.reflection.as_ref()));
+        for conflict in conflicts {
+            if let (Some(one), Some(other)) = (together.get(conflict.first), together.get(conflict.second)) {
+                found.push((conflict, *one, *other));
+            }
+        }
+    }
+    found
+}
+
+/// Of all variants with these two views, the two that differ in the fewest axes.
+fn closest<'a>(
+    members: &[Member<'a>],
+    own: &[&str],
+    conflict: &InterfaceConflict,
+    one: Member<'a>,
+    other: Member<'a>,
+) -> (Member<'a>, Member<'a>) {
+    let alike = |name: &str, as_in: Member<'a>| -> Vec<Member<'a>> {
+        let binding =
+            |member: &Member<'a>| member.reflection.bindings.iter().find(|binding| binding.name == name);
+        let Some(wanted) = binding(&as_in) else { return vec![as_in] };
+        let is_it = |member: &&Member<'a>| binding(member).is_some_and(|each| interface::agree(each, wanted));
+        members.iter().filter(is_it).take(MAXIMUM_CANDIDATES).copied().collect()
+    };
+    let (ones, others) = (alike(&conflict.first_name, one), alike(&conflict.name, other));
+    let distance = |(one, other): &(Member<'a>, Member<'a>)| {
+        apart(one.values, other.values).len() + apart(other.values, one.values).len()
+    };
+    let pairs = ones.iter().flat_map(|one| others.iter().map(|other| (*one, *other)));
+    let pairs = pairs.filter(|(one, other)| meet(&layout(one, own), &layout(other, own)));
+    pairs.min_by_key(distance).unwrap_or((one, other))
+}
+
+/// The values of the one that the other does not have.
+fn apart(one: &AxisValues, other: &AxisValues) -> AxisValues {
+    let differs = |(name, value): &(&String, &AxisValue)| other.get(*name) != Some(*value);
+    one.iter().filter(differs).map(|(name, value)| (name.clone(), value.clone())).collect()
+}
+
+/// The name in the declaration of a module-scope variable.
+fn declaration_of(wgsl: &str, name: &str) -> Option<std::ops::Range<usize>> {
+    let is_word = |byte: Option<&u8>| byte.is_some_and(|byte| byte.is_ascii_alphanumeric() || *byte == b'_');
+    let bytes = wgsl.as_bytes();
+    wgsl.match_indices(name).map(|(at, name)| at..at + name.len()).find(|range| {
+        let statement = wgsl[..range.start].rfind([';', '}']).map_or(0, |end| end + 1);
+        let before = &wgsl[statement..range.start];
+        let whole = !is_word(bytes.get(range.end))
+            && !is_word(range.start.checked_sub(1).and_then(|at| bytes.get(at)));
+        whole && before.contains("@binding") && before.contains("var")
+    })
+}

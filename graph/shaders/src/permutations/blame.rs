@@ -1,0 +1,170 @@
+//! Which values of overrides make a module fail, and at which expression.
+//!
+//! naga says neither: an error from the values of overrides has no place. Both are found by trying. Of the values with
+//! which a module fails, each is given up for one with which it does not, if it still fails then; what is left is an
+//! inclusion-minimal provocation. The expression is found by cutting the computation short: with every arithmetic
+//! expression from some place on replaced by its first operand the module passes, and the last such place is the first
+//! expression that fails. It takes as many trials as the number of expressions has binary digits.
+//!
+//! Limit: what is neither arithmetic nor an index nor the size of a workgroup is placed at the declaration of the override
+//! that provokes it.
+
+use std::ops::Range;
+
+use naga::back::PipelineConstants;
+use naga::back::pipeline_constants::{PipelineConstantError, process_overrides};
+use naga::valid::ModuleInfo;
+use naga::{Arena, BinaryOperator, Expression, Handle, Module, ShaderStage, Span, UnaryOperator};
+
+use super::overrides::Set;
+use crate::axes::Axes;
+use crate::compile;
+use crate::diagnostic::AxisValues;
+use crate::wgsl_error::Refusal;
+use crate::{stages, wgsl};
+
+/// The refusal of a module with one of several sets of values, with the values that provoke it and its place.
+pub(super) fn blame(
+    text: &str,
+    (module, info): (&Module, &ModuleInfo),
+    axes: &Axes,
+    (sets, at): (&[Set], usize),
+    refusal: Refusal,
+) -> Refusal {
+    let Some(set) = sets.get(at) else { return refusal };
+    let fails = |values: &AxisValues| {
+        let constants = compile::constants(axes, values, module);
+        let resolved = constants.and_then(|set| wgsl::resolve_overrides(module, info, &set).map(drop));
+        resolved.is_err_and(|other| other.message == refusal.message)
+    };
+    let overrides = provoking(sets, at, &fails);
+    let range = refusal.range.clone().or_else(|| {
+        let found = || Ok(place(text, module, info, &set.constants));
+        wgsl::guarded(found).ok().flatten().or_else(|| {
+            let mut declared = module.overrides.iter();
+            let first = overrides.keys().next()?;
+            let (handle, _) = declared.find(|(_, each)| each.name.as_deref() == Some(first.as_str()))?;
+            module.overrides.get_span(handle).to_range()
+        })
+    });
+    Refusal { range, overrides, ..refusal }
+}
+
+/// An inclusion-minimal part of a set of values with which something fails; nothing where it fails with all sets.
+pub(super) fn provoking(sets: &[Set], at: usize, fails: &dyn Fn(&AxisValues) -> bool) -> AxisValues {
+    let (Some(failing), Some(passing)) = (sets.get(at), sets.iter().find(|set| !fails(&set.values))) else {
+        return AxisValues::new();
+    };
+    let mut values = failing.values.clone();
+    let mut needed = AxisValues::new();
+    for (name, other) in &passing.values {
+        let Some(own) = values.insert(name.clone(), other.clone()).filter(|own| own != other) else {
+            continue;
+        };
+        if !fails(&values) {
+            values.insert(name.clone(), own.clone());
+            needed.insert(name.clone(), own);
+        }
+    }
+    needed
+}
+
+fn place(
+    text: &str,
+    module: &Module,
+    info: &ModuleInfo,
+    constants: &PipelineConstants,
+) -> Option<Range<usize>> {
+    let error = |module: &Module, entry_point: Option<(ShaderStage, &str)>| {
+        process_overrides(module, info, entry_point, constants).err()
+    };
+    match error(module, None)? {
+        PipelineConstantError::NegativeWorkgroupSize => {
+            let mut sized =
+                module.entry_points.iter().filter(|entry| entry.workgroup_size_overrides.is_some());
+            let entry = sized.find(|entry| {
+                let found = error(module, Some((entry.stage, &entry.name)));
+                matches!(found, Some(PipelineConstantError::NegativeWorkgroupSize))
+            })?;
+            stages::workgroup_size(text, &entry.name)
+        }
+        PipelineConstantError::ConstantEvaluatorError(_) => {
+            let fails = |module: &Module| {
+                matches!(error(module, None), Some(PipelineConstantError::ConstantEvaluatorError(_)))
+            };
+            first_failing(module, &fails)?.to_range()
+        }
+        _ => None,
+    }
+}
+
+/// Where an expression stands in a module.
+#[derive(Clone, Copy)]
+enum Home {
+    Module,
+    Function(Handle<naga::Function>),
+    EntryPoint(usize),
+}
+
+fn first_failing(module: &Module, fails: &dyn Fn(&Module) -> bool) -> Option<Span> {
+    let homes = std::iter::once(Home::Module)
+        .chain(module.functions.iter().map(|(handle, _)| Home::Function(handle)))
+        .chain((0..module.entry_points.len()).map(Home::EntryPoint));
+    let mut suspects: Vec<(Home, Handle<Expression>, Expression)> = Vec::new();
+    for home in homes {
+        let Some(arena) = arena(module, home) else { continue };
+        let replaced = arena.iter().filter_map(|(handle, each)| Some((home, handle, shorter(arena, each)?)));
+        suspects.extend(replaced);
+    }
+    let passes_from = |first: usize| {
+        let mut cut = module.clone();
+        for (home, handle, shorter) in suspects.iter().skip(first) {
+            let arena = match home {
+                Home::Module => Some(&mut cut.global_expressions),
+                Home::Function(function) => Some(&mut cut.functions[*function].expressions),
+                Home::EntryPoint(at) => {
+                    cut.entry_points.get_mut(*at).map(|each| &mut each.function.expressions)
+                }
+            };
+            if let Some(arena) = arena {
+                arena[*handle] = shorter.clone();
+            }
+        }
+        !fails(&cut)
+    };
+    if !passes_from(0) {
+        return None;
+    }
+    // It passes with everything from `low` on cut short, and fails where the cut begins at `high`.
+    let (mut low, mut high) = (0, suspects.len());
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if passes_from(middle) { low = middle } else { high = middle }
+    }
+    let (home, handle, _) = suspects.get(low)?;
+    Some(arena(module, *home)?.get_span(*handle))
+}
+
+fn arena(module: &Module, home: Home) -> Option<&Arena<Expression>> {
+    match home {
+        Home::Module => Some(&module.global_expressions),
+        Home::Function(function) => Some(&module.functions[function].expressions),
+        Home::EntryPoint(at) => module.entry_points.get(at).map(|each| &each.function.expressions),
+    }
+}
+
+/// An expression of the same type that cannot fail by itself.
+fn shorter(arena: &Arena<Expression>, expression: &Expression) -> Option<Expression> {
+    use BinaryOperator as B;
+    match expression {
+        Expression::Binary {
+            op: B::Add | B::Subtract | B::Multiply | B::Divide | B::Modulo | B::ShiftLeft | B::ShiftRight,
+            left,
+            ..
+        } => Some(arena[*left].clone()),
+        Expression::Unary { op: UnaryOperator::Negate, expr } => Some(arena[*expr].clone()),
+        Expression::Math { arg, .. } => Some(arena[*arg].clone()),
+        Expression::Access { base, .. } => Some(Expression::AccessIndex { base: *base, index: 0 }),
+        _ => None,
+    }
+}

@@ -1,0 +1,258 @@
+//! From many failures to few findings: one per root cause.
+//!
+//! Failures with the same message at the same place of a template are one cause, however many variants, templates and
+//! profiles show it. So are excesses over one limit, whatever their amounts. A cause says how much it hits and names an inclusion-minimal provocation: values of axes such that
+//! every variant that has them fails, while without any one of them some variant does not. It is found greedily, giving
+//! up axes with default values first, so that what remains is what somebody switched on.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::explore::Leaf;
+use super::space::Space;
+use crate::diagnostic::{AxisValues, Count, Diagnostic, Extent, Place, describe};
+use crate::wgsl_error::Excess;
+
+/// A failure of one template for some of its leaves.
+#[derive(Clone, Debug)]
+pub(crate) struct Failure {
+    /// The finding as one variant shows it.
+    pub(crate) finding: Diagnostic,
+    /// The leaves that show it.
+    pub(crate) leaves: BTreeSet<usize>,
+    /// The names of the profiles under which it shows; empty where profiles play no part.
+    pub(crate) profiles: BTreeSet<String>,
+    /// The limit that is exceeded, where it is one.
+    pub(crate) excess: Option<Excess>,
+    /// The values of overrides with which it shows, where others do not show it.
+    pub(crate) overrides: AxisValues,
+}
+
+/// What makes failures one: place, code, and message or limit.
+type Key = (Place, &'static str, String);
+
+impl Failure {
+    fn key(&self) -> Key {
+        let Diagnostic { place, code, message, .. } = &self.finding;
+        let of = self.excess.as_ref().map_or(message, |excess| &excess.of);
+        (place.clone(), code.id, of.clone())
+    }
+}
+
+/// A cause on its way: the finding as the first variant shows it, its amount and the largest, and what it does where.
+struct Found {
+    finding: Diagnostic,
+    amount: u64,
+    most: u64,
+    effects: Vec<Effect>,
+}
+
+/// The leaves of a template, to weigh failures by.
+pub(crate) struct Ground<'a> {
+    pub(crate) template: &'a str,
+    pub(crate) space: &'a Space,
+    pub(crate) leaves: &'a [Leaf],
+    /// Axes that are combined with all others, with what yields their values.
+    pub(crate) assumed: &'a BTreeMap<String, String>,
+    /// All profiles that were checked.
+    pub(crate) profiles: BTreeSet<String>,
+}
+
+/// What a cause does in one template.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Effect {
+    pub(crate) template: String,
+    pub(crate) variants: usize,
+    pub(crate) of_variants: usize,
+    pub(crate) configurations: Count,
+    pub(crate) provocation: AxisValues,
+    /// What of the provocation may be combined by nobody.
+    pub(crate) assumed: Vec<String>,
+    /// The values of overrides that belong to the provocation.
+    pub(crate) overrides: AxisValues,
+    /// The profiles that show it, if not all do.
+    pub(crate) profiles: Option<BTreeSet<String>>,
+    /// All profiles that were checked.
+    pub(crate) all_profiles: BTreeSet<String>,
+}
+
+/// Causes by what makes them one: code, place and message.
+#[derive(Default)]
+pub(crate) struct Causes {
+    found: BTreeMap<Key, Found>,
+}
+
+impl Causes {
+    /// Adds the failures of one template.
+    pub(crate) fn add(&mut self, ground: &Ground<'_>, failures: Vec<Failure>) {
+        let mut merged: BTreeMap<Key, (Failure, u64)> = BTreeMap::new();
+        for failure in failures {
+            let amount = failure.excess.as_ref().map_or(0, |excess| excess.found);
+            match merged.get_mut(&failure.key()) {
+                Some((known, most)) => {
+                    if wording(&known.finding) == wording(&failure.finding) {
+                        *most = (*most).max(amount);
+                    }
+                    // What no override is needed for needs none.
+                    if known.overrides.len() > failure.overrides.len() {
+                        known.overrides = failure.overrides;
+                    }
+                    known.leaves.extend(failure.leaves);
+                    known.profiles.extend(failure.profiles);
+                }
+                None => {
+                    merged.insert(failure.key(), (failure, amount));
+                }
+            }
+        }
+        for (key, (failure, most)) in merged {
+            let effect = weigh(ground, &failure);
+            let amount = failure.excess.map_or(0, |excess| excess.found);
+            let first = || Found { finding: failure.finding, amount, most, effects: Vec::new() };
+            let found = self.found.entry(key).or_insert_with(first);
+            found.most = found.most.max(most);
+            found.effects.push(effect);
+        }
+    }
+
+    /// The findings, in the order of their places.
+    pub(crate) fn findings(self) -> Vec<Diagnostic> {
+        self.found
+            .into_values()
+            .map(|Found { mut finding, amount, most, effects }| {
+                if most > amount {
+                    finding = finding.related(Place::Nowhere, format!("up to {most} in other variants"));
+                }
+                let said = |effect: &&Effect| {
+                    effect.of_variants > 1 || effect.profiles.is_some() || !effect.overrides.is_empty()
+                };
+                for effect in effects.iter().filter(said) {
+                    finding = finding.related(Place::Nowhere, effect.describe());
+                    for note in effect.assumed.iter().filter(|_| effect.variants < effect.of_variants) {
+                        finding = finding.related(Place::Nowhere, note);
+                    }
+                }
+                finding.extent = effects.into_iter().map(Effect::extent).collect();
+                finding
+            })
+            .collect()
+    }
+}
+
+impl Effect {
+    fn describe(&self) -> String {
+        let mut text = format!(
+            "in {} of {} variants of \"{}\" ({} configuration{})",
+            self.variants,
+            self.of_variants,
+            self.template,
+            self.configurations,
+            if self.configurations.number == 1 { "" } else { "s" }
+        );
+        let provoked = self.provoked_by();
+        if !provoked.is_empty() {
+            text.push_str(&format!(", provoked by {}", describe(&provoked)));
+        } else if self.variants == self.of_variants {
+            text.push_str(", whatever the axes");
+        }
+        if let Some(profiles) = &self.profiles {
+            let names: Vec<&str> = profiles.iter().map(String::as_str).collect();
+            text.push_str(&format!(", only for {}", names.join(", ")));
+        }
+        text
+    }
+}
+
+impl Effect {
+    fn provoked_by(&self) -> AxisValues {
+        let mut values = self.overrides.clone();
+        if self.variants != self.of_variants {
+            values.extend(self.provocation.clone());
+        }
+        values
+    }
+
+    fn extent(self) -> Extent {
+        Extent {
+            provoked_by: self.provoked_by(),
+            template: self.template,
+            variants: self.variants,
+            of_variants: self.of_variants,
+            configurations: self.configurations,
+            profiles: self.profiles.unwrap_or(self.all_profiles),
+        }
+    }
+}
+
+/// A message without its numbers.
+fn wording(finding: &Diagnostic) -> String {
+    finding.message.chars().filter(|each| !each.is_ascii_digit()).collect()
+}
+
+fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {
+    let mut configurations = Count::ZERO;
+    for leaf in failure.leaves.iter().filter_map(|at| ground.leaves.get(*at)) {
+        let mut decided = leaf.decided.as_ref().clone();
+        decided.extend(failure.overrides.clone());
+        configurations = configurations.plus(ground.space.count(&decided));
+    }
+    let some = !failure.profiles.is_empty() && failure.profiles != ground.profiles;
+    let provocation = provocation(ground, &failure.leaves);
+    let note = |(axis, yielded): (&String, &String)| {
+        provocation.contains_key(axis).then(|| {
+            format!(
+                "\"{axis}\" follows {yielded}, which has too many values to try each: its values are combined with all others"
+            )
+        })
+    };
+    Effect {
+        assumed: ground.assumed.iter().filter_map(note).collect(),
+        template: ground.template.to_owned(),
+        variants: failure.leaves.len(),
+        of_variants: ground.leaves.len(),
+        configurations,
+        provocation,
+        overrides: failure.overrides.clone(),
+        profiles: some.then(|| failure.profiles.clone()),
+        all_profiles: ground.profiles.clone(),
+    }
+}
+
+/// An inclusion-minimal set of values that provokes the failure of `failing`.
+fn provocation(ground: &Ground<'_>, failing: &BTreeSet<usize>) -> AxisValues {
+    let is_default = |name: &str, values: &AxisValues| ground.space.default_of(name) == values.get(name);
+    let switched_on =
+        |leaf: &Leaf| leaf.decided.keys().filter(|name| !is_default(name, &leaf.decided)).count();
+    let Some(plainest) = failing
+        .iter()
+        .filter_map(|at| ground.leaves.get(*at))
+        .min_by_key(|leaf| (switched_on(leaf), leaf.decided.len()))
+    else {
+        return AxisValues::new();
+    };
+    let mut values = plainest.decided.as_ref().clone();
+    let mut order: Vec<String> = values.keys().cloned().collect();
+    order.sort_by_key(|name| !is_default(name, &plainest.decided));
+    for name in order {
+        let mut fewer = values.clone();
+        fewer.remove(&name);
+        let passes = ground
+            .leaves
+            .iter()
+            .enumerate()
+            .any(|(at, leaf)| !failing.contains(&at) && meet(ground, leaf, &fewer));
+        if !passes {
+            values = fewer;
+        }
+    }
+    values
+}
+
+/// Whether some configuration of a leaf has these values.
+fn meet(ground: &Ground<'_>, leaf: &Leaf, values: &AxisValues) -> bool {
+    if values.iter().any(|(name, value)| leaf.decided.get(name).is_some_and(|other| other != value)) {
+        return false;
+    }
+    let mut both = leaf.decided.as_ref().clone();
+    both.extend(values.clone());
+    ground.space.possible(&both)
+}

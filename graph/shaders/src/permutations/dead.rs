@@ -1,0 +1,254 @@
+//! What no variant needs: axes on which no text depends, template text that no variant contains.
+//!
+//! Both are known of a template once all its paths were taken, whatever proves their texts. What several templates use
+//! is dead only if none of them needs it, so that files which others use besides are left out.
+
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::sync::Arc;
+
+use super::explore::{Exploration, Explorer};
+use super::{Request, space_of};
+use crate::axes::AxisMode;
+use crate::diagnostic::{AxisValue, Diagnostic};
+use crate::markers::MarkedTemplates;
+use crate::render::Placement;
+use crate::scan::TagKind;
+use crate::source::{FileId, Span};
+use crate::text_map::Origin;
+use crate::{Axes, TemplateSet, codes};
+
+/// The most paths whose pairs are compared; with more, every axis that is read counts as alive.
+const MAXIMUM_COMPARED: usize = 1 << 10;
+/// The most paths that are rendered again with markers, to see text that macros and blocks captured.
+const MAXIMUM_MARKED: usize = 1 << 11;
+
+/// The most paths that are taken through a template only to see what is dead in it.
+const MAXIMUM_LOOKED_AT: usize = 1 << 10;
+
+/// A template whose paths were taken.
+pub(super) struct Examined<'a> {
+    pub(super) template: &'a str,
+    pub(super) exploration: &'a Exploration,
+    /// The axes without effect on any text; `None` where not every text is valid, since an error may hide an effect.
+    pub(super) dead_axes: Option<Vec<String>>,
+}
+
+/// Axes without effect and text in no variant, of all that these templates can express. Nothing is proven: of a template
+/// that cannot be rendered in some configuration, or that has more than 1,024 paths, nothing is said. `shared` are files
+/// that other templates use as well.
+pub fn dead(templates: &TemplateSet, names: &BTreeSet<String>, shared: &BTreeSet<FileId>) -> Vec<Diagnostic> {
+    let placement = Placement::new(templates);
+    let mut explored = Vec::new();
+    for name in names {
+        let (Ok(space), Some(axes)) = (space_of(templates, &Request::all(name, &[])), templates.axes(name))
+        else {
+            return Vec::new();
+        };
+        let mut explorer = Explorer::new(templates, &placement, name, &Arc::new(space), true);
+        if !explorer.take_all(MAXIMUM_LOOKED_AT) {
+            return Vec::new();
+        }
+        let exploration = explorer.finish();
+        let effective = effective_axes(&exploration);
+        // Whether a module declares an override takes its parsing.
+        let is_dead = |axis: &&crate::axes::Axis| {
+            axis.mode == AxisMode::Template && axis.kind.count() > 1 && !effective.contains(&axis.name)
+        };
+        let dead_axes = axes.iter().filter(is_dead).map(|axis| axis.name.clone()).collect();
+        explored.push((name, exploration, dead_axes));
+    }
+    let examined: Vec<Examined<'_>> = explored
+        .iter()
+        .map(|(template, exploration, dead_axes): &(_, _, Vec<String>)| Examined {
+            template,
+            exploration,
+            dead_axes: Some(dead_axes.clone()),
+        })
+        .collect();
+    findings(templates, &placement, &examined, shared, &mut Marked(&mut None))
+}
+
+/// The findings about axes without effect and text in no variant.
+pub(super) fn findings(
+    templates: &TemplateSet,
+    placement: &Placement<'_>,
+    examined: &[Examined<'_>],
+    shared: &BTreeSet<FileId>,
+    marked: &mut Marked<'_>,
+) -> Vec<Diagnostic> {
+    let sound =
+        |each: &Examined<'_>| each.exploration.failures.is_empty() && each.exploration.findings.is_empty();
+    // An axis is dead where no template that has it depends on it; a template with other findings says nothing.
+    let mut axes: BTreeMap<Span, (String, bool)> = BTreeMap::new();
+    for each in examined {
+        for axis in templates.axes(each.template).into_iter().flat_map(Axes::iter) {
+            let entry = axes.entry(axis.span).or_insert_with(|| (axis.name.clone(), true));
+            let is_dead = each.dead_axes.as_ref().is_some_and(|dead| dead.contains(&axis.name));
+            entry.1 &= sound(each) && is_dead;
+        }
+    }
+    let mut findings = Vec::new();
+    for (span, (name, dead)) in axes {
+        if dead && !shared.contains(&span.file) {
+            let message = format!("no text depends on the axis \"{name}\"");
+            findings.push(Diagnostic::warning(codes::AXIS_DEAD, span, message).help("remove it, or use it"));
+        }
+    }
+    let mut coverage = Coverage::without(shared);
+    for each in examined {
+        coverage.add(templates, each.template, each.exploration, placement, marked);
+    }
+    if examined.iter().all(sound) {
+        findings.extend(coverage.dead(templates).into_iter().map(|span| {
+            Diagnostic::warning(codes::LINES_DEAD, span, "no variant contains this text")
+                .help("its condition can never hold under the declared axes and constraints; remove it")
+        }));
+    }
+    findings
+}
+
+/// The template axes on which the text depends: two paths that nothing else, or nothing less, tells apart have
+/// different texts.
+pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
+    let leaves = &exploration.leaves;
+    if leaves.len() > MAXIMUM_COMPARED {
+        return exploration.read.clone();
+    }
+    // What has one value everywhere tells no two paths apart.
+    let mut values: BTreeMap<&String, BTreeMap<&AxisValue, u32>> = BTreeMap::new();
+    for (name, value) in leaves.iter().flat_map(|leaf| leaf.decided.iter()) {
+        let known = values.entry(name).or_default();
+        let next = known.len() as u32 + 1;
+        known.entry(value).or_insert(next);
+    }
+    values.retain(|_, known| known.len() > 1);
+    if values.len() > u128::BITS as usize {
+        return exploration.read.clone();
+    }
+    // The number of each value, and 0 where the path does not read the axis.
+    let rows: Vec<Vec<u32>> = leaves
+        .iter()
+        .map(|leaf| {
+            let number = |(name, known): (&&String, &BTreeMap<&AxisValue, u32>)| {
+                leaf.decided.get(*name).and_then(|value| known.get(value)).copied().unwrap_or_default()
+            };
+            values.iter().map(number).collect()
+        })
+        .collect();
+    // A constraint may tie axes together, so that no two paths differ in one alone. Those that differ in the fewest
+    // tell which axes have an effect: a difference that contains a smaller one says nothing more.
+    let mut smallest: Vec<u128> = Vec::new();
+    for (at, (one, row)) in leaves.iter().zip(&rows).enumerate() {
+        if smallest.len() == values.len() && smallest.iter().all(|axes| axes.count_ones() == 1) {
+            break;
+        }
+        for (two, other) in leaves.iter().zip(&rows).skip(at + 1) {
+            if one.text == two.text {
+                continue;
+            }
+            let mut differing = 0_u128;
+            for (bit, (one, two)) in row.iter().zip(other).enumerate() {
+                differing |= u128::from(*one != *two && *one != 0 && *two != 0) << bit;
+            }
+            if !smallest.iter().any(|axes| axes & differing == *axes) {
+                smallest.retain(|axes| axes & differing != differing);
+                smallest.push(differing);
+            }
+        }
+    }
+    let effective = smallest.into_iter().fold(0, |all, axes| all | axes);
+    let names = values.keys().enumerate().filter(|(bit, _)| effective >> bit & 1 == 1);
+    names.map(|(_, name)| (*name).clone()).collect()
+}
+
+/// The pieces of template text that were written so far.
+#[derive(Debug)]
+struct Coverage<'s> {
+    written: HashSet<(FileId, u32)>,
+    /// Files of which nothing is said.
+    shared: &'s BTreeSet<FileId>,
+}
+
+impl<'s> Coverage<'s> {
+    fn without(shared: &'s BTreeSet<FileId>) -> Self {
+        Self { written: HashSet::new(), shared }
+    }
+
+    /// Adds the text of one template's paths.
+    fn add(
+        &mut self,
+        set: &TemplateSet,
+        template: &str,
+        exploration: &Exploration,
+        placement: &Placement<'_>,
+        marked: &mut Marked<'_>,
+    ) {
+        self.written.extend(&exploration.literals);
+        if self.dead(set).is_empty() {
+            return;
+        }
+        for leaf in exploration.leaves.iter().take(MAXIMUM_MARKED) {
+            let text = leaf.text.and_then(|at| exploration.source(set, placement, template, at));
+            let Some(text) = text else { continue };
+            let Some(found) = marked.get(set).map(template, &leaf.decided, &text.wgsl) else { continue };
+            let before = self.written.len();
+            for segment in &found.map.segments {
+                if let Some(Origin::Literal(file, offset)) = segment.origin {
+                    self.written.insert((file, offset));
+                }
+            }
+            if self.written.len() > before && self.dead(set).is_empty() {
+                return;
+            }
+        }
+    }
+
+    /// The pieces of literal text in the touched templates that nobody wrote, each run of neighbours as one span.
+    fn dead(&self, set: &TemplateSet) -> Vec<Span> {
+        let touched: BTreeSet<FileId> =
+            self.written.iter().map(|(file, _)| *file).filter(|file| !self.shared.contains(file)).collect();
+        let mut offsets: BTreeMap<FileId, Vec<usize>> = BTreeMap::new();
+        for (file, offset) in &self.written {
+            offsets.entry(*file).or_default().push(*offset as usize);
+        }
+        offsets.values_mut().for_each(|offsets| offsets.sort_unstable());
+        let mut dead = Vec::new();
+        for template in set.templates.values().filter(|template| touched.contains(&template.file)) {
+            let written = offsets.get(&template.file).map_or(&[][..], Vec::as_slice);
+            let ends = template.tags.iter().map(|tag| tag.range.end);
+            let starts = template.tags.iter().map(|tag| (tag.range.start, Some(tag.kind)));
+            let mut run: Option<Span> = None;
+            for (start, (end, next)) in
+                [0].into_iter().chain(ends).zip(starts.chain([(template.text.len(), None)]))
+            {
+                let Some(piece) = template.text.get(start..end) else { continue };
+                let blank = piece.trim().is_empty();
+                let first = written.partition_point(|offset| *offset < start);
+                let alive = written.get(first).is_some_and(|offset| *offset < end);
+                if !blank && !alive {
+                    let text_start = start + (piece.len() - piece.trim_start().len());
+                    let text_end = start + piece.trim_end().len();
+                    let begin = run.map_or(text_start, |run| run.start as usize);
+                    run = Some(Span::new(template.file, begin..text_end));
+                } else if !blank {
+                    dead.extend(run.take());
+                }
+                // A block tag after dead text may begin another branch.
+                if next == Some(TagKind::Block) {
+                    dead.extend(run.take());
+                }
+            }
+            dead.extend(run);
+        }
+        dead
+    }
+}
+
+/// Marked templates, made when first wanted.
+pub(super) struct Marked<'m>(pub(super) &'m mut Option<MarkedTemplates>);
+
+impl Marked<'_> {
+    pub(super) fn get(&mut self, set: &TemplateSet) -> &MarkedTemplates {
+        self.0.get_or_insert_with(|| MarkedTemplates::new(set))
+    }
+}

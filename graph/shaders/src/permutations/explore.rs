@@ -1,0 +1,396 @@
+//! All texts of a template, with one rendering per path through it.
+//!
+//! Nobody knows beforehand which axes a template reads: it depends on the values of others, on includes, on macros. So
+//! the rendering itself asks. It starts with no axis decided; at the first read of an axis the exploration takes the
+//! first value that the constraints allow, and remembers to come back for the others. What ends is one path, with the
+//! axes that decided it; all configurations that agree on these axes take the same path, so their number is known
+//! without going through them. A template with 30 axes that no path reads costs no more than one without them.
+//!
+//! A read without effect makes paths with the same text; these are told by the hash of the text and proven once. Texts
+//! are handed on as they are found and not kept: any of them comes back by rendering its path again.
+//!
+//! Limits: 65,536 paths, 32,768 distinct texts, 512 MiB of text; of an axis with over 16,384 values that the text reads,
+//! only its first, its default and its last value are taken. Each is an error, since a value that nobody tried may fail;
+//! the exploration says that it is incomplete, and of which axes.
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use minijinja::value::{Object, Value};
+
+use super::space::{Domain, Space};
+use crate::axes::AxisKind;
+use crate::diagnostic::{AxisValues, Diagnostic, Place};
+use crate::guard;
+use crate::render::{self, Placement, to_template_value};
+use crate::source::FileId;
+use crate::text_map::{Origin, Segment, TextMap};
+use crate::{TemplateSet, codes};
+
+/// The most paths through one template.
+const MAXIMUM_PATHS: usize = 1 << 16;
+/// The most distinct texts of one template.
+const MAXIMUM_TEXTS: usize = 1 << 15;
+/// The most bytes of all distinct texts of one template.
+const MAXIMUM_BYTES: usize = 512 << 20;
+/// The most values of an axis that are all taken.
+const MAXIMUM_VALUES: u64 = 1 << 14;
+
+/// One path through a template.
+#[derive(Clone, Debug)]
+pub(crate) struct Leaf {
+    /// The axes that were read, with the values that led here.
+    pub(crate) decided: Arc<AxisValues>,
+    /// The text, by index, or none where the template could not be rendered.
+    pub(crate) text: Option<usize>,
+}
+
+/// A generated text with its map.
+#[derive(Clone, Debug)]
+pub(crate) struct Source {
+    pub(crate) wgsl: String,
+    pub(crate) map: TextMap,
+}
+
+/// A distinct text.
+#[derive(Clone, Debug)]
+pub(crate) struct Text {
+    pub(crate) hash: [u8; 32],
+    pub(crate) bytes: usize,
+    /// The first path that leads to it.
+    pub(crate) leaf: usize,
+    /// All paths that lead to it.
+    pub(crate) leaves: Vec<usize>,
+}
+
+/// All paths and texts of one template.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Exploration {
+    pub(crate) leaves: Vec<Leaf>,
+    pub(crate) texts: Vec<Text>,
+    /// Failed renderings: the path, and why.
+    pub(crate) failures: Vec<(usize, Diagnostic)>,
+    /// Findings about the template as a whole.
+    pub(crate) findings: Vec<Diagnostic>,
+    /// Whether every path was taken.
+    pub(crate) complete: bool,
+    /// The axes that some path reads, of which not all values were taken.
+    pub(crate) partial: BTreeSet<String>,
+    /// The axes that some path reads.
+    pub(crate) read: BTreeSet<String>,
+    /// The bytes of all distinct texts.
+    bytes: usize,
+    /// Where literal text begins that some path writes.
+    pub(crate) literals: HashSet<(FileId, u32)>,
+}
+
+impl Exploration {
+    /// The paths that lead to a text.
+    pub(crate) fn leaves_of(&self, text: usize) -> &[usize] {
+        self.texts.get(text).map(|text| text.leaves.as_slice()).unwrap_or_default()
+    }
+
+    /// A text once more.
+    pub(crate) fn source(
+        &self,
+        set: &TemplateSet,
+        placement: &Placement<'_>,
+        template: &str,
+        text: usize,
+    ) -> Option<Source> {
+        let leaf = self.leaves.get(self.texts.get(text)?.leaf)?;
+        let context = render::fixed_context(&leaf.decided);
+        let (wgsl, map) = render::render_with(set, placement, template, context).ok()?;
+        Some(Source { wgsl, map })
+    }
+
+    fn is_full(&self) -> bool {
+        self.leaves.len() >= MAXIMUM_PATHS || self.texts.len() >= MAXIMUM_TEXTS || self.bytes >= MAXIMUM_BYTES
+    }
+}
+
+/// A decision to come back to: the values before it, the axis, and the index of the next value to take.
+struct Pending {
+    decided: AxisValues,
+    axis: String,
+    next: u64,
+}
+
+/// An exploration on its way.
+pub(crate) struct Explorer<'a> {
+    set: &'a TemplateSet,
+    placement: &'a Placement<'a>,
+    template: &'a str,
+    space: Arc<Space>,
+    /// Whether a note is taken of the literal text that paths write.
+    track: bool,
+    unknown: BTreeSet<String>,
+    by_hash: HashMap<[u8; 32], usize>,
+    pending: Vec<Pending>,
+    next: Option<AxisValues>,
+    pub(crate) exploration: Exploration,
+}
+
+impl<'a> Explorer<'a> {
+    pub(crate) fn new(
+        set: &'a TemplateSet,
+        placement: &'a Placement<'a>,
+        template: &'a str,
+        space: &Arc<Space>,
+        track: bool,
+    ) -> Self {
+        Self {
+            set,
+            placement,
+            template,
+            space: space.clone(),
+            track,
+            unknown: BTreeSet::new(),
+            by_hash: HashMap::new(),
+            pending: Vec::new(),
+            next: Some(AxisValues::new()),
+            exploration: Exploration { complete: true, ..Exploration::default() },
+        }
+    }
+
+    /// Goes on to the next distinct text, which is the last of `exploration.texts` then; `None` after the last path.
+    pub(crate) fn next_text(&mut self) -> Option<Source> {
+        while let Some(start) = self.next.take() {
+            if self.exploration.is_full() {
+                self.exploration.complete = false;
+                return None;
+            }
+            let found = self.take_path(start);
+            self.next = take_pending(&self.space, &mut self.pending);
+            if found.is_some() {
+                return found;
+            }
+        }
+        None
+    }
+
+    /// Takes all paths, without their texts; whether there are no more than `most`.
+    pub(crate) fn take_all(&mut self, most: usize) -> bool {
+        while let Some(start) = self.next.take() {
+            if self.exploration.leaves.len() >= most || self.exploration.is_full() {
+                return false;
+            }
+            self.take_path(start);
+            self.next = take_pending(&self.space, &mut self.pending);
+        }
+        true
+    }
+
+    /// Renders the path that begins with these values; the text, if it is a new one.
+    fn take_path(&mut self, start: AxisValues) -> Option<Source> {
+        let before = start.clone();
+        let fork =
+            Arc::new(Fork { space: self.space.clone(), state: Mutex::new(State::starting_with(start)) });
+        let context = Value::from_dyn_object(fork.clone());
+        let result = render::render_with(self.set, self.placement, self.template, context);
+        let state = std::mem::take(&mut *fork.state.lock().unwrap_or_else(PoisonError::into_inner));
+        self.unknown.extend(state.unknown);
+        let exploration = &mut self.exploration;
+        let leaf = exploration.leaves.len();
+        let mut new = None;
+        let text = match result {
+            Ok((wgsl, map)) => {
+                if self.track {
+                    let literal = |segment: &Segment| match segment.origin {
+                        Some(Origin::Literal(file, offset)) => Some((file, offset)),
+                        _ => None,
+                    };
+                    exploration.literals.extend(map.segments.iter().filter_map(literal));
+                }
+                let hash = *blake3::hash(wgsl.as_bytes()).as_bytes();
+                let known = *self.by_hash.entry(hash).or_insert(exploration.texts.len());
+                if known == exploration.texts.len() {
+                    exploration.bytes += wgsl.len();
+                    exploration.texts.push(Text { hash, bytes: wgsl.len(), leaf, leaves: Vec::new() });
+                    new = Some(Source { wgsl, map });
+                }
+                if let Some(text) = exploration.texts.get_mut(known) {
+                    text.leaves.push(leaf);
+                }
+                Some(known)
+            }
+            Err(finding) => {
+                exploration.failures.push((leaf, *finding));
+                None
+            }
+        };
+        let mut decided = before;
+        for (axis, taken) in state.forks {
+            let value = state.decided.get(&axis).cloned();
+            self.pending.push(Pending { decided: decided.clone(), axis: axis.clone(), next: taken + 1 });
+            if !exploration.read.contains(&axis) {
+                exploration.read.insert(axis.clone());
+            }
+            if let Some(value) = value {
+                decided.insert(axis, value);
+            }
+        }
+        exploration.leaves.push(Leaf { decided: Arc::new(decided), text });
+        new
+    }
+
+    /// What came of it.
+    pub(crate) fn finish(self) -> Exploration {
+        finish(self.set, self.template, &self.space, self.exploration, &self.unknown)
+    }
+}
+
+fn take_pending(space: &Space, pending: &mut Vec<Pending>) -> Option<AxisValues> {
+    while let Some(mut branch) = pending.pop() {
+        let found = space.variable(&branch.axis).and_then(|domain| {
+            let domain = narrowed(space, &branch.axis, domain);
+            first_possible(space, &domain, &branch.axis, &mut branch.decided, branch.next)
+        });
+        if let Some(taken) = found {
+            let values = branch.decided.clone();
+            branch.decided.remove(&branch.axis);
+            branch.next = taken + 1;
+            pending.push(branch);
+            return Some(values);
+        }
+    }
+    None
+}
+
+/// The first value from `from` on that leaves a configuration; it stays in `decided`.
+fn first_possible(
+    space: &Space,
+    domain: &Domain,
+    axis: &str,
+    decided: &mut AxisValues,
+    from: u64,
+) -> Option<u64> {
+    for index in from..domain.count() {
+        decided.insert(axis.to_owned(), domain.value(index)?);
+        if space.possible(decided) {
+            return Some(index);
+        }
+    }
+    decided.remove(axis);
+    None
+}
+
+/// The values of an axis that are taken: all, or the first, the default and the last of very many.
+fn narrowed<'d>(space: &Space, axis: &str, domain: &'d Domain) -> Cow<'d, Domain> {
+    if domain.count() <= MAXIMUM_VALUES {
+        return Cow::Borrowed(domain);
+    }
+    let ends = [domain.value(0), space.default_of(axis).cloned(), domain.value(domain.count() - 1)];
+    let chosen: BTreeSet<_> = ends.into_iter().flatten().collect();
+    Cow::Owned(Domain::Values(chosen.into_iter().collect()))
+}
+
+fn finish(
+    set: &TemplateSet,
+    template: &str,
+    space: &Space,
+    mut exploration: Exploration,
+    unknown: &BTreeSet<String>,
+) -> Exploration {
+    let undeclared = render::undeclared_names(set, template, unknown);
+    if !undeclared.is_empty() {
+        // What the undefined value breaks further on is no finding of its own.
+        exploration.failures.retain(|(_, finding)| {
+            finding.code != codes::UNDECLARED_NAME
+                && !finding.message.contains("undefined")
+                && !render::calls_one_of(&undeclared, finding)
+        });
+        exploration.findings.extend(undeclared);
+    }
+    let axes = set.axes(template);
+    for name in &exploration.read {
+        let Some(axis) = axes.and_then(|axes| axes.get(name)) else { continue };
+        let count = space.variable(name).map_or(0, Domain::count);
+        if count > MAXIMUM_VALUES {
+            exploration.complete = false;
+            exploration.partial.insert(name.clone());
+            let message = format!(
+                "the text of \"{template}\" depends on \"{name}\", and of its {count} values only the first, the default and the last are proven"
+            );
+            let help = match axis.kind {
+                AxisKind::Integer { .. } => {
+                    "narrow its range, and that of a parameter that it follows; write \"prove\": \"ends\" if it is only a \
+                     size, or \"as\": \"override\" if the WGSL can read it; --set proves one value"
+                }
+                _ => "declare fewer values; --set proves one of them",
+            };
+            let limit = format!("up to {MAXIMUM_VALUES} values of an axis are all proven");
+            exploration.findings.push(
+                Diagnostic::error(codes::PATHS_LIMIT, axis.span, message)
+                    .related(Place::Nowhere, limit)
+                    .help(help),
+            );
+        }
+    }
+    if exploration.is_full() && !exploration.complete {
+        exploration.partial = exploration.read.clone();
+        let (paths, texts) = (exploration.leaves.len(), exploration.texts.len());
+        let message = format!(
+            "\"{template}\" has more than {paths} paths with {texts} texts; the others are not proven"
+        );
+        if let Some(file) = set.file(template) {
+            let place = crate::source::Span::new(file, 0..0);
+            exploration.findings.push(Diagnostic::error(codes::PATHS_LIMIT, place, message).help(
+                "declare constraints between its axes, or make those that the WGSL can read overrides (\"as\": \"override\")",
+            ));
+        }
+    }
+    exploration
+}
+
+/// The context of one rendering: decides axes as they are read.
+#[derive(Debug)]
+struct Fork {
+    space: Arc<Space>,
+    state: Mutex<State>,
+}
+
+#[derive(Debug, Default)]
+struct State {
+    decided: AxisValues,
+    values: BTreeMap<String, Value>,
+    /// The axes decided in this rendering, in the order of their reading, with the index of the value taken.
+    forks: Vec<(String, u64)>,
+    unknown: BTreeSet<String>,
+}
+
+impl State {
+    fn starting_with(decided: AxisValues) -> Self {
+        let values = decided.iter().map(|(name, value)| (name.clone(), to_template_value(value))).collect();
+        Self { decided, values, ..Self::default() }
+    }
+}
+
+impl Object for Fork {
+    fn get_value(self: &Arc<Self>, key: &Value) -> Option<Value> {
+        self.get_value_by_str(key.as_str()?)
+    }
+
+    fn get_value_by_str(self: &Arc<Self>, key: &str) -> Option<Value> {
+        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(value) = state.values.get(key) {
+            return Some(value.clone());
+        }
+        if key == guard::GUARD {
+            return None;
+        }
+        let Some(domain) = self.space.variable(key) else {
+            if !state.unknown.contains(key) {
+                state.unknown.insert(key.to_owned());
+            }
+            return None;
+        };
+        let domain = narrowed(&self.space, key, domain);
+        let taken = first_possible(&self.space, &domain, key, &mut state.decided, 0)?;
+        let value = to_template_value(state.decided.get(key)?);
+        state.forks.push((key.to_owned(), taken));
+        state.values.insert(key.to_owned(), value.clone());
+        Some(value)
+    }
+}

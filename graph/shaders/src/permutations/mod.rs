@@ -1,0 +1,332 @@
+//! Every shader permutation, proven.
+//!
+//! ```text
+//! requests ──explore──▶ paths, distinct texts ──prove──▶ refusals ──group──▶ findings, one per root cause
+//!              lazily, one rendering per path     once per text, on threads          with what provokes them
+//!              └───── on one thread, at the same time as ─────┘
+//! ```
+//!
+//! A [`Request`] names a template, the values that its axes can have (all, those that pipelines reach, or one
+//! configuration), and the profiles that have to accept it. [`check`] takes every path through the template that these
+//! values allow, proves each distinct text once, and reports: findings, coverage, sizes, what is dead. The outcome does
+//! not depend on the number of threads.
+
+mod agree;
+mod blame;
+mod cause;
+mod dead;
+mod diagram;
+mod explore;
+mod external;
+mod failure;
+mod overrides;
+mod pool;
+mod prove;
+mod report;
+mod space;
+mod summary;
+
+pub use crate::diagnostic::Count;
+pub use dead::dead;
+pub use external::{CommandError, ExternalValidator};
+pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use cause::{Causes, Failure, Ground};
+use dead::{Examined, Marked};
+use explore::{Exploration, Explorer, Source};
+use external::Opinion;
+use pool::Pool;
+use prove::{Proof, Subject, Task};
+pub use space::Space;
+
+use super::compile::unknown_axis;
+use super::profile::TargetProfile;
+use super::render::Placement;
+use super::{Reflection, TemplateSet, codes};
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Diagnostics, Place, describe};
+use crate::source::FileId;
+
+/// A template that is to be proven.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// How reports call it: the name of a pass, for one.
+    pub name: String,
+    /// The template.
+    pub template: String,
+    /// The values that axes can have; an axis that is not named can have all of its values.
+    pub allowed: BTreeMap<String, Vec<AxisValue>>,
+    /// Axes whose values are combined with all others, whether or not anything gives them together; with what yields them.
+    /// A finding that such an axis provokes says so.
+    pub assumed: BTreeMap<String, String>,
+    /// The profiles that have to accept every variant.
+    pub profiles: Vec<TargetProfile>,
+    /// Where a finding about the request itself belongs.
+    pub place: Place,
+}
+
+impl Request {
+    /// Everything that a template can express.
+    pub fn all(template: &str, profiles: &[TargetProfile]) -> Self {
+        Self {
+            name: template.to_owned(),
+            template: template.to_owned(),
+            allowed: BTreeMap::new(),
+            assumed: BTreeMap::new(),
+            profiles: profiles.to_vec(),
+            place: Place::Nowhere,
+        }
+    }
+
+    /// One configuration; axes that `values` does not name have their defaults.
+    pub fn one(
+        templates: &TemplateSet,
+        template: &str,
+        values: &AxisValues,
+        profiles: &[TargetProfile],
+    ) -> Self {
+        let mut allowed: BTreeMap<String, Vec<AxisValue>> = BTreeMap::new();
+        let defaults = templates.axes(template).map(super::Axes::defaults).unwrap_or_default();
+        for (name, value) in defaults.iter().chain(values) {
+            allowed.insert(name.clone(), vec![value.clone()]);
+        }
+        Self { allowed, ..Self::all(template, profiles) }
+    }
+}
+
+/// How to check.
+pub struct Options<'a> {
+    /// The number of threads.
+    pub threads: usize,
+    /// Further validators, for texts that naga accepts.
+    pub external: &'a [ExternalValidator],
+    /// Whether axes without effect and text in no variant are findings. They are where the requests are all that a
+    /// template can express; what one pipeline does not reach, another may.
+    pub report_dead: bool,
+    /// The files that others than the requests use as well: nothing in them is called dead, since these may need it.
+    pub shared: BTreeSet<FileId>,
+    /// Called with the texts done and all texts that are known by then, from any thread.
+    pub progress: &'a (dyn Fn(usize, usize) + Sync),
+}
+
+impl Default for Options<'_> {
+    fn default() -> Self {
+        let threads = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        Self { threads, external: &[], report_dead: false, shared: BTreeSet::new(), progress: &|_, _| {} }
+    }
+}
+
+/// A request that can be explored, with what came of it.
+struct Explored<'a> {
+    request: &'a Request,
+    space: Arc<Space>,
+    exploration: Exploration,
+    /// The index of each distinct text among all tasks.
+    tasks: Vec<usize>,
+}
+
+/// What became of a distinct text.
+struct Proven {
+    proof: Proof,
+    opinions: Vec<Opinion>,
+    /// The text, where somebody refuses it.
+    source: Option<Source>,
+}
+
+/// The bytes of text that wait for a proof at a time: the cache holds them, however many texts there are.
+const WAITING_BYTES: usize = 1 << 20;
+
+/// The index of each distinct text among all tasks.
+type TextsByHash = HashMap<[u8; 32], usize>;
+
+/// Takes all paths of the requests, and proves each distinct text while others are still being found. Findings are those
+/// about requests that cannot be explored.
+fn explore_and_prove<'a>(
+    templates: &'a TemplateSet,
+    placement: &Placement<'_>,
+    requests: &'a [Request],
+    options: &Options<'_>,
+) -> (Vec<Explored<'a>>, Vec<Diagnostic>, Vec<Proven>) {
+    // Texts have few distinct reflections. Equal ones are found where they are made, so that nothing small stays behind
+    // in the midst of what a proof frees.
+    let reflections: Mutex<HashSet<Arc<Reflection>>> = Mutex::default();
+    let work = |task: Task<'a>| {
+        let mut proof = prove::prove(&task);
+        if let Some(reflection) = &mut proof.reflection {
+            let mut known = reflections.lock().unwrap_or_else(PoisonError::into_inner);
+            match known.get(reflection) {
+                Some(known) => *reflection = known.clone(),
+                None => drop(known.insert(reflection.clone())),
+            }
+        }
+        let opinions = failure::judge(&task, &proof, options.external);
+        let accepted = proof.refusals.is_empty() && opinions.iter().all(|each| *each == Opinion::Accepts);
+        Proven { proof, opinions, source: (!accepted).then_some(task.source) }
+    };
+    let explore = |pool: &Pool<'_, Task<'a>, Proven>| {
+        let (mut explored, mut findings) = (Vec::new(), Vec::new());
+        // The distinct texts by hash, apart by what they are proven for.
+        let mut known: HashMap<(&str, Vec<&str>), TextsByHash> = HashMap::new();
+        for request in requests {
+            let space = match space_of(templates, request) {
+                Ok(space) => Arc::new(space),
+                Err(found) => {
+                    findings.extend(found);
+                    continue;
+                }
+            };
+            let Some(axes) = templates.axes(&request.template) else { continue };
+            let subject = Arc::new(Subject::new(axes, &request.profiles));
+            let profiles = request.profiles.iter().map(|profile| profile.name.as_str()).collect();
+            let known = known.entry((&request.template, profiles)).or_default();
+            let mut explorer =
+                Explorer::new(templates, placement, &request.template, &space, options.report_dead);
+            let mut tasks = Vec::new();
+            while let Some(source) = explorer.next_text() {
+                if let Some(text) = explorer.exploration.texts.last() {
+                    tasks.push(*known.entry(text.hash).or_insert_with(|| {
+                        pool.add(source.wgsl.len(), Task { source, subject: subject.clone() })
+                    }));
+                }
+            }
+            explored.push(Explored { request, space, exploration: explorer.finish(), tasks });
+        }
+        (explored, findings)
+    };
+    let ((explored, findings), proven) =
+        Pool::run(options.threads, WAITING_BYTES, &work, options.progress, explore);
+    (explored, findings, proven)
+}
+
+/// Proves every variant of the requests.
+pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_>) -> Permutations {
+    let mut findings = Diagnostics::new();
+    let placement = Placement::new(templates);
+    let (explored, refused, proven) = explore_and_prove(templates, &placement, requests, options);
+    findings.extend(refused);
+
+    let mut marked = None;
+    let mut causes = Causes::default();
+    let mut reports = Vec::new();
+    for each in &explored {
+        findings.extend(each.exploration.findings.iter().cloned());
+        let ground = Ground {
+            template: &each.request.template,
+            space: &each.space,
+            leaves: &each.exploration.leaves,
+            assumed: &each.request.assumed,
+            profiles: each.request.profiles.iter().map(|profile| profile.name.clone()).collect(),
+        };
+        // Including a template that does not parse is no finding of its own.
+        let broken = |finding: &Diagnostic| {
+            templates.templates.values().any(|each| each.broken.as_ref() == Some(finding))
+        };
+        let failed = each.exploration.failures.iter();
+        findings.extend(
+            failed.clone().filter(|(_, finding)| broken(finding)).map(|(_, finding)| finding.clone()),
+        );
+        let mut failures: Vec<Failure> = failed
+            .filter(|(_, finding)| !broken(finding))
+            .map(|(leaf, finding)| Failure {
+                finding: finding.clone(),
+                leaves: [*leaf].into(),
+                profiles: BTreeSet::new(),
+                excess: None,
+                overrides: AxisValues::new(),
+            })
+            .collect();
+        failures.extend(failure::refusals(templates, each, &proven, &mut Marked(&mut marked)));
+        failures.extend(failure::disagreements(
+            templates,
+            each,
+            &proven,
+            options.external,
+            &mut Marked(&mut marked),
+        ));
+        causes.add(&ground, failures);
+        reports.push(summary::report_on(templates, &placement, each, &proven));
+    }
+    findings.extend(agree::disagreements(templates, &placement, &explored, &reports));
+    findings.extend(failure::unavailable(&proven, options.external));
+    findings.extend(causes.findings());
+    if options.report_dead {
+        let examined = explored.iter().zip(&reports).map(|(each, report)| Examined {
+            template: &each.request.template,
+            exploration: &each.exploration,
+            dead_axes: report.variants.iter().all(|variant| variant.valid).then(|| report.dead_axes.clone()),
+        });
+        let examined: Vec<Examined<'_>> = examined.collect();
+        findings.extend(dead::findings(
+            templates,
+            &placement,
+            &examined,
+            &options.shared,
+            &mut Marked(&mut marked),
+        ));
+    }
+    findings.sort();
+    Permutations { findings, templates: reports, proven: proven.len() }
+}
+
+fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Diagnostic>> {
+    let template = &request.template;
+    let Some(axes) = templates.axes(template) else {
+        return Err(vec![templates.unknown(template, request.place.clone())]);
+    };
+    if let Some(broken) = templates.templates.get(template).and_then(|template| template.broken.clone()) {
+        return Err(vec![broken]);
+    }
+    let mut findings = templates.axes_findings(template);
+    if templates.has_lost_axes(template) {
+        return Err(findings);
+    }
+    for (name, values) in &request.allowed {
+        match axes.get(name) {
+            None => findings.push(unknown_axis(axes, template, name, request.place.clone())),
+            Some(axis) => {
+                findings.extend(values.iter().filter(|value| !axis.kind.contains(value)).map(|value| {
+                    Diagnostic::error(
+                        codes::AXIS_VALUE,
+                        request.place.clone(),
+                        format!("{value} is no value of the axis \"{name}\""),
+                    )
+                    .help(format!("the values are {}", axis.kind.describe()))
+                    .related(axis.span, "declared here")
+                }));
+            }
+        }
+    }
+    if !findings.is_empty() {
+        return Err(findings);
+    }
+    let space = Space::new(axes, &request.allowed);
+    if space.possible(&AxisValues::new()) {
+        return Ok(space);
+    }
+    let clash = space.clash();
+    let place = match clash.first() {
+        Some(constraint) => Place::Span(constraint.span),
+        None => request.place.clone(),
+    };
+    let fixed: AxisValues = request
+        .allowed
+        .iter()
+        .filter_map(|(name, values)| match values.as_slice() {
+            [value] if clash.iter().any(|constraint| constraint.axes().contains(name.as_str())) => {
+                Some((name.clone(), value.clone()))
+            }
+            _ => None,
+        })
+        .collect();
+    let mut message = format!("the constraints of \"{template}\" leave no configuration");
+    if !fixed.is_empty() {
+        message.push_str(&format!(" with {}", describe(&fixed)));
+    }
+    let mut finding = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, place, message);
+    for constraint in &clash {
+        finding = finding.related(constraint.span, constraint.to_string());
+    }
+    Err(vec![finding.help("without any one of these constraints there would be a configuration")])
+}

@@ -1,0 +1,214 @@
+//! The values with which the overrides of a module are tried.
+//!
+//! A module with overrides becomes another one with every set of values, and each may fail: a size of zero, an overflow.
+//! All sets cannot be tried; all defaults, all least and all largest values are. Most overrides only choose between
+//! branches: they are compared, negated, and decide an `if`. Then no value can make a difference to the compiler, which
+//! evaluates the comparison and keeps both branches, and the defaults stand for all sets. [`values_matter`] says so only
+//! where it can see every use.
+
+use naga::back::PipelineConstants;
+use naga::{
+    Arena, ArraySize, BinaryOperator, Expression, Handle, Module, SampleLevel, TypeInner, UnaryOperator,
+};
+
+use crate::axes::{Axes, AxisKind, AxisMode};
+use crate::compile;
+use crate::diagnostic::{AxisValue, AxisValues};
+use crate::wgsl_error::Refusal;
+
+/// Values of all override axes, and the constants that they are in a module.
+pub(super) struct Set {
+    pub(super) values: AxisValues,
+    pub(super) constants: PipelineConstants,
+}
+
+/// The sets of constants that have to be tried, the defaults first, out of those that [`values`] gives.
+///
+/// # Errors
+/// An override whose type does not fit its axis.
+pub(super) fn sets(axes: &Axes, values: &[AxisValues], module: &Module) -> Result<Vec<Set>, Refusal> {
+    let mut sets: Vec<Set> = Vec::new();
+    for values in values {
+        let constants = compile::constants(axes, values, module)?;
+        if sets.iter().all(|set| set.constants != constants) {
+            sets.push(Set { values: values.clone(), constants });
+        }
+    }
+    if sets.len() > 1 && !values_matter(module) {
+        sets.truncate(1);
+    }
+    Ok(sets)
+}
+
+/// All defaults, all least, all largest.
+pub(super) fn values(axes: &Axes) -> Vec<AxisValues> {
+    let overrides: Vec<_> = axes.iter().filter(|axis| axis.mode == AxisMode::Override).collect();
+    let defaults: AxisValues =
+        overrides.iter().map(|axis| (axis.name.clone(), axis.default.clone())).collect();
+    if overrides.is_empty() {
+        return vec![defaults];
+    }
+    let ends = |largest: bool| -> AxisValues {
+        overrides
+            .iter()
+            .map(|axis| {
+                let value = match axis.kind {
+                    AxisKind::Integer { min, max } => AxisValue::Integer(if largest { max } else { min }),
+                    _ => AxisValue::Bool(largest),
+                };
+                (axis.name.clone(), value)
+            })
+            .collect()
+    };
+    vec![defaults, ends(false), ends(true)]
+}
+
+/// Whether the module could be valid with some values of its overrides and invalid with others.
+fn values_matter(module: &Module) -> bool {
+    let sized = module.types.iter().any(|(_, ty)| {
+        matches!(
+            ty.inner,
+            TypeInner::Array { size: ArraySize::Pending(_), .. }
+                | TypeInner::BindingArray { size: ArraySize::Pending(_), .. }
+        )
+    });
+    let entry_points = || module.entry_points.iter();
+    let dispatched = entry_points()
+        .any(|entry_point| entry_point.workgroup_size_overrides.is_some() || entry_point.mesh_info.is_some());
+    // Initial values of variables and of other overrides.
+    let initial = module.global_expressions.iter().any(|(_, each)| matches!(each, Expression::Override(_)));
+    let functions = module.functions.iter().map(|(_, function)| function);
+    let functions = functions.chain(entry_points().map(|entry_point| &entry_point.function));
+    sized || dispatched || initial || { functions }.any(|function| evaluates(&function.expressions))
+}
+
+/// Whether something is evaluated from overrides that could fail, or that is not known to be harmless.
+fn evaluates(expressions: &Arena<Expression>) -> bool {
+    if !expressions.iter().any(|(_, each)| matches!(each, Expression::Override(_))) {
+        return false;
+    }
+    // Whether each expression is made of overrides; operands stand before what they are operands of.
+    let mut made: Vec<bool> = Vec::with_capacity(expressions.len());
+    for (_, expression) in expressions.iter() {
+        let is_made = match expression {
+            Expression::Override(_) => true,
+            _ => match uses(expression, &|operand| made.get(operand.index()).copied().unwrap_or(true)) {
+                Some(used) => used,
+                None => return true,
+            },
+        };
+        let harmless = match expression {
+            Expression::Override(_) | Expression::Unary { op: UnaryOperator::LogicalNot, .. } => true,
+            Expression::Binary { op, .. } => compares(*op),
+            _ => false,
+        };
+        if is_made && !harmless {
+            return true;
+        }
+        made.push(is_made);
+    }
+    false
+}
+
+fn compares(operator: BinaryOperator) -> bool {
+    use BinaryOperator as B;
+    matches!(
+        operator,
+        B::Equal
+            | B::NotEqual
+            | B::Less
+            | B::LessEqual
+            | B::Greater
+            | B::GreaterEqual
+            | B::LogicalAnd
+            | B::LogicalOr
+    )
+}
+
+/// Whether an expression has an operand of a kind; `None` where its operands are not known.
+fn uses(expression: &Expression, is: &dyn Fn(Handle<Expression>) -> bool) -> Option<bool> {
+    let maybe = |operand: &Option<Handle<Expression>>| operand.is_some_and(is);
+    Some(match expression {
+        Expression::Literal(_)
+        | Expression::Constant(_)
+        | Expression::ZeroValue(_)
+        | Expression::FunctionArgument(_)
+        | Expression::GlobalVariable(_)
+        | Expression::LocalVariable(_)
+        | Expression::CallResult(_)
+        | Expression::AtomicResult { .. }
+        | Expression::WorkGroupUniformLoadResult { .. } => false,
+        Expression::Compose { components, .. } => components.iter().copied().any(is),
+        Expression::Access { base, index } => is(*base) || is(*index),
+        Expression::AccessIndex { base: only, .. }
+        | Expression::Splat { value: only, .. }
+        | Expression::Swizzle { vector: only, .. }
+        | Expression::Load { pointer: only }
+        | Expression::Unary { expr: only, .. }
+        | Expression::Derivative { expr: only, .. }
+        | Expression::Relational { argument: only, .. }
+        | Expression::As { expr: only, .. }
+        | Expression::ArrayLength(only) => is(*only),
+        Expression::Binary { left, right, .. } => is(*left) || is(*right),
+        Expression::Select { condition, accept, reject } => is(*condition) || is(*accept) || is(*reject),
+        Expression::Math { arg, arg1, arg2, arg3, .. } => {
+            is(*arg) || maybe(arg1) || maybe(arg2) || maybe(arg3)
+        }
+        Expression::ImageSample {
+            image, sampler, coordinate, array_index, offset, level, depth_ref, ..
+        } => {
+            let level = match level {
+                SampleLevel::Auto | SampleLevel::Zero => false,
+                SampleLevel::Exact(level) | SampleLevel::Bias(level) => is(*level),
+                SampleLevel::Gradient { x, y } => is(*x) || is(*y),
+            };
+            let required = is(*image) || is(*sampler) || is(*coordinate);
+            required || level || maybe(array_index) || maybe(offset) || maybe(depth_ref)
+        }
+        Expression::ImageLoad { image, coordinate, array_index, sample, level } => {
+            is(*image) || is(*coordinate) || maybe(array_index) || maybe(sample) || maybe(level)
+        }
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::values_matter;
+
+    fn matter(body: &str) -> bool {
+        let text = format!("override n: u32 = 1u;\noverride b: bool = true;\n{body}\n");
+        values_matter(&naga::front::wgsl::parse_str(&text).unwrap_or_else(|error| panic!("{error}: {text}")))
+    }
+
+    #[test]
+    fn what_only_chooses_a_branch_does_not_matter() {
+        for body in [
+            "fn f() -> u32 { return n; }",
+            "fn f(x: u32) -> u32 { if n == 2u && !b { return x / 2u; } return x; }",
+            "fn f() -> u32 { var sum = 0u; for (var i = 0u; i < n; i++) { sum += i; } return sum; }",
+        ] {
+            assert!(!matter(body), "{body}");
+        }
+    }
+
+    #[test]
+    fn what_is_computed_or_sized_matters() {
+        for body in [
+            "fn f() -> u32 { return n * n; }",
+            "fn f(x: u32) -> u32 { return x / n; }",
+            "fn f(x: u32) -> u32 { return x % n; }",
+            "fn f(x: u32) -> u32 { return x << n; }",
+            "fn f(x: array<f32, 4>) -> f32 { return x[n]; }",
+            "fn f() -> f32 { return 1.0 / f32(n); }",
+            "fn f() -> vec2<u32> { return vec2<u32>(n); }",
+            "fn f() -> u32 { return select(1u, 2u, b); }",
+            "override m: u32 = n - 1u;",
+            "var<private> p: u32 = n;",
+            "var<workgroup> shared_values: array<u32, n>;",
+            "@compute @workgroup_size(n) fn main() {}",
+        ] {
+            assert!(matter(body), "{body}");
+        }
+    }
+}

@@ -1,0 +1,170 @@
+//! Proving texts: each one parsed once, validated once per set of capabilities, written once per language.
+//!
+//! Texts are independent of one another, so any thread can prove any of them.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::blame::{self, blame};
+use super::explore::Source;
+use super::overrides;
+use crate::axes::Axes;
+use crate::diagnostic::AxisValues;
+use crate::profile::{TargetLanguage, TargetProfile};
+use crate::reflection::{self, Reflection};
+use crate::wgsl::Resolved;
+use crate::wgsl_error::Refusal;
+use crate::{backend, compile, limits, stages, wgsl};
+
+/// What all texts of a template are proven for.
+pub(crate) struct Subject<'a> {
+    axes: &'a Axes,
+    /// The values of override axes that are tried, the defaults first.
+    overrides: Vec<AxisValues>,
+    profiles: &'a [TargetProfile],
+}
+
+impl<'a> Subject<'a> {
+    pub(crate) fn new(axes: &'a Axes, profiles: &'a [TargetProfile]) -> Self {
+        Self { axes, overrides: overrides::values(axes), profiles }
+    }
+}
+
+/// A text to be proven.
+pub(crate) struct Task<'a> {
+    pub(crate) source: Source,
+    pub(crate) subject: Arc<Subject<'a>>,
+}
+
+/// What became of a text.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Proof {
+    /// Why it is refused, and by which of the profiles, by index.
+    pub(crate) refusals: Vec<(Refusal, Vec<usize>)>,
+    /// What it says of itself, where some profile accepts it.
+    pub(crate) reflection: Option<Arc<Reflection>>,
+}
+
+impl Proof {
+    fn refuse(&mut self, refusal: Refusal, profiles: impl IntoIterator<Item = usize>) {
+        match self.refusals.iter_mut().find(|(known, _)| *known == refusal) {
+            Some((_, all)) => {
+                all.extend(profiles);
+                all.sort_unstable();
+                all.dedup();
+            }
+            None => self.refusals.push((refusal, profiles.into_iter().collect())),
+        }
+    }
+}
+
+/// Proves one text for all profiles of its task. A defect that ends in a panic refuses the text: the others are still
+/// proven, and the finding says which it is about.
+pub(crate) fn prove(task: &Task<'_>) -> Proof {
+    let subject = &*task.subject;
+    wgsl::guarded(|| prove_for(task, subject)).unwrap_or_else(|refusal| {
+        let mut proof = Proof::default();
+        proof.refuse(refusal, 0..subject.profiles.len());
+        proof
+    })
+}
+
+fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Refusal> {
+    let mut proof = Proof::default();
+    let module = wgsl::parse(&task.source.wgsl)?;
+    let sets = overrides::sets(subject.axes, &subject.overrides, &module)?;
+    let mut by_capabilities: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
+    // What passes with what all profiles have in common passes with what each of them has.
+    let common = subject.profiles.iter().map(|profile| profile.capabilities).reduce(|a, b| a & b);
+    let mut known = common.and_then(|common| wgsl::validate(&module, common).ok());
+    for (at, profile) in subject.profiles.iter().enumerate() {
+        let group = if known.is_some() { 0 } else { profile.capabilities.bits() };
+        by_capabilities.entry(group).or_default().push(at);
+    }
+    for profiles in by_capabilities.values() {
+        let Some(capabilities) = profiles.first().map(|at| subject.profiles[*at].capabilities) else {
+            continue;
+        };
+        let info = match known.take().map_or_else(|| wgsl::validate(&module, capabilities), Ok) {
+            Ok(info) => info,
+            Err(refusal) => {
+                proof.refuse(refusal, profiles.iter().copied());
+                continue;
+            }
+        };
+        let mut sizes = Vec::new();
+        let mut defaults = None;
+        let mut refused = false;
+        for (at, set) in sets.iter().enumerate() {
+            match wgsl::resolve_overrides(&module, &info, &set.constants) {
+                Ok(resolved) => {
+                    sizes.push((at, wgsl::workgroup_sizes(&resolved)));
+                    // The first values are the defaults.
+                    defaults.get_or_insert(resolved);
+                }
+                Err(refusal) => {
+                    refused = true;
+                    let text = &task.source.wgsl;
+                    let refusal = blame(text, (&module, &info), subject.axes, (&sets, at), refusal);
+                    proof.refuse(refusal, profiles.iter().copied());
+                }
+            }
+        }
+        sizes.dedup_by(|(_, one), (_, other)| one == other);
+        let Some(defaults) = defaults.filter(|_| !refused) else { continue };
+        for refusal in stages::mismatched(&task.source.wgsl, &module) {
+            proof.refuse(refusal, profiles.iter().copied());
+        }
+        for (set, sizes) in &sizes {
+            let reflection = reflection::reflect(&module, &info, sizes);
+            for at in profiles {
+                let exceeded = |reflection: &Reflection| {
+                    limits::exceeded(&task.source.wgsl, &module, reflection, &subject.profiles[*at])
+                };
+                for mut refusal in exceeded(&reflection) {
+                    if sets.len() > 1 {
+                        let fails = |values: &AxisValues| {
+                            let sizes = compile::constants(subject.axes, values, &module)
+                                .and_then(|set| wgsl::resolve_overrides(&module, &info, &set))
+                                .map(|resolved| wgsl::workgroup_sizes(&resolved));
+                            let reflection = sizes.map(|sizes| reflection::reflect(&module, &info, &sizes));
+                            reflection.is_ok_and(|each| {
+                                exceeded(&each).iter().any(|other| {
+                                    other.excess.as_ref().map(|each| &each.of)
+                                        == refusal.excess.as_ref().map(|each| &each.of)
+                                })
+                            })
+                        };
+                        refusal.overrides = blame::provoking(&sets, *set, &fails);
+                    }
+                    proof.refuse(refusal, [*at]);
+                }
+            }
+            // The first sizes are those of the defaults.
+            proof.reflection.get_or_insert_with(|| Arc::new(reflection));
+        }
+        check_writers(subject, profiles, &defaults, &mut proof);
+    }
+    Ok(proof)
+}
+
+fn check_writers(
+    subject: &Subject<'_>,
+    profiles: &[usize],
+    (module, info): &Resolved<'_>,
+    proof: &mut Proof,
+) {
+    let mut by_language: BTreeMap<TargetLanguage, Vec<usize>> = BTreeMap::new();
+    for at in profiles {
+        // What the front end has read, a browser reads too; there is no writer to run.
+        let language = subject.profiles[*at].language;
+        if language != TargetLanguage::Wgsl {
+            by_language.entry(language).or_default().push(*at);
+        }
+    }
+    for (language, profiles) in by_language {
+        if let Err(refusal) = backend::emit(module, info, language) {
+            proof.refuse(refusal, profiles);
+        }
+    }
+}

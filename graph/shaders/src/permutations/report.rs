@@ -1,0 +1,122 @@
+//! What a check of permutations found, as data that can be printed, compared and serialised.
+
+use std::sync::Arc;
+
+use crate::TemplateSet;
+use crate::diagnostic::{AxisValue, AxisValues, Count, Diagnostics};
+use crate::reflection::{Binding, Reflection};
+use crate::render::{self, Placement};
+
+/// The outcome of a check.
+#[derive(Clone, Debug, Default)]
+pub struct Permutations {
+    /// Every finding, once per root cause, by place.
+    pub findings: Diagnostics,
+    /// The templates that were checked, in the order of the requests.
+    pub templates: Vec<TemplateReport>,
+    /// The number of distinct texts that were proven.
+    pub proven: usize,
+}
+
+/// What was found out about one request.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct TemplateReport {
+    /// The pass, or what else the request calls itself.
+    pub name: String,
+    /// The template.
+    pub template: String,
+    /// The names of the profiles.
+    pub profiles: Vec<String>,
+    /// The number of configurations that the constraints allow.
+    pub configurations: Count,
+    /// How many of them the checked variants stand for; fewer only where a limit was met.
+    pub covered: Count,
+    /// The number of paths through the template, each one rendering.
+    pub paths: usize,
+    /// The distinct texts.
+    pub variants: Vec<VariantReport>,
+    /// The axes on which nothing depends.
+    pub dead_axes: Vec<String>,
+    /// What each value adds to the text.
+    pub bytes_of_values: Vec<ValueBytes>,
+    /// The bindings of all variants together, as far as they agree; the layout of the pass.
+    #[serde(skip)]
+    pub interface: Vec<Binding>,
+}
+
+/// One distinct text.
+#[derive(Clone, Debug, serde::Serialize)]
+pub struct VariantReport {
+    /// The values that lead to it, on the first of its paths.
+    #[serde(serialize_with = "shared")]
+    pub axes: Arc<AxisValues>,
+    /// The number of paths that lead to it.
+    pub paths: usize,
+    /// The number of configurations that have this text.
+    pub configurations: Count,
+    /// Its size.
+    pub bytes: usize,
+    /// The BLAKE3 hash of it, in hexadecimal digits.
+    pub hash: String,
+    /// Whether every profile accepts it.
+    pub valid: bool,
+    /// What the module says of itself; `None` for a text that no profile accepts.
+    #[serde(skip)]
+    pub reflection: Option<Arc<Reflection>>,
+}
+
+/// What a value adds to the text, against the text of all defaults.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct ValueBytes {
+    /// The axis.
+    pub axis: String,
+    /// The value.
+    pub value: AxisValue,
+    /// The bytes more, or fewer.
+    pub bytes: i64,
+}
+
+fn shared<S: serde::Serializer>(values: &Arc<AxisValues>, serializer: S) -> Result<S::Ok, S::Error> {
+    serde::Serialize::serialize(values.as_ref(), serializer)
+}
+
+impl VariantReport {
+    /// A file name that says which variant of which pass it is: `forward.sscs=true.taps=16.1f2e3d4c.wgsl`. Long lists of
+    /// values are cut; the first digits of the hash keep names apart.
+    pub fn file_name(&self, name: &str) -> String {
+        let clean = |text: &str| -> String {
+            let keep = |each: char| each.is_ascii_alphanumeric() || matches!(each, '_' | '-' | '=' | '.');
+            text.chars().map(|each| if keep(each) { each } else { '_' }).collect()
+        };
+        let mut file = clean(name).trim_start_matches('.').chars().take(80).collect::<String>();
+        for (axis, value) in self.axes.iter() {
+            let part = clean(&format!(".{axis}={value}"));
+            if file.len() + part.len() > 160 {
+                file.push_str(".etc");
+                break;
+            }
+            file.push_str(&part);
+        }
+        format!("{file}.{}.wgsl", self.hash.get(..8).unwrap_or_default())
+    }
+}
+
+impl TemplateReport {
+    /// The text of one of the variants, rendered again: reports of thousands of them do not keep their texts.
+    pub fn text(&self, templates: &TemplateSet, variant: &VariantReport) -> Option<String> {
+        let context = render::fixed_context(&variant.axes);
+        render::render_with(templates, &Placement::new(templates), &self.template, context)
+            .ok()
+            .map(|(text, _)| text)
+    }
+
+    /// The bytes of all distinct texts together.
+    pub fn total_bytes(&self) -> usize {
+        self.variants.iter().map(|variant| variant.bytes).sum()
+    }
+
+    /// The largest text.
+    pub fn largest(&self) -> Option<&VariantReport> {
+        self.variants.iter().max_by_key(|variant| variant.bytes)
+    }
+}

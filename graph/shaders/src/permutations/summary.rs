@@ -1,0 +1,113 @@
+//! From texts and proofs to a report: variants, coverage, the interface of all variants together, sizes, what is dead.
+
+use std::collections::{BTreeSet, HashSet};
+use std::sync::Arc;
+
+use super::dead;
+use super::report::{TemplateReport, ValueBytes, VariantReport};
+use super::{Explored, Proven};
+use crate::compile::template_values;
+use crate::diagnostic::{AxisValues, Count};
+use crate::render::{self, Placement};
+use crate::{Axes, AxisMode, TemplateSet, interface};
+
+/// The report on one request.
+pub(super) fn report_on(
+    templates: &TemplateSet,
+    placement: &Placement<'_>,
+    each: &Explored<'_>,
+    proven: &[Proven],
+) -> TemplateReport {
+    let Explored { request, space, exploration, tasks } = each;
+    let mut variants = Vec::new();
+    let mut covered = Count::ZERO;
+    for (at, text) in exploration.texts.iter().enumerate() {
+        let leaves = exploration.leaves_of(at);
+        let mut configurations = Count::ZERO;
+        for leaf in leaves.iter().filter_map(|at| exploration.leaves.get(*at)) {
+            configurations = configurations.plus(space.count(&leaf.decided));
+        }
+        covered = covered.plus(configurations);
+        let proof = tasks.get(at).and_then(|task| proven.get(*task)).map(|proven| &proven.proof);
+        variants.push(VariantReport {
+            axes: exploration.leaves.get(text.leaf).map(|leaf| leaf.decided.clone()).unwrap_or_default(),
+            paths: leaves.len(),
+            configurations,
+            bytes: text.bytes,
+            hash: blake3::Hash::from_bytes(text.hash).to_string(),
+            valid: proof.is_some_and(|proof| proof.refusals.is_empty()),
+            reflection: proof.and_then(|proof| proof.reflection.clone()),
+        });
+    }
+    // Equal reflections are one.
+    let mut seen = HashSet::new();
+    let reflections = variants.iter().filter_map(|variant| variant.reflection.as_ref());
+    let distinct = reflections.filter(|each| seen.insert(Arc::as_ptr(each)));
+    let (interface, _) = interface::unite(distinct.map(Arc::as_ref));
+    TemplateReport {
+        name: request.name.clone(),
+        template: request.template.clone(),
+        profiles: request.profiles.iter().map(|profile| profile.name.clone()).collect(),
+        configurations: space.count(&AxisValues::new()),
+        // Paths that were not taken hold further combinations.
+        covered: Count { exact: covered.exact && exploration.complete, ..covered },
+        paths: exploration.leaves.len(),
+        dead_axes: dead_axes(templates, each, &variants),
+        bytes_of_values: bytes_of_values(templates, placement, each),
+        variants,
+        interface,
+    }
+}
+
+fn dead_axes(templates: &TemplateSet, each: &Explored<'_>, variants: &[VariantReport]) -> Vec<String> {
+    let effective = dead::effective_axes(&each.exploration);
+    let overrides: BTreeSet<&str> = variants
+        .iter()
+        .filter_map(|variant| variant.reflection.as_ref())
+        .flat_map(|each| &each.overrides)
+        .map(String::as_str)
+        .collect();
+    let axes = templates.axes(&each.request.template).into_iter().flat_map(Axes::iter);
+    axes.filter(|axis| {
+        let choice = each.request.allowed.get(&axis.name).is_none_or(|values| values.len() > 1);
+        // Nobody knows what overrides do in a text that is refused.
+        let refused =
+            axis.mode == AxisMode::Override && variants.iter().any(|each| each.reflection.is_none());
+        let known = !refused && !each.exploration.partial.contains(&axis.name);
+        choice && known && !effective.contains(&axis.name) && !overrides.contains(axis.name.as_str())
+    })
+    .map(|axis| axis.name.clone())
+    .collect()
+}
+
+/// What each value of a small axis adds to the text of all defaults.
+fn bytes_of_values(
+    templates: &TemplateSet,
+    placement: &Placement<'_>,
+    each: &Explored<'_>,
+) -> Vec<ValueBytes> {
+    const MAXIMUM_VALUES: u64 = 16;
+    let template = &each.request.template;
+    let size = |values: &AxisValues| -> Option<i64> {
+        let values = template_values(templates, template, &each.space.complete(values)?);
+        render::render_with(templates, placement, template, render::fixed_context(&values))
+            .ok()
+            .map(|(text, _)| text.len() as i64)
+    };
+    let Some(plain) = size(&AxisValues::new()) else { return Vec::new() };
+    let mut found = Vec::new();
+    for name in &each.exploration.read {
+        let Some(domain) = each.space.variable(name).filter(|domain| domain.count() <= MAXIMUM_VALUES) else {
+            continue;
+        };
+        for value in (0..domain.count()).filter_map(|at| domain.value(at)) {
+            if each.space.default_of(name) == Some(&value) {
+                continue;
+            }
+            if let Some(bytes) = size(&[(name.clone(), value.clone())].into()) {
+                found.push(ValueBytes { axis: name.clone(), value, bytes: bytes - plain });
+            }
+        }
+    }
+    found
+}

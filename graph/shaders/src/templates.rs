@@ -1,0 +1,312 @@
+//! The templates that shaders are generated from, and the axes declared beside them.
+//!
+//! A [`TemplateSet`] is filled from anywhere (embedded, a folder, memory) with named texts: `forward.wgsl.jinja`,
+//! `lib/shadow.wgsl.jinja`, and their side files `forward.axes.json`. Names are how templates include one another; a
+//! name is never looked up anywhere else, so a set is closed and the same everywhere.
+//!
+//! Findings about a single text (its syntax, its declaration) are made when it is added. Findings about how texts fit
+//! together need the whole set: [`TemplateSet::check`] makes them, and compiling a template reports those that concern
+//! it.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use minijinja::Environment;
+
+use super::axes::{self, Axes};
+use super::permutations::Space;
+use super::scan::{Tag, scan};
+use super::{codes, comparisons, filters, guard, render, template_error};
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::source::{FileId, Sources, Span};
+
+/// Templates by name, with their axes.
+#[derive(Debug)]
+pub struct TemplateSet {
+    pub(crate) environment: Environment<'static>,
+    pub(crate) templates: BTreeMap<String, Template>,
+    declarations: BTreeMap<String, Declared>,
+    resolved: BTreeMap<String, Resolved>,
+    longest_literal: usize,
+}
+
+/// One template.
+#[derive(Debug)]
+pub(crate) struct Template {
+    pub(crate) file: FileId,
+    pub(crate) text: Arc<str>,
+    pub(crate) tags: Vec<Tag>,
+    pub(crate) prepared: guard::Prepared,
+    /// Why it cannot be used at all.
+    pub(crate) broken: Option<Diagnostic>,
+}
+
+#[derive(Debug)]
+struct Declared {
+    file: FileId,
+    declaration: axes::Declaration,
+}
+
+#[derive(Debug, Default)]
+struct Resolved {
+    axes: Axes,
+    findings: Vec<Diagnostic>,
+    lost: axes::Lost,
+}
+
+static NO_AXES: Axes = Axes::new();
+
+impl Default for TemplateSet {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl TemplateSet {
+    /// No templates yet.
+    pub fn new() -> Self {
+        Self {
+            environment: filters::environment(),
+            templates: BTreeMap::new(),
+            declarations: BTreeMap::new(),
+            resolved: BTreeMap::new(),
+            longest_literal: 0,
+        }
+    }
+
+    /// Adds a template, or the axes of one where the name ends in `.axes.json`. Findings name the file as `name`.
+    pub fn add(&mut self, sources: &mut Sources, name: &str, text: &str, diagnostics: &mut Diagnostics) {
+        let file = sources.add(name, text);
+        self.add_file(sources, file, name, diagnostics);
+    }
+
+    /// Adds a registered text under a name of its own: a file that findings show by its path.
+    pub fn add_file(&mut self, sources: &Sources, file: FileId, name: &str, diagnostics: &mut Diagnostics) {
+        let Some(text) = sources.get(file).map(|source| source.text().clone()) else { return };
+        let twice = || {
+            Diagnostic::error(
+                codes::TEMPLATE_TWICE,
+                Span::new(file, 0..0),
+                format!("\"{name}\" is given twice"),
+            )
+            .help("the first is used; remove this one, or give it another name")
+        };
+        if let Some(stem) = name.strip_suffix(".axes.json") {
+            if self.declarations.contains_key(stem) {
+                diagnostics.push(twice());
+                return;
+            }
+            let declaration = axes::parse(sources, file, diagnostics);
+            self.declarations.insert(stem.to_owned(), Declared { file, declaration });
+        } else {
+            if self.templates.contains_key(name) {
+                diagnostics.push(twice());
+                return;
+            }
+            let template = self.prepare(file, name, &text);
+            diagnostics.extend(template.broken.clone());
+            self.templates.insert(name.to_owned(), template);
+        }
+        self.resolve();
+    }
+
+    /// Notes that a template, or the axes of one, cannot be read: whatever uses it gets this finding, and not that there
+    /// is no such template.
+    pub fn add_unreadable(
+        &mut self,
+        sources: &mut Sources,
+        name: &str,
+        finding: Diagnostic,
+        diagnostics: &mut Diagnostics,
+    ) {
+        diagnostics.push(finding.clone());
+        let file = sources.add(name, "");
+        if let Some(stem) = name.strip_suffix(".axes.json") {
+            let declaration = axes::Declaration::unreadable(finding);
+            self.declarations.entry(stem.to_owned()).or_insert(Declared { file, declaration });
+        } else if !self.templates.contains_key(name) {
+            let (text, tags): (Arc<str>, _) = ("".into(), Vec::new());
+            let prepared = guard::prepare(&text, &tags);
+            let template = Template { file, text, tags, prepared, broken: Some(finding) };
+            self.templates.insert(name.to_owned(), template);
+        }
+        self.resolve();
+    }
+
+    fn prepare(&mut self, file: FileId, name: &str, text: &Arc<str>) -> Template {
+        let tags = scan(text);
+        let gaps = tags.windows(2).map(|pair| pair[1].range.start - pair[0].range.end);
+        let ends = [
+            tags.first().map_or(text.len(), |tag| tag.range.start),
+            tags.last().map_or(0, |tag| text.len() - tag.range.end),
+        ];
+        self.longest_literal = gaps.chain(ends).fold(self.longest_literal, usize::max);
+        self.environment.set_fuel(Some(render::fuel(self.longest_literal)));
+        let prepared = guard::prepare(text, &tags);
+        let mut template = Template { file, text: text.clone(), tags, prepared, broken: None };
+        if let Err(error) =
+            self.environment.add_template_owned(name.to_owned(), template.prepared.text.clone())
+        {
+            template.broken = Some(template_error::syntax(&template, &error));
+        }
+        template
+    }
+
+    /// The names of the templates in order.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.templates.keys().map(String::as_str)
+    }
+
+    /// The text of a template as a registered file.
+    pub fn file(&self, template: &str) -> Option<FileId> {
+        self.templates.get(template).map(|template| template.file)
+    }
+
+    /// The declaration beside a template as a registered file; `None` for a template without one.
+    pub fn axes_file(&self, template: &str) -> Option<FileId> {
+        self.declarations.get(stem(template)).map(|declared| declared.file)
+    }
+
+    /// The axes of a template, its own and the inherited ones; none for a template without a side file. `None` if there
+    /// is no such template.
+    pub fn axes(&self, template: &str) -> Option<&Axes> {
+        self.templates
+            .contains_key(template)
+            .then(|| self.resolved.get(template).map_or(&NO_AXES, |found| &found.axes))
+    }
+
+    /// What is wrong with the axes of a template, so that it cannot be rendered: as far as it takes other files to see
+    /// it, and declarations that do not tell what an axis is.
+    pub(crate) fn axes_findings(&self, template: &str) -> Vec<Diagnostic> {
+        let found = self.resolved.get(template);
+        found
+            .into_iter()
+            .flat_map(|found| found.findings.iter().chain(&found.lost.findings))
+            .cloned()
+            .collect()
+    }
+
+    /// Whether a template has axes of which it cannot be told what they are.
+    pub fn has_lost_axes(&self, template: &str) -> bool {
+        self.resolved.get(template).is_some_and(|found| !found.lost.findings.is_empty())
+    }
+
+    /// The finding for a name that is no template of this set.
+    pub fn unknown(&self, name: &str, place: impl Into<crate::diagnostic::Place>) -> Diagnostic {
+        let finding =
+            Diagnostic::error(codes::TEMPLATE_UNKNOWN, place, format!("there is no template \"{name}\""));
+        self.meant(finding, name, None)
+    }
+
+    /// Adds the template that was meant by a name to a finding at the name; nothing means the template `itself`.
+    fn meant(&self, finding: Diagnostic, name: &str, itself: Option<&str>) -> Diagnostic {
+        let written = finding.span();
+        let names = self.names().filter(|name| Some(*name) != itself);
+        finding.meant(name, names, written, |names| match names {
+            [] => "there is no other template".to_owned(),
+            names => format!("the templates are {}", names.join(", ")),
+        })
+    }
+
+    /// Checks how the texts fit together: side files without a template, inherited templates that do not exist,
+    /// declarations that disagree, defaults that break a constraint, comparisons of axes with what they never are.
+    pub fn check(&self, diagnostics: &mut Diagnostics) {
+        let templates: BTreeSet<&str> = self.names().map(stem).collect();
+        for (name, declared) in &self.declarations {
+            if !templates.contains(name.as_str()) {
+                let message = format!(
+                    "\"{name}.axes.json\" declares axes, but there is no template \"{name}.wgsl.jinja\""
+                );
+                diagnostics.push(Diagnostic::error(
+                    codes::AXES_ORPHAN,
+                    Span::new(declared.file, 0..0),
+                    message,
+                ));
+            }
+        }
+        for (name, resolved) in &self.resolved {
+            diagnostics.extend(resolved.findings.iter().cloned());
+            let template = self.templates.get(name).filter(|_| self.axes_file(name).is_some());
+            diagnostics.extend(
+                template.into_iter().flat_map(|template| comparisons::check(template, &resolved.axes)),
+            );
+        }
+    }
+
+    fn resolve(&mut self) {
+        let mut resolved = BTreeMap::new();
+        for name in self.templates.keys() {
+            let mut findings = Vec::new();
+            let (axes, lost) = self.collect(name, &mut BTreeMap::new(), &mut findings);
+            let clash = clash(name, &axes);
+            let defaults = axes.defaults();
+            for constraint in axes.violated(&defaults).filter(|_| clash.is_none()) {
+                let message = format!("the default values break a constraint: {constraint}");
+                findings.push(
+                    Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
+                        .help("change a default, so that a pipeline that sets nothing is valid"),
+                );
+            }
+            findings.extend(clash);
+            resolved.insert(name.clone(), Resolved { axes, findings, lost });
+        }
+        self.resolved = resolved;
+    }
+
+    /// The axes that a template declares and inherits. Every template is worked out once; a template that inherits
+    /// itself in a circle gets what is known so far.
+    fn collect<'s>(
+        &'s self,
+        name: &'s str,
+        done: &mut BTreeMap<&'s str, (Axes, axes::Lost)>,
+        findings: &mut Vec<Diagnostic>,
+    ) -> (Axes, axes::Lost) {
+        if let Some(axes) = done.get(name) {
+            return axes.clone();
+        }
+        done.insert(name, Default::default());
+        let Some(declared) = self.declarations.get(stem(name)) else { return Default::default() };
+        let declaration = &declared.declaration;
+        let mut own = declaration.axes.clone();
+        let mut lost = declaration.lost.clone();
+        let mut conflicts = Vec::new();
+        for (other, span) in declaration.axes.inherits() {
+            if self.templates.contains_key(other) {
+                let (theirs, more) = self.collect(other, done, findings);
+                conflicts.extend(own.inherit(&theirs));
+                lost.inherit(&more);
+            } else {
+                let message = format!("there is no template \"{other}\"");
+                let finding = Diagnostic::error(codes::AXES_ORPHAN, *span, message);
+                findings.push(self.meant(finding, other, Some(name)));
+            }
+        }
+        declaration.resolve(&mut own, &lost, findings);
+        for (mine, theirs) in conflicts {
+            let message = format!("the axis \"{}\" is declared in two ways", mine.name);
+            findings.push(
+                Diagnostic::error(codes::AXES_CONFLICT, mine.span, message)
+                    .related(theirs.span, format!("here with {}", theirs.kind.describe())),
+            );
+        }
+        done.insert(name, (own.clone(), lost.clone()));
+        (own, lost)
+    }
+}
+
+/// The finding for constraints that leave no configuration at all.
+fn clash(template: &str, axes: &Axes) -> Option<Diagnostic> {
+    let clash = Space::new(axes, &BTreeMap::new()).clash();
+    let first = clash.first()?.span;
+    let message = format!("the constraints of \"{template}\" leave no configuration");
+    let mut finding = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, first, message);
+    for constraint in &clash {
+        finding = finding.related(constraint.span, constraint.to_string());
+    }
+    Some(finding.help("without any one of these constraints there would be a configuration"))
+}
+
+/// `lib/shadow` for `lib/shadow.wgsl.jinja`.
+fn stem(name: &str) -> &str {
+    name.strip_suffix(".jinja").unwrap_or(name).strip_suffix(".wgsl").unwrap_or(name)
+}

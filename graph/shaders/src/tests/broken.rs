@@ -1,0 +1,126 @@
+//! Broken templates, each with exactly what is said about it.
+//!
+//! Each case is a file of `broken/`: the files of a template set under `=== NAME` lines, of which `main.wgsl.jinja` is the
+//! one that is checked; `--- profiles` names the profiles if not `webgpu`; after `--- findings` stands what has to be
+//! said. A case whose findings differ fails with the text that it would have to contain.
+
+use std::fmt::Write as _;
+
+use super::Fixture;
+use crate::TargetProfile;
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, fix};
+use crate::permutations::{Options, Request, check};
+
+struct Case<'a> {
+    files: Vec<(&'a str, String)>,
+    profiles: Vec<TargetProfile>,
+    expected: String,
+}
+
+fn read(text: &str) -> Case<'_> {
+    let mut case =
+        Case { files: Vec::new(), profiles: vec![TargetProfile::webgpu()], expected: String::new() };
+    let mut findings = false;
+    for line in text.lines() {
+        if let Some(name) = line.strip_prefix("=== ") {
+            case.files.push((name, String::new()));
+        } else if let Some(names) = line.strip_prefix("--- profiles ") {
+            case.profiles = names.split(' ').map(|name| TargetProfile::from_name(name).unwrap()).collect();
+        } else if line == "--- findings" {
+            findings = true;
+        } else if findings {
+            case.expected.push_str(line);
+            case.expected.push('\n');
+        } else {
+            let (_, file) = case.files.last_mut().expect("a file begins with its name");
+            file.push_str(line);
+            file.push('\n');
+        }
+    }
+    case
+}
+
+fn describe(fixture: &Fixture, findings: &Diagnostics) -> String {
+    let mut text = String::new();
+    for finding in findings {
+        writeln!(text, "{} {} {}", finding.code, fixture.place(&finding.place), finding.message).unwrap();
+        for related in &finding.related {
+            match related.place {
+                Place::Nowhere => writeln!(text, "    {}", related.message).unwrap(),
+                _ => writeln!(text, "    {} {}", fixture.place(&related.place), related.message).unwrap(),
+            }
+        }
+        if let Some(help) = &finding.help {
+            writeln!(text, "    help: {help}").unwrap();
+        }
+    }
+    text
+}
+
+fn check_case(files: &[(&str, String)], profiles: &[TargetProfile]) -> (Fixture, Diagnostics) {
+    let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, text.as_str())).collect();
+    let fixture = Fixture::new(&files);
+    let mut findings = fixture.findings.clone();
+    let options = Options { report_dead: true, ..Options::default() };
+    let request = Request::all("main.wgsl.jinja", profiles);
+    findings.extend(check(&fixture.set, &[request], &options).findings);
+    findings.sort();
+    (fixture, findings)
+}
+
+fn found(case: &Case<'_>) -> String {
+    let (fixture, findings) = check_case(&case.files, &case.profiles);
+    describe(&fixture, &findings)
+}
+
+#[test]
+fn a_name_that_was_meant_is_written_by_the_fix() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/tests/broken");
+    let mut without = Vec::new();
+    for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let case = read(&text);
+        let (fixture, findings) = check_case(&case.files, &case.profiles);
+        for finding in &findings {
+            let fixed = fix::apply([finding], &fixture.sources, |_| true);
+            if finding.help.as_deref().is_some_and(|help| help.starts_with("did you mean"))
+                && fixed.is_empty()
+            {
+                without.push(path.file_stem().unwrap().to_string_lossy().into_owned());
+            }
+            if fixed.is_empty() {
+                continue;
+            }
+            let mut files = case.files.clone();
+            for one in fixed {
+                files.iter_mut().find(|(name, _)| *name == one.name).unwrap().1 = one.text;
+            }
+            let is_it = |other: &Diagnostic| (other.code, &other.message) == (finding.code, &finding.message);
+            let (_, after) = check_case(&files, &case.profiles);
+            assert!(!after.iter().any(is_it), "{}: {}", path.display(), finding.message);
+        }
+    }
+    without.sort();
+    // In WGSL the declaration may be what is misspelt.
+    assert_eq!(without, ["struct_member"]);
+}
+
+#[test]
+fn every_broken_template_gets_exactly_its_findings() {
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/tests/broken");
+    let mut names: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    names.sort();
+    assert!(names.len() >= 40, "only {} cases", names.len());
+    let mut wrong = String::new();
+    for path in names {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let case = read(&text);
+        let found = found(&case);
+        assert!(!found.is_empty(), "{} is not broken", path.display());
+        if found != case.expected {
+            let name = path.file_name().unwrap().to_string_lossy();
+            write!(wrong, "=====#{name}\n{found}").unwrap();
+        }
+    }
+    assert!(wrong.is_empty(), "\n{wrong}");
+}

@@ -1,0 +1,162 @@
+//! Variants that must not compile, and limits that must hold.
+
+use std::time::Instant;
+
+use super::{FRAGMENT, Fixture, values};
+use crate::TargetProfile;
+
+fn refusal(text: &str) -> Vec<String> {
+    let fixture = Fixture::new(&[("main.wgsl.jinja", text)]);
+    let mut lines = fixture.lines(&fixture.findings);
+    if lines.is_empty() {
+        lines = fixture.refusal("main.wgsl.jinja", &[]);
+    }
+    lines
+}
+
+#[test]
+fn an_undeclared_name_is_found_even_where_a_test_hides_it() {
+    assert_eq!(
+        refusal("a\n{% if sccs is defined %}{% endif %}"),
+        ["UG0502 main.wgsl.jinja:2:7 \"sccs\" is no axis of \"main.wgsl.jinja\" and is bound by nothing"]
+    );
+    assert_eq!(refusal("\n  {{ taps }}").len(), 1);
+    assert_eq!(refusal("{{ taps|default(3) }}").len(), 1);
+}
+
+#[test]
+fn names_bound_by_tags_are_no_axes() {
+    let text = "{% set a = 1 %}{% macro m(b, c=2) %}{{ a + b + c }}{{ later() }}{% endmacro %}
+{% macro later() %}0{% endmacro %}
+{% for k, v in [[1, 2]] %}const C{{ k }} = {{ v }}; // {{ loop.index }} {{ m(1) }}
+{% endfor %}{% with d = 3 %}{{ '' if d else '' }}{% endwith %}";
+    let text = format!("{text}\n{FRAGMENT}");
+    let fixture = Fixture::sound(&[("main.wgsl.jinja", &text)]);
+    let module = fixture.compile("main.wgsl.jinja", &[]);
+    assert!(module.wgsl.contains("const C1 = 2; // 1 40"), "{}", module.wgsl);
+}
+
+#[test]
+fn no_template_runs_for_ever_or_explodes() {
+    let cases = [
+        "{% for i in range(100000) %}{% for j in range(100000) %}{% endfor %}{% endfor %}",
+        "{% for i in range(100000) %}aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa\n{% endfor %}",
+        "{% set ns = namespace(s='x') %}{% for i in range(64) %}{% set ns.s = ns.s ~ ns.s %}{% endfor %}",
+        "{% set ns = namespace(s='x') %}{% for i in range(64) %}{% set ns.s = ns.s + ns.s %}{% endfor %}",
+        "{% macro f(s) %}{{ f(s ~ s) }}{% endmacro %}{{ f('x') }}",
+        "{% set a = 'x' * 99999999 %}",
+        "{{ 'x' * 99999999 }}",
+        "{% set a %}{{ 'x' * 1000000 }}{{ 'x' * 1000000 }}{% endset %}",
+        "{% set ns = namespace(s=[1]) %}{% for i in range(64) %}{% set ns.s = [ns.s, ns.s] %}{% endfor %}",
+        "{% set ns = namespace(s=[1]) %}{% for i in range(64) %}{% set ns.s = ns.s + ns.s %}{% endfor %}",
+        "{{ ('x' * 100000)|replace('x', 'y' * 100000) }}",
+        "{{ ([1] * 50000000)|join('xxxxxxxxxxxxxx') }}",
+    ];
+    for case in cases {
+        let start = Instant::now();
+        let lines = refusal(case);
+        assert!(lines.len() == 1 && lines[0].starts_with("UG0505 main.wgsl.jinja:"), "{case}: {lines:?}");
+        assert!(start.elapsed().as_secs() < 8, "{case}");
+    }
+}
+
+#[test]
+fn recursion_ends() {
+    assert_eq!(
+        refusal("\n {% include 'main.wgsl.jinja' %}"),
+        [
+            "UG0504 main.wgsl.jinja:2:5 the template includes itself: \"main.wgsl.jinja\" includes \"main.wgsl.jinja\""
+        ]
+    );
+    let lines = refusal("{% macro f() %}{{ f() }}{% endmacro %}{{ f() }}");
+    assert!(lines[0].starts_with("UG0504 main.wgsl.jinja:1:"), "{lines:?}");
+}
+
+/// Texts of `count` links of every chain that naga descends.
+fn chains(count: usize) -> Vec<String> {
+    let around = |before: &str, open: &str, middle: &str, close: &str, after: &str| {
+        format!("{before}{}{middle}{}{after}", open.repeat(count), close.repeat(count))
+    };
+    let numbered = |each: &dyn Fn(usize) -> String| (0..count).map(each).collect::<String>();
+    vec![
+        around("const A = ", "(", "1", ")", ";"),
+        around("const A = ", "!", "true", "", ";"),
+        around("const A = ", "-", "1", "", ";"),
+        around("const A = ", "1 + ", "1", "", ";"),
+        around("const A = ", "true && ", "true", "", ";"),
+        around("fn f() { ", "{", "", "}", "}"),
+        around("fn f() { if true {} ", "else if true {} ", "", "", "}"),
+        around("fn f(x: vec4<f32>) { let b = x", ".xyzw", "", "", ";}"),
+        around("fn f(x: f32) { var y = x; ", "y = y + 1.0; ", "", "", "}"),
+        around("var<private> a: ", "array<", "i32", ", 2>", ";"),
+        around("", "/*", "", "*/", ""),
+        around("", "@must_use ", "", "", "fn f() {}"),
+        format!("const A{count} = 1; {}", numbered(&|at| format!("const A{at} = A{}; ", at + 1))),
+        format!("fn a{count}() {{}} {}", numbered(&|at| format!("fn a{at}() {{ a{}(); }} ", at + 1))),
+        format!(
+            "struct S{count} {{ a: f32 }} {}",
+            numbered(&|at| format!("struct S{at} {{ a: S{} }} ", at + 1))
+        ),
+    ]
+}
+
+#[test]
+fn chains_of_any_length_end_in_a_module_or_a_finding() {
+    for count in [100, 8_000, 40_000, 300_000] {
+        for text in chains(count) {
+            let text = format!("{{% raw %}}{text}{{% endraw %}}");
+            let fixture = Fixture::new(&[("main.wgsl.jinja", &text)]);
+            let start = Instant::now();
+            let profile = crate::TargetProfile::webgpu();
+            let compiled = crate::compile(&fixture.set, "main.wgsl.jinja", &Default::default(), &profile);
+            assert!(start.elapsed().as_secs() < 20, "{}", &text[..80]);
+            let may_be_long = text.contains("/*") || text.contains("{{{");
+            assert!(count < 300_000 || may_be_long || compiled.is_err(), "{}", &text[..80]);
+        }
+    }
+}
+
+#[test]
+fn errors_of_the_wgsl_stand_in_the_template() {
+    let lib = "fn half(x: f32) -> f32 {\n    return x * 5i;\n}\n";
+    let main = format!("// ä\n{{% include 'lib/half.wgsl.jinja' %}}\n{FRAGMENT}");
+    let fixture = Fixture::sound(&[("main.wgsl.jinja", &main), ("lib/half.wgsl.jinja", lib)]);
+    let lines = fixture.refusal("main.wgsl.jinja", &[]);
+    assert_eq!(lines.len(), 1);
+    assert!(lines[0].contains("lib/half.wgsl.jinja:2:12"), "{lines:?}");
+}
+
+#[test]
+fn an_error_in_a_macro_stands_in_the_macro() {
+    let lib = "{% macro tap(i) -%}\n    sum += weight({{ i }});\n{%- endmacro %}\n";
+    let main = format!(
+        "{{% from 'lib.wgsl.jinja' import tap %}}\nfn f() {{\n    var sum = 0.0;\n    {{{{ tap(1) }}}}\n}}\n{FRAGMENT}"
+    );
+    let fixture = Fixture::sound(&[("main.wgsl.jinja", &main), ("lib.wgsl.jinja", lib)]);
+    let lines = fixture.refusal("main.wgsl.jinja", &[]);
+    assert!(lines[0].starts_with("UG0520 lib.wgsl.jinja:2:12 no definition in scope"), "{lines:?}");
+}
+
+#[test]
+fn text_that_is_too_large_is_a_finding_of_the_template_that_writes_most_of_it() {
+    let line = "// A line that says the same again, as the one before it did, and the next will.\n";
+    let part = "fn helper() {}\n".repeat(100);
+    let long =
+        format!("{{% include \"part.wgsl.jinja\" %}}\n{{% if true %}}{}{{% endif %}}\n", line.repeat(60_000));
+    let looped =
+        format!("{{% for i in range(9000) %}}{{% include \"part.wgsl.jinja\" %}}{{% endfor %}}\n{FRAGMENT}");
+    for (main, place, from) in [
+        (long.as_str(), "main.wgsl.jinja:2:", "main.wgsl.jinja"),
+        (&looped, "part.wgsl.jinja:1:", "part.wgsl.jinja"),
+    ] {
+        let fixture = Fixture::sound(&[("main.wgsl.jinja", main), ("part.wgsl.jinja", &part)]);
+        let findings =
+            crate::compile(&fixture.set, "main.wgsl.jinja", &values(&[]), &TargetProfile::webgpu())
+                .unwrap_err();
+        let [finding] = findings.as_slice() else { panic!("{:?}", fixture.lines(&findings)) };
+        assert_eq!(finding.code.id, "UG0505");
+        assert!(fixture.place(&finding.place).starts_with(place), "{:?}", fixture.lines(&findings));
+        let help = finding.help.as_deref().unwrap_or_default();
+        assert!(help.contains(&format!("bytes come from {from}")), "{help}");
+    }
+}

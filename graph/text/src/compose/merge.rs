@@ -1,0 +1,184 @@
+//! Laying one document over another, and putting one beside another.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::document::{Keys, Kind, Pointer, Value};
+use crate::source::Span;
+
+/// The sections whose members an include may add to.
+pub const SECTIONS: &[&str] = &[
+    "parameters",
+    "features",
+    "geometry",
+    "resources",
+    "passes",
+    "toggles",
+    "presets",
+    "extension_points",
+    "subgraphs",
+];
+
+/// What became of values that another file changed, by their JSON pointers.
+#[derive(Debug, Default)]
+pub(super) struct Changes {
+    /// The places of the older values, the newest first.
+    pub(super) replaced: BTreeMap<String, Vec<Span>>,
+    /// The places of the `null`s that deleted them.
+    pub(super) deleted: BTreeMap<String, Span>,
+}
+
+impl Changes {
+    fn remember(&mut self, pointer: &Pointer<'_>, span: Span) {
+        self.replaced.entry(pointer.to_string()).or_default().insert(0, span);
+    }
+}
+
+/// The base with the other value laid over it.
+pub(super) fn over(
+    base: Value,
+    value: Value,
+    pointer: &Pointer<'_>,
+    changes: &mut Changes,
+    diagnostics: &mut Diagnostics,
+) -> Value {
+    let (mut entries, newer) = match (base.kind, value.kind) {
+        (Kind::Object(entries), Kind::Object(newer)) => (entries, newer),
+        (base_kind, kind) => {
+            // What stood below an object goes with it.
+            changes.remember(pointer, Value { span: base.span, kind: base_kind }.span);
+            let mut value = Value { span: value.span, kind };
+            refuse_deletions(&mut value, pointer, diagnostics);
+            return value;
+        }
+    };
+    // The keys that a misspelt deletion cannot have meant.
+    let deletes = newer.iter().any(|entry| matches!(entry.value.kind, Kind::Null));
+    let written: Vec<String> = newer.iter().filter(|_| deletes).map(|entry| entry.key.clone()).collect();
+    let mut keys = Keys::default();
+    let mut deleted: BTreeSet<usize> = BTreeSet::new();
+    for mut entry in newer {
+        let at = pointer.key(&entry.key);
+        match (keys.find(&entries, &entry.key), &entry.value.kind) {
+            (Some(index), Kind::Null) => {
+                deleted.insert(index);
+                changes.remember(&at, entries[index].value.span);
+                changes.deleted.insert(at.to_string(), entry.value.span);
+            }
+            (None, Kind::Null) => {
+                let finding = Diagnostic::error(
+                    codes::DELETES_NOTHING,
+                    entry.value.span,
+                    format!("there is no \"{}\" to delete", entry.key),
+                );
+                let left = entries.iter().enumerate().filter(|(index, _)| !deleted.contains(index));
+                let names = left.map(|(_, known)| known.key.as_str());
+                let taken = |name: &str| written.iter().any(|key| key == name);
+                let finding = finding.meant_unless(&entry.key, names, Some(entry.key_span), taken, |_| {
+                    "null deletes what the extended file has under that key".to_owned()
+                });
+                diagnostics.push(finding.pointer(at));
+            }
+            (Some(index), _) => {
+                let span = entries[index].value.span;
+                let below = std::mem::replace(&mut entries[index].value, Value { span, kind: Kind::Null });
+                entries[index].value = over(below, entry.value, &at, changes, diagnostics);
+                entries[index].key_span = entry.key_span;
+            }
+            (None, _) => {
+                refuse_deletions(&mut entry.value, &at, diagnostics);
+                entries.push(entry);
+            }
+        }
+    }
+    let mut index = 0..entries.len();
+    entries.retain(|_| !index.next().is_some_and(|index| deleted.contains(&index)));
+    Value { span: value.span, kind: Kind::Object(entries) }
+}
+
+/// Takes out `null`s where there is nothing below that they could delete, so that nobody reads them as values.
+pub(super) fn refuse_deletions(value: &mut Value, pointer: &Pointer<'_>, diagnostics: &mut Diagnostics) {
+    match &mut value.kind {
+        Kind::Object(entries) => entries.retain_mut(|entry| {
+            let at = pointer.key(&entry.key);
+            if !matches!(entry.value.kind, Kind::Null) {
+                refuse_deletions(&mut entry.value, &at, diagnostics);
+                return true;
+            }
+            diagnostics.push(
+                Diagnostic::error(
+                    codes::DELETES_NOTHING,
+                    entry.value.span,
+                    format!("there is no \"{}\" to delete", entry.key),
+                )
+                .pointer(at)
+                .help("null deletes what an extended file has under that key; leave the key out"),
+            );
+            false
+        }),
+        Kind::Array(elements) => {
+            for (at, element) in elements.iter_mut().enumerate() {
+                refuse_deletions(element, &pointer.element(at), diagnostics);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// Adds the sections of an included document; what stands in both is a finding.
+pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnostics) {
+    let Kind::Object(part_entries) = part.kind else {
+        let message = "an included file is an object with sections of a pipeline";
+        diagnostics.push(
+            Diagnostic::error(codes::WRONG_TYPE, part.span, message)
+                .help("start it with { and a section such as \"parameters\""),
+        );
+        return;
+    };
+    let Kind::Object(entries) = &mut whole.kind else { return };
+    let sections: Vec<String> = part_entries.iter().map(|section| section.key.clone()).collect();
+    for section in part_entries {
+        if matches!(section.key.as_str(), "$schema" | "format" | "name" | "description") {
+            continue;
+        }
+        if !SECTIONS.contains(&section.key.as_str()) {
+            let finding = Diagnostic::error(
+                codes::UNKNOWN_KEY,
+                section.key_span,
+                format!("an included file cannot say \"{}\"", section.key),
+            );
+            let (known, written) = (SECTIONS.iter().copied(), Some(section.key_span));
+            let taken = |name: &str| sections.iter().any(|key| key == name);
+            diagnostics.push(finding.meant_unless(&section.key, known, written, taken, |known| {
+                format!("its sections are {}", known.join(", "))
+            }));
+            continue;
+        }
+        let Some(index) = entries.iter().position(|known| known.key == section.key) else {
+            entries.push(section);
+            continue;
+        };
+        let (Kind::Object(known), Kind::Object(added)) = (&mut entries[index].value.kind, section.value.kind)
+        else {
+            continue;
+        };
+        let mut keys = Keys::default();
+        for entry in added {
+            match keys.find(known, &entry.key).and_then(|at| known.get(at)) {
+                Some(other) => diagnostics.push(
+                    Diagnostic::error(
+                        codes::DUPLICATE_KEY,
+                        entry.key_span,
+                        format!(
+                            "\"{}\" of the included file stands in \"{}\" already",
+                            entry.key, section.key
+                        ),
+                    )
+                    .related(other.key_span, "it stands here")
+                    .help("an include adds and never changes; to change a file, extend it"),
+                ),
+                None => known.push(entry),
+            }
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! Several files to one document: `extends`, `include`, and extensions.
+//!
+//! - `"extends": "base.json"` (or a list, the first is the lowest): the base's document with this one laid over it.
+//!   Objects are merged key by key, everything else is replaced, and `null` deletes what the base has.
+//! - `"include": ["parts.json"]`: the sections of another file beside one's own. Here nothing may stand twice: an
+//!   include adds, it never changes.
+//! - extensions: further files, named by the host, whose `inserts` put passes at the pipeline's extension points
+//!   ([`insert`]).
+//! - `"use": "parts/blur.json"`: a pass that is a subgraph in a file of its own.
+//!
+//! Paths are relative to the folder of the file that names them. The result is one [`Document`] whose every value still
+//! knows where it was written; what it replaced is kept in [`Composed::replaced`], so that `why` can tell all layers.
+//!
+//! Limits: 64 files, 32 levels; a file that leads back to itself is a finding.
+
+mod files;
+mod insert;
+mod merge;
+mod subgraphs;
+
+pub use files::{Disk, Files, Memory, read_source};
+pub use insert::insert;
+pub use merge::SECTIONS;
+pub use subgraphs::is_path;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Component, Path, PathBuf};
+
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::document::{self, Document, Kind, Pointer, Value};
+use crate::source::{FileId, Sources, Span};
+
+const MAXIMUM_FILES: usize = 64;
+const MAXIMUM_LEVELS: usize = 32;
+/// The document as a whole.
+const TOP: Pointer<'_> = Pointer::Text("");
+
+/// One document made of several files.
+#[derive(Clone, Debug)]
+pub struct Composed {
+    /// The document.
+    pub document: Document,
+    /// For each JSON pointer whose value was replaced or deleted, the places of the older values, the newest first.
+    pub replaced: BTreeMap<String, Vec<Span>>,
+    /// For each JSON pointer whose value was deleted, the place of the `null` that did it.
+    pub deleted: BTreeMap<String, Span>,
+    /// How each file comes in.
+    pub layers: BTreeMap<FileId, Layer>,
+    /// The files that it is made of, the first is the pipeline's own.
+    pub files: Vec<FileId>,
+    /// The members of `subgraphs` that are files of their own.
+    pub used: BTreeSet<String>,
+}
+
+/// How a file comes into a document.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Layer {
+    /// It is the pipeline's own.
+    Pipeline,
+    /// Another extends it.
+    Extended,
+    /// Another includes it.
+    Included,
+    /// The host names it.
+    Extension,
+    /// A pass uses it, as a subgraph.
+    Used,
+}
+
+impl Composed {
+    /// Puts an extension in, and remembers which of its files said what.
+    pub fn insert(&mut self, mut extension: Composed, diagnostics: &mut Diagnostics) {
+        // A file that both use is one subgraph.
+        if let Kind::Object(sections) = &mut extension.document.root.kind {
+            for section in sections.iter_mut().filter(|section| section.key == "subgraphs") {
+                if let Kind::Object(members) = &mut section.value.kind {
+                    members.retain(|member| !self.used.contains(&member.key));
+                }
+            }
+        }
+        self.used.append(&mut extension.used);
+        let inserted = |pointer: String| match pointer.strip_prefix("/inserts/") {
+            Some(below) => format!("/passes/{}", below.split_once('/').map_or("", |(_, pass)| pass)),
+            None => pointer,
+        };
+        for (pointer, older) in extension.replaced {
+            self.replaced.entry(inserted(pointer)).or_default().extend(older);
+        }
+        self.deleted.extend(extension.deleted.into_iter().map(|(pointer, place)| (inserted(pointer), place)));
+        self.layers.extend(extension.files.iter().map(|file| (*file, Layer::Extension)));
+        self.files.extend(extension.files);
+        insert(&mut self.document.root, extension.document.root, diagnostics);
+    }
+}
+
+/// Composes the document of a registered file, which stands at `path`.
+pub fn compose(
+    file: FileId,
+    path: &Path,
+    files: &mut dyn Files,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Option<Composed> {
+    let mut composer = Composer {
+        files,
+        sources,
+        diagnostics,
+        seen: Vec::new(),
+        chain: Vec::new(),
+        changes: merge::Changes::default(),
+        layers: BTreeMap::from([(file, Layer::Pipeline)]),
+        paths: BTreeSet::new(),
+    };
+    let mut root = composer.file(file, path)?;
+    let used = composer.use_files(&mut root)?;
+    let merge::Changes { replaced, deleted } = composer.changes;
+    let (layers, files) = (composer.layers, composer.seen);
+    Some(Composed { document: Document { root }, replaced, deleted, layers, files, used })
+}
+
+struct Composer<'a> {
+    files: &'a mut dyn Files,
+    sources: &'a mut Sources,
+    diagnostics: &'a mut Diagnostics,
+    seen: Vec<FileId>,
+    /// The paths that lead to the file at hand, each with the place that names the next.
+    chain: Vec<(PathBuf, Option<Span>)>,
+    changes: merge::Changes,
+    layers: BTreeMap<FileId, Layer>,
+    /// The paths of the files that are laid over, or beside, one another.
+    paths: BTreeSet<PathBuf>,
+}
+
+impl Composer<'_> {
+    fn file(&mut self, file: FileId, path: &Path) -> Option<Value> {
+        self.seen.push(file);
+        self.paths.insert(normalize(path));
+        self.chain.push((path.to_owned(), None));
+        let root = match document::parse(self.sources, file) {
+            Ok(document) => Some(document.root),
+            Err(findings) => {
+                self.diagnostics.extend(findings);
+                None
+            }
+        };
+        let root = root.and_then(|root| self.compose_value(root, path));
+        self.chain.pop();
+        root
+    }
+
+    fn compose_value(&mut self, mut root: Value, path: &Path) -> Option<Value> {
+        if self.misspells_a_file_key(&root) {
+            return None;
+        }
+        let bases = self.named_files(&root, "extends", path);
+        let parts = self.named_files(&root, "include", path);
+        if let Kind::Object(entries) = &mut root.kind {
+            entries.retain(|entry| entry.key != "extends" && entry.key != "include");
+        }
+        subgraphs::resolve(&mut root, path);
+        let mut fine = true;
+        let extends = !bases.is_empty();
+        let mut below: Option<Value> = None;
+        for (name, place) in bases {
+            match self.follow(&name, place, path, Layer::Extended) {
+                Some(value) => {
+                    below = Some(match below {
+                        None => value,
+                        Some(lower) => merge::over(lower, value, &TOP, &mut self.changes, self.diagnostics),
+                    });
+                }
+                None => fine = false,
+            }
+        }
+        let mut merged = match below {
+            // What a base that could not be read has is not known.
+            None if extends => root,
+            None => {
+                merge::refuse_deletions(&mut root, &TOP, self.diagnostics);
+                root
+            }
+            Some(base) => merge::over(base, root, &TOP, &mut self.changes, self.diagnostics),
+        };
+        for (name, place) in parts {
+            match self.follow(&name, place, path, Layer::Included) {
+                Some(value) => merge::beside(&mut merged, value, self.diagnostics),
+                None => fine = false,
+            }
+        }
+        fine.then_some(merged)
+    }
+
+    /// Finds keys of the document that were meant to name other files: without those, nothing else can be said of it.
+    fn misspells_a_file_key(&mut self, root: &Value) -> bool {
+        let entries = root.entries().unwrap_or_default();
+        let is_there = |name: &str| entries.iter().any(|entry| entry.key == name);
+        let known = || ["extends", "include"].into_iter().chain(merge::SECTIONS.iter().copied());
+        let mut found = false;
+        for entry in entries.iter().filter(|entry| !known().any(|name| name == entry.key)) {
+            let names_files = matches!(did_you_mean(&entry.key, known()), Some("extends" | "include"));
+            let meant = did_you_mean(&entry.key, known()).filter(|meant| names_files && !is_there(meant));
+            let holds_paths = matches!(entry.value.kind, Kind::Text(_) | Kind::Array(_));
+            if meant.is_some() && holds_paths {
+                found = true;
+                let message = format!("unknown key \"{}\"", entry.key);
+                let finding = Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, message)
+                    .pointer(document::pointer_join("", &entry.key))
+                    .meant_unless(&entry.key, known(), Some(entry.key_span), is_there, |_| String::new());
+                self.diagnostics.push(finding);
+            }
+        }
+        found
+    }
+
+    /// The paths under a key, a string or a list of strings, each with its place.
+    fn named_files(&mut self, root: &Value, key: &str, _path: &Path) -> Vec<(String, Span)> {
+        let Some(value) = root.get(key) else { return Vec::new() };
+        let list = match &value.kind {
+            Kind::Array(elements) => elements.as_slice(),
+            _ => std::slice::from_ref(value),
+        };
+        let mut names = Vec::new();
+        for value in list {
+            match value.text() {
+                Some(name) => names.push((name.to_owned(), value.span)),
+                None => {
+                    let message = format!("a path is wanted here, this is {}", value.kind_name());
+                    self.diagnostics.push(
+                        Diagnostic::error(codes::WRONG_TYPE, value.span, message)
+                            .pointer(format!("/{key}"))
+                            .help("write the path of a file, relative to the folder of this one"),
+                    );
+                }
+            }
+        }
+        names
+    }
+
+    fn follow(&mut self, name: &str, place: Span, from: &Path, layer: Layer) -> Option<Value> {
+        let path = normalize(&from.parent().unwrap_or_else(|| Path::new("")).join(name));
+        if let Some(at) = self.chain.iter().position(|(known, _)| normalize(known) == path) {
+            let mut finding =
+                Diagnostic::error(codes::FILE_CYCLE, place, format!("\"{name}\" leads back to itself"))
+                    .help("take what both need into a third file");
+            for (_, place) in &self.chain[at..] {
+                if let Some(place) = place {
+                    finding = finding.related(*place, "on the way");
+                }
+            }
+            self.diagnostics.push(finding);
+            return None;
+        }
+        if self.seen.len() >= MAXIMUM_FILES || self.chain.len() >= MAXIMUM_LEVELS {
+            self.too_many_files(place);
+            return None;
+        }
+        let file = self.read(&path, place)?;
+        self.layers.insert(file, layer);
+        if let Some((_, named)) = self.chain.last_mut() {
+            *named = Some(place);
+        }
+        self.file(file, &path)
+    }
+
+    fn too_many_files(&mut self, place: Span) {
+        let message =
+            format!("a pipeline is made of at most {MAXIMUM_FILES} files on {MAXIMUM_LEVELS} levels");
+        let finding = Diagnostic::error(codes::FILE_CYCLE, place, message);
+        self.diagnostics.push(finding.help("join some of the files"));
+    }
+
+    /// Reads the file that something at a place names.
+    fn read(&mut self, path: &Path, place: Span) -> Option<FileId> {
+        let result = self.files.read(path, self.sources);
+        let refused = |mut finding: Diagnostic| {
+            finding.place = place.into();
+            finding.help = Some("paths are relative to the folder of the file that names them".to_owned());
+            self.diagnostics.push(finding);
+        };
+        result.map_err(refused).ok()
+    }
+}
+
+/// A path without `.` and, where something stands before it, `..`.
+fn normalize(path: &Path) -> PathBuf {
+    let mut clean = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::CurDir => {}
+            Component::ParentDir if matches!(clean.components().next_back(), Some(Component::Normal(_))) => {
+                clean.pop();
+            }
+            other => clean.push(other),
+        }
+    }
+    // Nothing is left of the folder itself, and nothing would be a name to show.
+    if clean.as_os_str().is_empty() { PathBuf::from(".") } else { clean }
+}

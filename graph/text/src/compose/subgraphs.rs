@@ -1,0 +1,148 @@
+//! Subgraphs in files of their own.
+//!
+//! `"use": "parts/blur.json"` names a file that is one subgraph, where `"use": "blur"` names one of the document's
+//! `subgraphs`. What names a file ends with `.json` or has a folder in it. Once a document is composed, each file that
+//! its passes use is read, once however often it is used, and becomes a member of `subgraphs` under its path; that is
+//! what `use` says from there on. Files can use further files, by paths relative to their own folder.
+//!
+//! A file that uses itself, through others too, is found where it is used. What a subgraph is, the schema says, which
+//! knows neither `extends` nor `include` here.
+
+use std::collections::{BTreeSet, VecDeque};
+use std::path::Path;
+
+use super::{Composer, Layer, MAXIMUM_FILES, TOP, merge, normalize};
+use crate::diagnostic::{Diagnostic, codes};
+use crate::document::{self, Entry, Kind, Value};
+use crate::source::Span;
+
+/// Whether what a pass uses is a file.
+pub fn is_path(used: &str) -> bool {
+    used.ends_with(".json") || used.ends_with(".jsonc") || used.contains(['/', '\\'])
+}
+
+/// Lets the passes of a file name the files that they use as the host would, not relative to this file.
+pub(super) fn resolve(root: &mut Value, path: &Path) {
+    let folder = path.parent().unwrap_or_else(|| Path::new(""));
+    for section in members_mut(root) {
+        match section.key.as_str() {
+            "passes" => resolve_passes(&mut section.value, folder),
+            "subgraphs" => {
+                for subgraph in members_mut(&mut section.value) {
+                    let sections = members_mut(&mut subgraph.value).iter_mut();
+                    sections
+                        .filter(|section| section.key == "passes")
+                        .for_each(|section| resolve_passes(&mut section.value, folder));
+                }
+            }
+            "inserts" => {
+                let points = members_mut(&mut section.value).iter_mut();
+                points.for_each(|point| resolve_passes(&mut point.value, folder));
+            }
+            _ => {}
+        }
+    }
+}
+
+fn resolve_passes(passes: &mut Value, folder: &Path) {
+    let keys = members_mut(passes).iter_mut().flat_map(|pass| members_mut(&mut pass.value));
+    for used in keys.filter(|entry| entry.key == "use") {
+        if let Kind::Text(text) = &mut used.value.kind
+            && is_path(text)
+        {
+            *text = normalize(&folder.join(&*text)).to_string_lossy().replace('\\', "/");
+        }
+    }
+}
+
+fn members_mut(value: &mut Value) -> &mut [Entry] {
+    match &mut value.kind {
+        Kind::Object(entries) => entries,
+        _ => &mut [],
+    }
+}
+
+/// The files that the passes of a section use, in order.
+fn files_of(passes: Option<&Value>) -> impl Iterator<Item = (String, Span)> + '_ {
+    let passes = passes.and_then(Value::entries).unwrap_or_default().iter();
+    passes.filter_map(|pass| {
+        let used = pass.value.get("use")?;
+        Some((used.text().filter(|text| is_path(text))?.to_owned(), used.span))
+    })
+}
+
+/// All files that a document uses.
+fn used_files(root: &Value) -> VecDeque<(String, Span)> {
+    let section = |name: &str| root.get(name).and_then(Value::entries).unwrap_or_default().iter();
+    files_of(root.get("passes"))
+        .chain(section("subgraphs").flat_map(|subgraph| files_of(subgraph.value.get("passes"))))
+        .chain(section("inserts").flat_map(|point| files_of(Some(&point.value))))
+        .collect()
+}
+
+impl Composer<'_> {
+    /// Puts the files that passes use beside the document's own subgraphs; `None` if one could not be read.
+    pub(super) fn use_files(&mut self, root: &mut Value) -> Option<BTreeSet<String>> {
+        let mut fine = true;
+        let mut known = BTreeSet::new();
+        let mut read: Vec<Entry> = Vec::new();
+        let mut waiting = used_files(root);
+        while let Some((name, place)) = waiting.pop_front() {
+            if !known.insert(name.clone()) {
+                continue;
+            }
+            // Files that are not there count, too, so that looking for them comes to an end.
+            if known.len() > MAXIMUM_FILES {
+                self.too_many_files(place);
+                return None;
+            }
+            match self.used_file(&name, place) {
+                Some(subgraph) => {
+                    waiting.extend(files_of(subgraph.get("passes")));
+                    read.push(Entry { key: name, key_span: place, value: subgraph });
+                }
+                None => fine = false,
+            }
+        }
+        if let (Kind::Object(sections), Some(first)) = (&mut root.kind, read.first()) {
+            if !sections.iter().any(|section| section.key == "subgraphs") {
+                let value = Value { span: first.value.span, kind: Kind::Object(Vec::new()) };
+                sections.push(Entry { key: "subgraphs".to_owned(), key_span: first.key_span, value });
+            }
+            let section = sections.iter_mut().find(|section| section.key == "subgraphs");
+            if let Some(Kind::Object(members)) = section.map(|section| &mut section.value.kind) {
+                members.append(&mut read);
+            }
+        }
+        fine.then_some(known)
+    }
+
+    fn used_file(&mut self, name: &str, place: Span) -> Option<Value> {
+        let path = Path::new(name);
+        if self.paths.contains(path) {
+            let message = format!("\"{name}\" is a file of the pipeline itself");
+            let finding = Diagnostic::error(codes::FILE_CYCLE, place, message);
+            self.diagnostics
+                .push(finding.help("a subgraph is a file of its own, with \"inputs\" and \"passes\""));
+            return None;
+        }
+        if self.seen.len() >= MAXIMUM_FILES {
+            self.too_many_files(place);
+            return None;
+        }
+        let file = self.read(path, place)?;
+        self.layers.insert(file, Layer::Used);
+        self.seen.push(file);
+        let mut root = match document::parse(self.sources, file) {
+            Ok(document) => document.root,
+            Err(findings) => {
+                self.diagnostics.extend(findings);
+                return None;
+            }
+        };
+        let all = TOP.key("subgraphs");
+        merge::refuse_deletions(&mut root, &all.key(name), self.diagnostics);
+        resolve(&mut root, path);
+        Some(root)
+    }
+}

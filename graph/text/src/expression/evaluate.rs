@@ -1,0 +1,365 @@
+//! The evaluator of expressions. Every operation is checked: a result that is not finite is an error at its place.
+
+use std::ops::Range;
+
+use super::{
+    BinaryOperator, Expression, ExpressionError, ExpressionKind, FUNCTIONS, Fault, UnaryOperator,
+    UnknownName, Value,
+};
+
+const MAXIMUM_LIST: usize = 65_536;
+
+/// The names that an expression can see.
+pub trait Scope {
+    /// The value of a name (dots included), or `None` if there is no such name.
+    fn lookup(&self, name: &str) -> Option<Value>;
+    /// All names, for a did-you-mean.
+    fn names(&self) -> Vec<String>;
+    /// Whether a name is declared, but has no value because its declaration has a finding of its own.
+    fn is_broken(&self, _name: &str) -> bool {
+        false
+    }
+    /// The words that the value of a name can be, where it is an enumeration.
+    fn words(&self, _name: &str) -> Option<&[String]> {
+        None
+    }
+    /// The names that begin with `head` and a dot, for the same; none where `head` has no members, or does not exist.
+    fn members(&self, _head: &str) -> Vec<String> {
+        Vec::new()
+    }
+}
+
+/// Evaluates an expression.
+///
+/// # Errors
+/// The first fault, with its place in the text.
+pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, ExpressionError> {
+    let range = || expression.range.clone();
+    match &expression.kind {
+        ExpressionKind::Literal(value) => Ok(value.clone()),
+        ExpressionKind::Name(name) => scope.lookup(name).ok_or_else(|| unknown_name(name, range(), scope)),
+        ExpressionKind::Unary(UnaryOperator::Not, operand) => Ok(Value::Bool(!boolean(operand, scope)?)),
+        ExpressionKind::Unary(UnaryOperator::Negate, operand) => {
+            elementwise(&evaluate(operand, scope)?, &Value::Number(-1.0), range(), &|a, b| Ok(a * b))
+        }
+        ExpressionKind::Binary(operator, left, right) => binary(*operator, left, right, scope, range()),
+        ExpressionKind::Conditional(condition, yes, no) => {
+            if boolean(condition, scope)? {
+                evaluate(yes, scope)
+            } else {
+                evaluate(no, scope)
+            }
+        }
+        ExpressionKind::Call(name, arguments) => call(name, arguments, scope, range()),
+        ExpressionKind::Index(list, index) => {
+            let Value::List(elements) = evaluate(list, scope)? else {
+                return Err(type_error(list.range.clone(), "only a list has elements"));
+            };
+            let at = number(index, scope)?;
+            if at.fract() != 0.0 || at < 0.0 || at >= elements.len() as f64 {
+                let message = format!("the list has {} elements, and no element {at}", elements.len());
+                return Err(arithmetic(index.range.clone(), message));
+            }
+            Ok(elements[at as usize].clone())
+        }
+        ExpressionKind::List(elements) => Ok(Value::List(
+            elements.iter().map(|element| evaluate(element, scope)).collect::<Result<_, _>>()?,
+        )),
+    }
+}
+
+/// The error of a name that a scope does not know.
+pub fn unknown_name(name: &str, range: Range<usize>, scope: &dyn Scope) -> ExpressionError {
+    let members = name.rsplit_once('.').map_or_else(Vec::new, |(head, _)| scope.members(head));
+    let known = if members.is_empty() { scope.names() } else { members };
+    let fault = if scope.is_broken(name) { Fault::Follows } else { Fault::UnknownName };
+    ExpressionError {
+        range,
+        fault,
+        message: format!("there is no \"{name}\""),
+        help: None,
+        unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_complete: false })),
+    }
+}
+
+fn type_error(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
+    ExpressionError { range, fault: Fault::Type, message: message.into(), help: None, unknown: None }
+}
+
+fn arithmetic(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
+    ExpressionError { range, fault: Fault::Arithmetic, message: message.into(), help: None, unknown: None }
+}
+
+fn boolean(expression: &Expression, scope: &dyn Scope) -> Result<bool, ExpressionError> {
+    match evaluate(expression, scope)? {
+        Value::Bool(value) => Ok(value),
+        other => Err(type_error(
+            expression.range.clone(),
+            format!("a boolean is wanted, this is {}", other.kind_name()),
+        )),
+    }
+}
+
+fn number(expression: &Expression, scope: &dyn Scope) -> Result<f64, ExpressionError> {
+    match evaluate(expression, scope)? {
+        Value::Number(value) => Ok(value),
+        other => Err(type_error(
+            expression.range.clone(),
+            format!("a number is wanted, this is {}", other.kind_name()),
+        )),
+    }
+}
+
+fn finite(value: f64, range: Range<usize>) -> Result<f64, ExpressionError> {
+    if value.is_finite() { Ok(value) } else { Err(arithmetic(range, "the result is not a finite number")) }
+}
+
+fn binary(
+    operator: BinaryOperator,
+    left: &Expression,
+    right: &Expression,
+    scope: &dyn Scope,
+    range: Range<usize>,
+) -> Result<Value, ExpressionError> {
+    use BinaryOperator as Op;
+    match operator {
+        Op::And => return Ok(Value::Bool(boolean(left, scope)? && boolean(right, scope)?)),
+        Op::Or => return Ok(Value::Bool(boolean(left, scope)? || boolean(right, scope)?)),
+        _ => {}
+    }
+    let (a, b) = (evaluate(left, scope)?, evaluate(right, scope)?);
+    let compare = |test: fn(f64, f64) -> bool| match (&a, &b) {
+        (Value::Number(a), Value::Number(b)) => Ok(Value::Bool(test(*a, *b))),
+        _ => Err(type_error(
+            range.clone(),
+            format!("{} and {} cannot be ordered", a.kind_name(), b.kind_name()),
+        )),
+    };
+    match operator {
+        Op::Equal | Op::NotEqual => {
+            if std::mem::discriminant(&a) != std::mem::discriminant(&b) {
+                let message = format!("{} is never equal to {}", a.kind_name(), b.kind_name());
+                return Err(type_error(range, message));
+            }
+            Ok(Value::Bool((a == b) == (operator == Op::Equal)))
+        }
+        Op::Less => compare(|a, b| a < b),
+        Op::LessEqual => compare(|a, b| a <= b),
+        Op::Greater => compare(|a, b| a > b),
+        Op::GreaterEqual => compare(|a, b| a >= b),
+        Op::Add => elementwise(&a, &b, range, &|a, b| Ok(a + b)),
+        Op::Subtract => elementwise(&a, &b, range, &|a, b| Ok(a - b)),
+        Op::Multiply => elementwise(&a, &b, range, &|a, b| Ok(a * b)),
+        Op::Divide | Op::Remainder => {
+            let at = right.range.clone();
+            elementwise(&a, &b, range, &move |a, b| {
+                if b == 0.0 {
+                    return Err(arithmetic(at.clone(), "this is a division by zero"));
+                }
+                Ok(if operator == Op::Divide { a / b } else { a.rem_euclid(b) })
+            })
+        }
+        Op::And | Op::Or => Err(type_error(range, "a boolean is wanted")),
+    }
+}
+
+/// Applies an operation to two numbers, to a list and a number, or to two lists of one length.
+fn elementwise(
+    a: &Value,
+    b: &Value,
+    range: Range<usize>,
+    operation: &dyn Fn(f64, f64) -> Result<f64, ExpressionError>,
+) -> Result<Value, ExpressionError> {
+    match (a, b) {
+        (Value::Number(a), Value::Number(b)) => Ok(Value::Number(finite(operation(*a, *b)?, range)?)),
+        (Value::List(list), scalar @ Value::Number(_)) => list
+            .iter()
+            .map(|a| elementwise(a, scalar, range.clone(), operation))
+            .collect::<Result<_, _>>()
+            .map(Value::List),
+        (scalar @ Value::Number(_), Value::List(list)) => list
+            .iter()
+            .map(|b| elementwise(scalar, b, range.clone(), operation))
+            .collect::<Result<_, _>>()
+            .map(Value::List),
+        (Value::List(a), Value::List(b)) if a.len() == b.len() => a
+            .iter()
+            .zip(b)
+            .map(|(a, b)| elementwise(a, b, range.clone(), operation))
+            .collect::<Result<_, _>>()
+            .map(Value::List),
+        (Value::List(a), Value::List(b)) => Err(type_error(
+            range,
+            format!("a list of {} and one of {} elements do not fit", a.len(), b.len()),
+        )),
+        _ => {
+            Err(type_error(range, format!("{} and {} cannot be computed with", a.kind_name(), b.kind_name())))
+        }
+    }
+}
+
+fn call(
+    name: &str,
+    arguments: &[Expression],
+    scope: &dyn Scope,
+    range: Range<usize>,
+) -> Result<Value, ExpressionError> {
+    let (least, most) = match name {
+        "abs" | "ceil" | "exp2" | "floor" | "len" | "log2" | "mip_count" | "round" | "sqrt" => (1, 1),
+        "align" => (2, 2),
+        "clamp" => (3, 3),
+        "min" | "max" => (1, 64),
+        _ => {
+            let known = FUNCTIONS.iter().map(|name| (*name).to_owned()).collect();
+            return Err(ExpressionError {
+                range,
+                fault: Fault::UnknownName,
+                message: format!("there is no function \"{name}\""),
+                help: Some(format!("the functions are {}", FUNCTIONS.join(", "))),
+                unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_complete: true })),
+            });
+        }
+    };
+    if !(least..=most).contains(&arguments.len()) {
+        let wanted = if least == most { least.to_string() } else { format!("{least} or more") };
+        return Err(type_error(range, format!("{name} takes {wanted} arguments, not {}", arguments.len())));
+    }
+    let values = arguments.iter().map(|argument| evaluate(argument, scope)).collect::<Result<Vec<_>, _>>()?;
+    let map = |function: &dyn Fn(f64) -> f64| {
+        elementwise(&values[0], &Value::Number(0.0), range.clone(), &|a, _| Ok(function(a)))
+    };
+    let wanted = |kind: &str| type_error(arguments[0].range.clone(), format!("{name} wants {kind}"));
+    match name {
+        "abs" => map(&f64::abs),
+        "ceil" => map(&f64::ceil),
+        "floor" => map(&f64::floor),
+        "round" => map(&f64::round),
+        "exp2" => map(&f64::exp2),
+        "log2" => map(&f64::log2),
+        "sqrt" => map(&f64::sqrt),
+        "len" => match &values[0] {
+            Value::List(list) if list.len() <= MAXIMUM_LIST => Ok(Value::Number(list.len() as f64)),
+            _ => Err(wanted("a list")),
+        },
+        "mip_count" => {
+            let sides =
+                values[0].numbers().filter(|sides| !sides.is_empty()).ok_or_else(|| wanted("a size"))?;
+            let largest = sides.into_iter().fold(0.0, f64::max);
+            if largest < 1.0 {
+                return Err(arithmetic(arguments[0].range.clone(), "a size below 1 has no mip levels"));
+            }
+            Ok(Value::Number(largest.log2().floor() + 1.0))
+        }
+        "align" => {
+            let at = arguments[1].range.clone();
+            elementwise(&values[0], &values[1], range.clone(), &move |value, step| {
+                if step <= 0.0 {
+                    return Err(arithmetic(at.clone(), "the step of align is above zero"));
+                }
+                Ok((value / step).ceil() * step)
+            })
+        }
+        "clamp" => {
+            let low = elementwise(&values[0], &values[1], range.clone(), &|a, b| Ok(a.max(b)))?;
+            elementwise(&low, &values[2], range.clone(), &|a, b| Ok(a.min(b)))
+        }
+        _ => {
+            let mut all = Vec::new();
+            for (value, argument) in values.iter().zip(arguments) {
+                all.extend(
+                    value
+                        .numbers()
+                        .ok_or_else(|| type_error(argument.range.clone(), format!("{name} wants numbers")))?,
+                );
+            }
+            let pick = if name == "min" { f64::min } else { f64::max };
+            all.into_iter().reduce(pick).map(Value::Number).ok_or_else(|| wanted("at least one number"))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::parse;
+    use super::*;
+
+    struct Names;
+
+    impl Scope for Names {
+        fn lookup(&self, name: &str) -> Option<Value> {
+            match name {
+                "far" => Some(Value::List([10.0, 30.0].map(Value::Number).to_vec())),
+                "size" => Some(Value::Number(2048.0)),
+                "viewport.width" => Some(Value::Number(1281.0)),
+                "mode" => Some(Value::Text("soft".into())),
+                _ => None,
+            }
+        }
+
+        fn names(&self) -> Vec<String> {
+            ["far", "size", "viewport.width", "mode"].map(str::to_owned).to_vec()
+        }
+    }
+
+    fn run(text: &str) -> Result<Value, ExpressionError> {
+        evaluate(&parse(text)?, &Names)
+    }
+
+    #[test]
+    fn expressions_have_the_precedence_of_arithmetic() {
+        for (text, value) in [
+            ("1 + 2 * 3", 7.0),
+            ("(1 + 2) * 3", 9.0),
+            ("-2 - -3", 1.0),
+            ("10 - 4 - 3", 3.0),
+            ("2 * 3 % 4", 2.0),
+            ("size / 2", 1024.0),
+            ("ceil(viewport.width / 16)", 81.0),
+            ("align(viewport.width, 8)", 1288.0),
+            ("len(far)", 2.0),
+            ("far[1]", 30.0),
+            ("max(far)", 30.0),
+            ("mip_count([size, 1])", 12.0),
+            ("clamp(5, 0, 3)", 3.0),
+            ("1 < 2 && !false ? 4 : 5", 4.0),
+            ("mode == 'soft' ? 1e2 : 0.5", 100.0),
+        ] {
+            assert_eq!(run(text), Ok(Value::Number(value)), "{text}");
+        }
+        assert_eq!(run("far / 2"), Ok(Value::List(vec![Value::Number(5.0), Value::Number(15.0)])));
+    }
+
+    #[test]
+    fn faults_are_found_at_their_place() {
+        for (text, range, fault) in [
+            ("size / (2 - 2)", 7..14, Fault::Arithmetic),
+            ("1e308 * 10", 0..10, Fault::Arithmetic),
+            ("sqrt(-1)", 0..8, Fault::Arithmetic),
+            ("far[2]", 4..5, Fault::Arithmetic),
+            ("sise + 1", 0..4, Fault::UnknownName),
+            ("flor(1)", 0..7, Fault::UnknownName),
+            ("1 + ", 4..4, Fault::Syntax),
+            ("(1", 2..2, Fault::Syntax),
+            ("1 2", 2..3, Fault::Syntax),
+            ("mode + 1", 0..8, Fault::Type),
+            ("size ? 1 : 2", 0..4, Fault::Type),
+            ("min()", 0..5, Fault::Type),
+        ] {
+            let error = run(text).unwrap_err();
+            assert_eq!((error.range.clone(), error.fault), (range, fault), "{text}: {}", error.message);
+        }
+        let unknown = run("2 * sise").unwrap_err();
+        assert_eq!(unknown.range, 4..8);
+        assert!(unknown.unknown.is_some_and(|unknown| unknown.known.iter().any(|name| name == "size")));
+    }
+
+    #[test]
+    fn deep_nesting_is_an_error_and_not_a_stack_overflow() {
+        assert_eq!(run(&format!("1{}", "+1".repeat(2000))).unwrap_err().fault, Fault::Syntax);
+        assert_eq!(run(&format!("1{}", "+1".repeat(100))), Ok(Value::Number(101.0)));
+        assert_eq!(run(&format!("far{}", "[0]".repeat(1000))).unwrap_err().fault, Fault::Syntax);
+        for text in ["(".repeat(4000), "-".repeat(4000), "[".repeat(4000), "!".repeat(4000)] {
+            assert_eq!(run(&text).unwrap_err().fault, Fault::Syntax);
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! Typed expressions: sizes, counts, dispatches and parameters.
+//!
+//! An expression is a JSON number or boolean, or a string in the small language of [`parse`]:
+//!
+//! ```text
+//! sum      +  -  *  /  %        conversion  floor ceil round abs sqrt log2 exp2
+//! compare  == != < <= > >=      pick        min max clamp(x, low, high) align(x, step)
+//! logic    && || !  a ? b : c   shape       len(list)  mip_count(size)  list[index]  [a, b]
+//! name     parameter, feature, resource (its size), resource.width .height .layers .mips .samples, viewport
+//! ```
+//!
+//! Values are numbers (`f64`), booleans, texts and lists. Arithmetic on a list works element by element, so that
+//! `"maps / 2"` halves both sides of a texture. Every way to leave the numbers (overflow, a division by zero, the root
+//! of a negative number) is an error with its place in the string; no expression yields infinity or NaN.
+//!
+//! Limits: nesting to 64 levels, texts to 4096 bytes, lists to 65,536 elements.
+
+mod evaluate;
+mod parse;
+mod words;
+
+pub use evaluate::unknown_name;
+pub use evaluate::{Scope, evaluate};
+pub use parse::parse;
+pub use words::unknown_word;
+
+use std::ops::Range;
+
+/// The value of an expression.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[serde(untagged)]
+pub enum Value {
+    /// A boolean.
+    Bool(bool),
+    /// A finite number.
+    Number(f64),
+    /// A text: a member of an enumeration, a texture format.
+    Text(String),
+    /// A list.
+    List(Vec<Value>),
+}
+
+impl Value {
+    /// What kind of value this is, with its article.
+    pub fn kind_name(&self) -> &'static str {
+        match self {
+            Value::Bool(_) => "a boolean",
+            Value::Number(_) => "a number",
+            Value::Text(_) => "a text",
+            Value::List(_) => "a list",
+        }
+    }
+
+    /// The number, if it is one.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Value::Number(number) => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// The numbers of a list of numbers, or the one number.
+    pub fn numbers(&self) -> Option<Vec<f64>> {
+        match self {
+            Value::Number(number) => Some(vec![*number]),
+            Value::List(list) => list.iter().map(Value::number).collect(),
+            _ => None,
+        }
+    }
+}
+
+impl std::fmt::Display for Value {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Value::Bool(value) => value.fmt(f),
+            Value::Number(value) => value.fmt(f),
+            Value::Text(value) => value.fmt(f),
+            Value::List(values) => {
+                f.write_str("[")?;
+                for (at, value) in values.iter().enumerate() {
+                    if at > 0 {
+                        f.write_str(", ")?;
+                    }
+                    value.fmt(f)?;
+                }
+                f.write_str("]")
+            }
+        }
+    }
+}
+
+/// A parsed expression; `range` is the bytes of the text that it comes from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expression {
+    /// Where in the expression's text.
+    pub range: Range<usize>,
+    /// What it is.
+    pub kind: ExpressionKind,
+}
+
+/// What an expression is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExpressionKind {
+    /// A literal.
+    Literal(Value),
+    /// A name, dots included: `viewport.width`.
+    Name(String),
+    /// `-x`, `!x`.
+    Unary(UnaryOperator, Box<Expression>),
+    /// `a + b`.
+    Binary(BinaryOperator, Box<Expression>, Box<Expression>),
+    /// `a ? b : c`.
+    Conditional(Box<Expression>, Box<Expression>, Box<Expression>),
+    /// `f(a, b)`.
+    Call(String, Vec<Expression>),
+    /// `list[index]`.
+    Index(Box<Expression>, Box<Expression>),
+    /// `[a, b]`.
+    List(Vec<Expression>),
+}
+
+/// An operator with one operand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum UnaryOperator {
+    /// `-`
+    Negate,
+    /// `!`
+    Not,
+}
+
+/// An operator with two operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BinaryOperator {
+    /// `+`
+    Add,
+    /// `-`
+    Subtract,
+    /// `*`
+    Multiply,
+    /// `/`
+    Divide,
+    /// `%`
+    Remainder,
+    /// `==`
+    Equal,
+    /// `!=`
+    NotEqual,
+    /// `<`
+    Less,
+    /// `<=`
+    LessEqual,
+    /// `>`
+    Greater,
+    /// `>=`
+    GreaterEqual,
+    /// `&&`
+    And,
+    /// `||`
+    Or,
+}
+
+/// Why an expression cannot be parsed or evaluated, and where in its text.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExpressionError {
+    /// The bytes of the expression's text that are at fault.
+    pub range: Range<usize>,
+    /// What kind of fault it is.
+    pub fault: Fault,
+    /// What is wrong, as a sentence without a full stop.
+    pub message: String,
+    /// The way out, where there is one to name.
+    pub help: Option<String>,
+    /// The name that does not exist, where that is the fault.
+    pub unknown: Option<Box<UnknownName>>,
+}
+
+/// A name that does not exist, and those that do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UnknownName {
+    /// The name; it begins where the range of its error begins.
+    pub name: String,
+    /// What could stand there, in no order.
+    pub known: Vec<String>,
+    /// Whether nothing else could stand there: so for functions and for the words of an enumeration, while other names
+    /// may be known where the expression stands.
+    pub is_complete: bool,
+}
+
+/// The kinds of fault of an expression.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fault {
+    /// It is not an expression.
+    Syntax,
+    /// A name or function that does not exist here.
+    UnknownName,
+    /// A text that an enumeration is compared with, and that is none of its words.
+    UnknownWord,
+    /// A name that is declared, but has no value because its declaration has a finding: this one only follows from it.
+    Follows,
+    /// An operand of the wrong kind, or the wrong number of arguments.
+    Type,
+    /// A result that is no number: overflow, division by zero, an index outside its list.
+    Arithmetic,
+}
+
+/// All names of functions, sorted.
+pub const FUNCTIONS: &[&str] = &[
+    "abs",
+    "align",
+    "ceil",
+    "clamp",
+    "exp2",
+    "floor",
+    "len",
+    "log2",
+    "max",
+    "min",
+    "mip_count",
+    "round",
+    "sqrt",
+];

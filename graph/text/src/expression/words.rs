@@ -1,0 +1,95 @@
+//! Words that enumerations are compared with.
+//!
+//! `mode == 'tow'` is a sound expression, and false for ever where the words of `mode` are `one` and `two`. So the
+//! texts that are written beside `==` and `!=` are looked up among the words of the name on the other side, wherever
+//! they stand in an expression: also in what is not evaluated this time.
+//!
+//! Limits: texts that come out of other names are not looked at, since two enumerations may share some words only.
+
+use super::{BinaryOperator, Expression, ExpressionError, ExpressionKind, Fault, Scope, UnknownName, Value};
+
+/// The first text that an enumeration is compared with and never is. The expression is as it is written: a name that
+/// has been replaced by its value is not a text that somebody wrote.
+pub fn unknown_word(expression: &Expression, scope: &dyn Scope) -> Option<ExpressionError> {
+    let inside = |inner: &Expression| unknown_word(inner, scope);
+    match &expression.kind {
+        ExpressionKind::Literal(_) | ExpressionKind::Name(_) => None,
+        ExpressionKind::Binary(BinaryOperator::Equal | BinaryOperator::NotEqual, a, b) => {
+            let compared = compared(a, b, scope).or_else(|| compared(b, a, scope));
+            compared.or_else(|| inside(a)).or_else(|| inside(b))
+        }
+        ExpressionKind::Unary(_, a) => inside(a),
+        ExpressionKind::Binary(_, a, b) | ExpressionKind::Index(a, b) => inside(a).or_else(|| inside(b)),
+        ExpressionKind::Conditional(a, b, c) => inside(a).or_else(|| inside(b)).or_else(|| inside(c)),
+        ExpressionKind::Call(_, list) | ExpressionKind::List(list) => list.iter().find_map(inside),
+    }
+}
+
+fn compared(named: &Expression, with: &Expression, scope: &dyn Scope) -> Option<ExpressionError> {
+    let ExpressionKind::Name(name) = &named.kind else { return None };
+    let words = scope.words(name)?;
+    match &with.kind {
+        ExpressionKind::Literal(Value::Text(word)) if !words.contains(word) => Some(ExpressionError {
+            // Without its quotes.
+            range: with.range.start + 1..with.range.end.saturating_sub(1),
+            fault: Fault::UnknownWord,
+            message: format!("\"{name}\" is never \"{word}\""),
+            help: Some(format!("it is one of {}", words.join(", "))),
+            unknown: Some(Box::new(UnknownName {
+                name: word.clone(),
+                known: words.to_vec(),
+                is_complete: true,
+            })),
+        }),
+        ExpressionKind::Conditional(_, yes, no) => {
+            compared(named, yes, scope).or_else(|| compared(named, no, scope))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expression::parse;
+
+    struct Modes(Vec<String>);
+
+    impl Scope for Modes {
+        fn lookup(&self, name: &str) -> Option<Value> {
+            (name == "mode").then(|| Value::Text("one".to_owned()))
+        }
+        fn names(&self) -> Vec<String> {
+            vec!["mode".to_owned()]
+        }
+        fn words(&self, name: &str) -> Option<&[String]> {
+            (name == "mode").then_some(self.0.as_slice())
+        }
+    }
+
+    fn found(text: &str) -> Option<&str> {
+        let scope = Modes(vec!["one".to_owned(), "two".to_owned()]);
+        let error = unknown_word(&parse(text).unwrap(), &scope)?;
+        Some(&text[error.range])
+    }
+
+    #[test]
+    fn texts_that_are_no_words_are_found_wherever_they_stand() {
+        let wrong = [
+            "mode == 'tow'",
+            "'tow' == mode",
+            "mode != 'tow'",
+            "false && mode == 'tow'",
+            "mode == 'one' || mode == 'tow'",
+            "!(mode == 'tow') ? 1 : 2",
+            "max(1, [mode == 'tow' ? 1 : 2][0])",
+            "mode == (mode == 'one' ? 'two' : 'tow')",
+        ];
+        for text in wrong {
+            assert_eq!(found(text), Some("tow"), "{text}");
+        }
+        for text in ["mode == 'two'", "'one' != mode", "other == 'tow'", "mode == other", "mode == 2"] {
+            assert_eq!(found(text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,132 @@
+//! Checks a pipeline in every configuration of a list, all the way to its plan.
+//!
+//! What several configurations show is said once, with their number and the fewest choices that show it. Warnings are
+//! about things that nobody uses; one that some sound configuration does not show is none.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use crate::check::{Checked, Job};
+use crate::compiler;
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
+use crate::document::Document;
+use crate::feature_configurations::FeatureConfigurations;
+use crate::pipeline::{Modules, as_written, load_sharing};
+use crate::shader::AxisValues;
+use crate::source::Sources;
+use crate::unused::unused;
+use crate::verify::verify;
+
+/// What the configurations of a pipeline came to.
+#[derive(Clone, Debug, Default)]
+pub struct Coverage {
+    /// The first configuration.
+    pub first: Checked,
+    /// The shader variants of all, as template and values.
+    pub variants: BTreeSet<(String, AxisValues)>,
+    /// What a second algorithm has against plans, where it was asked: defects of the compiler.
+    pub faults: Vec<String>,
+}
+
+/// Takes a document all the way to a plan in each configuration. Every finding goes to `diagnostics`, once. The values
+/// are those of the configurations; `job.choice` is not looked at. With `verified` each plan is checked by a second
+/// algorithm.
+pub fn check_configurations(
+    document: &Document,
+    job: &Job<'_>,
+    configurations: &FeatureConfigurations,
+    verified: bool,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Coverage {
+    let Job { registry, templates, profile, options, .. } = job;
+    let mut coverage = Coverage::default();
+    let mut modules = Modules::default();
+    let mut found = Found::default();
+    let mut faults: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    for (at, configuration) in configurations.list.iter().enumerate() {
+        let mut own = Diagnostics::new();
+        let choice = &configuration.choice;
+        let loaded =
+            load_sharing(document, registry, templates, profile, choice, sources, &mut own, &mut modules);
+        let Some(mut pipeline) = loaded else {
+            // Too broken to have passes at all, whatever the features.
+            diagnostics.extend(as_written(document, own));
+            return coverage;
+        };
+        compiler::set_aside(&mut pipeline, options, sources, &mut own);
+        let pipeline = Arc::new(pipeline);
+        for program in &pipeline.programs {
+            let variants = program.variants.iter();
+            coverage
+                .variants
+                .extend(variants.map(|variant| (program.template.clone(), variant.module.axes.clone())));
+        }
+        let graph = compiler::build(&pipeline, &mut own);
+        let plan =
+            graph.as_ref().and_then(|graph| compiler::plan(&pipeline, graph, options, sources, &mut own));
+        // A plan that is made in spite of errors shows what else is wrong; it promises nothing that could be verified.
+        if let Some(plan) = plan.as_ref().filter(|_| verified && !own.has_errors()) {
+            for fault in verify(plan, options) {
+                faults.entry(fault.to_string()).or_default().push(at);
+            }
+        }
+        found.add(as_written(document, own), at);
+        if at == 0 {
+            coverage.first = Checked { pipeline: Some(pipeline), graph, plan };
+        }
+    }
+    let with = |text: String, places: &[usize]| match configurations.describe(places) {
+        Some(which) => format!("{text} ({which})"),
+        None => text,
+    };
+    coverage.faults = faults.into_iter().map(|(fault, places)| with(fault, &places)).collect();
+    // A use that is faulty counts for nothing.
+    if found.is_sound() {
+        unused(document, templates, diagnostics);
+    }
+    diagnostics.extend(found.findings(configurations));
+    coverage
+}
+
+/// The findings of configurations, in the order in which they were made.
+#[derive(Default)]
+struct Found {
+    list: Vec<(Diagnostic, Vec<usize>)>,
+    known: BTreeMap<(Code, Place, String), usize>,
+    sound: usize,
+}
+
+impl Found {
+    fn is_sound(&self) -> bool {
+        self.list.iter().all(|(finding, _)| finding.severity != Severity::Error)
+    }
+
+    fn add(&mut self, findings: Diagnostics, at: usize) {
+        self.sound += usize::from(!findings.has_errors());
+        for finding in findings {
+            let key = (finding.code, finding.place.clone(), finding.message.clone());
+            let position = *self.known.entry(key).or_insert_with(|| {
+                self.list.push((finding, Vec::new()));
+                self.list.len() - 1
+            });
+            if let Some((_, places)) = self.list.get_mut(position)
+                && places.last() != Some(&at)
+            {
+                places.push(at);
+            }
+        }
+    }
+
+    fn findings(self, configurations: &FeatureConfigurations) -> impl Iterator<Item = Diagnostic> {
+        let Self { list, sound, .. } = self;
+        list.into_iter()
+            .filter(move |(finding, places)| {
+                finding.severity == Severity::Error || places.len() >= sound.min(configurations.list.len())
+            })
+            .map(|(finding, places)| match configurations.describe(&places) {
+                Some(which) => finding.related(Place::Nowhere, which),
+                None => finding,
+            })
+    }
+}

@@ -1,0 +1,40 @@
+//! The tools of umbragraph: what looks at pipelines and plans, and makes neither.
+//!
+//! - [`check`], [`check_document`], [`check_path`]: the whole way from a text to a plan in one call;
+//! - [`check_configurations`], [`feature_configurations`], [`reach`]: the configurations of a pipeline, chosen, checked
+//!   and proven;
+//! - [`verify`](verify::verify): a second opinion on a plan, which shares no code with what made it;
+//! - [`report`] and [`why`]: a plan shown, and the reasons for it.
+
+use umbragraph_compiler as compiler;
+use umbragraph_pipeline::{
+    compose, data, diagnostic, document, expression, language, node, pipeline, shader, source, work,
+};
+
+mod check;
+mod configurations;
+mod coverage;
+mod dependence;
+mod feature_configurations;
+#[cfg(test)]
+mod property_tests;
+#[cfg(test)]
+mod property_tests_toggles;
+#[cfg(test)]
+mod property_tests_unfed;
+#[cfg(test)]
+mod property_tests_writers;
+mod reach;
+pub mod report;
+mod thresholds;
+mod unused;
+pub mod verify;
+pub mod why;
+mod witness;
+
+pub use check::{Checked, Job, check, check_document, check_path};
+pub use coverage::{Coverage, check_configurations};
+pub use feature_configurations::{
+    Configuration, Cover, FeatureConfigurations, MAXIMUM as MAXIMUM_CONFIGURATIONS, feature_configurations,
+};
+pub use reach::{AxisProduct, Configured, Reached, ReachedProgram, reach};

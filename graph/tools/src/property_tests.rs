@@ -1,0 +1,314 @@
+//! Properties that hold for every valid pipeline, tried on random ones.
+//!
+//! A random pipeline is made so that it is valid: passes come in an order of their own, each writes resources afresh or
+//! updates them after the last writer, and reads what is written before it (all of it, or one mip), a named older version, or an earlier frame
+//! of a history, which may be one that it writes itself. Some leave a buffer to a later pass, of bytes that follow the
+//! viewport.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use proptest::prelude::*;
+
+use crate::compiler::{Assembly, Objective, Plan, PlanOptions, build, plan};
+use crate::diagnostic::Diagnostics;
+use crate::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
+use crate::pipeline::{Part, Pipeline, Usage, Version};
+use crate::source::Sources;
+use crate::verify::verify;
+use crate::work::{LoadOperation, PassHandle, ResourceHandle};
+
+/// What a random pass does: resources by number, each modulo what there is.
+#[derive(Clone, Debug)]
+struct RandomPass {
+    reads: Vec<usize>,
+    writes: usize,
+    part: Option<u32>,
+    action: u8,
+    side_effect: bool,
+    /// A buffer for the pass so many places later: the bytes at 64 texels of width, divided by 4.
+    scratch: Option<(u32, usize)>,
+}
+
+fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
+    let one = (
+        proptest::collection::vec(0usize..100, 0..4),
+        0usize..100,
+        proptest::option::of(0u32..3),
+        0u8..4,
+        0u8..12,
+        proptest::option::of((1u32..40, 1usize..6)),
+    )
+        .prop_map(|(reads, writes, part, action, effect, scratch)| RandomPass {
+            reads,
+            writes,
+            part,
+            action,
+            side_effect: effect == 0,
+            scratch,
+        });
+    proptest::collection::vec(one, 1..40)
+}
+
+/// The version that each part of a resource has, and the passes that wrote the whole of it.
+#[derive(Default)]
+struct Written {
+    last: Option<PassHandle>,
+    parts: BTreeMap<Option<u32>, ()>,
+    /// Whether mip 0 and layer 0 were drawn to.
+    drawn: bool,
+    names: Vec<String>,
+}
+
+impl Written {
+    /// As much as one use can read of what was written, whatever the number of layers.
+    fn readable(&self) -> Option<Part> {
+        let is_written = |mip: u32| self.parts.contains_key(&None) || self.parts.contains_key(&Some(mip));
+        if (0..3).all(is_written) {
+            return Some(Part::WHOLE);
+        }
+        let mip = (0..3).find(|mip| is_written(*mip)).map(|mip| Part::of(Some(mip), None));
+        mip.or_else(|| self.drawn.then(|| Part::of(Some(0), Some(0))))
+    }
+}
+
+/// A valid pipeline of random passes over `count` resources, planned.
+fn planned(passes: &[RandomPass], count: usize, options: &PlanOptions) -> Plan {
+    with_unrelated(passes, count, options, None)
+}
+
+/// The same with one pass more, declared at a position, that has nothing to do with the others and may have an effect.
+fn with_unrelated(
+    passes: &[RandomPass],
+    count: usize,
+    options: &PlanOptions,
+    unrelated: Option<(usize, bool)>,
+) -> Plan {
+    let (pipeline, sources) = pipeline(passes, count, unrelated);
+    let mut findings = Diagnostics::new();
+    let planned = build(&pipeline, &mut findings)
+        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
+    planned.unwrap_or_else(|| panic!("{findings:#?}"))
+}
+
+/// The pipeline itself.
+fn pipeline(
+    passes: &[RandomPass],
+    count: usize,
+    unrelated: Option<(usize, bool)>,
+) -> (Arc<Pipeline>, Sources) {
+    let mut assembly = Assembly::new("random");
+    let resources: Vec<ResourceHandle> = (0..count)
+        .map(|at| {
+            let describe = |texture: &mut TextureDeclaration| {
+                texture.mips = Some(Expr::from(3.0));
+                if at % 5 == 4 {
+                    texture.layers = Some(Expr::from("max(1, floor(viewport.width / 64))"));
+                }
+                texture.format = FormatCandidates::One(["rgba8unorm", "rgba16float"][at % 2].to_owned());
+                if at % 7 == 6 {
+                    texture.lifetime = Lifetime::Persistent;
+                }
+            };
+            let name = format!("r{at}");
+            if at % 4 == 3 {
+                assembly.history_with(&name, 2, describe)
+            } else {
+                assembly.texture_with(&name, describe)
+            }
+        })
+        .collect();
+    let target = assembly.imported("target");
+    let mut written: Vec<Written> = (0..count).map(|_| Written::default()).collect();
+    let mut last_target = None;
+    let scratch: Vec<Option<ResourceHandle>> = passes
+        .iter()
+        .enumerate()
+        .map(|(at, random)| {
+            let (quarter, _) = random.scratch?;
+            let bytes = Expr::from(format!("4 * ceil({quarter} * viewport.width / 64)").as_str());
+            Some(assembly.sized_buffer(&format!("s{at}"), bytes, Lifetime::Transient))
+        })
+        .collect();
+    let alone = unrelated.map(|_| assembly.sized_texture("alone", 7, 7));
+    for (at, random) in passes.iter().enumerate() {
+        if let (Some((_, effect)), Some(alone)) = (unrelated.filter(|(position, _)| *position == at), alone) {
+            let pass = assembly.pass("unrelated").writes(alone);
+            let _ = if effect { pass.side_effect() } else { pass };
+        }
+        let own = random.writes % count;
+        let earlier: BTreeSet<ResourceHandle> = random
+            .reads
+            .iter()
+            .filter(|resource| (*resource % count) % 4 == 3)
+            .map(|resource| assembly.earlier(resources[resource % count], 1 + (*resource / count % 2) as u32))
+            .collect();
+        let mut pass = assembly.pass(&format!("p{at}"));
+        let handle = pass.handle();
+        let mut read: Vec<(ResourceHandle, Part, Version)> = Vec::new();
+        for resource in &random.reads {
+            let resource = resource % count;
+            if resource == own
+                || written[resource].names.is_empty()
+                || read.iter().any(|(known, ..)| *known == resources[resource])
+            {
+                continue;
+            }
+            // The version is named, since later passes may write on.
+            let Some(name) = written[resource].names.last() else { continue };
+            let Some(part) = written[resource].readable() else { continue };
+            read.push((resources[resource], part, Version::WrittenBy(name.clone())));
+        }
+        for resource in earlier {
+            pass = pass.reads(resource);
+        }
+        for (resource, part, version) in read {
+            pass = pass.uses(resource, part, Usage::Sampled, version);
+        }
+        if let Some(own) = scratch[at] {
+            pass = pass.uses(own, Part::WHOLE, Usage::StorageWrite, Version::Newest);
+        }
+        for (back, earlier) in passes[..at].iter().rev().enumerate() {
+            if let (Some((_, later)), Some(left)) = (earlier.scratch, scratch[at - 1 - back])
+                && later == back + 1
+            {
+                pass = pass.uses(left, Part::WHOLE, Usage::StorageRead, Version::Newest);
+            }
+        }
+        let state = &mut written[own];
+        if let Some(last) = state.last {
+            pass = pass.after(last);
+        }
+        state.last = Some(handle);
+        let updates = random.action == 1 && state.parts.contains_key(&None);
+        let part = Part::of(random.part, None);
+        if updates {
+            pass = pass.uses(resources[own], Part::WHOLE, Usage::StorageReadWrite, Version::Newest);
+        } else if random.action == 2 {
+            pass = pass.color(resources[own], LoadOperation::Clear([0.0; 4]));
+            state.drawn = true;
+        } else {
+            let replaces = random.reads.len() % 2 == 0;
+            let usage = if replaces { Usage::StorageReplace } else { Usage::StorageWrite };
+            pass = pass.uses(resources[own], part, usage, Version::Newest);
+            state.parts.insert(random.part, ());
+        }
+        state.names.push(format!("p{at}"));
+        if random.side_effect {
+            pass = pass.side_effect();
+        }
+        if random.action == 3 {
+            if let Some(last) = last_target {
+                pass = pass.after(last);
+            }
+            pass.writes(target);
+            last_target = Some(handle);
+        }
+    }
+    let mut end = assembly.pass("end").side_effect();
+    if let Some(last) = last_target {
+        end = end.after(last);
+    }
+    for (at, state) in written.iter().enumerate().take(2) {
+        if let Some(part) = state.readable() {
+            end = end.reads_part(resources[at], part);
+        }
+    }
+    let _ = end;
+    assembly.finish()
+}
+
+fn options(objective: Objective, aliasing: bool) -> PlanOptions {
+    PlanOptions { objective, aliasing, ..PlanOptions::new(64, 64) }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn every_plan_of_every_objective_passes_the_checker(passes in passes(), count in 1usize..9) {
+        for objective in Objective::ALL {
+            for aliasing in [true, false] {
+                let options = options(objective, aliasing);
+                let plan = planned(&passes, count, &options);
+                prop_assert_eq!(verify(&plan, &options), Vec::new());
+            }
+        }
+    }
+
+    #[test]
+    fn aliasing_meets_its_bound_and_memory_order_is_never_worse(
+        passes in passes(), count in 1usize..9, buffers in any::<bool>()
+    ) {
+        let mut passes = passes;
+        for pass in passes.iter_mut().filter(|_| !buffers) {
+            pass.scratch = None;
+        }
+        let plans = Objective::ALL.map(|objective| planned(&passes, count, &options(objective, true)));
+        for plan in &plans {
+            if buffers {
+                prop_assert!(plan.bytes_bound <= plan.bytes && plan.bytes <= 2 * plan.bytes_bound);
+            } else {
+                prop_assert_eq!(plan.bytes, plan.bytes_bound);
+            }
+            prop_assert!(plan.bytes_peak <= plan.bytes_bound && plan.bytes <= plan.bytes_without_aliasing);
+            let apart = planned(&passes, count, &options(plan.order.objective, false));
+            prop_assert!(plan.bytes <= apart.bytes);
+        }
+        prop_assert!(plans[1].bytes <= plans[0].bytes);
+        let memory = plans[1].order.memory.expect("a report");
+        prop_assert_eq!(memory.chosen, plans[1].bytes);
+        prop_assert!(memory.bound <= memory.chosen && memory.chosen <= memory.declaration);
+        let groups = |plan: &Plan| plan.passes.last().map_or(0, |last| last.group);
+        prop_assert!(groups(&plans[2]) <= groups(&plans[0]));
+    }
+
+    #[test]
+    fn a_plan_resized_is_the_plan_made_from_scratch(
+        passes in passes(), count in 1usize..9, sizes in proptest::collection::vec((1u32..300, 1u32..300), 1..4)
+    ) {
+        let (pipeline, sources) = pipeline(&passes, count, None);
+        let graph = build(&pipeline, &mut Diagnostics::new()).expect("a graph");
+        for objective in Objective::ALL {
+            let scratch = |options: &PlanOptions| {
+                let mut findings = Diagnostics::new();
+                plan(&pipeline, &graph, options, &sources, &mut findings).ok_or(findings)
+            };
+            let mut resized = scratch(&options(objective, true)).expect("a plan");
+            for (width, height) in &sizes {
+                let options = PlanOptions { objective, ..PlanOptions::new(*width, *height) };
+                match (resized.resized(&graph, &options, &sources), scratch(&options)) {
+                    (Ok(again), Ok(scratch)) => {
+                        let json = |plan: &Plan| serde_json::to_string(plan).expect("text");
+                        prop_assert_eq!(json(&again), json(&scratch));
+                        prop_assert_eq!(verify(&again, &options), Vec::new());
+                        resized = again;
+                    }
+                    (Err(again), Err(scratch)) => {
+                        let words = |findings: &Diagnostics| -> Vec<String> {
+                            findings.iter().map(|one| format!("{one:?}")).collect()
+                        };
+                        prop_assert_eq!(words(&again), words(&scratch));
+                    }
+                    (again, scratch) => prop_assert!(false, "{:?} {:?}", again.err(), scratch.err()),
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_unrelated_pass_changes_nothing_about_the_others(
+        passes in passes(), count in 1usize..9, position in 0usize..40, effect in any::<bool>()
+    ) {
+        let options = options(Objective::Declaration, true);
+        let before = planned(&passes, count, &options);
+        let after = with_unrelated(&passes, count, &options, Some((position % passes.len(), effect)));
+        let names = |plan: &Plan| -> Vec<String> {
+            plan.passes.iter().map(|pass| pass.name.clone()).filter(|name| name != "unrelated").collect()
+        };
+        prop_assert_eq!(names(&before), names(&after));
+        prop_assert_eq!(after.passes.len() - before.passes.len(), usize::from(effect));
+        let extra = if effect { 7 * 7 * 4 } else { 0 };
+        prop_assert_eq!(before.bytes + extra, after.bytes);
+    }
+}

@@ -1,0 +1,239 @@
+//! Reads of which nothing, a part or all was written: random writers and readers of random parts of textures with mips
+//! and layers, of volumes, of depth and stencil, and of buffers. The oracle looks at each piece that exists by itself.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use proptest::prelude::*;
+
+use crate::compiler::{Assembly, PlanOptions, build, plan};
+use crate::diagnostic::{Diagnostics, codes};
+use crate::language::{Expr, FormatCandidates, Lifetime, TextureShape};
+use crate::pipeline::{Aspect, Part, Pipeline, Run, Usage, Version};
+use crate::source::Sources;
+use crate::verify::{FaultKind, verify};
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Kind {
+    Layered,
+    Volume,
+    DepthStencil,
+    Buffer,
+}
+
+/// A part, of which each kind takes what it has.
+#[derive(Clone, Copy, Debug)]
+struct RandomPart {
+    mips: Option<(u32, u32)>,
+    layers: Option<(u32, u32)>,
+    aspect: usize,
+    words: Option<(u64, u64)>,
+}
+
+#[derive(Clone, Debug)]
+struct Access {
+    part: RandomPart,
+    toggle: Option<(usize, bool)>,
+    /// Of a reader: the writer whose version it reads; the newest without it, or if there are fewer.
+    version: Option<usize>,
+    /// Of a reader: whether it is kept.
+    is_live: bool,
+}
+
+const TOGGLES: usize = 2;
+const MIPS: u32 = 3;
+const LAYERS: u32 = 4;
+const WORDS: u64 = 6;
+
+/// A mip, a layer or slice, an aspect and a word: one piece of a resource.
+type Piece = (u32, u32, usize, u64);
+
+fn pieces(kind: Kind) -> Vec<Piece> {
+    let (mips, layers, aspects, words) = match kind {
+        Kind::Layered | Kind::Volume => (MIPS, LAYERS, 1, 1),
+        Kind::DepthStencil => (1, LAYERS, 2, 1),
+        Kind::Buffer => (1, 1, 1, WORDS),
+    };
+    let mut all = Vec::new();
+    for mip in 0..mips {
+        let layers = if kind == Kind::Volume { layers >> mip } else { layers };
+        for layer in 0..layers {
+            all.extend((0..aspects).flat_map(|at| (0..words).map(move |word| (mip, layer, at, word))));
+        }
+    }
+    all
+}
+
+impl RandomPart {
+    fn of(self, kind: Kind) -> Part {
+        const ASPECTS: [Aspect; 3] = [Aspect::All, Aspect::DepthOnly, Aspect::StencilOnly];
+        let run = |run: Option<(u32, u32)>, of: u32| {
+            run.map(|(first, count)| Run { first: first % of, count: count.min(of - first % of) })
+        };
+        match kind {
+            Kind::Layered => {
+                Part { mip: run(self.mips, MIPS), layer: run(self.layers, LAYERS), ..Part::WHOLE }
+            }
+            Kind::Volume => {
+                let mip = run(self.mips, MIPS);
+                let slices = LAYERS >> mip.map_or(0, |run| run.first);
+                Part { mip, layer: run(self.layers, slices), ..Part::WHOLE }
+            }
+            Kind::DepthStencil => {
+                Part { layer: run(self.layers, LAYERS), ..Part::WHOLE }.aspect(ASPECTS[self.aspect])
+            }
+            Kind::Buffer => self
+                .words
+                .map_or(Part::WHOLE, |(first, count)| Part::bytes(first * 4, count.min(WORDS - first) * 4)),
+        }
+    }
+}
+
+fn has(part: Part, (mip, layer, aspect, word): Piece) -> bool {
+    let within = |run: Option<Run<u32>>, at: u32| {
+        run.is_none_or(|run| (run.first..run.first + run.count).contains(&at))
+    };
+    let bytes = part.bytes.is_none_or(|run| (run.first..run.first + run.count).contains(&(word * 4)));
+    let other = [Aspect::StencilOnly, Aspect::DepthOnly][aspect];
+    within(part.mip, mip) && within(part.layer, layer) && part.aspect != other && bytes
+}
+
+/// The pipeline, with a first pass that writes everything if so wished.
+fn pipeline(kind: Kind, writers: &[Access], readers: &[Access], begins: bool) -> (Arc<Pipeline>, Sources) {
+    let mut assembly = Assembly::new("unfed");
+    let resource = match kind {
+        Kind::Buffer => assembly.buffer("a", WORDS as u32 * 4, Lifetime::Transient),
+        _ => assembly.texture_with("a", |texture| {
+            texture.layers = Some(Expr::from("floor(viewport.width / 16)"));
+            texture.mips = (kind != Kind::DepthStencil).then(|| Expr::from(f64::from(MIPS)));
+            if kind == Kind::DepthStencil {
+                texture.format = FormatCandidates::One("depth24plus-stencil8".to_owned());
+            }
+            texture.view = Some(if kind == Kind::Volume { TextureShape::D3 } else { TextureShape::D2Array });
+        }),
+    };
+    let (read, write) = match kind {
+        Kind::Layered | Kind::Volume => (Usage::Sampled, Usage::StorageWrite),
+        Kind::DepthStencil => (Usage::Sampled, Usage::CopyDestination),
+        Kind::Buffer => (Usage::StorageRead, Usage::StorageWrite),
+    };
+    for at in 0..TOGGLES {
+        assembly.toggle(&format!("t{at}"));
+    }
+    let mut last = None;
+    if begins {
+        let pass = assembly.pass("begin").uses(resource, Part::WHOLE, write, Version::Newest);
+        last = Some(pass.handle());
+    }
+    for (at, writer) in writers.iter().enumerate() {
+        let mut pass = assembly.pass(&format!("w{at}"));
+        if let Some(last) = last {
+            pass = pass.after(last);
+        }
+        if let Some((toggle, on)) = writer.toggle {
+            pass = pass.toggle(toggle, on);
+        }
+        last = Some(pass.uses(resource, writer.part.of(kind), write, Version::Newest).handle());
+    }
+    for (at, reader) in readers.iter().enumerate() {
+        let mut pass = assembly.pass(&format!("r{at}"));
+        if reader.is_live {
+            pass = pass.side_effect();
+        }
+        if let Some((toggle, on)) = reader.toggle {
+            pass = pass.toggle(toggle, on);
+        }
+        let version = reader.version.filter(|version| *version < writers.len());
+        let version = version.map_or(Version::Newest, |version| Version::WrittenBy(format!("w{version}")));
+        let _ = pass.uses(resource, reader.part.of(kind), read, version);
+    }
+    // Something has to be kept.
+    let _ = assembly.pass("end").side_effect();
+    assembly.finish()
+}
+
+/// Of the pieces that a reader reads, how many no earlier writer leaves in any frame with the reader, and how many are
+/// left.
+fn unfed_and_fed(kind: Kind, writers: &[Access], reader: &Access) -> (usize, usize) {
+    let earlier =
+        reader.version.filter(|version| *version < writers.len()).map_or(writers.len(), |at| at + 1);
+    let meet = |writer: &&Access| match (writer.toggle, reader.toggle) {
+        (Some((a, on)), Some((b, also))) => a != b || on == also,
+        _ => true,
+    };
+    let earlier: Vec<Part> = writers[..earlier].iter().filter(meet).map(|one| one.part.of(kind)).collect();
+    let read = pieces(kind).into_iter().filter(|piece| has(reader.part.of(kind), *piece));
+    let (fed, unfed): (Vec<_>, Vec<_>) =
+        read.partition(|piece| earlier.iter().any(|part| has(*part, *piece)));
+    (unfed.len(), fed.len())
+}
+
+fn accesses(count: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Access>> {
+    let toggle = || proptest::option::weighted(0.3, (0..TOGGLES, any::<bool>()));
+    let part = (
+        proptest::option::of((0u32..4, 1u32..4)),
+        proptest::option::of((0u32..4, 1u32..5)),
+        0usize..3,
+        proptest::option::weighted(0.8, (0..WORDS, 1..WORDS)),
+    )
+        .prop_map(|(mips, layers, aspect, words)| RandomPart { mips, layers, aspect, words });
+    let one = (part, toggle(), proptest::option::weighted(0.3, 0usize..6), proptest::bool::weighted(0.9))
+        .prop_map(|(part, toggle, version, is_live)| Access { part, toggle, version, is_live });
+    proptest::collection::vec(one, count)
+}
+
+fn kind() -> impl Strategy<Value = Kind> {
+    prop_oneof![Just(Kind::Layered), Just(Kind::Volume), Just(Kind::DepthStencil), Just(Kind::Buffer)]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn just_the_reads_of_pieces_that_nothing_writes_are_refused_and_faults(
+        kind in kind(), writers in accesses(0..8), readers in accesses(1..4)
+    ) {
+        let options = PlanOptions::new(64, 64);
+        let (whole, sources) = pipeline(kind, &writers, &readers, false);
+        let mut findings = Diagnostics::new();
+        let planned = build(&whole, &mut findings)
+            .and_then(|graph| plan(&whole, &graph, &options, &sources, &mut findings));
+        // What some states take away has a finding of its own.
+        let found = |of: &crate::diagnostic::Code| -> BTreeSet<String> {
+            let those = findings.iter().filter(|one| one.code.id == of.id);
+            those.filter_map(|one| Some(one.message.split('"').nth(1)?.to_owned())).collect()
+        };
+        let (unfed, taken_away) = (found(&codes::NEVER_WRITTEN), found(&codes::TOGGLED_AWAY));
+        prop_assert!(findings.iter().all(|one| [codes::NEVER_WRITTEN.id, codes::TOGGLED_AWAY.id].contains(&one.code.id)), "{findings:#?}");
+        for (at, reader) in readers.iter().enumerate() {
+            let name = format!("r{at}");
+            let (missing, there) = unfed_and_fed(kind, &writers, reader);
+            let refused = missing > 0 && (reader.is_live || there == 0);
+            // Slices that a mip does not have may hide that nothing at all is there.
+            let is_hidden = kind == Kind::Volume && there == 0 && !reader.is_live;
+            if !taken_away.contains(&name) && !is_hidden {
+                prop_assert_eq!(unfed.contains(&name), refused, "{} of {:#?}", name, findings);
+            }
+        }
+        if let Some(planned) = planned.filter(|_| !findings.has_errors()) {
+            prop_assert_eq!(verify(&planned, &options), Vec::new());
+        }
+        // The same with a first write of everything, which is then taken out of the plan.
+        let (fed, sources) = pipeline(kind, &writers, &readers, true);
+        let mut findings = Diagnostics::new();
+        let planned = build(&fed, &mut findings)
+            .and_then(|graph| plan(&fed, &graph, &options, &sources, &mut findings));
+        let mut planned = planned.unwrap_or_else(|| panic!("{findings:#?}"));
+        prop_assert_eq!(verify(&planned, &options), Vec::new());
+        Arc::make_mut(&mut planned.pipeline).passes[0].uses.clear();
+        let faults = verify(&planned, &options);
+        for (at, reader) in readers.iter().enumerate() {
+            let message = format!("\"r{at}\" reads a part of \"a\" that nothing has written");
+            let (missing, there) = unfed_and_fed(kind, &writers, reader);
+            let found = faults.iter().any(|one| one.kind == FaultKind::ReadUnfed && one.message == message);
+            if kind != Kind::Volume || there > 0 {
+                prop_assert_eq!(found, reader.is_live && missing > 0 && there > 0, "r{} of {:#?}", at, faults);
+            }
+        }
+    }
+}

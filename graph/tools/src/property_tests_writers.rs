@@ -1,0 +1,171 @@
+//! Very many writers of ranges of one resource, with and without toggles.
+
+use std::collections::{BTreeSet, HashMap};
+
+use proptest::prelude::*;
+
+use crate::compiler::{Assembly, Graph, KeepReason, Plan, PlanOptions, build, plan};
+use crate::diagnostic::Diagnostics;
+use crate::language::Lifetime;
+use crate::pipeline::{Part, Usage, Version};
+use crate::verify::verify;
+
+/// A writer of a range of bytes.
+#[derive(Clone, Debug)]
+struct Writer {
+    /// In words of four bytes: the first, and how many.
+    range: (u64, u64),
+    toggle: Option<(usize, bool)>,
+    loads: bool,
+}
+
+/// The plan of a pass that fills a buffer, these writers one after the other, and one that reads some of it.
+fn planned(writers: &[Writer], toggles: usize, words: u64, read: (u64, u64)) -> (Graph, Plan) {
+    let mut assembly = Assembly::new("writers");
+    let buffer = assembly.buffer("a", words as u32 * 4, Lifetime::Transient);
+    for at in 0..toggles {
+        assembly.toggle(&format!("t{at:05}"));
+    }
+    let bytes = |range: (u64, u64)| Part::bytes(range.0 * 4, range.1 * 4);
+    let mut last = assembly.pass("begin").writes(buffer).handle();
+    for (at, writer) in writers.iter().enumerate() {
+        let mut pass = assembly.pass(&format!("p{at:05}")).after(last);
+        last = pass.handle();
+        if let Some((toggle, on)) = writer.toggle {
+            pass = pass.toggle(toggle, on);
+        }
+        let usage = if writer.loads { Usage::StorageReadWrite } else { Usage::StorageWrite };
+        let _ = pass.uses(buffer, bytes(writer.range), usage, Version::Newest);
+    }
+    let end = assembly.pass("end").after(last).side_effect();
+    let _ = end.uses(buffer, bytes(read), Usage::StorageRead, Version::Newest);
+    let (pipeline, sources) = assembly.finish();
+    let mut findings = Diagnostics::new();
+    let graph = build(&pipeline, &mut findings).unwrap_or_else(|| panic!("{findings:#?}"));
+    let options = PlanOptions::new(64, 64);
+    let planned = plan(&pipeline, &graph, &options, &sources, &mut findings);
+    (graph, planned.unwrap_or_else(|| panic!("{findings:#?}")))
+}
+
+/// The passes that the end depends on, found by playing every state, word by word.
+fn needed(writers: &[Writer], toggles: usize, words: u64, read: (u64, u64)) -> BTreeSet<String> {
+    let mut feeds: HashMap<usize, BTreeSet<usize>> = HashMap::new();
+    let end = writers.len() + 1;
+    for state in 0..1usize << toggles {
+        let mut content = vec![0; words as usize];
+        let words = |range: (u64, u64)| range.0 as usize..(range.0 + range.1) as usize;
+        for (at, writer) in writers.iter().enumerate() {
+            if writer.toggle.is_some_and(|(toggle, on)| (state >> toggle & 1 == 1) != on) {
+                continue;
+            }
+            let own = &mut content[words(writer.range)];
+            if writer.loads {
+                feeds.entry(at + 1).or_default().extend(own.iter().copied());
+            }
+            own.fill(at + 1);
+        }
+        feeds.entry(end).or_default().extend(&content[words(read)]);
+    }
+    let mut needed = BTreeSet::from([end]);
+    let mut stack = vec![end];
+    while let Some(one) = stack.pop() {
+        for feeder in feeds.get(&one).into_iter().flatten() {
+            if needed.insert(*feeder) {
+                stack.push(*feeder);
+            }
+        }
+    }
+    let name = |at: usize| match at {
+        0 => "begin".to_owned(),
+        at if at == end => "end".to_owned(),
+        at => format!("p{:05}", at - 1),
+    };
+    needed.into_iter().map(name).collect()
+}
+
+const WORDS: u64 = 8;
+const TOGGLES: usize = 7;
+
+fn range() -> impl Strategy<Value = (u64, u64)> {
+    (0..WORDS, 1..WORDS).prop_map(|(first, count)| (first, count.min(WORDS - first)))
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn of_many_writers_just_those_are_kept_that_playing_every_state_finds(
+        list in proptest::collection::vec(
+            (range(), proptest::option::weighted(0.9, (0usize..TOGGLES, any::<bool>())), any::<bool>()), 1..40
+        ),
+        loads in 0u8..3,
+        read in range(),
+    ) {
+        let writers: Vec<Writer> = list
+            .into_iter()
+            .map(|(range, toggle, either)| Writer { range, toggle, loads: loads == 0 || loads == 1 && either })
+            .collect();
+        let (graph, plan) = planned(&writers, TOGGLES, WORDS, read);
+        let kept: BTreeSet<String> = plan.passes.iter().map(|pass| pass.name.clone()).collect();
+        prop_assert_eq!(kept, needed(&writers, TOGGLES, WORDS, read));
+        prop_assert_eq!(verify(&plan, &PlanOptions::new(64, 64)), Vec::new());
+        prop_assert!(is_exact(&graph, &plan));
+    }
+}
+
+/// Whether every read is connected to just the writers of which it sees something.
+fn is_exact(graph: &Graph, plan: &Plan) -> bool {
+    let pipeline = &plan.pipeline;
+    pipeline
+        .pass_handles()
+        .all(|pass| pipeline.resource_handles().all(|resource| !graph.is_coarse(pass, resource)))
+}
+
+/// Numbers without a pattern.
+fn numbers() -> impl FnMut(u64) -> u64 {
+    let mut state = 12345u64;
+    move |below| {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) % below
+    }
+}
+
+#[test]
+fn five_thousand_toggled_writers_of_ranges_have_a_few_edges_each() {
+    const COUNT: usize = 5000;
+    let mut number = numbers();
+    let words = 1 << 18;
+    let mut writer = |_| {
+        let first = number(words);
+        let toggle = Some((number(8) as usize, number(2) == 0));
+        Writer { range: (first, 1 + number(words - first)), toggle, loads: number(2) == 0 }
+    };
+    let writers: Vec<Writer> = (0..COUNT).map(&mut writer).collect();
+    let (graph, plan) = planned(&writers, 8, words, (0, words));
+    assert!(is_exact(&graph, &plan));
+    assert!(graph.graph.edge_count() < 64 * COUNT, "{}", graph.graph.edge_count());
+    assert!(plan.passes.len() > 100, "{}", plan.passes.len());
+}
+
+#[test]
+fn more_parts_than_are_told_apart_keep_more_and_say_so() {
+    const COUNT: u64 = 1200;
+    // Each writes words of its own with the one toggle. The two oldest write the same: the older is never seen.
+    let when = |on: bool| Some((0, on));
+    let alone = |at: u64| Writer { range: (2 * at + 1, 1), toggle: when(true), loads: false };
+    let writers: Vec<Writer> = std::iter::once(alone(0)).chain((0..COUNT).map(alone)).collect();
+    let (graph, plan) = planned(&writers, 1, 2 * COUNT + 1, (0, 2 * COUNT + 1));
+    assert!(!is_exact(&graph, &plan));
+    assert_eq!(plan.passes.len() as u64, COUNT + 3);
+    let hidden = plan.passes.iter().find(|pass| pass.name == "p00000").expect("kept");
+    assert!(matches!(hidden.reason, KeepReason::MayBeReadBy(..)));
+    let why = plan.why_kept(hidden.handle);
+    assert!(
+        why[0].starts_with("end reads a, perhaps nothing of it") && why[1] == "it has a side effect",
+        "{why:?}"
+    );
+    assert_eq!(verify(&plan, &PlanOptions::new(64, 64)), Vec::new());
+    // With fewer it is culled.
+    let (graph, plan) = planned(&writers[..400], 1, 2 * COUNT + 1, (0, 2 * COUNT + 1));
+    assert!(is_exact(&graph, &plan) && plan.culled.contains_key("p00000"));
+}

@@ -1,0 +1,346 @@
+//! What the configurations of a pipeline reach: every program of every pass, with all values that its axes can have.
+//!
+//! Each configuration is loaded in full, so what a load checks (bindings, blocks and their members, contracts with the
+//! host, the union of a pass's variants) holds for every one of them. Their shader variants are kept apart as a list of
+//! products: a value of one axis is only combined with a value of another where some configuration does so.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::configurations::{self, Configurations, FreeAxis};
+use crate::check::Job;
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
+use crate::document::{self, Document};
+use crate::pipeline::{Absent, Choice, Modules, lacking, load_sharing};
+use crate::shader::permutations::Count;
+use crate::shader::{self, AxisValue, AxisValues};
+use crate::source::{Sources, Span};
+
+/// Values that axes can have together: each value of one with each of the others.
+pub type AxisProduct = BTreeMap<String, Vec<AxisValue>>;
+
+/// What the configurations reach.
+#[derive(Clone, Debug, Default)]
+pub struct Reached {
+    /// The programs, in the order of the first pass that wants each.
+    pub programs: Vec<ReachedProgram>,
+    /// The number of configurations for which the programs stand. It is a lower bound where numbers and lists were tried
+    /// with some of their values, or passes have too many states.
+    pub configurations: Count,
+    /// How many of them were loaded: all, or as many as show every pass in all its states.
+    pub loaded: usize,
+    /// The number of loaded ones in which values of parameters do not go together, so that nobody can use them.
+    pub refused: usize,
+}
+
+/// A program with the variants that configurations reach.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ReachedProgram {
+    /// The passes.
+    pub passes: Vec<String>,
+    /// The template.
+    pub template: String,
+    /// The values; no two products have a variant in common. An axis that a product does not name can have any value.
+    pub products: Vec<AxisProduct>,
+    /// Axes that have these values together with any others, whether or not a configuration gives them together, since
+    /// what they depend on has too many values to try each; with the expression that yields them.
+    pub assumed: BTreeMap<String, String>,
+    /// Where the first pass names the template.
+    pub place: Span,
+}
+
+/// Which configurations count.
+#[derive(Clone, Copy, Debug)]
+pub enum Configured<'a> {
+    /// Every one that can differ in shaders or passes.
+    All,
+    /// One.
+    One(&'a Choice),
+}
+
+/// Loads the configurations of a document one after the other.
+///
+/// Findings of shaders themselves are left to the proof of all variants ([`crate::shader::permutations`]); each other
+/// finding is reported once, with the settings that show it.
+///
+/// A node kind or an expression can refuse values that are each within their range: four cascades with three distances.
+/// Where only features are switched that is an error, since features can say what they require and exclude. Where a
+/// parameter is involved it is a note: whoever chooses such values is told so then, and no shader is reached; these
+/// configurations are counted apart.
+pub fn reach(
+    document: &Document,
+    job: &Job<'_>,
+    configured: Configured<'_>,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> Reached {
+    let Configurations { choices, number, sampled, exact, free } = match configured {
+        Configured::All => configurations::enumerate(document, job.templates, job.profile),
+        Configured::One(choice) => {
+            let number = Count { number: 1, exact: true };
+            Configurations { choices: vec![choice.clone()], number, ..Configurations::default() }
+        }
+    };
+    let mut modules = Modules::proven_elsewhere();
+    let mut known = BTreeSet::new();
+    let mut refused = Refused::default();
+    let mut present = BTreeSet::new();
+    for (at, choice) in choices.iter().enumerate() {
+        let wanted = modules.wanted.len();
+        let mut own = Diagnostics::new();
+        let Job { registry, templates, profile, .. } = job;
+        modules.present.clear();
+        let loaded =
+            load_sharing(document, registry, templates, profile, choice, sources, &mut own, &mut modules);
+        if loaded.is_none() {
+            diagnostics.extend(own);
+            return Reached::default();
+        }
+        let key = |finding: &Diagnostic| (finding.code, finding.place.clone(), finding.message.clone());
+        // What is known already is no matter of these values.
+        let new: Vec<Diagnostic> = own.into_iter().filter(|finding| !known.contains(&key(finding))).collect();
+        let do_not_fit = new.iter().any(is_about_values);
+        if do_not_fit {
+            modules.wanted.truncate(wanted);
+        }
+        // The first is the default, or what the caller asked for: that has to work.
+        if do_not_fit && at > 0 && !choice.parameters.is_empty() {
+            refused.add(new, choice);
+            continue;
+        }
+        present.append(&mut modules.present);
+        for mut finding in new {
+            if known.insert(key(&finding)) {
+                if let (Configured::All, Some(settings)) = (configured, describe(choice)) {
+                    finding = finding.related(Place::Nowhere, format!("with {settings}"));
+                }
+                diagnostics.push(finding);
+            }
+        }
+    }
+    modules.absent.retain(|entry, _| !present.contains(entry));
+    if matches!(configured, Configured::All) {
+        diagnostics.extend(unproven(document, job, &modules, exact));
+    }
+    let programs = programs(job, &modules, &free, sampled);
+    let (loaded, number_refused) = (choices.len(), refused.configurations);
+    diagnostics.extend(refused.notes());
+    Reached { programs, configurations: number, loaded, refused: number_refused }
+}
+
+/// The findings about passes that no configuration has. Where it is shown that there is none, the pass is of no use;
+/// else it may be there for somebody, and nothing of it is proven.
+fn unproven<'a>(
+    document: &'a Document,
+    job: &'a Job<'_>,
+    modules: &'a Modules,
+    exact: bool,
+) -> impl Iterator<Item = Diagnostic> + 'a {
+    let features = document.root.get("features").and_then(document::Value::entries).unwrap_or_default();
+    // What one profile has no room for, another may have.
+    let is_less = features.iter().any(|entry| lacking(entry, features, job.profile).is_some());
+    modules.absent.values().filter_map(move |absent| {
+        let Absent { name, decided_by, condition, pointer } = absent;
+        let never = exact
+            || condition.as_ref().is_some_and(|condition| {
+                configurations::cannot_hold(document, job.templates, job.profile, condition)
+            });
+        let code = shader::codes::PASS_UNPROVEN;
+        let finding = if never {
+            let message = format!("no configuration has the pass \"{name}\"");
+            let help = "the declared features and parameters never make its condition hold: correct the condition or the \
+                        declarations, or remove the pass";
+            Diagnostic::warning(code, *decided_by, message).help(help)
+        } else {
+            let message = format!(
+                "the pass \"{name}\" is in none of the configurations that were tried, so its shaders are not proven"
+            );
+            let help = "name a configuration that has it: a preset is always tried; or declare smaller ranges and fewer \
+                        features for its condition; --set NAME=VALUE proves one configuration";
+            Diagnostic::error(code, *decided_by, message).help(help)
+        };
+        (!never || !is_less).then(|| finding.pointer(pointer.as_str()))
+    })
+}
+
+/// Configurations whose values do not go together: what is said of each place, and how often.
+#[derive(Default)]
+struct Refused {
+    configurations: usize,
+    found: BTreeMap<(&'static str, Place), (Diagnostic, usize)>,
+}
+
+impl Refused {
+    fn add(&mut self, findings: Vec<Diagnostic>, choice: &Choice) {
+        self.configurations += 1;
+        for finding in findings.into_iter().filter(is_about_values) {
+            let key = (finding.code.id, finding.place.clone());
+            let with = || match describe(choice) {
+                Some(settings) => finding.related(Place::Nowhere, format!("with {settings}")),
+                None => finding,
+            };
+            self.found.entry(key).or_insert_with(|| (with(), 0)).1 += 1;
+        }
+    }
+
+    fn notes(self) -> impl Iterator<Item = Diagnostic> {
+        self.found.into_values().map(|(finding, number)| {
+            let note = Diagnostic { severity: Severity::Note, ..finding };
+            match number {
+                0 | 1 => note,
+                2 => note.related(Place::Nowhere, "the same in one further configuration"),
+                _ => {
+                    note.related(Place::Nowhere, format!("the same in {} further configurations", number - 1))
+                }
+            }
+        })
+    }
+}
+
+/// Whether a finding says that values do not go together: one of a node kind, or of an expression over them. A user who
+/// chooses them is told so; no shader is reached.
+fn is_about_values(finding: &Diagnostic) -> bool {
+    let id = finding.code.id;
+    let of_engine = codes::ALL.iter().chain(shader::codes::ALL).any(|code| code.id == id);
+    let of_values = [
+        codes::EXPRESSION_ARITHMETIC,
+        codes::SETTING_RANGE,
+        codes::SETTING_ORDER,
+        codes::FEATURE_CONFLICT,
+        codes::FEATURE_GROUP,
+    ];
+    finding.severity == Severity::Error && (!of_engine || of_values.iter().any(|code| code.id == id))
+}
+
+fn describe(choice: &Choice) -> Option<String> {
+    let settings: Vec<String> = choice
+        .features
+        .iter()
+        .chain(&choice.parameters)
+        .map(|setting| format!("{}={}", setting.name, setting.value.to_json()))
+        .collect();
+    (!settings.is_empty()).then(|| settings.join(", "))
+}
+
+/// The programs that loads asked for; `spread` combines all values, where configurations were left out.
+fn programs(job: &Job<'_>, modules: &Modules, free: &[FreeAxis], spread: bool) -> Vec<ReachedProgram> {
+    let mut order: Vec<(&str, &str)> = Vec::new();
+    let mut reached: BTreeMap<(&str, &str), (BTreeSet<AxisValues>, Span)> = BTreeMap::new();
+    for wanted in &modules.wanted {
+        let key = (wanted.pass.as_str(), wanted.chosen.template.as_str());
+        let entry = reached.entry(key).or_insert_with(|| {
+            order.push(key);
+            (BTreeSet::new(), wanted.place)
+        });
+        for values in wanted.chosen.variants() {
+            // What breaks a constraint has its finding from the load.
+            if let Ok(mut values) = shader::complete(job.templates, &wanted.chosen.template, &values) {
+                values.retain(|name, _| !free_in(free, &wanted.pass).any(|axis| axis.name == *name));
+                entry.0.insert(values);
+            }
+        }
+    }
+    let mut programs: Vec<ReachedProgram> = Vec::new();
+    for key in order {
+        let Some((variants, place)) = reached.remove(&key).filter(|(variants, _)| !variants.is_empty())
+        else {
+            continue;
+        };
+        let free: Vec<&FreeAxis> = free_in(free, key.0).collect();
+        let mut products = products(&variants, spread);
+        let mut assumed = BTreeMap::new();
+        for axis in job.templates.axes(key.1).into_iter().flat_map(shader::Axes::iter) {
+            let of_axis: Vec<&&FreeAxis> = free.iter().filter(|each| each.name == axis.name).collect();
+            // Of a number that is only a size the ends are proven, whatever it follows.
+            let Some(first) = of_axis.first().filter(|_| !axis.ends) else { continue };
+            assumed.insert(axis.name.clone(), first.reason.clone());
+            let Some(values) = of_axis.iter().map(|each| each.values.as_ref()).collect::<Option<Vec<_>>>()
+            else {
+                continue;
+            };
+            // A value that the axis does not have is an error of the configuration, and no variant.
+            let values: BTreeSet<AxisValue> =
+                values.into_iter().flatten().filter(|value| axis.kind.contains(value)).cloned().collect();
+            for product in &mut products {
+                product.insert(axis.name.clone(), values.iter().cloned().collect());
+            }
+        }
+        let alike = programs.iter_mut().find(|program| {
+            program.template == key.1 && program.products == products && program.assumed == assumed
+        });
+        match alike {
+            Some(program) => program.passes.push(key.0.to_owned()),
+            None => programs.push(ReachedProgram {
+                passes: vec![key.0.to_owned()],
+                template: key.1.to_owned(),
+                products,
+                assumed,
+                place,
+            }),
+        }
+    }
+    programs
+}
+
+/// The free axes of a pass.
+fn free_in<'f>(free: &'f [FreeAxis], pass: &'f str) -> impl Iterator<Item = &'f FreeAxis> {
+    let outermost = pass.split('.').next().unwrap_or(pass);
+    free.iter().filter(move |axis| axis.pass.as_deref().is_none_or(|owner| owner == outermost))
+}
+
+/// The variants as disjoint products.
+fn products(variants: &BTreeSet<AxisValues>, spread: bool) -> Vec<AxisProduct> {
+    type Product = BTreeMap<String, BTreeSet<AxisValue>>;
+    let single = |values: &AxisValues| -> Product {
+        values.iter().map(|(name, value)| (name.clone(), [value.clone()].into())).collect()
+    };
+    let mut products: BTreeSet<Product> = variants.iter().map(single).collect();
+    let names: BTreeSet<&String> = variants.iter().flat_map(BTreeMap::keys).collect();
+    if spread {
+        let mut all = Product::new();
+        for (name, values) in products.into_iter().flatten() {
+            all.entry(name).or_default().extend(values);
+        }
+        products = [all].into();
+    } else {
+        for name in names {
+            let mut alike: BTreeMap<Product, BTreeSet<AxisValue>> = BTreeMap::new();
+            for mut product in products {
+                let values = product.remove(name).unwrap_or_default();
+                alike.entry(product).or_default().extend(values);
+            }
+            products = alike
+                .into_iter()
+                .map(|(mut product, values)| {
+                    product.insert(name.clone(), values);
+                    product
+                })
+                .collect();
+        }
+    }
+    products
+        .into_iter()
+        .map(|product| {
+            product.into_iter().map(|(name, values)| (name, values.into_iter().collect())).collect()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn variants(list: &[(bool, i64)]) -> BTreeSet<AxisValues> {
+        list.iter()
+            .map(|(a, b)| [("a".to_owned(), (*a).into()), ("b".to_owned(), (*b).into())].into())
+            .collect()
+    }
+
+    #[test]
+    fn variants_that_form_a_product_are_one_and_others_stay_apart() {
+        assert_eq!(products(&variants(&[(false, 1), (false, 2), (true, 1), (true, 2)]), false).len(), 1);
+        let three = products(&variants(&[(false, 1), (false, 2), (true, 1)]), false);
+        let size = |product: &AxisProduct| product.values().map(Vec::len).product::<usize>();
+        assert_eq!(three.iter().map(size).sum::<usize>(), 3, "{three:?}");
+        assert_eq!(products(&variants(&[(false, 1), (true, 2)]), true).iter().map(size).sum::<usize>(), 4);
+    }
+}

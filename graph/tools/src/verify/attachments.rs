@@ -1,0 +1,160 @@
+//! Whether attachments are those that the passes declare, and what is said about them holds.
+
+use std::collections::HashMap;
+
+use super::{FaultKind, Faults};
+use crate::compiler::{Plan, PlannedAttachment, PlannedPass, StoreOperation};
+use crate::language::Lifetime;
+use crate::pipeline::Usage;
+use crate::work::{AttachmentTarget, LoadOperation, RenderWork, ResourceHandle, Work};
+
+/// Checks the attachments, their marks and the groups of passes.
+pub(super) fn check(plan: &Plan, faults: &mut Faults) {
+    let mut users: HashMap<ResourceHandle, Vec<usize>> = HashMap::new();
+    for (at, planned) in plan.passes.iter().enumerate() {
+        for one in &plan.pipeline.pass(planned.handle).uses {
+            users.entry(one.resource).or_default().push(at);
+        }
+    }
+    for (at, planned) in plan.passes.iter().enumerate() {
+        let declared: Vec<(AttachmentTarget, &'static str, bool)> =
+            match &plan.pipeline.pass(planned.handle).work {
+                Work::Render(render) => declared(render),
+                _ => Vec::new(),
+            };
+        let attachments: Vec<&PlannedAttachment> =
+            planned.color.iter().chain(&planned.depth).chain(&planned.stencil).collect();
+        let same = attachments.len() == declared.len()
+            && attachments.iter().zip(&declared).all(|(planned, (declared, ..))| {
+                planned.target == *declared
+                    && plan
+                        .pipeline
+                        .resources
+                        .get(planned.target.resource.index())
+                        .is_some_and(|one| one.name == planned.resource)
+            });
+        if !same {
+            faults.add(
+                FaultKind::AttachmentsDiffer,
+                format!("the attachments of \"{}\" are not those that it declares", planned.name),
+            );
+            continue;
+        }
+        for (attachment, (_, load, discard)) in attachments.iter().zip(&declared) {
+            if word(&attachment.load) != *load {
+                faults.add(
+                    FaultKind::LoadDiffers,
+                    format!("\"{}\" declares {load} for \"{}\"", planned.name, attachment.resource),
+                );
+            }
+            if *discard && attachment.store == StoreOperation::Store {
+                faults.add(
+                    FaultKind::StoreDiffers,
+                    format!("\"{}\" declares that \"{}\" is thrown away", planned.name, attachment.resource),
+                );
+            }
+            if attachment.transient_attachment && !stays(plan, planned, attachment, at, &users) {
+                faults.add(
+                    FaultKind::TransientAttachmentLeaves,
+                    format!("\"{}\" does not stay in \"{}\"", attachment.resource, planned.name),
+                );
+            }
+        }
+    }
+    check_groups(plan, faults);
+}
+
+/// The declared attachments in order, each with its load operation as a word, and whether it is thrown away.
+fn declared(render: &RenderWork) -> Vec<(AttachmentTarget, &'static str, bool)> {
+    let color = render.color.iter().map(|one| (one.target, word(&one.load), one.discard));
+    let depth = render.depth.iter().map(|one| (one.target, word(&one.load), one.discard));
+    let stencil = render.stencil.iter().map(|one| (one.target, word(&one.load), one.discard));
+    color.chain(depth).chain(stencil).collect()
+}
+
+fn word<T>(load: &LoadOperation<T>) -> &'static str {
+    match load {
+        LoadOperation::Load => "load",
+        LoadOperation::Clear(_) => "clear",
+        LoadOperation::Discard => "discard",
+    }
+}
+
+/// Whether nothing of an attachment comes into its pass or leaves it.
+fn stays(
+    plan: &Plan,
+    planned: &PlannedPass,
+    attachment: &PlannedAttachment,
+    at: usize,
+    users: &HashMap<ResourceHandle, Vec<usize>>,
+) -> bool {
+    let handle = attachment.target.resource;
+    let sampled = plan.pipeline.pass(planned.handle).uses.iter().any(|one| {
+        one.resource == handle
+            && matches!(
+                one.usage,
+                Usage::Sampled
+                    | Usage::StorageRead
+                    | Usage::StorageWrite
+                    | Usage::StorageReplace
+                    | Usage::StorageReadWrite
+                    | Usage::CopySource
+                    | Usage::CopyDestination
+                    | Usage::CopyDestinationLoad
+                    | Usage::CopyDestinationRows
+            )
+    });
+    attachment.store == StoreOperation::Discard
+        && word(&attachment.load) != "load"
+        && plan.pipeline.resource(handle).lifetime() == Lifetime::Transient
+        && !sampled
+        && users.get(&handle).is_none_or(|list| list.iter().all(|user| *user == at))
+}
+
+/// Passes of one group follow one another, have the same toggle, attach the same, load it, and share nothing else that one of them writes.
+fn check_groups(plan: &Plan, faults: &mut Faults) {
+    let mut start = 0;
+    while start < plan.passes.len() {
+        let first = &plan.passes[start];
+        let end = (start..plan.passes.len())
+            .find(|at| plan.passes[*at].group != first.group)
+            .unwrap_or(plan.passes.len());
+        if start > 0 && plan.passes[start - 1].group >= first.group {
+            faults.add(
+                FaultKind::GroupBroken,
+                format!("the group of \"{}\" is not one run of passes", first.name),
+            );
+        }
+        let targets = |pass: &PlannedPass| {
+            let color: Vec<AttachmentTarget> = pass.color.iter().map(|one| one.target).collect();
+            let rest = [&pass.depth, &pass.stencil];
+            (color, rest.map(|one| one.as_ref().map(|one| one.target)))
+        };
+        let mut others: HashMap<ResourceHandle, (bool, usize)> = HashMap::new();
+        for (offset, pass) in plan.passes[start..end].iter().enumerate() {
+            let condition = |pass: &PlannedPass| plan.pipeline.pass(pass.handle).condition;
+            let mut broken = offset > 0
+                && (targets(pass) != targets(first)
+                    || condition(pass) != condition(first)
+                    || pass.attachments().next().is_none()
+                    || pass.attachments().any(|one| word(&one.load) != "load"));
+            for one in &plan.pipeline.pass(pass.handle).uses {
+                let attached = first.attachments().any(|other| other.target.resource == one.resource);
+                let as_attachment = one.usage.is_attachment();
+                broken |= end - start > 1 && attached != as_attachment;
+                if !as_attachment {
+                    let (written, by) = others.entry(one.resource).or_insert((false, offset));
+                    broken |= *by != offset && (*written || one.usage.writes());
+                    *written |= one.usage.writes();
+                }
+            }
+            if broken {
+                faults.add(
+                    FaultKind::GroupBroken,
+                    format!("\"{}\" cannot join the render pass of \"{}\"", pass.name, first.name),
+                );
+            }
+        }
+        start = end;
+    }
+}

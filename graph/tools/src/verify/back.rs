@@ -1,0 +1,149 @@
+//! Who feeds whom in some of very many states of toggles.
+//!
+//! Instead of playing a region in each state, it is gone back from where it is read, or from the end of the frame, with
+//! what has to hold for that: a writer whose toggle contradicts it is not there; one that is there is seen; one that can
+//! be off is passed in the frames in which it is off, which has to hold from there on.
+//!
+//! Cost: for each planned pass that says that another reads it the regions that both touch, until one shows it; at worst
+//! all writers of those. For what outlives the frame all writers of all regions.
+
+use std::collections::HashSet;
+
+use rustc_hash::FxHashSet;
+
+use super::Schedule;
+use super::contents::{Event, Flow, covers, drops};
+use crate::compiler::{KeepReason, Plan};
+use crate::language::Lifetime;
+use crate::pipeline::Condition;
+use crate::work::{PassHandle, ResourceHandle};
+
+/// Adds to a flow what is fed of one resource. `events` are its uses by planned passes in their order, then by others.
+pub(super) fn look(
+    plan: &Plan,
+    schedule: &Schedule,
+    handle: ResourceHandle,
+    events: &[Event<'_>],
+    regions: usize,
+    flow: &mut Flow,
+) {
+    let live = events.iter().take_while(|event| schedule.of(event.pass).is_some()).count();
+    let mut writers: Vec<Vec<usize>> = vec![Vec::new(); regions];
+    for (at, event) in events[..live].iter().enumerate().filter(|(_, event)| event.one.usage.writes()) {
+        for region in &event.regions {
+            writers[*region].push(at);
+        }
+    }
+    let conditions = events.iter().map(|event| {
+        let pass = plan.pipeline.pass(event.pass);
+        pass.condition.iter().chain(&event.one.when).copied().collect()
+    });
+    let look = Look { plan, schedule, handle, events, conditions: conditions.collect(), writers: &writers };
+    for planned in &plan.passes {
+        let KeepReason::ReadBy(reader, resource) = planned.reason else { continue };
+        if resource == handle && look.is_seen(planned.handle, reader) {
+            flow.feeds.insert((planned.handle, reader, handle));
+        }
+    }
+    let resource = plan.pipeline.resource(handle);
+    if resource.lifetime() != Lifetime::Transient {
+        let left = (0..regions).flat_map(|region| look.left(region));
+        match resource.history {
+            Some(_) => flow.carried.entry(handle).or_default().extend(left),
+            None => flow.lasting.extend(left),
+        }
+    }
+}
+
+struct Look<'a> {
+    plan: &'a Plan,
+    schedule: &'a Schedule,
+    handle: ResourceHandle,
+    events: &'a [Event<'a>],
+    /// In which frames each of them happens.
+    conditions: Vec<Vec<Condition>>,
+    /// For each region the uses that write it, in their order.
+    writers: &'a [Vec<usize>],
+}
+
+/// What has to hold in the frames of a look.
+struct Known(FxHashSet<Condition>);
+
+impl Known {
+    /// Whether something with these conditions never happens.
+    fn contradicts(&self, conditions: &[Condition]) -> bool {
+        conditions.iter().any(|one| self.0.contains(&Condition { on: !one.on, ..*one }))
+    }
+
+    /// Goes on to the frames in which something does not happen; whether there are any.
+    fn pass(&mut self, conditions: &[Condition]) -> bool {
+        let open: Vec<&Condition> = conditions.iter().filter(|one| !self.0.contains(one)).collect();
+        if let [one] = open[..] {
+            self.0.insert(Condition { on: !one.on, ..*one });
+        }
+        !open.is_empty()
+    }
+}
+
+impl Look<'_> {
+    /// Whether a reader finds in some state what a pass wrote.
+    fn is_seen(&self, writer: PassHandle, reader: PassHandle) -> bool {
+        let limit = self.schedule.of(reader);
+        let written: HashSet<usize> = self
+            .events
+            .iter()
+            .filter(|event| event.pass == writer && event.one.usage.writes())
+            .flat_map(|event| event.regions.iter().copied())
+            .collect();
+        let reads = (0..self.events.len())
+            .filter(|at| self.events[*at].pass == reader && self.events[*at].one.usage.reads());
+        for at in reads {
+            let (read, conditions) = (&self.events[at], &self.conditions[at]);
+            for region in read.regions.iter().filter(|region| written.contains(region)) {
+                let mut known = Known(conditions.iter().copied().collect());
+                if known.contradicts(conditions) {
+                    break;
+                }
+                let list = &self.writers[*region];
+                let before = list.partition_point(|at| self.schedule.of(self.events[*at].pass) < limit);
+                for at in list[..before].iter().rev() {
+                    let (event, conditions) = (&self.events[*at], &self.conditions[*at]);
+                    if known.contradicts(conditions) {
+                        continue;
+                    }
+                    if event.pass == writer && !drops(self.plan, self.schedule, event) {
+                        return true;
+                    }
+                    if !known.pass(conditions) {
+                        break;
+                    }
+                }
+            }
+        }
+        false
+    }
+
+    /// The passes of which something is left in a region at the end of the frame in some state.
+    fn left(&self, region: usize) -> Vec<PassHandle> {
+        let mut known = Known(FxHashSet::default());
+        let mut left = Vec::new();
+        let list = &self.writers[region];
+        let loads: Vec<(PassHandle, bool)> =
+            list.iter().map(|at| (self.events[*at].pass, self.events[*at].one.usage.reads())).collect();
+        for at in list.iter().rev() {
+            let (event, conditions) = (&self.events[*at], &self.conditions[*at]);
+            if known.contradicts(conditions) {
+                continue;
+            }
+            let is_dropped = drops(self.plan, self.schedule, event);
+            if !is_dropped {
+                left.push(event.pass);
+            }
+            let hides = is_dropped || covers(self.plan, self.handle, event.pass, &loads);
+            if hides && !known.pass(conditions) {
+                break;
+            }
+        }
+        left
+    }
+}

@@ -1,0 +1,660 @@
+//! Plays a frame through, region by region.
+//!
+//! A resource is cut into regions so that every use covers whole regions: at each mip, layer and byte where some use
+//! begins or ends, and into depth and stencil where a use tells them apart. For each region the player knows which pass
+//! wrote it last, or that it was dropped. Then:
+//!
+//! - a read of the newest version has to come after every write of the region by another pass;
+//! - a read of the version of a named pass has to find what that pass, or the last writer before it, left;
+//! - a part that is read has to be written in at least one region, and dropped in none;
+//! - at the end nothing of what outlives the frame may be dropped;
+//! - an earlier frame of a history holds what was left then, and this frame's nothing; where a planned pass reads
+//!   earlier frames, what this frame leaves must have all of its writers;
+//! - two writers of a region have to be ordered by data, by `after` or by a named version, unless the first of them is
+//!   the only one that does not load. An order found for one resource may explain that of another.
+//!
+//! Where passes that use a resource have toggles, its frame is played through in every state of those toggles, with the
+//! passes and uses of that state only. With more than [`MAXIMUM_TOGGLES`] of them it is played with all on, all off, and
+//! each alone, as far as [`MAXIMUM_WORK`] goes; who feeds whom in the other states is found by going `back`.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+use super::{FaultKind, Faults, Schedule, back, unfed};
+use crate::compiler::{Plan, StoreOperation};
+use crate::language::Lifetime;
+use crate::pipeline::{Aspect, Part, Run, Usage, Use, Version};
+use crate::work::{PassHandle, ResourceHandle, Work};
+
+/// The most toggles of which every combination is tried for one resource.
+const MAXIMUM_TOGGLES: usize = 6;
+/// About how many regions are gone over to play one resource in some of many states.
+const MAXIMUM_WORK: usize = 1 << 22;
+
+/// Who feeds whom.
+pub(super) struct Flow {
+    /// Writer, reader and resource.
+    pub(super) feeds: HashSet<(PassHandle, PassHandle, ResourceHandle)>,
+    /// The passes of whose writes something outlives the frame.
+    pub(super) lasting: BTreeSet<PassHandle>,
+    /// By history the passes of whose writes something is left for later frames.
+    pub(super) carried: HashMap<ResourceHandle, BTreeSet<PassHandle>>,
+}
+
+/// What a region holds.
+#[derive(Clone, Copy, PartialEq)]
+enum Content {
+    Nothing,
+    Written(PassHandle),
+    Dropped(PassHandle),
+}
+
+/// One use with its pass and the regions that it covers.
+pub(super) struct Event<'a> {
+    pub(super) pass: PassHandle,
+    pub(super) one: &'a Use,
+    pub(super) regions: Vec<usize>,
+}
+
+/// Regions of one resource: the product of what the uses tell apart in mips, layers, aspects and bytes.
+pub(super) struct Regions {
+    axes: [Axis; 4],
+}
+
+/// One direction in which a resource is cut: at each place where some use begins or ends, and the rest.
+struct Axis {
+    cuts: Vec<u64>,
+}
+
+impl Axis {
+    fn new(runs: impl Iterator<Item = Option<(u64, u64)>>) -> Self {
+        let cuts: BTreeSet<u64> = runs.flatten().flat_map(|(first, end)| [first, end]).collect();
+        Self { cuts: cuts.into_iter().collect() }
+    }
+
+    /// The pieces between the cuts, and one more for the rest.
+    fn count(&self) -> usize {
+        self.cuts.len().max(1)
+    }
+
+    /// What a piece covers: the last all that no use names.
+    fn piece(&self, at: usize) -> Vec<(u64, u64)> {
+        match (self.cuts.get(at), self.cuts.get(at + 1)) {
+            (Some(first), Some(end)) => vec![(*first, *end)],
+            (Some(last), None) => vec![(0, self.cuts[0]), (*last, u64::MAX)],
+            _ => vec![(0, u64::MAX)],
+        }
+    }
+
+    fn of(&self, run: Option<(u64, u64)>) -> std::ops::Range<usize> {
+        let at = |cut: u64| self.cuts.partition_point(|known| *known < cut);
+        run.map_or(0..self.count(), |(first, end)| at(first)..at(end))
+    }
+}
+
+/// What a part covers in each direction; nothing said means everything.
+pub(super) fn extents(part: Part) -> [Option<(u64, u64)>; 4] {
+    let aspect = match part.aspect {
+        Aspect::All => None,
+        Aspect::DepthOnly => Some((0, 1)),
+        Aspect::StencilOnly => Some((1, 2)),
+    };
+    [
+        part.mip.map(|run| (u64::from(run.first), run.end())),
+        part.layer.map(|run| (u64::from(run.first), run.end())),
+        aspect,
+        part.bytes.map(|run| (run.first, run.end())),
+    ]
+}
+
+impl Regions {
+    fn new<'a>(uses: impl Iterator<Item = &'a Use> + Clone) -> Self {
+        let axis = |at: usize| Axis::new(uses.clone().map(move |one| extents(one.part)[at]));
+        let mut axes = [axis(0), axis(1), axis(2), axis(3)];
+        // Beside depth and stencil there is nothing: the second piece is the rest.
+        if !axes[2].cuts.is_empty() {
+            axes[2].cuts = vec![0, 1];
+        }
+        Self { axes }
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.axes.iter().map(Axis::count).product()
+    }
+
+    /// What a region covers in each direction.
+    pub(super) fn pieces(&self, mut region: usize) -> [Vec<(u64, u64)>; 4] {
+        let mut pieces = [const { Vec::new() }; 4];
+        for (axis, pieces) in self.axes.iter().zip(&mut pieces).rev() {
+            *pieces = axis.piece(region % axis.count());
+            region /= axis.count();
+        }
+        pieces
+    }
+
+    fn of(&self, part: Part) -> Vec<usize> {
+        let mut regions = vec![0];
+        for (axis, extent) in self.axes.iter().zip(extents(part)) {
+            let pieces = axis.of(extent);
+            regions = regions
+                .into_iter()
+                .flat_map(|region| pieces.clone().map(move |piece| region * axis.count() + piece))
+                .collect();
+        }
+        regions
+    }
+}
+
+/// Edges between passes that the document gives, by which writers can be ordered.
+struct Explained {
+    next: HashMap<PassHandle, Vec<PassHandle>>,
+}
+
+impl Explained {
+    fn add(&mut self, from: PassHandle, to: PassHandle) {
+        self.next.entry(from).or_default().push(to);
+    }
+
+    fn leads(&self, schedule: &Schedule, from: PassHandle, to: PassHandle) -> bool {
+        let mut seen = HashSet::from([from]);
+        let mut stack = vec![from];
+        while let Some(pass) = stack.pop() {
+            let list = self.next.get(&pass).map_or(&[][..], Vec::as_slice);
+            if list.contains(&to) {
+                return true;
+            }
+            for next in list {
+                // What runs later than the goal leads back to it only over a pass that is out of order.
+                let early = schedule.of(*next).is_none() || schedule.of(*next) < schedule.of(to);
+                if early && seen.insert(*next) {
+                    stack.push(*next);
+                }
+            }
+        }
+        false
+    }
+}
+
+/// Plays the frame of a plan through.
+pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Flow {
+    let pipeline = &plan.pipeline;
+    let mut flow = Flow { feeds: HashSet::new(), lasting: BTreeSet::new(), carried: HashMap::new() };
+    let mut explained = Explained { next: HashMap::new() };
+    for pass in pipeline.pass_handles() {
+        for before in &pipeline.pass(pass).after {
+            explained.add(*before, pass);
+        }
+    }
+    let by_name: HashMap<&str, PassHandle> =
+        pipeline.pass_handles().map(|pass| (pipeline.pass(pass).name.as_str(), pass)).collect();
+    let uses = plan.passes.iter().flat_map(|planned| &pipeline.pass(planned.handle).uses);
+    let histories = uses.filter_map(|one| pipeline.resource(one.resource).history);
+    let read_back = histories.filter(|history| history.back > 0).map(|history| history.of).collect();
+    let mut all: Vec<Vec<(PassHandle, &Use)>> = vec![Vec::new(); pipeline.resources.len()];
+    for pass in plan
+        .passes
+        .iter()
+        .map(|planned| planned.handle)
+        .chain(pipeline.pass_handles().filter(|pass| schedule.of(*pass).is_none()))
+    {
+        for one in &pipeline.pass(pass).uses {
+            all[one.resource.index()].push((pass, one));
+        }
+    }
+    let mut sequences: Vec<(ResourceHandle, Vec<(PassHandle, bool)>)> = Vec::new();
+    for handle in pipeline.resource_handles() {
+        let uses = &all[handle.index()];
+        if uses.is_empty() {
+            continue;
+        }
+        let regions = Regions::new(uses.iter().map(|(_, one)| *one));
+        let events: Vec<Event<'_>> = uses
+            .iter()
+            .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.part) })
+            .collect();
+        unfed::check(plan, schedule, handle, &events, &regions, faults);
+        let mut known: HashSet<(FaultKind, String)> = HashSet::new();
+        let single = has_single_first(plan, &events);
+        let (states, are_all) = states(plan, &events, regions.count());
+        if !are_all {
+            back::look(plan, schedule, handle, &events, regions.count(), &mut flow);
+        }
+        for state in states {
+            let happens = |event: &&Event<'_>| {
+                let pass = plan.pipeline.pass(event.pass);
+                pass.condition.iter().chain(&event.one.when).all(|condition| {
+                    // Sorted by toggle, and has those of all uses.
+                    state.binary_search(&(condition.toggle, condition.on)).is_ok()
+                })
+            };
+            let events: Vec<&Event<'_>> = events.iter().filter(happens).collect();
+            let mut found = Faults(Vec::new());
+            let mut player = Player {
+                plan,
+                schedule,
+                by_name: &by_name,
+                read_back: &read_back,
+                handle,
+                single,
+                state: &state,
+                flow: &mut flow,
+                explained: &mut explained,
+                faults: &mut found,
+            };
+            let played = player.play(&events, regions.count());
+            sequences.extend(played.into_iter().map(|sequence| (handle, sequence)));
+            for fault in found.0 {
+                if known.insert((fault.kind, fault.message.clone())) {
+                    faults.add(fault.kind, format!("{}{}", fault.message, in_words(plan, &state)));
+                }
+            }
+        }
+    }
+    sequences.sort();
+    sequences.dedup();
+    explain(plan, schedule, &mut explained, sequences, faults);
+    flow
+}
+
+/// Toggles, each with whether it is on.
+type State = Vec<(usize, bool)>;
+
+/// The states of the toggles on which the uses of a resource depend: one without toggles if there are none. Whether
+/// they are all of them.
+fn states(plan: &Plan, events: &[Event<'_>], regions: usize) -> (Vec<State>, bool) {
+    let toggles: BTreeSet<usize> = events
+        .iter()
+        .flat_map(|event| plan.pipeline.pass(event.pass).condition.iter().chain(&event.one.when))
+        .map(|condition| condition.toggle)
+        .collect();
+    let toggles: Vec<usize> = toggles.into_iter().collect();
+    let state = |is_on: &dyn Fn(usize) -> bool| -> State {
+        toggles.iter().enumerate().map(|(bit, toggle)| (*toggle, is_on(bit))).collect()
+    };
+    if toggles.len() <= MAXIMUM_TOGGLES {
+        let all = (0..1usize << toggles.len()).map(|off| state(&|bit| off & (1 << bit) == 0));
+        return (all.collect(), true);
+    }
+    // A read looks at the writers of each of its regions.
+    let written: usize =
+        events.iter().filter(|one| one.one.usage.writes()).map(|one| one.regions.len()).sum();
+    let each = 1 + written / regions.max(1);
+    let work = |event: &Event<'_>| event.regions.len() * if event.one.usage.reads() { each } else { 1 };
+    let work: usize = events.iter().map(work).sum::<usize>() + events.len() + regions;
+    let mut states = vec![state(&|_| true), state(&|_| false)];
+    for alone in 0..toggles.len().min(MAXIMUM_WORK / (2 * work)) {
+        states.extend([state(&|bit| bit == alone), state(&|bit| bit != alone)]);
+    }
+    (states, false)
+}
+
+fn in_words(plan: &Plan, state: &[(usize, bool)]) -> String {
+    if state.is_empty() {
+        return String::new();
+    }
+    let one = |(toggle, on): &(usize, bool)| {
+        let name = plan.pipeline.toggles.get(*toggle).map_or("", |toggle| toggle.name.as_str());
+        format!("\"{name}\" {}", if *on { "on" } else { "off" })
+    };
+    format!(", with {}", state.iter().map(one).collect::<Vec<_>>().join(", "))
+}
+
+struct Player<'a, 'b> {
+    plan: &'a Plan,
+    schedule: &'a Schedule,
+    by_name: &'a HashMap<&'a str, PassHandle>,
+    /// The histories of which planned passes read earlier frames.
+    read_back: &'a HashSet<ResourceHandle>,
+    handle: ResourceHandle,
+    /// Whether one writer of the resource is certain to be the first.
+    single: bool,
+    state: &'a [(usize, bool)],
+    flow: &'b mut Flow,
+    explained: &'b mut Explained,
+    faults: &'b mut Faults,
+}
+
+impl Player<'_, '_> {
+    /// Plays one resource through; for each region its writers in order, each with whether it loads.
+    fn play(&mut self, events: &[&Event<'_>], regions: usize) -> Vec<Vec<(PassHandle, bool)>> {
+        let resource = self.plan.pipeline.resource(self.handle);
+        let outlives = resource.lifetime() != Lifetime::Transient;
+        let lasting = outlives && resource.history.is_none_or(|history| history.back > 0);
+        let mut writers: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
+        let mut culled: Vec<Vec<(PassHandle, bool)>> = vec![Vec::new(); regions];
+        let is_live = |event: &Event<'_>| self.schedule.of(event.pass).is_some();
+        for event in events.iter().filter(|event| event.one.usage.writes()) {
+            let lists = if is_live(event) { &mut writers } else { &mut culled };
+            for region in &event.regions {
+                lists[*region].push((event.pass, event.one.usage.reads()));
+            }
+        }
+        // What need not find anything is the first where nothing else is.
+        for event in events.iter().filter(|event| event.one.usage == Usage::CopyDestinationRows) {
+            for region in &event.regions {
+                if writers[*region].iter().chain(&culled[*region]).all(|(_, loads)| *loads) {
+                    let list = if is_live(event) { &mut writers[*region] } else { &mut culled[*region] };
+                    list.iter_mut()
+                        .filter(|(pass, _)| *pass == event.pass)
+                        .for_each(|(_, loads)| *loads = false);
+                }
+            }
+        }
+        let mut content = vec![Content::Nothing; regions];
+        let mut at = 0;
+        let live = events.iter().take_while(|event| self.schedule.of(event.pass).is_some()).count();
+        while at < live {
+            let pass = events[at].pass;
+            let end = (at..live).find(|next| events[*next].pass != pass).unwrap_or(live);
+            for event in events[at..end].iter().filter(|event| event.one.usage.reads()) {
+                self.read(event, &content, &writers, &culled, lasting);
+            }
+            for event in events[at..end].iter().copied() {
+                let dropped = drops(self.plan, self.schedule, event);
+                for region in &event.regions {
+                    if dropped {
+                        content[*region] = Content::Dropped(pass);
+                    } else if event.one.usage.writes() {
+                        content[*region] = Content::Written(pass);
+                    }
+                }
+            }
+            at = end;
+        }
+        if outlives {
+            self.finish(&content, &writers);
+        }
+        if resource.history.is_some_and(|history| history.back == 0) && self.read_back.contains(&self.handle)
+        {
+            for (live, culled) in writers.iter().zip(&culled) {
+                if let Some(needed) = needed_but_culled(live, culled, self.single) {
+                    let (needed, resource) = self.names(needed);
+                    let message =
+                        format!("\"{resource}\" is read some frames later, but \"{needed}\" is culled");
+                    self.faults.add(FaultKind::CulledButNeeded, message);
+                }
+            }
+        }
+        // The order of one pass's several uses is no question.
+        writers.dedup();
+        writers.retain(|list| list.len() > 1);
+        writers
+    }
+
+    fn read(
+        &mut self,
+        event: &Event<'_>,
+        content: &[Content],
+        writers: &[Vec<(PassHandle, bool)>],
+        culled: &[Vec<(PassHandle, bool)>],
+        lasting: bool,
+    ) {
+        let (name, resource) = self.names(event.pass);
+        let own = self.schedule.of(event.pass);
+        let named = match &event.one.version {
+            Version::WrittenBy(name) => self.by_name.get(name.as_str()).copied(),
+            Version::Newest => None,
+        };
+        let mut fed = lasting || event.one.usage == Usage::CopyDestinationRows;
+        let mut wrong: Option<(FaultKind, String)> = None;
+        for region in &event.regions {
+            match content[*region] {
+                Content::Nothing => {}
+                Content::Dropped(by) => {
+                    let (by, _) = self.names(by);
+                    wrong = Some((
+                        FaultKind::ContentsDropped,
+                        format!("\"{name}\" needs \"{resource}\", which \"{by}\" does not store"),
+                    ));
+                }
+                Content::Written(by) => {
+                    fed = true;
+                    self.flow.feeds.insert((by, event.pass, self.handle));
+                }
+            }
+            let written = match content[*region] {
+                Content::Written(by) | Content::Dropped(by) => Some(by),
+                Content::Nothing => None,
+            };
+            if let Some(named) = named {
+                self.explained.add(named, event.pass);
+                // What the named pass left, or, where it wrote nothing, the last writer before it.
+                let limit = self.schedule.of(named);
+                let expected = writers[*region]
+                    .iter()
+                    .rev()
+                    .find(|(writer, _)| limit.is_some() && self.schedule.of(*writer) <= limit);
+                // A pass that is off in this state may be culled for all that this read knows.
+                let is_off = self
+                    .plan
+                    .pipeline
+                    .pass(named)
+                    .condition
+                    .is_some_and(|condition| self.state.contains(&(condition.toggle, !condition.on)));
+                // Nor can it say where in the order it would be if it writes other parts than this.
+                let elsewhere = !culled[*region].iter().any(|(writer, _)| *writer == named);
+                if limit.is_none() && (is_off || elsewhere) {
+                    continue;
+                }
+                if limit.is_none() {
+                    wrong = Some((
+                        FaultKind::CulledButNeeded,
+                        format!("\"{name}\" reads \"{resource}\" of a culled pass"),
+                    ));
+                } else if written != expected.map(|(writer, _)| *writer) {
+                    wrong = Some((
+                        FaultKind::WrongVersion,
+                        format!("\"{name}\" reads another version of \"{resource}\" than it asks for"),
+                    ));
+                }
+                for (later, _) in writers[*region]
+                    .iter()
+                    .filter(|(writer, _)| self.schedule.of(*writer) > limit && *writer != event.pass)
+                {
+                    self.explained.add(event.pass, *later);
+                }
+            } else if !event.one.usage.writes() {
+                let late = writers[*region]
+                    .iter()
+                    .find(|(writer, _)| *writer != event.pass && self.schedule.of(*writer) > own);
+                if let Some((late, _)) = late {
+                    let (late, _) = self.names(*late);
+                    wrong = Some((
+                        FaultKind::ReadTooEarly,
+                        format!("\"{name}\" reads \"{resource}\" before \"{late}\" writes it"),
+                    ));
+                }
+                if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region], self.single) {
+                    let (needed, _) = self.names(needed);
+                    wrong = Some((
+                        FaultKind::CulledButNeeded,
+                        format!("\"{name}\" reads \"{resource}\", but \"{needed}\" is culled"),
+                    ));
+                }
+                for (writer, _) in writers[*region].iter().filter(|(writer, _)| *writer != event.pass) {
+                    self.explained.add(*writer, event.pass);
+                }
+            } else if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region], self.single)
+                && written.is_none()
+            {
+                let (needed, _) = self.names(needed);
+                wrong = Some((
+                    FaultKind::CulledButNeeded,
+                    format!("\"{name}\" loads \"{resource}\", but \"{needed}\" is culled"),
+                ));
+            }
+        }
+        if !fed && !matches!(wrong, Some((FaultKind::ContentsDropped | FaultKind::CulledButNeeded, _))) {
+            self.faults.add(
+                FaultKind::ReadUnfed,
+                format!("\"{name}\" reads \"{resource}\", which nothing has written"),
+            );
+        }
+        if let Some((kind, message)) = wrong {
+            self.faults.add(kind, message);
+        }
+    }
+
+    /// What is left at the end of a resource that outlives the frame.
+    fn finish(&mut self, content: &[Content], writers: &[Vec<(PassHandle, bool)>]) {
+        for (region, content) in content.iter().enumerate() {
+            match content {
+                Content::Dropped(by) if self.throws_away(*by) => {}
+                Content::Dropped(by) => {
+                    let (by, resource) = self.names(*by);
+                    let message =
+                        format!("\"{resource}\" outlives the frame, but \"{by}\" does not store it");
+                    self.faults.add(FaultKind::OutputDropped, message);
+                }
+                // Storage and copies may leave texels as they were, and so may a draw to a layer for each view.
+                Content::Written(_) => {
+                    let is_history = self.plan.pipeline.resource(self.handle).history.is_some();
+                    for (writer, _) in writers[region].iter().rev() {
+                        if is_history {
+                            self.flow.carried.entry(self.handle).or_default().insert(*writer);
+                        } else {
+                            self.flow.lasting.insert(*writer);
+                        }
+                        if covers(self.plan, self.handle, *writer, &writers[region]) {
+                            break;
+                        }
+                    }
+                }
+                Content::Nothing => {}
+            }
+        }
+    }
+
+    /// Whether a pass says that it throws away what it leaves.
+    fn throws_away(&self, pass: PassHandle) -> bool {
+        let Work::Render(render) = &self.plan.pipeline.pass(pass).work else { return false };
+        let color = render.color.iter().map(|one| (one.target, one.discard));
+        let depth = render.depth.iter().map(|one| (one.target, one.discard));
+        let stencil = render.stencil.iter().map(|one| (one.target, one.discard));
+        let mut all = color.chain(depth).chain(stencil);
+        all.any(|(target, discard)| discard && target.resource == self.handle)
+    }
+
+    fn names(&self, pass: PassHandle) -> (String, String) {
+        (self.plan.pipeline.pass(pass).name.clone(), self.plan.pipeline.resource(self.handle).name.clone())
+    }
+}
+
+/// Whether a use is an attachment that the plan does not store.
+pub(super) fn drops(plan: &Plan, schedule: &Schedule, event: &Event<'_>) -> bool {
+    if !event.one.usage.is_attachment() {
+        return false;
+    }
+    let Some(planned) = schedule.of(event.pass).and_then(|at| plan.passes.get(at)) else {
+        return false;
+    };
+    let (depth, stencil) = (event.one.usage.is_depth(), event.one.usage.is_stencil());
+    let color = planned.color.iter().filter(|_| !depth && !stencil);
+    let depth = planned.depth.iter().filter(|_| depth);
+    color.chain(depth).chain(planned.stencil.iter().filter(|_| stencil)).any(|attachment| {
+        attachment.target.resource == event.one.resource
+            && event.one.part.mip == Some(Run::one(attachment.target.mip))
+            && event.one.part.layer == attachment.target.layer.map(Run::one)
+            && attachment.store == StoreOperation::Discard
+    })
+}
+
+/// Whether a pass clears or discards a region at its start, or says that it replaces it. `writers` are those of the
+/// region, each with whether it loads.
+pub(super) fn covers(
+    plan: &Plan,
+    resource: ResourceHandle,
+    pass: PassHandle,
+    writers: &[(PassHandle, bool)],
+) -> bool {
+    let loads = writers.iter().any(|(writer, loads)| *writer == pass && *loads);
+    let attached = plan.pipeline.pass(pass).uses.iter().any(|one| {
+        let texture = plan.pipeline.resource(resource).texture();
+        let one_layer = one.part.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
+        let attached = one.usage.writes() && one.usage.is_attachment() && one_layer;
+        one.resource == resource && (attached || one.usage == Usage::StorageReplace)
+    });
+    !loads && attached
+}
+
+/// Whether a resource has one writer that does not load, or two with opposite toggles: it runs first.
+fn has_single_first(plan: &Plan, events: &[Event<'_>]) -> bool {
+    let writers = |is_first: fn(Usage) -> bool| {
+        let writers =
+            events.iter().filter(move |event| event.one.usage.writes() && is_first(event.one.usage));
+        writers.map(|event| event.pass).collect::<Vec<PassHandle>>()
+    };
+    let mut first = writers(|usage| !usage.reads());
+    if first.is_empty() {
+        first = writers(|usage| usage == Usage::CopyDestinationRows);
+    }
+    let condition = |pass: PassHandle| plan.pipeline.pass(pass).condition;
+    match first[..] {
+        [_] => true,
+        [a, b] => condition(a).zip(condition(b)).is_some_and(|(a, b)| a.toggle == b.toggle && a.on != b.on),
+        _ => false,
+    }
+}
+
+/// A culled writer whose result the newest version contains, as far as that is certain: one that loads what nothing
+/// wrote afresh, or a single first one did, or the only one that does not load, if no live writer starts afresh after
+/// it.
+fn needed_but_culled(
+    live: &[(PassHandle, bool)],
+    culled: &[(PassHandle, bool)],
+    single: bool,
+) -> Option<PassHandle> {
+    let fresh_live = live.iter().filter(|(_, loads)| !loads).count();
+    let fresh_culled = culled.iter().filter(|(_, loads)| !loads).count();
+    culled
+        .iter()
+        .find(|(_, loads)| match loads {
+            true => fresh_live + fresh_culled <= usize::from(single),
+            false => fresh_live == 0,
+        })
+        .map(|(pass, _)| *pass)
+}
+
+/// Looks for what orders each pair of neighbouring writers, until nothing changes.
+fn explain(
+    plan: &Plan,
+    schedule: &Schedule,
+    explained: &mut Explained,
+    sequences: Vec<(ResourceHandle, Vec<(PassHandle, bool)>)>,
+    faults: &mut Faults,
+) {
+    let mut open: BTreeSet<(ResourceHandle, PassHandle, PassHandle)> = BTreeSet::new();
+    for (resource, sequence) in &sequences {
+        let mut fresh = sequence.iter().filter(|(_, loads)| !loads);
+        let single = fresh.next().filter(|_| fresh.next().is_none());
+        for pair in sequence.windows(2) {
+            let ((first, _), (second, _)) = (pair[0], pair[1]);
+            if single == Some(&pair[0]) || first == second {
+                explained.add(first, second);
+            } else {
+                open.insert((*resource, first, second));
+            }
+        }
+    }
+    loop {
+        let found: Vec<_> = open
+            .iter()
+            .copied()
+            .filter(|(_, first, second)| explained.leads(schedule, *first, *second))
+            .collect();
+        if found.is_empty() {
+            break;
+        }
+        for pair in found {
+            open.remove(&pair);
+            explained.add(pair.1, pair.2);
+        }
+    }
+    for (resource, first, second) in open {
+        let (first, second) = (&plan.pipeline.pass(first).name, &plan.pipeline.pass(second).name);
+        let resource = &plan.pipeline.resource(resource).name;
+        faults.add(
+            FaultKind::WritersUnordered,
+            format!("nothing says that \"{first}\" writes \"{resource}\" before \"{second}\""),
+        );
+    }
+}

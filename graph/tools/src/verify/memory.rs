@@ -1,0 +1,454 @@
+//! Whether the places of resources are right: enough of them, not more than needed, fitting, and never shared by two
+//! resources that are alive together.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+
+use wgpu_types::{BufferUsages, TextureUsages};
+
+use super::contents::extents;
+use super::{FaultKind, Faults};
+use crate::compiler::{Physical, PhysicalBuffer, Plan, PlanOptions, PlannedResource};
+use crate::language::{Lifetime, TextureShape};
+use crate::pipeline::{Part, ResourceKind, Run, Usage};
+use crate::work::ResourceHandle;
+
+/// Where a resource is really used, and how.
+struct Used {
+    first: usize,
+    last: usize,
+    textures: TextureUsages,
+    buffers: BufferUsages,
+    highest_mip: u32,
+    highest_layer: u32,
+    highest_byte: u64,
+}
+
+/// Checks places, spans, usages and sums.
+///
+/// `spare` are the places of earlier frames that no pass reads, which are there all the same.
+pub(super) fn check(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physical>, faults: &mut Faults) {
+    let used = used(plan);
+    let mut handles: Vec<&ResourceHandle> = used.keys().collect();
+    handles.sort_unstable();
+    for handle in &handles {
+        let name = &plan.pipeline.resource(**handle).name;
+        if plan.resources.get(name).is_none_or(|planned| planned.handle != **handle) {
+            faults.add(FaultKind::ResourceMissing, format!("\"{name}\" is used but not planned"));
+        }
+    }
+    let mut tenants: BTreeMap<Physical, Vec<(usize, usize, &str)>> = BTreeMap::new();
+    for (name, planned) in &plan.resources {
+        let known =
+            plan.pipeline.resources.get(planned.handle.index()).filter(|resource| resource.name == *name);
+        let (Some(resource), Some(used)) = (known, used.get(&planned.handle)) else {
+            faults.add(FaultKind::ResourceUnused, format!("\"{name}\" is planned, but no pass uses it"));
+            continue;
+        };
+        if resource.lifetime() != planned.lifetime {
+            faults.add(FaultKind::NameWrong, format!("\"{name}\" has another lifetime than the plan says"));
+        }
+        if (planned.first, planned.last) != (used.first, used.last) {
+            let message = format!(
+                "\"{name}\" is used from {} to {}, not from {} to {}",
+                used.first, used.last, planned.first, planned.last
+            );
+            faults.add(FaultKind::SpanWrong, message);
+        }
+        check_place(plan, options, name, planned, used, faults);
+        if matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_)) {
+            tenants.entry(planned.physical).or_default().push((used.first, used.last, name));
+        }
+    }
+    let conditional = conditional(plan);
+    for (name, planned) in &plan.resources {
+        if planned.conditional != conditional.contains(&planned.handle) {
+            let message = format!("the plan is wrong about whether a toggle leaves \"{name}\" unwritten");
+            faults.add(FaultKind::ToggleWrong, message);
+        }
+    }
+    let bound = check_sharing(plan, options, &conditional, &mut tenants, spare, faults);
+    check_sums(plan, options, spare, bound, faults);
+}
+
+/// The last mip or layer of a run.
+fn last(run: Run<u32>) -> u32 {
+    u32::try_from(run.end().saturating_sub(1)).unwrap_or(u32::MAX)
+}
+
+fn used(plan: &Plan) -> HashMap<ResourceHandle, Used> {
+    let mut used: HashMap<ResourceHandle, Used> = HashMap::new();
+    for (at, planned) in plan.passes.iter().enumerate() {
+        for one in &plan.pipeline.pass(planned.handle).uses {
+            let entry = used.entry(one.resource).or_insert(Used {
+                first: at,
+                last: at,
+                textures: TextureUsages::empty(),
+                buffers: BufferUsages::empty(),
+                highest_mip: 0,
+                highest_layer: 0,
+                highest_byte: 0,
+            });
+            entry.last = at;
+            entry.textures |= needed(one.usage).0;
+            entry.buffers |= needed(one.usage).1;
+            entry.highest_mip = entry.highest_mip.max(one.part.mip.map_or(0, last));
+            entry.highest_layer = entry.highest_layer.max(one.part.layer.map_or(0, last));
+            entry.highest_byte = entry.highest_byte.max(one.part.bytes.map_or(0, Run::end));
+        }
+    }
+    used
+}
+
+/// What wgpu wants a texture, or a buffer, to be created with for a use.
+fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
+    use BufferUsages as B;
+    use TextureUsages as T;
+    match usage {
+        Usage::Sampled => (T::TEXTURE_BINDING, B::empty()),
+        Usage::Uniform => (T::empty(), B::UNIFORM),
+        Usage::StorageRead | Usage::StorageWrite | Usage::StorageReplace | Usage::StorageReadWrite => {
+            (T::STORAGE_BINDING, B::STORAGE)
+        }
+        Usage::Vertex => (T::empty(), B::VERTEX),
+        Usage::Index => (T::empty(), B::INDEX),
+        Usage::Indirect => (T::empty(), B::INDIRECT),
+        Usage::CopySource => (T::COPY_SRC, B::COPY_SRC),
+        Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => {
+            (T::COPY_DST, B::COPY_DST)
+        }
+        Usage::HostRead | Usage::HostWrite => (T::empty(), B::empty()),
+        _ if usage.is_attachment() => (T::RENDER_ATTACHMENT, B::empty()),
+        _ => (T::empty(), B::empty()),
+    }
+}
+
+fn check_place(
+    plan: &Plan,
+    options: &PlanOptions,
+    name: &str,
+    planned: &PlannedResource,
+    used: &Used,
+    faults: &mut Faults,
+) {
+    let kind = &plan.pipeline.resource(planned.handle).kind;
+    let right = match (kind, planned.lifetime, planned.physical) {
+        (ResourceKind::Data(_), _, Physical::Host) => true,
+        (ResourceKind::Data(_), ..) => false,
+        (_, Lifetime::Imported, physical) => physical == Physical::Imported,
+        (ResourceKind::Texture(_), _, Physical::Texture(_))
+        | (ResourceKind::Buffer(_), _, Physical::Buffer(_)) => true,
+        _ => false,
+    };
+    if !right {
+        faults.add(FaultKind::PlaceWrong, format!("\"{name}\" cannot stand at {:?}", planned.physical));
+        return;
+    }
+    if let Some(size) = planned.size {
+        let volume = matches!(kind, ResourceKind::Texture(texture) if texture.view == Some(TextureShape::D3));
+        if used.highest_mip >= size.mips || (!volume && used.highest_layer >= size.layers) {
+            faults.add(FaultKind::PartMissing, format!("\"{name}\" is used beyond its mips or layers"));
+        }
+    }
+    if matches!(kind, ResourceKind::Buffer(_)) && used.highest_byte > planned.bytes {
+        faults.add(FaultKind::PartMissing, format!("\"{name}\" is used beyond its bytes"));
+    }
+    match planned.physical {
+        Physical::Texture(index) => match plan.textures.get(index) {
+            None => faults.add(
+                FaultKind::PlaceMissing,
+                format!("\"{name}\" stands at texture {index}, which is not there"),
+            ),
+            Some(texture) => {
+                let volume = matches!(kind, ResourceKind::Texture(declared) if declared.view == Some(TextureShape::D3));
+                if planned.format != Some(texture.format)
+                    || planned.size != Some(texture.size)
+                    || texture.volume != volume
+                {
+                    faults.add(
+                        FaultKind::ClassMismatch,
+                        format!("\"{name}\" is not of the class of texture {index}"),
+                    );
+                }
+                if !texture.usages.contains(used.textures) {
+                    faults.add(
+                        FaultKind::UsageMissing,
+                        format!("texture {index} lacks a usage that \"{name}\" needs"),
+                    );
+                }
+            }
+        },
+        Physical::Buffer(index) => match plan.buffers.get(index) {
+            None => faults.add(
+                FaultKind::PlaceMissing,
+                format!("\"{name}\" stands at buffer {index}, which is not there"),
+            ),
+            Some(buffer) => {
+                let class = |bytes: u64| (0..64).find(|power| bytes <= 1u64 << power);
+                if planned.bytes > buffer.bytes || class(planned.bytes) != class(buffer.bytes) {
+                    faults.add(
+                        FaultKind::ClassMismatch,
+                        format!("\"{name}\" is not of the class of buffer {index}, or larger"),
+                    );
+                }
+                if !buffer.usages.contains(used.buffers) {
+                    faults.add(
+                        FaultKind::UsageMissing,
+                        format!("buffer {index} lacks a usage that \"{name}\" needs"),
+                    );
+                }
+            }
+        },
+        Physical::Imported => {
+            let allowed = options.import_usages.get(name).copied().unwrap_or(TextureUsages::all());
+            let told = options.imports.get(name);
+            let differs = told
+                .is_some_and(|told| planned.format != Some(told.format) || planned.size != Some(told.size));
+            if !allowed.contains(used.textures) || differs {
+                faults.add(
+                    FaultKind::ImportMisused,
+                    format!("\"{name}\" is used otherwise than the host's texture allows"),
+                );
+            }
+        }
+        Physical::Host => {}
+    }
+}
+
+/// The transient resources of which some part is first written by a pass that can be off.
+fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
+    let mut always: HashMap<ResourceHandle, Vec<Part>> = HashMap::new();
+    let mut conditional = HashSet::new();
+    for planned in &plan.passes {
+        let pass = plan.pipeline.pass(planned.handle);
+        for one in pass.uses.iter().filter(|one| one.usage.writes()) {
+            let written = always.entry(one.resource).or_default();
+            let covers = |below: &Part| {
+                extents(*below).into_iter().zip(extents(one.part)).all(|(below, own)| match (below, own) {
+                    (None, _) => true,
+                    (Some(below), Some(own)) => below.0 <= own.0 && own.1 <= below.1,
+                    (Some(_), None) => false,
+                })
+            };
+            if plan.pipeline.resource(one.resource).lifetime() != Lifetime::Transient {
+                continue;
+            }
+            if pass.condition.is_none() {
+                written.push(one.part);
+            } else if !written.iter().any(covers) {
+                conditional.insert(one.resource);
+            }
+        }
+    }
+    conditional
+}
+
+/// Returns the bytes that no sharing can go below.
+fn check_sharing(
+    plan: &Plan,
+    options: &PlanOptions,
+    conditional: &HashSet<ResourceHandle>,
+    tenants: &mut BTreeMap<Physical, Vec<(usize, usize, &str)>>,
+    spare: &BTreeSet<Physical>,
+    faults: &mut Faults,
+) -> u64 {
+    for list in tenants.values_mut() {
+        list.sort_unstable();
+        for pair in list.windows(2) {
+            let ((_, end, first), (start, _, second)) = (pair[0], pair[1]);
+            if start <= end {
+                faults.add(
+                    FaultKind::Overlap,
+                    format!("\"{first}\" and \"{second}\" share memory while both are alive"),
+                );
+            }
+        }
+        let lasting = list
+            .iter()
+            .find(|(.., name)| plan.resources[*name].lifetime != Lifetime::Transient || !options.aliasing);
+        if let (true, Some((.., name))) = (list.len() > 1, lasting) {
+            faults
+                .add(FaultKind::SharedThoughLasting, format!("\"{name}\" shares memory, though it may not"));
+        }
+    }
+    for list in tenants.values().filter(|list| list.len() > 1) {
+        let first = list.iter().find(|(.., name)| conditional.contains(&plan.resources[*name].handle));
+        if let Some((.., name)) = first {
+            faults.add(
+                FaultKind::SharedThoughConditional,
+                format!("\"{name}\" shares memory, though a toggle can leave it unwritten"),
+            );
+        }
+    }
+    let textures = (0..plan.textures.len()).map(Physical::Texture);
+    for place in textures.chain((0..plan.buffers.len()).map(Physical::Buffer)) {
+        if !tenants.contains_key(&place) && !spare.contains(&place) {
+            faults.add(FaultKind::PhysicalUnused, format!("{place:?} stands for nothing"));
+        }
+    }
+    check_buffer_bytes(plan, tenants, faults);
+    check_minimal(plan, options, conditional, tenants, faults)
+}
+
+/// A buffer is as large as the largest resource that it stands for.
+fn check_buffer_bytes(
+    plan: &Plan,
+    tenants: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
+    faults: &mut Faults,
+) {
+    for (place, list) in tenants {
+        let Physical::Buffer(index) = place else { continue };
+        let Some(buffer) = plan.buffers.get(*index) else { continue };
+        let most = list.iter().map(|(.., name)| plan.resources[*name].bytes).max().unwrap_or(0);
+        if buffer.bytes != most {
+            let message = format!(
+                "buffer {index} has {} bytes, and the largest that it stands for {most}",
+                buffer.bytes
+            );
+            faults.add(FaultKind::ClassMismatch, message);
+        }
+    }
+}
+
+/// A class of resources that may stand for one another.
+#[derive(Default)]
+struct Class {
+    /// How many are created.
+    created: usize,
+    /// At twice the first position, and just behind twice the last one, the bytes that begin and end: lifetimes that
+    /// touch are both alive.
+    events: Vec<(usize, bool, u64)>,
+}
+
+impl Class {
+    /// How many are alive at once, and how many bytes.
+    fn peaks(&mut self) -> (usize, u64) {
+        self.events.sort_unstable();
+        let (mut alive, mut most) = ((0usize, 0u64), (0, 0));
+        for (_, begins, bytes) in &self.events {
+            alive = if *begins {
+                (alive.0 + 1, alive.1.saturating_add(*bytes))
+            } else {
+                (alive.0.saturating_sub(1), alive.1.saturating_sub(*bytes))
+            };
+            most = (most.0.max(alive.0), most.1.max(alive.1));
+        }
+        most
+    }
+}
+
+/// In each class as many physical resources as are alive at once; the bytes that cannot be less.
+fn check_minimal(
+    plan: &Plan,
+    options: &PlanOptions,
+    conditional: &HashSet<ResourceHandle>,
+    tenants: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
+    faults: &mut Faults,
+) -> u64 {
+    // Classes by what wgpu would be told at creation.
+    let mut classes: HashMap<String, Class> = HashMap::new();
+    let mut bound = 0u64;
+    for (place, list) in tenants {
+        let class = match place {
+            Physical::Texture(index) => plan.textures.get(*index).map(|one| {
+                let like = format!("{:?} {:?} {:?}", one.format, one.size, one.view_format);
+                (like, one.volume, one.usages.bits())
+            }),
+            Physical::Buffer(index) => {
+                let class = |bytes: u64| u64::BITS - bytes.saturating_sub(1).leading_zeros();
+                let class = |one: &PhysicalBuffer| format!("up to 2^{} bytes", class(one.bytes));
+                plan.buffers.get(*index).map(|one| (class(one), false, one.usages.bits()))
+            }
+            _ => None,
+        };
+        let transient = list.iter().all(|(.., name)| {
+            let planned = &plan.resources[*name];
+            planned.lifetime == Lifetime::Transient && !conditional.contains(&planned.handle)
+        });
+        let bytes = |name: &str| plan.resources[name].bytes;
+        let Some(class) = class.filter(|_| transient && options.aliasing) else {
+            // What shares no memory takes its bytes whatever else there is.
+            bound = list.iter().fold(bound, |bound, (.., name)| bound.saturating_add(bytes(name)));
+            continue;
+        };
+        let class = classes.entry(format!("{class:?}")).or_default();
+        class.created += 1;
+        for (first, last, name) in list {
+            class.events.extend([(2 * first, true, bytes(name)), (2 * last + 1, false, bytes(name))]);
+        }
+    }
+    let mut names: Vec<_> = classes.into_iter().collect();
+    names.sort_unstable_by(|a, b| a.0.cmp(&b.0));
+    for (name, mut class) in names {
+        let (peak, bytes) = class.peaks();
+        bound = bound.saturating_add(bytes);
+        if class.created > peak {
+            let created = class.created;
+            faults.add(
+                FaultKind::NotMinimal,
+                format!("{created} resources of the class {name} are created, {peak} are alive at once"),
+            );
+        }
+    }
+    bound
+}
+
+fn check_sums(
+    plan: &Plan,
+    options: &PlanOptions,
+    spare: &BTreeSet<Physical>,
+    bound: u64,
+    faults: &mut Faults,
+) {
+    let created: u64 =
+        plan.textures.iter().map(|one| one.bytes).chain(plan.buffers.iter().map(|one| one.bytes)).sum();
+    let own =
+        |planned: &&PlannedResource| matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_));
+    let kept = spare.iter().filter_map(|place| match place {
+        Physical::Texture(at) => plan.textures.get(*at).map(|texture| texture.bytes),
+        Physical::Buffer(at) => plan.buffers.get(*at).map(|buffer| buffer.bytes),
+        Physical::Imported | Physical::Host => None,
+    });
+    let kept: u64 = kept.sum();
+    let apart: u64 = kept + plan.resources.values().filter(own).map(|planned| planned.bytes).sum::<u64>();
+    for (what, stated, right) in [
+        ("bytes", plan.bytes, created),
+        ("bytes_without_aliasing", plan.bytes_without_aliasing, apart),
+        ("bytes_bound", plan.bytes_bound, bound.saturating_add(kept)),
+    ] {
+        if stated != right {
+            faults.add(FaultKind::BytesWrong, format!("{what} is {stated}, but should be {right}"));
+        }
+    }
+    let mut alive = vec![0i128; plan.passes.len() + 1];
+    for planned in plan.resources.values().filter(own) {
+        let lasts = planned.lifetime != Lifetime::Transient || !options.aliasing;
+        let (first, last) =
+            if lasts { (0, plan.passes.len().saturating_sub(1)) } else { (planned.first, planned.last) };
+        if let Some(begin) = alive.get_mut(first) {
+            *begin += i128::from(planned.bytes);
+        }
+        if let Some(end) = alive.get_mut(last + 1) {
+            *end -= i128::from(planned.bytes);
+        }
+    }
+    let mut sum = 0;
+    let peak = alive.into_iter().map(|change| {
+        sum += change;
+        sum
+    });
+    let peak = peak.max().unwrap_or(0) + i128::from(kept);
+    if i128::from(plan.bytes_peak) != peak {
+        faults.add(FaultKind::BytesWrong, format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak));
+    }
+    // Sharing never costs bytes, and nothing goes below its bound.
+    if created > apart || plan.bytes_bound > created || i128::from(plan.bytes_bound) < peak {
+        let message = format!(
+            "{created} bytes are created: not between the bound, {}, and what nothing shares, {apart}",
+            plan.bytes_bound
+        );
+        faults.add(FaultKind::BytesWrong, message);
+    }
+    for texture in plan.textures.iter().filter(|texture| texture.bytes == 0) {
+        faults.add(FaultKind::BytesWrong, format!("the texture \"{}\" has no bytes", texture.label));
+    }
+}

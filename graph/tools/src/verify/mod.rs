@@ -1,0 +1,175 @@
+//! A second opinion on plans.
+//!
+//! [`verify`] takes a finished [`Plan`] and its pipeline and finds out, by other means than the planner's, whether the
+//! frame that it describes is right. It shares no code with what makes plans: it knows the pipeline's declarations and
+//! the plan's values, nothing of graphs, lifetimes or classes as the planner computes them.
+//!
+//! - `passes`: the plan has the pipeline's passes, each once, in an order that the document allows, and culls only what
+//!   nothing needs;
+//! - `contents`: the frame is played through, texel region by texel region: every read finds what it has to find, and
+//!   nothing is dropped that something later needs; `back` goes the other way where there are too many states;
+//! - `unfed`: every read finds each piece of what it reads written in some state;
+//! - `toggles`: stand-ins are used where they have to be, and fit; toggles and bypasses are stated right;
+//! - `transfers`: copies touch the mips, layers, aspects and bytes that their passes use, and are what they describe;
+//! - `attachments`: load and store operations, marks and render pass groups say what the passes declare;
+//! - `memory`: resources that share memory are never alive together, fit what stands for them, and are as few as
+//!   possible; imports stay within what the host allows; the sums of bytes are right;
+//! - `histories`: as many frames are kept as can be read, apart from one another and from everything else.
+//!
+//! Limits: shaders and sizes are not computed again; a plan for another viewport is not recognised as such. A writer is
+//! taken to write all of the part that it declares.
+//!
+//! Cost: about linear; writers whose order only a long detour explains cost more.
+
+mod attachments;
+mod back;
+mod contents;
+mod histories;
+mod memory;
+mod passes;
+mod toggles;
+mod transfers;
+mod unfed;
+
+use serde::Serialize;
+
+use crate::compiler::{Plan, PlanOptions};
+use crate::work::PassHandle;
+
+/// What is wrong with a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum FaultKind {
+    /// A pass is planned twice, or planned and culled.
+    PassTwice,
+    /// A pass of the pipeline is neither planned nor culled.
+    PassMissing,
+    /// The plan has a pass that the pipeline does not have.
+    PassUnknown,
+    /// A culled pass is needed.
+    CulledButNeeded,
+    /// A planned pass leads to no output.
+    KeptWithoutReason,
+    /// The stated reason for keeping a pass does not hold.
+    WrongReason,
+    /// The stated reason for culling a pass does not hold.
+    WrongCullReason,
+    /// A pass runs before one that it has to follow.
+    AfterViolated,
+    /// A pass reads what nothing has written.
+    ReadUnfed,
+    /// A pass reads another version than it asks for.
+    WrongVersion,
+    /// A pass reads before the newest version is made.
+    ReadTooEarly,
+    /// Nothing in the document orders two writers as the plan does.
+    WritersUnordered,
+    /// A pass needs contents that an earlier pass did not store.
+    ContentsDropped,
+    /// What outlives the frame is not stored.
+    OutputDropped,
+    /// The attachments are not those that the pass declares.
+    AttachmentsDiffer,
+    /// A load operation is not the one that the pass declares.
+    LoadDiffers,
+    /// A pass declares that it throws an attachment away, but the plan stores it.
+    StoreDiffers,
+    /// An attachment is marked as staying in its pass, but does not.
+    TransientAttachmentLeaves,
+    /// Passes of one group cannot be one render pass.
+    GroupBroken,
+    /// A resource that a planned pass uses is not planned.
+    ResourceMissing,
+    /// A planned resource is used by no planned pass.
+    ResourceUnused,
+    /// The first or last use of a resource is stated wrong.
+    SpanWrong,
+    /// A resource has a place that does not fit its kind or lifetime.
+    PlaceWrong,
+    /// A place does not exist.
+    PlaceMissing,
+    /// Two resources that are alive together share memory.
+    Overlap,
+    /// A resource that outlives the frame shares memory.
+    SharedThoughLasting,
+    /// A resource and what stands for it differ in format, size, dimension or usages.
+    ClassMismatch,
+    /// A texture lacks a usage that a pass needs.
+    UsageMissing,
+    /// An imported texture is used beyond what the host allows.
+    ImportMisused,
+    /// A mip or layer is used that the texture does not have.
+    PartMissing,
+    /// There are more physical resources than are ever alive at once.
+    NotMinimal,
+    /// A physical resource stands for nothing.
+    PhysicalUnused,
+    /// The frames of a history are too few, not of one kind, or not apart from one another.
+    HistoryWrong,
+    /// A sum of bytes is wrong.
+    BytesWrong,
+    /// A compute pass has no workgroup counts, another pass has, or they are beyond the limits.
+    WorkgroupsWrong,
+    /// The name, kind or lifetime in the plan is not the pipeline's.
+    NameWrong,
+    /// The toggle or the bypass of a pass in the plan is not what the pipeline says.
+    ToggleWrong,
+    /// A reader of what can be bypassed does not use what stands in for it, or not in those frames.
+    BypassMissing,
+    /// What stands in differs from what it stands for in dimension, layers or samples, or is too small a buffer.
+    BypassMisfit,
+    /// A transfer copies other mips, layers, aspects, texels or bytes than it describes, or says that it uses others.
+    CopyWrong,
+    /// A resource shares memory though a toggle can switch off what writes it first.
+    SharedThoughConditional,
+}
+
+/// One thing that is wrong with a plan.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Fault {
+    /// What.
+    pub kind: FaultKind,
+    /// In words, with names.
+    pub message: String,
+}
+
+impl std::fmt::Display for Fault {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str(&self.message)
+    }
+}
+
+/// Finds everything that is wrong with a plan. `options` are those that it was made with.
+pub fn verify(plan: &Plan, options: &PlanOptions) -> Vec<Fault> {
+    let mut faults = Faults(Vec::new());
+    // The rest relies on every planned pass being one of the pipeline's.
+    let Some(schedule) = passes::check(plan, &mut faults) else { return faults.0 };
+    let flow = contents::check(plan, &schedule, &mut faults);
+    passes::check_reasons(plan, &schedule, &flow, &mut faults);
+    attachments::check(plan, &mut faults);
+    let spare = histories::check(plan, &mut faults);
+    memory::check(plan, options, &spare, &mut faults);
+    toggles::check(plan, &mut faults);
+    transfers::check(plan, &mut faults);
+    faults.0
+}
+
+/// The faults so far.
+struct Faults(Vec<Fault>);
+
+impl Faults {
+    fn add(&mut self, kind: FaultKind, message: String) {
+        self.0.push(Fault { kind, message });
+    }
+}
+
+/// When each pass of the pipeline runs; `None` for a culled one.
+struct Schedule {
+    at: Vec<Option<usize>>,
+}
+
+impl Schedule {
+    fn of(&self, pass: PassHandle) -> Option<usize> {
+        self.at.get(pass.index()).copied().flatten()
+    }
+}

@@ -1,0 +1,270 @@
+//! Whether a plan has the pipeline's passes in an order that the document allows, and culls only what nothing needs.
+
+use std::collections::{HashMap, HashSet};
+
+use super::contents::Flow;
+use super::{FaultKind, Faults, Schedule};
+use crate::compiler::{CullReason, KeepReason, Kept, Plan};
+use crate::language::Lifetime;
+use crate::pipeline::{History, Part, Pass, Use};
+use crate::work::{Dispatch, PassHandle, ResourceHandle, Work};
+
+/// Up to so many writers of parts, or with toggles, a plan has to say for certain who reads them.
+const TOLD_APART: usize = 64;
+
+/// The schedule, unless a planned pass is not one of the pipeline's.
+pub(super) fn check(plan: &Plan, faults: &mut Faults) -> Option<Schedule> {
+    let passes = &plan.pipeline.passes;
+    let mut at = vec![None; passes.len()];
+    let mut known = true;
+    for (position, planned) in plan.passes.iter().enumerate() {
+        let Some(pass) = passes.get(planned.handle.index()) else {
+            faults.add(
+                FaultKind::PassUnknown,
+                format!("the plan runs \"{}\", which the pipeline does not have", planned.name),
+            );
+            known = false;
+            continue;
+        };
+        if pass.name != planned.name || pass.kind != planned.kind {
+            faults.add(
+                FaultKind::NameWrong,
+                format!("the plan calls the pass \"{}\" \"{}\" ({})", pass.name, planned.name, planned.kind),
+            );
+        }
+        if at[planned.handle.index()].replace(position).is_some() {
+            faults.add(FaultKind::PassTwice, format!("the plan runs \"{}\" twice", pass.name));
+        }
+    }
+    let by_name: HashMap<&str, usize> =
+        passes.iter().enumerate().map(|(index, pass)| (pass.name.as_str(), index)).collect();
+    for name in plan.culled.keys() {
+        match by_name.get(name.as_str()) {
+            None => faults.add(
+                FaultKind::PassUnknown,
+                format!("the plan culls \"{name}\", which the pipeline does not have"),
+            ),
+            Some(index) if at[*index].is_some() => {
+                faults.add(FaultKind::PassTwice, format!("the plan both runs and culls \"{name}\""));
+            }
+            Some(_) => {}
+        }
+    }
+    for (index, pass) in passes.iter().enumerate() {
+        if at[index].is_none() && !plan.culled.contains_key(&pass.name) {
+            faults.add(FaultKind::PassMissing, format!("the plan neither runs nor culls \"{}\"", pass.name));
+        }
+    }
+    let schedule = known.then_some(Schedule { at })?;
+    check_after(plan, &schedule, faults);
+    check_workgroups(plan, faults);
+    Some(schedule)
+}
+
+/// Explicit order holds also over culled passes.
+fn check_after(plan: &Plan, schedule: &Schedule, faults: &mut Faults) {
+    for planned in &plan.passes {
+        let mut seen = HashSet::new();
+        let mut stack = plan.pipeline.pass(planned.handle).after.clone();
+        while let Some(before) = stack.pop().filter(|_| seen.len() <= plan.pipeline.passes.len()) {
+            if !seen.insert(before) {
+                continue;
+            }
+            match schedule.of(before) {
+                Some(at) if Some(at) > schedule.of(planned.handle) => faults.add(
+                    FaultKind::AfterViolated,
+                    format!(
+                        "\"{}\" runs before \"{}\", which it has to follow",
+                        planned.name,
+                        plan.pipeline.pass(before).name
+                    ),
+                ),
+                Some(_) => {}
+                None => stack.extend(&plan.pipeline.pass(before).after),
+            }
+        }
+    }
+}
+
+fn check_workgroups(plan: &Plan, faults: &mut Faults) {
+    let limit = plan.pipeline.profile.limits.max_compute_workgroups_per_dimension;
+    for planned in &plan.passes {
+        let is_compute = matches!(
+            &plan.pipeline.pass(planned.handle).work,
+            Work::Compute(compute) if !matches!(compute.dispatch, Dispatch::Indirect { .. })
+        );
+        let fits = planned.workgroups.is_none_or(|counts| counts.iter().all(|count| *count <= limit));
+        if is_compute != planned.workgroups.is_some() || !fits {
+            faults.add(
+                FaultKind::WorkgroupsWrong,
+                format!("\"{}\" has the workgroups {:?}", planned.name, planned.workgroups),
+            );
+        }
+    }
+}
+
+/// Whether what is kept leads somewhere, what is culled does not, and the stated reasons are true.
+pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, faults: &mut Faults) {
+    let pipeline = &plan.pipeline;
+    let mut needed: HashSet<PassHandle> = flow.lasting.iter().copied().collect();
+    needed.extend(pipeline.pass_handles().filter(|pass| pipeline.pass(*pass).side_effect));
+    let mut feeders: HashMap<PassHandle, Vec<PassHandle>> = HashMap::new();
+    for (writer, reader, _) in &flow.feeds {
+        feeders.entry(*reader).or_default().push(*writer);
+    }
+    for planned in &plan.passes {
+        match planned.reason {
+            KeepReason::MayBeReadBy(reader, resource) if may_feed(plan, planned.handle, reader, resource) => {
+                feeders.entry(reader).or_default().push(planned.handle);
+            }
+            KeepReason::MayBeLeft(resource) if may_leave(plan, planned.handle, resource) => {
+                needed.insert(planned.handle);
+            }
+            _ => {}
+        }
+    }
+    let mut stack: Vec<PassHandle> = needed.iter().copied().collect();
+    while let Some(pass) = stack.pop() {
+        // What earlier frames are read of, those feed that write this frame of it.
+        let earlier = pipeline.pass(pass).uses.iter().filter_map(|one| earlier_frame(plan, one.resource));
+        let carried = earlier.flat_map(|history| flow.carried.get(&history.of)).flatten();
+        for writer in feeders.get(&pass).into_iter().flatten().chain(carried) {
+            if needed.insert(*writer) {
+                stack.push(*writer);
+            }
+        }
+    }
+    for planned in &plan.passes {
+        if !needed.contains(&planned.handle) {
+            faults.add(
+                FaultKind::KeptWithoutReason,
+                format!("\"{}\" leads to no output, but is kept", planned.name),
+            );
+        }
+        if !reason_holds(plan, schedule, flow, planned.handle, planned.reason)
+            || !says(plan, planned.reason, &planned.kept)
+        {
+            faults.add(
+                FaultKind::WrongReason,
+                format!("the reason for keeping \"{}\" does not hold", planned.name),
+            );
+        }
+    }
+    for pass in pipeline.pass_handles().filter(|pass| schedule.of(*pass).is_none()) {
+        let declared = pipeline.pass(pass);
+        if declared.side_effect {
+            faults.add(
+                FaultKind::CulledButNeeded,
+                format!("\"{}\" has a side effect, but is culled", declared.name),
+            );
+        }
+        if let Some(reason) = plan.culled.get(&declared.name)
+            && !cull_holds(plan, pass, reason)
+        {
+            faults.add(
+                FaultKind::WrongCullReason,
+                format!("the reason for culling \"{}\" does not hold", declared.name),
+            );
+        }
+    }
+}
+
+fn reason_holds(plan: &Plan, schedule: &Schedule, flow: &Flow, pass: PassHandle, reason: KeepReason) -> bool {
+    match reason {
+        KeepReason::SideEffect => plan.pipeline.pass(pass).side_effect,
+        KeepReason::Output(resource) => {
+            let lasts = plan
+                .pipeline
+                .resources
+                .get(resource.index())
+                .is_some_and(|one| matches!(one.lifetime(), Lifetime::Persistent | Lifetime::Imported));
+            lasts && flow.lasting.contains(&pass)
+        }
+        KeepReason::ReadBy(reader, resource) => {
+            schedule.of(reader) > schedule.of(pass) && flow.feeds.contains(&(pass, reader, resource))
+        }
+        KeepReason::MayBeReadBy(reader, resource) => {
+            schedule.of(reader) > schedule.of(pass) && may_feed(plan, pass, reader, resource)
+        }
+        KeepReason::MayBeLeft(resource) => may_leave(plan, pass, resource),
+        KeepReason::ReadLater(reader, resource) => {
+            let read = plan.pipeline.passes.get(reader.index()).is_some_and(|reader| {
+                reader.uses.iter().any(|one| one.resource == resource && one.usage.reads())
+            });
+            let carries = earlier_frame(plan, resource)
+                .and_then(|history| flow.carried.get(&history.of))
+                .is_some_and(|writers| writers.contains(&pass));
+            schedule.of(reader).is_some() && read && carries
+        }
+    }
+}
+
+fn says(plan: &Plan, reason: KeepReason, words: &Kept) -> bool {
+    let resource = |handle: ResourceHandle| plan.pipeline.resources.get(handle.index()).map(|one| &one.name);
+    match (reason, words) {
+        (KeepReason::SideEffect, Kept::SideEffect) => true,
+        (KeepReason::Output(handle), Kept::Output(name)) => resource(handle) == Some(name),
+        (KeepReason::ReadBy(reader, handle), Kept::ReadBy { pass, resource: name }) => {
+            resource(handle) == Some(name)
+                && plan.pipeline.passes.get(reader.index()).is_some_and(|one| one.name == *pass)
+        }
+        (KeepReason::MayBeLeft(handle), Kept::MayBeLeft(name)) => resource(handle) == Some(name),
+        (KeepReason::ReadLater(reader, handle), Kept::ReadLater { pass, resource: name })
+        | (KeepReason::MayBeReadBy(reader, handle), Kept::MayBeReadBy { pass, resource: name }) => {
+            resource(handle) == Some(name)
+                && plan.pipeline.passes.get(reader.index()).is_some_and(|one| one.name == *pass)
+        }
+        _ => false,
+    }
+}
+
+/// Whether a resource has so many writers of parts, or with toggles, that a plan need not tell them all apart.
+fn has_many_writers(plan: &Plan, resource: ResourceHandle) -> bool {
+    let writes = |pass: &&Pass| {
+        let written = |one: &Use| one.resource == resource && one.usage.writes();
+        pass.uses.iter().any(|one| written(one) && (pass.condition.is_some() || one.part != Part::WHOLE))
+    };
+    plan.pipeline.passes.iter().filter(writes).nth(TOLD_APART).is_some()
+}
+
+/// Whether a pass writes something of the parts that another reads, of a resource with many writers.
+fn may_feed(plan: &Plan, pass: PassHandle, reader: PassHandle, resource: ResourceHandle) -> bool {
+    let (pass, reader) =
+        match (plan.pipeline.passes.get(pass.index()), plan.pipeline.passes.get(reader.index())) {
+            (Some(pass), Some(reader)) => (pass, reader),
+            _ => return false,
+        };
+    let read = reader.uses.iter().filter(|one| one.resource == resource && one.usage.reads());
+    let meets = |read: &Use| {
+        let written = |one: &&Use| one.resource == resource && one.usage.writes();
+        pass.uses.iter().filter(written).any(|one| one.part.overlaps(read.part))
+    };
+    has_many_writers(plan, resource) && read.into_iter().any(meets)
+}
+
+/// Whether a pass writes a resource with many writers that outlives the frame.
+fn may_leave(plan: &Plan, pass: PassHandle, resource: ResourceHandle) -> bool {
+    let writes = |one: &Use| one.resource == resource && one.usage.writes();
+    plan.pipeline.resources.get(resource.index()).is_some_and(|one| one.lifetime() != Lifetime::Transient)
+        && plan.pipeline.passes.get(pass.index()).is_some_and(|pass| pass.uses.iter().any(writes))
+        && has_many_writers(plan, resource)
+}
+
+/// What a resource is of a history, if it is an earlier frame.
+fn earlier_frame(plan: &Plan, resource: ResourceHandle) -> Option<History> {
+    plan.pipeline.resources.get(resource.index())?.history.filter(|history| history.back > 0)
+}
+
+fn cull_holds(plan: &Plan, pass: PassHandle, reason: &CullReason) -> bool {
+    let uses = &plan.pipeline.pass(pass).uses;
+    let writes = |name: &String| {
+        uses.iter().any(|one| one.usage.writes() && plan.pipeline.resource(one.resource).name == *name)
+    };
+    match reason {
+        CullReason::WritesNothing => !uses.iter().any(|one| one.usage.writes()),
+        CullReason::NothingReads(resources) => !resources.is_empty() && resources.iter().all(writes),
+        CullReason::OnlyCulledRead(readers) => {
+            !readers.is_empty() && readers.iter().all(|reader| plan.culled.contains_key(reader))
+        }
+    }
+}

@@ -1,0 +1,264 @@
+//! Whether copies touch what their passes say, and what the plan copies is what the passes describe.
+//!
+//! From the description of a transfer follow the mips, layers, aspect or bytes that it reads and writes. The uses of its
+//! pass, on which all orders and lifetimes rest, have to name just those. What the plan copies has to add up to them: one
+//! box for each mip level, or runs of bytes, within what there is; rows of texels far enough apart and within the bytes
+//! that are named.
+//!
+//! Limits: expressions for an origin and an extent are not evaluated again; boxes that have them are only checked to lie
+//! within their mip level and to be of one size.
+
+use wgpu_types::{COPY_BYTES_PER_ROW_ALIGNMENT, TextureAspect, TextureFormat};
+
+use super::{FaultKind, Faults};
+use crate::compiler::{Plan, PlannedCopy, PlannedPass, PlannedResource, TexelOrigin, TexelRows};
+use crate::language::TextureShape;
+use crate::pipeline::{Aspect, Part, Run, Usage};
+use crate::work::{BufferRegion, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work};
+
+/// Checks the uses and the copies of every planned transfer.
+pub(super) fn check(plan: &Plan, faults: &mut Faults) {
+    for planned in &plan.passes {
+        match &plan.pipeline.pass(planned.handle).work {
+            Work::Transfer(transfer) => {
+                let wrong = uses(plan, planned, transfer).or_else(|| {
+                    let transfer = Transfer { plan, transfer };
+                    transfer.check(&planned.copies).err()
+                });
+                if let Some(wrong) = wrong {
+                    faults.add(FaultKind::CopyWrong, format!("\"{}\" {wrong}", planned.name));
+                }
+            }
+            _ if !planned.copies.is_empty() => {
+                faults.add(FaultKind::CopyWrong, format!("\"{}\" copies, but is no transfer", planned.name));
+            }
+            _ => {}
+        }
+    }
+}
+
+/// What is wrong with the uses of a transfer: they are those of its ends and no others.
+fn uses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -> Option<String> {
+    let pass = plan.pipeline.pass(planned.handle);
+    let mut wanted: Vec<(ResourceHandle, Part, bool)> = Vec::new();
+    for (end, writes) in transfer.source.iter().map(|end| (end, false)).chain([(&transfer.destination, true)])
+    {
+        wanted.push((end.resource(), part(plan, end), writes));
+    }
+    for one in &pass.uses {
+        let writes = match one.usage {
+            Usage::CopySource => false,
+            Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => true,
+            _ => return Some(format!("uses something as {}, but copies", one.usage.name())),
+        };
+        // What stands in for another resource is copied in its place.
+        let stands_in = |wanted: ResourceHandle| {
+            plan.pipeline.bypasses.get(&wanted).is_some_and(|bypass| bypass.stand_in == one.resource)
+        };
+        let is_described = wanted.iter().any(|(resource, part, written)| {
+            (one.resource == *resource || stands_in(*resource)) && one.part == *part && writes == *written
+        });
+        if !is_described {
+            let name = &plan.pipeline.resource(one.resource).name;
+            return Some(format!("says that it uses other parts of \"{name}\" than it copies"));
+        }
+    }
+    let missing = wanted.into_iter().find(|(resource, part, writes)| {
+        !pass.uses.iter().any(|one| {
+            one.resource == *resource && one.part == *part && (one.usage != Usage::CopySource) == *writes
+        })
+    });
+    missing.map(|(resource, ..)| {
+        format!("copies parts of \"{}\" that it does not use", plan.pipeline.resource(resource).name)
+    })
+}
+
+/// The part that one end of a transfer touches.
+fn part(plan: &Plan, end: &TransferEnd) -> Part {
+    match end {
+        TransferEnd::Buffer(region) => {
+            Part { mip: None, layer: None, aspect: Aspect::All, bytes: region.view.bytes }
+        }
+        TransferEnd::Texture(region) => {
+            let format = planned(plan, region.resource).and_then(|one| one.format);
+            let aspect = if format.is_some_and(has_two_aspects) { region.aspect } else { Aspect::All };
+            Part { mip: Some(region.mip), layer: region.layer, aspect, bytes: None }
+        }
+    }
+}
+
+fn has_two_aspects(format: TextureFormat) -> bool {
+    format.has_depth_aspect() && format.has_stencil_aspect()
+}
+
+fn planned(plan: &Plan, resource: ResourceHandle) -> Option<&PlannedResource> {
+    plan.resources.get(&plan.pipeline.resource(resource).name)
+}
+
+struct Transfer<'a> {
+    plan: &'a Plan,
+    transfer: &'a TransferWork,
+}
+
+/// A box of texels that is copied.
+type TexelBox = (TexelOrigin, [u32; 3]);
+
+impl Transfer<'_> {
+    /// Compares what the plan copies with the description.
+    fn check(&self, copies: &[PlannedCopy]) -> Result<(), String> {
+        use TransferEnd::{Buffer, Texture};
+        match (&self.transfer.source, &self.transfer.destination) {
+            (None, Buffer(to)) => {
+                let (offset, bytes) = self.run(to)?;
+                same(copies, &[PlannedCopy::Clear { offset, bytes }])
+            }
+            (Some(Buffer(from)), Buffer(to)) => {
+                let ((from, bytes), (to, room)) = (self.run(from)?, self.run(to)?);
+                if bytes != room {
+                    return Err("copies to fewer or more bytes".to_owned());
+                }
+                same(copies, &[PlannedCopy::Bytes { from, to, bytes }])
+            }
+            (Some(Texture(from)), Texture(to)) => {
+                let (mut own, mut other) = (Vec::new(), Vec::new());
+                for copy in copies {
+                    let PlannedCopy::Texels { from, to, extent } = copy else {
+                        return Err("copies no texels to texels".to_owned());
+                    };
+                    own.push((*from, *extent));
+                    other.push((*to, *extent));
+                }
+                self.boxes(from, &own)?;
+                self.boxes(to, &other)
+            }
+            (Some(Buffer(from)), Texture(to)) => {
+                let mut list = Vec::new();
+                for copy in copies {
+                    let PlannedCopy::Upload { from, to, extent } = copy else {
+                        return Err("copies no rows to texels".to_owned());
+                    };
+                    list.push((*from, (*to, *extent)));
+                }
+                self.rows(to, from, &list)
+            }
+            (Some(Texture(from)), Buffer(to)) => {
+                let mut list = Vec::new();
+                for copy in copies {
+                    let PlannedCopy::Download { from, to, extent } = copy else {
+                        return Err("copies no texels to rows".to_owned());
+                    };
+                    list.push((*to, (*from, *extent)));
+                }
+                self.rows(from, to, &list)
+            }
+            (None, Texture(_)) => Err("clears a texture".to_owned()),
+        }
+    }
+
+    /// The first byte of a region of a buffer, and how many.
+    fn run(&self, region: &BufferRegion) -> Result<(u64, u64), String> {
+        let all = planned(self.plan, region.view.resource).ok_or("copies what is not planned")?.bytes;
+        let run = region.view.bytes.unwrap_or(Run { first: 0, count: all });
+        if run.end() > all {
+            return Err("copies bytes that the buffer does not have".to_owned());
+        }
+        Ok((run.first, run.count))
+    }
+
+    /// Whether boxes are those of a region: all its mip levels, in each all its layers.
+    fn boxes(&self, region: &TextureRegion, boxes: &[TexelBox]) -> Result<(), String> {
+        let resource = planned(self.plan, region.resource).ok_or("copies what is not planned")?;
+        let (Some(size), Some(format)) = (resource.size, resource.format) else {
+            return Err("copies texels of what is no texture".to_owned());
+        };
+        let declared = self.plan.pipeline.resource(region.resource).texture();
+        let volume = declared.is_some_and(|texture| texture.view == Some(TextureShape::D3));
+        let aspect = if has_two_aspects(format) { region.aspect } else { Aspect::All };
+        let (block_width, block_height) = format.block_dimensions();
+        let mut list = boxes.iter();
+        for mip in u64::from(region.mip.first)..region.mip.end() {
+            if mip >= u64::from(size.mips) {
+                return Err(format!("copies mip {mip}, which is not there"));
+            }
+            let shift = u32::try_from(mip).unwrap_or(u32::MAX);
+            let half = |length: u32| length.checked_shr(shift).unwrap_or(0).max(1);
+            let [width, height] = [
+                half(size.width).next_multiple_of(block_width),
+                half(size.height).next_multiple_of(block_height),
+            ];
+            let slices = if volume { half(size.layers) } else { size.layers };
+            let layers = region.layer.unwrap_or(Run { first: 0, count: slices });
+            if layers.end() > u64::from(slices) {
+                return Err("copies layers that are not there".to_owned());
+            }
+            // One box for all layers, or one for each.
+            let mut next = layers.first;
+            while u64::from(next) < layers.end() {
+                let Some((origin, [own_width, own_height, count])) = list.next() else {
+                    return Err("copies less than it says".to_owned());
+                };
+                let [x, y, z] = origin.at;
+                if u64::from(origin.mip) != mip || origin.aspect != aspect || z != next || *count == 0 {
+                    return Err("copies another mip, layer or aspect than it says".to_owned());
+                }
+                let fits = |first: u32, length: u32, all: u32| {
+                    length > 0 && u64::from(first) + u64::from(length) <= u64::from(all)
+                };
+                let is_whole = [x, y, *own_width, *own_height] == [0, 0, width, height];
+                let is_cut = region.origin.is_some() || self.transfer.extent.is_some();
+                if !is_whole && !is_cut || !fits(x, *own_width, width) || !fits(y, *own_height, height) {
+                    return Err("copies another box of texels than it says".to_owned());
+                }
+                next = next.saturating_add(*count);
+            }
+            if u64::from(next) != layers.end() {
+                return Err("copies more layers than it says".to_owned());
+            }
+        }
+        if list.next().is_some() { Err("copies more than it says".to_owned()) } else { Ok(()) }
+    }
+
+    /// Whether texels lie in a buffer one mip level behind the other, within the bytes that are named.
+    fn rows(
+        &self,
+        region: &TextureRegion,
+        buffer: &BufferRegion,
+        list: &[(TexelRows, TexelBox)],
+    ) -> Result<(), String> {
+        let boxes: Vec<TexelBox> = list.iter().map(|(_, one)| *one).collect();
+        self.boxes(region, &boxes)?;
+        let (first, count) = self.run(buffer)?;
+        let format = planned(self.plan, region.resource).and_then(|one| one.format);
+        let format = format.ok_or("copies texels of what is no texture")?;
+        let aspect = match region.aspect {
+            Aspect::All => TextureAspect::All,
+            Aspect::DepthOnly => TextureAspect::DepthOnly,
+            Aspect::StencilOnly => TextureAspect::StencilOnly,
+        };
+        let texel = format.block_copy_size(Some(aspect)).ok_or("copies texels that have no bytes")?;
+        let (block_width, block_height) = format.block_dimensions();
+        let mut at = first;
+        for (rows, (_, [width, height, layers])) in list {
+            let row = u64::from(width.div_ceil(block_width)) * u64::from(texel);
+            let lines = u64::from(height.div_ceil(block_height));
+            let (pitch, image) = (u64::from(rows.bytes_per_row), u64::from(rows.rows_per_image));
+            let said = buffer.bytes_per_row.is_none_or(|said| said == rows.bytes_per_row)
+                && buffer.rows_per_image.is_none_or(|said| said == rows.rows_per_image);
+            if pitch < row || pitch % u64::from(COPY_BYTES_PER_ROW_ALIGNMENT) != 0 || image < lines || !said {
+                return Err("copies rows of texels that do not fit one another".to_owned());
+            }
+            let before = image.saturating_mul(u64::from(layers.saturating_sub(1)));
+            let lines = before.saturating_add(lines.saturating_sub(1));
+            let end = rows.offset.saturating_add(pitch.saturating_mul(lines)).saturating_add(row);
+            if rows.offset != at || end > first + count {
+                return Err("copies to or from other bytes than it says".to_owned());
+            }
+            at = at.saturating_add(pitch.saturating_mul(image).saturating_mul(u64::from(*layers)));
+        }
+        Ok(())
+    }
+}
+
+fn same(copies: &[PlannedCopy], right: &[PlannedCopy]) -> Result<(), String> {
+    if copies == right { Ok(()) } else { Err("copies other bytes than it says".to_owned()) }
+}

@@ -1,0 +1,95 @@
+//! Reads of pieces that nothing writes.
+//!
+//! In the order of the plan, each region that exists collects when it is written: always, or while a toggle is thrown
+//! one way. A read has to find each of its regions written in some state in which it happens itself. What keeps memory
+//! of its own over frames, or is the host's, has contents anyway; what also writes fills in what it does not find.
+//! Which regions exist follows from the sizes and formats of the plan.
+//!
+//! Cost: linear in the regions of uses.
+
+use std::collections::BTreeSet;
+
+use super::contents::{Event, Regions};
+use super::{FaultKind, Faults, Schedule};
+use crate::compiler::{Plan, PlannedResource};
+use crate::language::{Lifetime, TextureShape};
+use crate::pipeline::Condition;
+use crate::work::ResourceHandle;
+
+/// When a region was written so far.
+#[derive(Clone, Default)]
+struct Written {
+    always: bool,
+    while_thrown: BTreeSet<Condition>,
+}
+
+/// Finds the reads of one resource that find something, but not all.
+pub(super) fn check(
+    plan: &Plan,
+    schedule: &Schedule,
+    handle: ResourceHandle,
+    events: &[Event<'_>],
+    regions: &Regions,
+    faults: &mut Faults,
+) {
+    let resource = plan.pipeline.resource(handle);
+    let own_memory = match resource.lifetime() {
+        Lifetime::Transient => true,
+        Lifetime::History => resource.history.is_some_and(|history| history.back == 0),
+        Lifetime::Persistent | Lifetime::Imported => false,
+    };
+    let Some(planned) = plan.resource(handle).filter(|_| own_memory && regions.count() > 1) else { return };
+    let volume = resource.texture().is_some_and(|texture| texture.view == Some(TextureShape::D3));
+    let mut written = vec![Written::default(); regions.count()];
+    let live = events.iter().take_while(|event| schedule.of(event.pass).is_some()).count();
+    for uses in events[..live].chunk_by(|a, b| a.pass == b.pass) {
+        for event in uses.iter().filter(|event| event.one.usage.reads() && !event.one.usage.writes()) {
+            let condition = plan.pipeline.pass(event.pass).condition;
+            let known: Vec<Condition> = condition.iter().chain(&event.one.when).copied().collect();
+            if known.iter().any(|one| known.contains(&one.opposite())) {
+                continue;
+            }
+            let is_written = |region: &usize| {
+                let Written { always, while_thrown } = &written[*region];
+                *always || while_thrown.iter().any(|one| !known.contains(&one.opposite()))
+            };
+            let missing = |region: &&usize| !is_written(region) && exists(planned, volume, regions, **region);
+            // What finds nothing at all is found where the frame is played.
+            if event.regions.iter().any(is_written) && event.regions.iter().any(|region| missing(&region)) {
+                let (pass, name) = (&plan.pipeline.pass(event.pass).name, &resource.name);
+                let message = format!("\"{pass}\" reads a part of \"{name}\" that nothing has written");
+                faults.add(FaultKind::ReadUnfed, message);
+            }
+        }
+        for event in uses.iter().filter(|event| event.one.usage.writes()) {
+            for region in &event.regions {
+                match plan.pipeline.pass(event.pass).condition {
+                    None => written[*region].always = true,
+                    Some(condition) => _ = written[*region].while_thrown.insert(condition),
+                }
+            }
+        }
+    }
+}
+
+/// Whether a texture or a buffer has something of a region.
+fn exists(planned: &PlannedResource, volume: bool, regions: &Regions, region: usize) -> bool {
+    let pieces = regions.pieces(region);
+    let Some(size) = planned.size else {
+        return pieces[3].iter().any(|(first, end)| *first < planned.bytes.min(*end));
+    };
+    let aspects = planned.format.map_or((0, 2), |format| {
+        match (format.has_depth_aspect(), format.has_stencil_aspect()) {
+            (true, false) => (0, 1),
+            (false, true) => (1, 2),
+            _ => (0, 2),
+        }
+    });
+    let has_aspect = pieces[2].iter().any(|(first, end)| (*first).max(aspects.0) < aspects.1.min(*end));
+    let mips = pieces[0].iter().filter(|(first, end)| *first < u64::from(size.mips).min(*end));
+    // Of a volume the first of these mips has the most slices.
+    let layers =
+        mips.map(|(first, _)| if volume { (size.layers >> (*first).min(31)).max(1) } else { size.layers });
+    let most = u64::from(layers.max().unwrap_or(0));
+    has_aspect && pieces[1].iter().any(|(first, end)| *first < most.min(*end))
+}
