@@ -7,7 +7,8 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand};
 use umbragraph::compiler::Objective;
 use umbragraph::report::GraphFormat;
 use umbragraph::shader::TargetLanguage;
-use umbragraph::shader::permutations::ExternalValidator;
+
+use crate::validator::ExternalValidator;
 
 /// Checks, inspects and renders pipelines of umbragraph.
 #[derive(Parser)]
@@ -419,7 +420,7 @@ fn parse_language(text: &str) -> Result<TargetLanguage, String> {
 }
 
 fn parse_validator(text: &str) -> Result<ValidatorCommand, String> {
-    let validator = ExternalValidator::parse(text).map_err(|error| error.to_string())?;
+    let validator = ExternalValidator::parse(text)?;
     Ok(ValidatorCommand { text: text.to_owned(), validator })
 }
 

@@ -26,6 +26,7 @@ mod replace;
 mod schema;
 mod session;
 mod streams;
+mod validator;
 mod variants;
 mod wgsl;
 mod why;

@@ -14,13 +14,14 @@ use umbragraph::compiler::PlanOptions;
 use umbragraph::diagnostic::{Diagnostics, Place, render};
 use umbragraph::pipeline::{self, Choice, Configured};
 use umbragraph::shader::TargetProfile;
-use umbragraph::shader::permutations::{self, ExternalValidator, Options, Request};
+use umbragraph::shader::permutations::{self, Options, Request, Validator};
 use umbragraph::source::{FileId, Span};
 
 use crate::arguments::{FindingsFormat, PermutationsArguments};
 use crate::axes;
 use crate::session::{Session, profiles};
 use crate::streams::print;
+use crate::validator::ExternalValidator;
 use crate::variants::{Outcome, ReachedConfigurations, write};
 
 /// Proves variants; whether there were no errors.
@@ -34,6 +35,7 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
             return session.report();
         }
         let external = validators(arguments, &mut session);
+        let external: Vec<&dyn Validator> = external.iter().map(|one| one as &dyn Validator).collect();
         outcome.permutations = prove(arguments, &session, &requests, &external);
         session.findings.extend(std::mem::take(&mut outcome.permutations.findings));
         if let Some(folder) = &arguments.write
@@ -205,7 +207,7 @@ fn prove(
     arguments: &PermutationsArguments,
     session: &Session,
     requests: &[Request],
-    external: &[ExternalValidator],
+    external: &[&dyn Validator],
 ) -> permutations::Permutations {
     let bar = std::io::stderr().is_terminal().then(|| {
         let bar = ProgressBar::new(0);

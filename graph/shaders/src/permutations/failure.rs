@@ -9,26 +9,26 @@ use std::collections::BTreeSet;
 use super::cause::Failure;
 use super::dead::Marked;
 use super::explore::Source;
-use super::external::{ExternalValidator, Opinion};
 use super::prove::{Proof, Task};
+use super::validator::{Opinion, Validator};
 use super::{Explored, Proven};
 use crate::diagnostic::{AxisValues, Diagnostic, Place};
 use crate::wgsl_error::{Refusal, Stage};
 use crate::{TemplateSet, codes, markers};
 
 /// What each external validator says of a text, if naga accepts it.
-pub(super) fn judge(task: &Task<'_>, proof: &Proof, validators: &[ExternalValidator]) -> Vec<Opinion> {
+pub(super) fn judge(task: &Task<'_>, proof: &Proof, validators: &[&dyn Validator]) -> Vec<Opinion> {
     let accepted = proof.refusals.is_empty();
-    let judge = |each: &ExternalValidator| {
+    let judge = |each: &&dyn Validator| {
         if accepted { each.judge(&task.source.wgsl) } else { Opinion::Accepts }
     };
     validators.iter().map(judge).collect()
 }
 
-pub(super) fn unavailable(proven: &[Proven], validators: &[ExternalValidator]) -> Vec<Diagnostic> {
+pub(super) fn unavailable(proven: &[Proven], validators: &[&dyn Validator]) -> Vec<Diagnostic> {
     let found = validators.iter().enumerate().filter_map(|(at, validator)| {
         proven.iter().find_map(|each| match each.opinions.get(at) {
-            Some(Opinion::Unavailable(message)) => Some((validator.place.clone(), message)),
+            Some(Opinion::Unavailable(message)) => Some((validator.place(), message)),
             _ => None,
         })
     });
@@ -66,7 +66,7 @@ pub(super) fn disagreements(
     templates: &TemplateSet,
     each: &Explored<'_>,
     proven: &[Proven],
-    validators: &[ExternalValidator],
+    validators: &[&dyn Validator],
     marked: &mut Marked<'_>,
 ) -> Vec<Failure> {
     let mut failures = Vec::new();

@@ -17,7 +17,6 @@ mod cause;
 mod dead;
 mod diagram;
 mod explore;
-mod external;
 mod failure;
 mod overrides;
 mod pool;
@@ -25,11 +24,12 @@ mod prove;
 mod report;
 mod space;
 mod summary;
+mod validator;
 
 pub use crate::diagnostic::Count;
 pub use dead::dead;
-pub use external::{CommandError, ExternalValidator};
 pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};
+pub use validator::{Opinion, Validator};
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -37,7 +37,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use cause::{Causes, Failure, Ground};
 use dead::{Examined, Marked};
 use explore::{Exploration, Explorer, Source};
-use external::Opinion;
 use pool::Pool;
 use prove::{Proof, Subject, Task};
 pub use space::Space;
@@ -101,7 +100,7 @@ pub struct Options<'a> {
     /// The number of threads.
     pub threads: usize,
     /// Further validators, for texts that naga accepts.
-    pub external: &'a [ExternalValidator],
+    pub external: &'a [&'a dyn Validator],
     /// Whether axes without effect and text in no variant are findings. They are where the requests are all that a
     /// template can express; what one pipeline does not reach, another may.
     pub report_dead: bool,

@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
 use super::{FRAGMENT, Fixture, values};
-use crate::diagnostic::Severity;
-use crate::permutations::{Count, ExternalValidator, Options, Permutations, Request, check};
+use crate::diagnostic::{Place, Severity};
+use crate::permutations::{Count, Opinion, Options, Permutations, Request, Validator, check};
 use crate::{AxisValue, AxisValues, TargetProfile, compile, render};
 
 const AXES: &str = r#"{ "axes": {
@@ -272,20 +272,36 @@ fn sizes_and_names_of_variants_are_reported() {
     assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len());
 }
 
-#[cfg(unix)]
+/// Refuses texts with a certain name, or is not there.
+struct Names(Option<&'static str>);
+
+impl Validator for Names {
+    fn name(&self) -> &str {
+        "names"
+    }
+
+    fn place(&self) -> Place {
+        Place::Nowhere
+    }
+
+    fn judge(&self, wgsl: &str) -> Opinion {
+        let Some(odd) = self.0 else { return Opinion::Unavailable("it is not there".to_owned()) };
+        let found = wgsl.lines().zip(1..).find_map(|(line, at)| Some((at, line.find(odd)? + 1)));
+        found.map_or(Opinion::Accepts, |place| Opinion::Refuses {
+            message: "odd name".to_owned(),
+            place: Some(place),
+        })
+    }
+}
+
 #[test]
-fn an_external_validator_judges_distinct_texts_and_its_messages_are_mapped() {
+fn another_validator_judges_distinct_texts_and_its_messages_are_mapped() {
     let fixture = readers("{% if a %}// 12345\n{% endif %}const ODD = 1;\n{% include 'i.wgsl.jinja' %}");
-    let grep = "sh -c 'line=$(grep -n ODD $0 | cut -d: -f1); test -n \"$line\" || exit 0; echo $0:$line:7: error: odd name; exit 1' {}";
-    let external =
-        [ExternalValidator::parse(grep).unwrap(), ExternalValidator::parse("/nonexistent {}").unwrap()];
+    let external: [&dyn Validator; 2] = [&Names(Some("ODD")), &Names(None)];
     let outcome = all(&fixture, &Options { external: &external, ..Options::default() });
     assert_eq!(
         fixture.lines(&outcome.findings),
-        [
-            "UG0561 main.wgsl.jinja:2:18 sh refuses this: odd name",
-            "UG0560 - \"/nonexistent\" cannot be started: No such file or directory (os error 2)"
-        ]
+        ["UG0561 main.wgsl.jinja:2:18 names refuses this: odd name", "UG0560 - it is not there"]
     );
 }
 

@@ -13,42 +13,16 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 use std::{fs, io};
 
-use crate::diagnostic::Place;
+use umbragraph::diagnostic::Place;
+use umbragraph::shader::permutations::{Opinion, Validator};
 
 /// The command of an external validator.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct ExternalValidator {
+pub(crate) struct ExternalValidator {
     program: String,
     arguments: Vec<String>,
     time_limit: Duration,
-    pub(super) place: Place,
-}
-
-/// Why a command is none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum CommandError {
-    /// There is no program.
-    #[error("the command is empty")]
-    Empty,
-    /// `{}` stands nowhere.
-    #[error("the command does not say where the file goes: write {{}} there")]
-    NoFile,
-    /// A quote has no end.
-    #[error("a quote in the command has no end")]
-    OpenQuote,
-}
-
-/// What an external validator says of a text.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Opinion {
-    Accepts,
-    /// Its message, and line and column, both from 1, in bytes.
-    Refuses {
-        message: String,
-        place: Option<(usize, usize)>,
-    },
-    TimedOut,
-    Unavailable(String),
+    place: Place,
 }
 
 impl ExternalValidator {
@@ -56,7 +30,7 @@ impl ExternalValidator {
     ///
     /// # Errors
     /// Why the line is no command.
-    pub fn parse(line: &str) -> Result<Self, CommandError> {
+    pub(crate) fn parse(line: &str) -> Result<Self, &'static str> {
         let mut words: Vec<String> = Vec::new();
         let mut word: Option<String> = None;
         let mut quote = None;
@@ -72,57 +46,29 @@ impl ExternalValidator {
             }
         }
         if quote.is_some() {
-            return Err(CommandError::OpenQuote);
+            return Err("a quote in the command has no end");
         }
         words.extend(word);
         if words.is_empty() {
-            return Err(CommandError::Empty);
+            return Err("the command is empty");
         }
         let program = words.remove(0);
         if !words.iter().any(|word| word.contains("{}")) {
-            return Err(CommandError::NoFile);
+            return Err("the command does not say where the file goes: write {} there");
         }
         Ok(Self { program, arguments: words, time_limit: Duration::from_secs(10), place: Place::Nowhere })
     }
 
     /// The same validator with another time limit than 10 seconds for one text.
     #[must_use]
-    pub fn with_time_limit(self, time_limit: Duration) -> Self {
+    pub(crate) fn with_time_limit(self, time_limit: Duration) -> Self {
         Self { time_limit, ..self }
     }
 
     /// The same validator, with the place where its command is written, for findings about the command itself.
     #[must_use]
-    pub fn with_place(self, place: impl Into<Place>) -> Self {
+    pub(crate) fn with_place(self, place: impl Into<Place>) -> Self {
         Self { place: place.into(), ..self }
-    }
-
-    /// The name under which findings show the validator: that of its program.
-    pub fn name(&self) -> &str {
-        Path::new(&self.program).file_name().and_then(|name| name.to_str()).unwrap_or(&self.program)
-    }
-
-    /// Runs the command on a text.
-    pub(crate) fn judge(&self, wgsl: &str) -> Opinion {
-        let folder = match TemporaryFolder::new() {
-            Ok(folder) => folder,
-            Err(error) => return Opinion::Unavailable(format!("no temporary folder can be made: {error}")),
-        };
-        let file = folder.path.join("shader.wgsl");
-        match self.run(wgsl, &file, &folder.path) {
-            Ok(Some(status)) if status.success() => Opinion::Accepts,
-            Ok(Some(status)) => {
-                let mut output = String::new();
-                for name in ["stderr", "stdout"] {
-                    let bytes = fs::read(folder.path.join(name)).unwrap_or_default();
-                    output.push_str(&String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 16)]));
-                    output.push('\n');
-                }
-                refusal(&output, &file.to_string_lossy(), status)
-            }
-            Ok(None) => Opinion::TimedOut,
-            Err(error) => Opinion::Unavailable(format!("\"{}\" cannot be started: {error}", self.program)),
-        }
     }
 
     fn run(&self, wgsl: &str, file: &Path, folder: &Path) -> io::Result<Option<ExitStatus>> {
@@ -149,6 +95,40 @@ impl ExternalValidator {
             }
             std::thread::sleep(pause);
             pause = (pause * 2).min(Duration::from_millis(20));
+        }
+    }
+}
+
+impl Validator for ExternalValidator {
+    /// The name under which findings show the validator: that of its program.
+    fn name(&self) -> &str {
+        Path::new(&self.program).file_name().and_then(|name| name.to_str()).unwrap_or(&self.program)
+    }
+
+    fn place(&self) -> Place {
+        self.place.clone()
+    }
+
+    /// Runs the command on a text.
+    fn judge(&self, wgsl: &str) -> Opinion {
+        let folder = match TemporaryFolder::new() {
+            Ok(folder) => folder,
+            Err(error) => return Opinion::Unavailable(format!("no temporary folder can be made: {error}")),
+        };
+        let file = folder.path.join("shader.wgsl");
+        match self.run(wgsl, &file, &folder.path) {
+            Ok(Some(status)) if status.success() => Opinion::Accepts,
+            Ok(Some(status)) => {
+                let mut output = String::new();
+                for name in ["stderr", "stdout"] {
+                    let bytes = fs::read(folder.path.join(name)).unwrap_or_default();
+                    output.push_str(&String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 16)]));
+                    output.push('\n');
+                }
+                refusal(&output, &file.to_string_lossy(), status)
+            }
+            Ok(None) => Opinion::TimedOut,
+            Err(error) => Opinion::Unavailable(format!("\"{}\" cannot be started: {error}", self.program)),
         }
     }
 }
@@ -225,9 +205,12 @@ mod tests {
         let validator = ExternalValidator::parse("/opt/tint --name 'a b' -o \"\" {}").unwrap();
         assert_eq!(validator.name(), "tint");
         assert_eq!(validator.arguments, ["--name", "a b", "-o", "", "{}"]);
-        assert_eq!(ExternalValidator::parse(" "), Err(CommandError::Empty));
-        assert_eq!(ExternalValidator::parse("tint x"), Err(CommandError::NoFile));
-        assert_eq!(ExternalValidator::parse("tint '{}"), Err(CommandError::OpenQuote));
+        assert_eq!(ExternalValidator::parse(" "), Err("the command is empty"));
+        assert_eq!(
+            ExternalValidator::parse("tint x"),
+            Err("the command does not say where the file goes: write {} there")
+        );
+        assert_eq!(ExternalValidator::parse("tint '{}"), Err("a quote in the command has no end"));
     }
 
     #[cfg(unix)]

@@ -1,0 +1,33 @@
+//! A second opinion on every distinct text, by whatever a host has for it: the command starts a program.
+
+use crate::diagnostic::Place;
+
+/// Judges texts that naga accepts, on several threads.
+pub trait Validator: Sync {
+    /// The name under which findings show it.
+    fn name(&self) -> &str;
+
+    /// Where it is asked for, for findings about itself.
+    fn place(&self) -> Place;
+
+    /// What it says of a text.
+    fn judge(&self, wgsl: &str) -> Opinion;
+}
+
+/// What a validator says of a text.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Opinion {
+    /// It is valid.
+    Accepts,
+    /// It is not.
+    Refuses {
+        /// Why.
+        message: String,
+        /// Line and column, both from 1, in bytes.
+        place: Option<(usize, usize)>,
+    },
+    /// Nothing within the time that it has.
+    TimedOut,
+    /// Nothing, since it cannot be asked; with the reason.
+    Unavailable(String),
+}
