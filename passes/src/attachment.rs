@@ -5,13 +5,15 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::diagnostic::codes;
-use umbragraph_graph::language::{Expr, Word};
-use umbragraph_graph::pipeline::{Contents, Face as CubeFace, Part, PartSettings, PassBuilder, Run, Usage};
-use umbragraph_graph::wgpu_types::{
+use umbragraph_pipeline::diagnostic::codes;
+use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::pipeline::{
+    Contents, Face as CubeFace, Part, PartSettings, PassBuilder, Run, Usage,
+};
+use umbragraph_pipeline::wgpu_types::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, StencilFaceState, StencilOperation, StencilState,
 };
-use umbragraph_graph::work::{
+use umbragraph_pipeline::work::{
     AttachmentTarget, ColorAttachment, Compare, DepthAttachment, LoadOperation, StencilAttachment,
 };
 

@@ -24,12 +24,12 @@ use std::sync::Arc;
 use glam::{DMat4, DQuat, DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::data::{DataShape, HostData, ValueType, View};
-use umbragraph_graph::frame::{Camera as FrameCamera, Projection};
-use umbragraph_graph::language::Expr;
-use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{PassBuilder, Produced};
-use umbragraph_graph::work::{HostContext, HostNode, HostWork, Work};
+use umbragraph_pipeline::data::{DataShape, HostData, ValueType, View};
+use umbragraph_pipeline::frame::{Camera as FrameCamera, Projection};
+use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::node::Node;
+use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, Work};
 
 /// Publishes the frame's camera as a view, and its matrices and directions by name.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -217,7 +217,7 @@ impl Lens {
 #[cfg(test)]
 mod tests {
     use glam::{DVec4, Mat4};
-    use umbragraph_graph::frame::{Bounds, FrameInput};
+    use umbragraph_pipeline::frame::{Bounds, FrameInput};
 
     use super::*;
 

@@ -1,6 +1,6 @@
 //! The codes of the findings of this crate's node kinds.
 
-umbragraph_graph::codes! {
+umbragraph_pipeline::codes! {
     /// Far distances that are no distances, or do not increase.
     CASCADE_FAR = "UG0610", "far distances of cascades",
         "A cascade fit needs far distances in metres along the view axis, above zero, finite, and each greater than the one before (also once they are rounded to 32 bits).\n\n```json\n\"cascades\": { \"to\": \"sun\", \"far\": [10, 30, 80, 200], \"resolution\": 2048 }\n```";

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::diagnostic::codes;
-use umbragraph_graph::language::{Expr, Reference};
-use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced, Run, Usage};
-use umbragraph_graph::work::{ComputeWork, Deferred, Dispatch, Work};
+use umbragraph_pipeline::diagnostic::codes;
+use umbragraph_pipeline::language::{Expr, Reference};
+use umbragraph_pipeline::node::Node;
+use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced, Run, Usage};
+use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Work};
 
 /// Dispatches a compute shader: once for each texel of a texture, or so many workgroups.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]

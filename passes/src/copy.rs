@@ -2,13 +2,13 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::diagnostic::codes;
-use umbragraph_graph::language::{Expr, Word};
-use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{
+use umbragraph_pipeline::diagnostic::codes;
+use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::node::Node;
+use umbragraph_pipeline::pipeline::{
     Aspect, Contents, Face, Part, PartSettings, PassBuilder, Produced, Run, Usage,
 };
-use umbragraph_graph::work::{
+use umbragraph_pipeline::work::{
     BufferRegion, BufferView, Deferred, TextureRegion, TransferEnd, TransferWork, Work,
 };
 

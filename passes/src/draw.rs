@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::language::{Expr, Word};
-use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced};
-use umbragraph_graph::wgpu_types::Face;
-use umbragraph_graph::work::{Draw as DrawWork, DrawOrder, RenderWork, SceneDraw, Work};
+use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::node::Node;
+use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced};
+use umbragraph_pipeline::wgpu_types::Face;
+use umbragraph_pipeline::work::{Draw as DrawWork, DrawOrder, RenderWork, SceneDraw, Work};
 
 use crate::attachment::{self, ColorSettings, DepthSettings, StencilSettings};
 

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::diagnostic::codes;
-use umbragraph_graph::language::Expr;
-use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced};
-use umbragraph_graph::work::{Draw, RenderWork, Work};
+use umbragraph_pipeline::diagnostic::codes;
+use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::node::Node;
+use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced};
+use umbragraph_pipeline::work::{Draw, RenderWork, Work};
 
 use crate::attachment::{self, ColorSettings, DepthSettings, StencilSettings};
 

@@ -21,7 +21,7 @@
 //! what hides the light. All results are finite.
 
 use glam::{DMat4, DVec3};
-use umbragraph_graph::frame::{Camera, Light, LightKind, Projection};
+use umbragraph_pipeline::frame::{Camera, Light, LightKind, Projection};
 
 use crate::views::range;
 

@@ -27,7 +27,7 @@ pub mod views;
 
 pub use codes::ALL as CODES;
 
-use umbragraph_graph::node::Registry;
+use umbragraph_pipeline::node::Registry;
 
 /// All node kinds of this crate.
 pub fn registry() -> Registry {

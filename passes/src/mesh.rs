@@ -9,12 +9,12 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::diagnostic::codes;
-use umbragraph_graph::language::{Expr, Word};
-use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{Bind, PassBuilder, Produced, Run, Usage};
-use umbragraph_graph::wgpu_types::{self, IndexFormat, PrimitiveTopology, VertexStepMode};
-use umbragraph_graph::work::{
+use umbragraph_pipeline::diagnostic::codes;
+use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::node::Node;
+use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced, Run, Usage};
+use umbragraph_pipeline::wgpu_types::{self, IndexFormat, PrimitiveTopology, VertexStepMode};
+use umbragraph_pipeline::work::{
     BufferDraw, Draw, DrawCounts, IndexStream, ProgramHandle, RenderWork, VertexStream, Work,
 };
 

@@ -1,6 +1,6 @@
 //! The codes of findings in scene files: UG0700 to UG0799.
 
-umbragraph_graph::codes! {
+umbragraph_pipeline::codes! {
     /// The scene file itself cannot be read.
     SCENE_UNREADABLE = "UG0700", "scene cannot be read",
         "The scene file does not exist, is a folder, or may not be read. Paths are relative to the current folder.";

@@ -5,7 +5,7 @@
 //! shadows fall to the right and away. Neither depends on anything but the bounds and the picture's aspect ratio.
 
 use glam::{DMat3, DQuat, DVec3, Vec3};
-use umbragraph_graph::frame::{Bounds, Camera, Light, LightKind, Projection};
+use umbragraph_pipeline::frame::{Bounds, Camera, Light, LightKind, Projection};
 
 /// The vertical field of view of the default camera, in radians (40°).
 pub const VERTICAL_FOV: f64 = 40.0 * std::f64::consts::PI / 180.0;

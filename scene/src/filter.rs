@@ -6,9 +6,9 @@
 //! them, so that nobody has to find out by looking.
 
 use std::collections::BTreeSet;
-use umbragraph_graph::compiler::Plan;
-use umbragraph_graph::diagnostic::{Diagnostic, Severity};
-use umbragraph_graph::work::{Draw as PassDraw, Work};
+use umbragraph_compiler::Plan;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Severity};
+use umbragraph_pipeline::work::{Draw as PassDraw, Work};
 
 use crate::codes;
 use crate::interface::GEOMETRY;

@@ -6,12 +6,12 @@
 
 use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeSet;
-use umbragraph_graph::data::ValueType;
-use umbragraph_graph::draw::{
+use umbragraph_pipeline::data::ValueType;
+use umbragraph_pipeline::draw::{
     DOUBLE_SIDED, HostAttribute, HostInterface, HostMember, HostSlot, HostSlotKind, HostVertexBuffer,
     PropertySet,
 };
-use umbragraph_graph::wgpu_types::VertexFormat;
+use umbragraph_pipeline::wgpu_types::VertexFormat;
 
 use crate::scene::{Draw, Scene};
 

@@ -3,7 +3,7 @@
 //! A scene file is decoded once into plain data on the CPU ([`Scene`]): triangles with positions, normals and texture
 //! coordinates, materials, decoded images, a node hierarchy with transforms in `f64`, cameras, lights, skins and
 //! animations. Everything that varies over time is computed from that data into a [`Pose`]; what a frame needs to know
-//! apart from its draws is a [`FrameInput`](umbragraph_graph::frame::FrameInput), made by [`Scene::frame_input`].
+//! apart from its draws is a [`FrameInput`](umbragraph_pipeline::frame::FrameInput), made by [`Scene::frame_input`].
 //!
 //! ```no_run
 //! let scene = umbragraph_scene::load("courtyard.glb".as_ref()).expect("a readable scene");
@@ -22,7 +22,7 @@
 //! counter-clockwise, cameras and lights look along −Z of their own space, texture v points down.
 //!
 //! A file is not trusted. Loading collects all findings of a file as
-//! [`Diagnostics`](umbragraph_graph::diagnostic::Diagnostics) (codes UG0700 to UG0799, see [`codes`]), each placed by a
+//! [`Diagnostics`](umbragraph_pipeline::diagnostic::Diagnostics) (codes UG0700 to UG0799, see [`codes`]), each placed by a
 //! JSON pointer into the document; it never panics, follows no cycle, and stays within the limits of [`load::limits`].
 //!
 //! Not read: morph targets, vertex colours, tangents, and the textures of materials other than base colour; points and

@@ -4,7 +4,7 @@
 //! `angular_diameter_deg` (degrees), `radius` (metres) and `priority`.
 
 use glam::{DMat4, DVec3};
-use umbragraph_graph::frame::Light;
+use umbragraph_pipeline::frame::Light;
 
 use crate::node::NodeId;
 

@@ -5,7 +5,7 @@
 //! glTF asks for flat ones: the vertices are then taken apart, three for each triangle.
 
 use glam::{DVec3, Vec3};
-use umbragraph_graph::frame::Bounds;
+use umbragraph_pipeline::frame::Bounds;
 
 /// A group of primitives that a node places together.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@
 //! takes farther than a million kilometres, or makes as large, stays with its parent at that time.
 
 use glam::{DMat4, DVec3, Mat4};
-use umbragraph_graph::frame::Bounds;
+use umbragraph_pipeline::frame::Bounds;
 
 use crate::animation::Property;
 use crate::load::limits::MAXIMUM_DISTANCE;

@@ -4,8 +4,8 @@
 //! below rely on it. A scene without a camera gets one framed on its bounds, a scene without a light gets a sun
 //! ([`default_view`]).
 
-use umbragraph_graph::diagnostic::Diagnostics;
-use umbragraph_graph::frame::{Bounds, FrameInput, Light};
+use umbragraph_pipeline::diagnostic::Diagnostics;
+use umbragraph_pipeline::frame::{Bounds, FrameInput, Light};
 
 use crate::animation::Animation;
 use crate::default_view;

@@ -1,7 +1,7 @@
 //! Cameras of a scene.
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
-use umbragraph_graph::frame::{Bounds, Camera, Projection};
+use umbragraph_pipeline::frame::{Bounds, Camera, Projection};
 
 use crate::node::NodeId;
 

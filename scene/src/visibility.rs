@@ -6,7 +6,7 @@
 //! be drawn all the same where depth is clamped, and the view's own clipping does the rest.
 
 use glam::DMat4;
-use umbragraph_graph::frame::Bounds;
+use umbragraph_pipeline::frame::Bounds;
 
 /// Whether any part of `bounds` may lie within the sides of the view `clip_from_world`.
 pub fn may_be_visible(bounds: &Bounds, clip_from_world: &DMat4) -> bool {
@@ -30,7 +30,7 @@ pub fn may_be_visible(bounds: &Bounds, clip_from_world: &DMat4) -> bool {
 mod tests {
     use super::*;
     use glam::{DQuat, DVec3};
-    use umbragraph_graph::frame::{Camera, Projection};
+    use umbragraph_pipeline::frame::{Camera, Projection};
 
     fn view() -> DMat4 {
         let projection = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };

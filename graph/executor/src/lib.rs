@@ -58,6 +58,7 @@ use std::time::Duration;
 
 pub use draw::{DrawPass, DrawSource};
 pub use statistics::Statistics;
+pub use wgpu;
 
 use crate::compiler::{Physical, Plan, PlannedPass};
 use crate::data::HostData;

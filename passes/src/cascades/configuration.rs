@@ -4,12 +4,12 @@
 //! machines, that see the same frame fit the same cascades.
 //!
 //! Whatever the frame holds, what comes out is finite. A camera or light that [`Camera::check`] or
-//! [`umbragraph_graph::frame::Light::check`] finds unusable, or numbers so large that a matrix does not fit 32 bits,
+//! [`umbragraph_pipeline::frame::Light::check`] finds unusable, or numbers so large that a matrix does not fit 32 bits,
 //! end in fewer cascades, none in the worst case, and then everything is lit.
 
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
-use umbragraph_graph::data::View;
-use umbragraph_graph::frame::{Bounds, Camera, FrameInput, Light};
+use umbragraph_pipeline::data::View;
+use umbragraph_pipeline::frame::{Bounds, Camera, FrameInput, Light};
 
 use super::depth::{self, NearPull};
 use super::fit::{self, FitShape};

@@ -1,9 +1,9 @@
 //! From the settings of a `cascades` pass to a [`Configuration`], with every finding at its place.
 
 use glam::{DVec3, UVec2};
-use umbragraph_graph::expression::Value;
-use umbragraph_graph::language::{Expr, Word};
-use umbragraph_graph::pipeline::PassBuilder;
+use umbragraph_pipeline::expression::Value;
+use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::pipeline::PassBuilder;
 
 use super::MAXIMUM_CASCADES;
 use super::configuration::Configuration;
@@ -337,7 +337,7 @@ fn fraction(
     pass: &mut PassBuilder<'_>,
     expr: &Expr,
     pointer: &str,
-    code: umbragraph_graph::diagnostic::Code,
+    code: umbragraph_pipeline::diagnostic::Code,
     what: &str,
 ) -> Option<f64> {
     let fraction = pass.number(expr, pointer)?;

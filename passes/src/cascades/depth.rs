@@ -15,7 +15,7 @@
 //! not leave all others without depth.
 
 use glam::{DMat3, DVec2, DVec3};
-use umbragraph_graph::frame::Bounds;
+use umbragraph_pipeline::frame::Bounds;
 
 use super::snap::Rectangle;
 

@@ -17,7 +17,7 @@
 use glam::{DMat3, DVec2, DVec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::frame::{Bounds, Camera, Projection};
+use umbragraph_pipeline::frame::{Bounds, Camera, Projection};
 
 use super::splits::Slice;
 

@@ -11,7 +11,7 @@
 //! place, and a light that moves through that angle turns its texels there.
 
 use glam::{DMat3, DVec3, Vec3};
-use umbragraph_graph::frame::{Light, LightKind};
+use umbragraph_pipeline::frame::{Light, LightKind};
 
 /// The cosine between light and up vector from which on another up vector is taken.
 const PARALLEL: f64 = 0.99;

@@ -29,11 +29,11 @@ use std::sync::Arc;
 use glam::DVec4;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::data::{Component, DataShape, HostData, ValueType};
-use umbragraph_graph::language::{Expr, Word};
-use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{PassBuilder, Produced};
-use umbragraph_graph::work::{HostContext, HostNode, HostWork, Work};
+use umbragraph_pipeline::data::{Component, DataShape, HostData, ValueType};
+use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::node::Node;
+use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, Work};
 
 use super::configuration::{Cascade, CascadeSet, Configuration};
 use super::fit::FitShape;

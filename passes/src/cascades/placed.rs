@@ -4,8 +4,8 @@
 //! placement names; a cascade that could not be fitted leaves a descriptor that shadows nothing.
 
 use glam::{DVec4, UVec2};
-use umbragraph_graph::data::{DataShape, ValueType, View};
-use umbragraph_graph::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::data::{DataShape, ValueType, View};
+use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
 use super::configuration::{Cascade, Configuration};
 use super::node::Cascades;

@@ -9,10 +9,10 @@
 use glam::{DMat4, DVec2, UVec2};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::data::{DataShape, ValueType};
-use umbragraph_graph::language::Expr;
-use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::data::{DataShape, ValueType};
+use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::node::Node;
+use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
 use super::described::{self, Describe, Told};
 use super::descriptor::Descriptor;

@@ -7,10 +7,10 @@ use std::fmt::Debug;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
-use umbragraph_graph::data::{DataShape, HostData, View};
-use umbragraph_graph::frame::FrameInput;
-use umbragraph_graph::pipeline::{PassBuilder, Produced};
-use umbragraph_graph::work::{HostContext, HostNode, HostWork, ResourceHandle, Work};
+use umbragraph_pipeline::data::{DataShape, HostData, View};
+use umbragraph_pipeline::frame::FrameInput;
+use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, ResourceHandle, Work};
 
 use super::descriptor::{self, Descriptor};
 use super::filter::{Bounded, Filter, Where, receivers};

@@ -12,7 +12,7 @@
 //! Lengths are metres.
 
 use glam::{DMat4, DVec4, UVec2};
-use umbragraph_graph::data::{Component, DataShape, HostData, ValueType};
+use umbragraph_pipeline::data::{Component, DataShape, HostData, ValueType};
 
 /// One shadow map, as shaders see it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -11,11 +11,11 @@
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::data::HostData;
-use umbragraph_graph::diagnostic::{Diagnostic, Place, Severity, list_of};
-use umbragraph_graph::frame::{Bounds, FrameInput, Light};
-use umbragraph_graph::language::Expr;
-use umbragraph_graph::pipeline::PassBuilder;
+use umbragraph_pipeline::data::HostData;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Place, Severity, list_of};
+use umbragraph_pipeline::frame::{Bounds, FrameInput, Light};
+use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::pipeline::PassBuilder;
 
 use crate::codes;
 

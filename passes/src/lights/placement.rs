@@ -3,7 +3,7 @@
 //! Each usable light that casts shadows, and whose light the camera can see something of, asks for what its kind needs;
 //! [`crate::atlas`] grants it by importance ([`crate::importance`]), keeps tiles and slots from frame to frame, and says
 //! who has less than it asked for. How large the atlas and the arrays should be is published as sizes for textures:
-//! `atlas_side`, `cube_count` and `layer_count` (see [`umbragraph_graph::data`]); until the host plans anew, lights have
+//! `atlas_side`, `cube_count` and `layer_count` (see [`umbragraph_pipeline::data`]); until the host plans anew, lights have
 //! to do with what there is.
 //!
 //! Published (d descriptors):
@@ -22,13 +22,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::data::{Component, DataShape, HostData, ValueType};
-use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place};
-use umbragraph_graph::frame::{FrameInput, Light, LightKind};
-use umbragraph_graph::language::Expr;
-use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{PassBuilder, Produced};
-use umbragraph_graph::work::{HostContext, HostNode, HostWork, Work};
+use umbragraph_pipeline::data::{Component, DataShape, HostData, ValueType};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place};
+use umbragraph_pipeline::frame::{FrameInput, Light, LightKind};
+use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::node::Node;
+use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, Work};
 
 use crate::atlas::{self, Capacity, Fate, Key, Placement, Pool, PoolCounts, Request, TileRequest};
 use crate::codes;

@@ -7,10 +7,10 @@
 use glam::{DVec4, UVec2};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_graph::data::{DataShape, ValueType};
-use umbragraph_graph::language::Expr;
-use umbragraph_graph::node::Node;
-use umbragraph_graph::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::data::{DataShape, ValueType};
+use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::node::Node;
+use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
 use super::described::{self, Describe, Told};
 use super::descriptor::Descriptor;

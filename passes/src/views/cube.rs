@@ -15,8 +15,8 @@
 //! array or an atlas whose filters cannot step over to the next face ([`CubeViews::of`]).
 
 use glam::{DMat3, DMat4, DVec2, DVec3, UVec2};
-use umbragraph_graph::data::View;
-use umbragraph_graph::frame::{Light, LightKind};
+use umbragraph_pipeline::data::View;
+use umbragraph_pipeline::frame::{Light, LightKind};
 
 use super::{NEAR, is_place, projection, range};
 

@@ -5,7 +5,7 @@
 //! number, counts as the shortest. The shadow's far plane stands there; beyond it nothing is in shadow.
 
 use glam::DVec3;
-use umbragraph_graph::frame::Light;
+use umbragraph_pipeline::frame::Light;
 
 use super::NEAR;
 

@@ -8,8 +8,8 @@
 //! casts no shadow. [`SpotView::clamped`] tells. No direction counts as −Z.
 
 use glam::{DMat3, DMat4, DVec3};
-use umbragraph_graph::data::View;
-use umbragraph_graph::frame::{Light, LightKind};
+use umbragraph_pipeline::data::View;
+use umbragraph_pipeline::frame::{Light, LightKind};
 
 use super::{NEAR, is_place, projection, range};
 use crate::cascades::light::from_world;

@@ -3,10 +3,11 @@
 use glam::DVec3;
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
-use umbragraph_graph::data::View;
-use umbragraph_graph::draw::{DrawPass, PropertySet};
-use umbragraph_graph::frame::Bounds;
-use umbragraph_graph::work::DrawOrder;
+use umbragraph_executor::DrawPass;
+use umbragraph_pipeline::data::View;
+use umbragraph_pipeline::draw::PropertySet;
+use umbragraph_pipeline::frame::Bounds;
+use umbragraph_pipeline::work::DrawOrder;
 
 use super::geometry::{Geometry, Part};
 use super::objects::world_from_object;

@@ -7,8 +7,8 @@
 use glam::{DMat3, DMat4};
 use std::collections::BTreeMap;
 use std::ops::Range;
-use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics};
-use umbragraph_graph::wgpu;
+use umbragraph_executor::wgpu;
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use crate::codes;

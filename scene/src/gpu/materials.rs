@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU64;
-use umbragraph_graph::wgpu;
+use umbragraph_executor::wgpu;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use crate::interface::{BLOCK_STRIDE, MaterialBlock};

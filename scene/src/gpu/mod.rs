@@ -19,9 +19,10 @@ mod skinning;
 
 use std::sync::Mutex;
 
-use umbragraph_graph::diagnostic::Diagnostics;
-use umbragraph_graph::draw::{DrawPass, DrawSource, HostInterface};
-use umbragraph_graph::wgpu;
+use umbragraph_executor::wgpu;
+use umbragraph_executor::{DrawPass, DrawSource};
+use umbragraph_pipeline::diagnostic::Diagnostics;
+use umbragraph_pipeline::draw::HostInterface;
 
 use crate::filter::FILTERS;
 use crate::interface::{GEOMETRY, interface};

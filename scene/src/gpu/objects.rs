@@ -2,7 +2,7 @@
 
 use glam::{DMat4, Mat4};
 use std::num::NonZeroU64;
-use umbragraph_graph::wgpu;
+use umbragraph_executor::wgpu;
 
 use super::geometry::normal_matrix;
 use crate::interface::{BLOCK_STRIDE, ObjectBlock};

@@ -34,7 +34,7 @@ mod skins;
 pub use resource::{Folder, NoFiles, ResolveError, Resolver};
 
 use std::path::{Path, PathBuf};
-use umbragraph_graph::diagnostic::Diagnostics;
+use umbragraph_pipeline::diagnostic::Diagnostics;
 
 use crate::codes;
 use crate::scene::Scene;

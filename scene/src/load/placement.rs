@@ -6,7 +6,7 @@ use gltf::json::camera::Type;
 use gltf::json::extensions::scene::khr_lights_punctual::{Light as JsonLight, Type as LightType};
 use gltf::json::validation::Checked;
 use std::f32::consts::FRAC_PI_2;
-use umbragraph_graph::frame::{Bounds, Light, LightKind, Projection};
+use umbragraph_pipeline::frame::{Bounds, Light, LightKind, Projection};
 
 use super::extras::ObjectExtras;
 use super::limits::MAXIMUM_DISTANCE;

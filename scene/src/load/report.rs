@@ -1,6 +1,6 @@
 //! Findings while a scene is loaded, and the budget that they share.
 
-use umbragraph_graph::diagnostic::{Code, Diagnostic, Diagnostics};
+use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics};
 
 use super::limits::{MAXIMUM_DECODED_BYTES, MAXIMUM_FINDINGS};
 use crate::codes;
@@ -55,7 +55,7 @@ impl Report {
     ) {
         if self.warnings.len() < MAXIMUM_FINDINGS {
             let mut finding = Diagnostic::in_file(code, &*self.file, at, message).help(help);
-            finding.severity = umbragraph_graph::diagnostic::Severity::Warning;
+            finding.severity = umbragraph_pipeline::diagnostic::Severity::Warning;
             self.warnings.push(finding);
         }
     }

@@ -1,7 +1,7 @@
 //! What scenes look like on a device, and which draws are issued.
 
 use serde_json::{Value, json};
-use umbragraph_graph::draw::DrawSource;
+use umbragraph_executor::DrawSource;
 use umbragraph_scene::gpu::SceneResources;
 use umbragraph_scene::{Folder, Scene};
 use umbragraph_test_support::gpu::{self, Gpu};

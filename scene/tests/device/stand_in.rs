@@ -1,9 +1,10 @@
 //! A small executor: one pipeline for each property set, one flat-colour shader, one 32 × 32 picture.
 
 use std::collections::BTreeMap;
-use umbragraph_graph::data::View;
-use umbragraph_graph::draw::{DOUBLE_SIDED, DrawPass, DrawSource, HostInterface, HostSlotKind, PropertySet};
-use umbragraph_graph::wgpu;
+use umbragraph_executor::wgpu;
+use umbragraph_executor::{DrawPass, DrawSource};
+use umbragraph_pipeline::data::View;
+use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostInterface, HostSlotKind, PropertySet};
 use umbragraph_scene::gpu::SceneResources;
 use umbragraph_test_support::gpu::Gpu;
 

@@ -1,7 +1,7 @@
 //! What is said about a broken document: code, place, message and help, all findings at once.
 
 use serde_json::{Value, json};
-use umbragraph_graph::diagnostic::Place;
+use umbragraph_pipeline::diagnostic::Place;
 use umbragraph_scene::{NoFiles, from_slice};
 
 use crate::document::{Document, findings, glb, line};

@@ -1,7 +1,7 @@
 //! A small writer of glTF documents for tests: JSON values beside a growing binary chunk.
 
 use serde_json::{Value, json};
-use umbragraph_graph::diagnostic::{Diagnostic, Diagnostics, Place};
+use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph_scene::{NoFiles, Scene, from_slice};
 
 /// A document under construction: change `json` at will.

@@ -4,7 +4,7 @@ use crate::document::{Document, line};
 use glam::{DVec3, Vec3};
 use serde_json::json;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
-use umbragraph_graph::frame::{LightKind, Projection};
+use umbragraph_pipeline::frame::{LightKind, Projection};
 use umbragraph_scene::material::AlphaMode;
 use umbragraph_scene::texture::{Filter, Wrap};
 use umbragraph_scene::{Folder, NoFiles, from_slice};

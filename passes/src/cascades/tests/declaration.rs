@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use umbragraph_graph::data::HostData;
-use umbragraph_graph::diagnostic::Diagnostics;
-use umbragraph_graph::pipeline::{Choice, Pipeline, load};
-use umbragraph_graph::shader::{TargetProfile, TemplateSet};
-use umbragraph_graph::source::Sources;
-use umbragraph_graph::work::{HostContext, Work};
-use umbragraph_graph::{document, node::Registry};
+use umbragraph_pipeline::data::HostData;
+use umbragraph_pipeline::diagnostic::Diagnostics;
+use umbragraph_pipeline::pipeline::{Choice, Pipeline, load};
+use umbragraph_pipeline::shader::{TargetProfile, TemplateSet};
+use umbragraph_pipeline::source::Sources;
+use umbragraph_pipeline::work::{HostContext, Work};
+use umbragraph_pipeline::{document, node::Registry};
 
 use super::*;
 use crate::cascades::{Cascades, node};
@@ -44,7 +44,7 @@ pub(super) fn run(settings: &str, frame: &FrameInput) -> HostData {
 }
 
 fn declared(pipeline: &Pipeline) -> u32 {
-    let umbragraph_graph::pipeline::ResourceKind::Data(Some(shape)) = &pipeline.resources[0].kind else {
+    let umbragraph_pipeline::pipeline::ResourceKind::Data(Some(shape)) = &pipeline.resources[0].kind else {
         panic!("data")
     };
     assert_eq!(*shape, node::shape(shape.maximum_views));
@@ -244,7 +244,7 @@ fn settings_that_make_no_sense_are_found_at_their_place() {
         let found: Vec<_> = diagnostics
             .iter()
             .map(|finding| {
-                let umbragraph_graph::diagnostic::Place::Span(span) = finding.place else {
+                let umbragraph_pipeline::diagnostic::Place::Span(span) = finding.place else {
                     panic!("a place in the text")
                 };
                 assert!(finding.help.is_some(), "{settings}");

@@ -1,7 +1,7 @@
 //! Whatever the host says, everything is finite, and nothing panics.
 
 use glam::{DMat4, Mat4};
-use umbragraph_graph::data::HostData;
+use umbragraph_pipeline::data::HostData;
 
 use super::*;
 use crate::cascades::CascadeSet;

@@ -3,7 +3,7 @@
 use glam::{DMat4, Mat4};
 use std::collections::BTreeMap;
 use std::num::NonZeroU64;
-use umbragraph_graph::wgpu;
+use umbragraph_executor::wgpu;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 use super::Skinned;

@@ -1,7 +1,7 @@
 //! Skinning on the processor, for devices that cannot do it themselves; the measure of those that can.
 
 use glam::{DMat4, DVec3};
-use umbragraph_graph::wgpu;
+use umbragraph_executor::wgpu;
 
 use super::Skinned;
 use crate::gpu::geometry::{Geometry, normal_matrix};
@@ -63,7 +63,7 @@ fn skin(primitive: &Primitive, joints: &[DMat4], positions: &mut Vec<[f32; 3]>, 
 mod tests {
     use super::*;
     use crate::mesh::JointWeights;
-    use umbragraph_graph::frame::Bounds;
+    use umbragraph_pipeline::frame::Bounds;
 
     #[test]
     fn a_vertex_between_two_joints_goes_half_the_way() {

@@ -18,7 +18,7 @@ mod device;
 mod host;
 
 use glam::DMat4;
-use umbragraph_graph::wgpu;
+use umbragraph_executor::wgpu;
 
 use super::geometry::Geometry;
 use crate::pose::Pose;
