@@ -10,6 +10,9 @@ use umbragraph::shader::TargetLanguage;
 
 use crate::validator::ExternalValidator;
 
+#[cfg(feature = "gpu")]
+use crate::render::{camera::CameraArgument, capture::CaptureArgument};
+
 /// Checks, inspects and renders pipelines of umbragraph.
 #[derive(Parser)]
 #[command(name = "umbragraph", version, about)]
@@ -386,17 +389,52 @@ pub(crate) struct RenderArguments {
     /// The glTF scene (.gltf or .glb).
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
-    /// Where the picture goes.
-    #[arg(long, value_name = "FILE.png")]
+    /// Where the picture goes: a .png; for several frames a .png with # where the number goes, an .apng or a .gif.
+    #[arg(long, value_name = "FILE")]
     pub(crate) out: PathBuf,
-    /// Seconds since the start of the scene's animations.
-    #[arg(long, value_name = "SECONDS", default_value_t = 0.0)]
-    pub(crate) time: f64,
+    /// Renders so many frames, in which what earlier ones left lives on; the scene's animations play.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) frames: Option<u32>,
+    /// Frames a second.
+    #[arg(long, value_name = "F", default_value_t = 30.0, value_parser = parse_rate)]
+    pub(crate) fps: f64,
+    /// Seconds since the start of the scene's animations, of the first frame.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
+    pub(crate) at: f64,
+    /// How the camera moves: orbit, walk, or a file with its keys. Without it the scene's own camera.
+    #[arg(long, value_name = "orbit|walk|FILE", value_parser = CameraArgument::parse)]
+    pub(crate) camera: Option<CameraArgument>,
+    /// Writes what a texture holds after the last frame (with @PASS the version that the pass wrote, with a mip level, a
+    /// layer and a face those alone) to a .png, or as numbers to an .exr.
+    #[arg(long, value_name = "RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE", value_parser = CaptureArgument::parse)]
+    pub(crate) capture: Vec<CaptureArgument>,
+    /// Writes what every texture holds after the last frame to a folder.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) capture_all: Option<PathBuf>,
+    /// Compresses PNG files less, in a fraction of the time.
+    #[arg(long)]
+    pub(crate) fast: bool,
     /// Throws a toggle; without a value it is switched on. Toggles change nothing about the plan.
     #[arg(long = "toggle", value_name = "NAME[=on|off]", value_parser = parse_toggle)]
     pub(crate) toggles: Vec<(String, bool)>,
     #[command(flatten)]
     pub(crate) choices: Choices,
+}
+
+#[cfg(feature = "gpu")]
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(seconds) if seconds.is_finite() => Ok(seconds),
+        _ => Err(format!("\"{text}\" is no number of seconds")),
+    }
+}
+
+#[cfg(feature = "gpu")]
+fn parse_rate(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(rate) if (0.001..=1000.0).contains(&rate) => Ok(rate),
+        _ => Err(format!("\"{text}\" is no number of frames a second between 0.001 and 1000")),
+    }
 }
 
 #[cfg(feature = "gpu")]

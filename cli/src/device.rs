@@ -21,10 +21,18 @@ const ADAPTER: &str = "UMBRAGRAPH_ADAPTER";
 /// # Errors
 /// No adapter, or one that refuses a device.
 pub(crate) fn open() -> Result<Graphics, Diagnostic> {
-    let instance = Instance::new(InstanceDescriptor::new_without_display_handle());
-    let mut adapters = pollster::block_on(instance.enumerate_adapters(Backends::all()));
-    adapters.retain(|adapter| adapter.get_info().backend != Backend::Noop);
-    adapters.sort_by_key(rank);
+    let found = |backends| {
+        let descriptor = InstanceDescriptor { backends, ..InstanceDescriptor::new_without_display_handle() };
+        let mut adapters = pollster::block_on(Instance::new(descriptor).enumerate_adapters(backends));
+        adapters.retain(|adapter| adapter.get_info().backend != Backend::Noop);
+        adapters.sort_by_key(rank);
+        adapters
+    };
+    // OpenGL last: where there is no display, its libraries complain on standard error of their own accord.
+    let mut adapters = found(Backends::PRIMARY);
+    if adapters.is_empty() || std::env::var_os(ADAPTER).is_some_and(|wanted| !wanted.is_empty()) {
+        adapters = found(Backends::all());
+    }
     let names: Vec<String> = adapters.iter().map(name).collect();
     if let Some(wanted) = std::env::var(ADAPTER).ok().filter(|wanted| !wanted.is_empty()) {
         adapters.retain(|adapter| name(adapter).to_lowercase().contains(&wanted.to_lowercase()));
@@ -78,4 +86,50 @@ fn rank(adapter: &Adapter) -> (bool, u8) {
         DeviceType::Cpu => 4,
     };
     (info.backend == Backend::Gl, kind)
+}
+
+/// Reads an rgba8 texture back, row 0 on top.
+///
+/// # Errors
+/// A lost device, or one that cannot map the buffer.
+pub(crate) fn read_rgba8(graphics: &Graphics, texture: &wgpu::Texture) -> Result<Vec<u8>, Diagnostic> {
+    let (width, height) = (texture.width(), texture.height());
+    let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+    let buffer = graphics.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("read back"),
+        size: u64::from(row) * u64::from(height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = graphics.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    encoder.copy_texture_to_buffer(
+        texture.as_image_copy(),
+        wgpu::TexelCopyBufferInfo {
+            buffer: &buffer,
+            layout: wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(row),
+                rows_per_image: Some(height),
+            },
+        },
+        texture.size(),
+    );
+    graphics.queue.submit([encoder.finish()]);
+    let failed = |what: String| {
+        Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("the picture cannot be read back: {what}"))
+            .help("the device was lost; try a smaller picture, or another driver")
+    };
+    let (sender, receiver) = std::sync::mpsc::channel();
+    buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+        let _ = sender.send(result);
+    });
+    graphics.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|error| failed(error.to_string()))?;
+    match receiver.recv() {
+        Ok(Ok(())) => {}
+        Ok(Err(error)) => return Err(failed(error.to_string())),
+        Err(error) => return Err(failed(error.to_string())),
+    }
+    let mapped = buffer.slice(..).get_mapped_range().map_err(|error| failed(error.to_string()))?;
+    let bytes: &[u8] = &mapped;
+    Ok(bytes.chunks_exact(row as usize).flat_map(|line| &line[..width as usize * 4]).copied().collect())
 }

@@ -14,8 +14,6 @@ mod explain;
 mod fmt;
 mod graph;
 mod mend;
-#[cfg(feature = "gpu")]
-mod output;
 mod permutations;
 mod plan;
 #[cfg(feature = "gpu")]
@@ -36,6 +34,7 @@ use std::process::ExitCode;
 use arguments::{Arguments, Command};
 
 fn main() -> ExitCode {
+    silence_device_selection();
     let arguments = match Arguments::of_process() {
         Ok(arguments) => arguments,
         Err(error) => {
@@ -59,3 +58,18 @@ fn main() -> ExitCode {
     };
     if fine { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
+
+/// Where there is no display, a layer of Mesa that looks for one complains on standard error, twice, before every
+/// picture. This keeps it from being loaded.
+#[cfg(all(feature = "gpu", target_os = "linux"))]
+#[expect(unsafe_code, reason = "see the proof at the place")]
+fn silence_device_selection() {
+    if ["XDG_RUNTIME_DIR", "WAYLAND_DISPLAY", "DISPLAY"].iter().all(|name| std::env::var_os(name).is_none()) {
+        // SAFETY: the environment may not be changed while another thread reads it; this is the first statement of
+        // `main`, before any thread is started.
+        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
+    }
+}
+
+#[cfg(not(all(feature = "gpu", target_os = "linux")))]
+fn silence_device_selection() {}

@@ -3,19 +3,21 @@
 use std::io::IsTerminal as _;
 use std::time::{Duration, Instant};
 
-use indicatif::ProgressBar;
+use indicatif::{ProgressBar, ProgressStyle};
 
 /// The stages of a run.
 pub(crate) struct Progress {
     line: Option<ProgressBar>,
     stages: Vec<(&'static str, Duration)>,
+    /// The end of the last step.
+    since: Instant,
 }
 
 impl Progress {
     /// A line on standard error, if that is a terminal.
     pub(crate) fn new() -> Self {
         let line = std::io::stderr().is_terminal().then(ProgressBar::new_spinner);
-        Self { line, stages: Vec::new() }
+        Self { line, stages: Vec::new(), since: Instant::now() }
     }
 
     /// Runs one stage.
@@ -29,6 +31,33 @@ impl Progress {
         let result = work();
         self.stages.push((name, start.elapsed()));
         result
+    }
+
+    /// Begins a stage of so many steps, which [`Self::advance`] counts.
+    pub(crate) fn begin(&mut self, name: &'static str, steps: u64) {
+        if let Some(line) = self.line.as_ref().filter(|_| steps > 1) {
+            line.set_style(
+                ProgressStyle::default_bar()
+                    .template("{msg} {pos} of {len}, {per_sec}, {eta} to go")
+                    .unwrap_or_else(|_| ProgressStyle::default_bar()),
+            );
+            line.set_length(steps);
+            line.set_position(0);
+            line.set_message(name);
+        }
+        self.stages.push((name, Duration::ZERO));
+        self.since = Instant::now();
+    }
+
+    /// Counts a step of the stage that was begun last.
+    pub(crate) fn advance(&mut self) {
+        if let Some(line) = &self.line {
+            line.inc(1);
+        }
+        if let Some((_, time)) = self.stages.last_mut() {
+            *time += self.since.elapsed();
+        }
+        self.since = Instant::now();
     }
 
     /// Removes the line.

@@ -32,6 +32,8 @@ pub(crate) struct Session {
     pub(crate) texts: BTreeMap<String, String>,
     /// The files that were read.
     pub(crate) files: BTreeSet<String>,
+    /// A document that every pipeline includes after its extensions.
+    pub(crate) included: Option<String>,
 }
 
 /// The file system, but for the texts that stand for files.
@@ -99,6 +101,7 @@ impl Session {
             registry,
             texts: BTreeMap::new(),
             files: BTreeSet::new(),
+            included: None,
         }
     }
 
@@ -113,6 +116,15 @@ impl Session {
         for extension in extensions {
             let extension = self.composed(extension)?;
             composed.insert(extension, &mut self.findings);
+        }
+        if let Some(text) = &self.included {
+            let file = self.sources.add("captures", text.as_str());
+            let mut files = compose::Memory::default();
+            let (sources, findings) = (&mut self.sources, &mut self.findings);
+            composed.include(
+                compose::compose(file, Path::new("captures"), &mut files, sources, findings)?,
+                findings,
+            );
         }
         Some(composed)
     }

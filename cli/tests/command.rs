@@ -228,7 +228,7 @@ fn render_writes_a_whole_picture_and_says_on_what_and_how_fast() {
         return;
     }
     let folder = ScratchFolder::new("command-render");
-    let out = folder.join("new/folder/x.png");
+    let out = folder.join("x.png");
     let scene = "examples/scenes/courtyard.glb";
     let arguments = [
         "render",

@@ -23,7 +23,7 @@ use crate::work::ResourceHandle;
 const MAXIMUM_STEPS: u32 = 64;
 
 /// The size of a texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 pub struct TextureSize {
     /// In texels.
     pub width: u32,

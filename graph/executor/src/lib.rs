@@ -16,6 +16,7 @@
 //! - `switches`: the toggles of a frame, which passes they leave out, and what stands in for what those write;
 //! - `inputs`: what a frame brings, checked, and the host passes;
 //! - `record`, `attachments`, `scene`, `buffer_draw`: render passes, and the draws in them;
+//! - `read_back`: what a texture holds, for the host to look at;
 //! - `times`: how long the processor works on each pass.
 //!
 //! Whatever happens, an error is a value, nothing is recorded, and the next frame is possible. A device that is lost is
@@ -40,6 +41,7 @@ mod inputs;
 mod objects;
 mod pipelines;
 mod pool;
+mod read_back;
 mod realize;
 mod record;
 mod requirements;
@@ -57,6 +59,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use draw::{DrawPass, DrawSource};
+pub use read_back::{Texels, read_back};
 pub use statistics::Statistics;
 pub use wgpu;
 

@@ -4,13 +4,15 @@
 //! - [`check_configurations`], [`feature_configurations`], [`reach`]: the configurations of a pipeline, chosen, checked
 //!   and proven;
 //! - [`verify`](verify::verify): a second opinion on a plan, which shares no code with what made it;
-//! - [`report`] and [`why`]: a plan shown, and the reasons for it.
+//! - [`report`] and [`why`]: a plan shown, and the reasons for it;
+//! - [`capture`]: textures of a frame for somebody to look at.
 
 use umbragraph_compiler as compiler;
 use umbragraph_pipeline::{
     compose, data, diagnostic, document, expression, language, node, pipeline, shader, source, work,
 };
 
+pub mod capture;
 mod check;
 mod configurations;
 mod coverage;

@@ -92,6 +92,13 @@ impl Composed {
         self.files.extend(extension.files);
         insert(&mut self.document.root, extension.document.root, diagnostics);
     }
+
+    /// Adds the sections of another document, as `"include"` does.
+    pub fn include(&mut self, part: Composed, diagnostics: &mut Diagnostics) {
+        self.layers.extend(part.files.iter().map(|file| (*file, Layer::Included)));
+        self.files.extend(part.files);
+        merge::beside(&mut self.document.root, part.document.root, diagnostics);
+    }
 }
 
 /// Composes the document of a registered file, which stands at `path`.

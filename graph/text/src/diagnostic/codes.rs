@@ -238,6 +238,12 @@ crate::codes! {
     /// A pipeline that makes no picture.
     PICTURE = "UG0808", "no picture",
         "`umbragraph render` writes the one imported texture that passes write (or the one called `target`) to a PNG file: rgba8unorm or rgba8unorm-srgb, of the viewport's size, one layer, one sample.";
+    /// A texture that cannot be captured.
+    CAPTURE = "UG0809", "nothing to capture",
+        "`umbragraph render --capture NAME[@PASS][:MIP,LAYER,FACE]=FILE` writes the contents of a texture, or of the version that one pass wrote. What does not exist, is culled, is a volume, has several samples a texel, or has a format without a picture cannot be captured.";
+    /// A camera path that no camera can follow.
+    CAMERA_PATH = "UG0810", "unusable camera path",
+        "The file of `umbragraph render --camera` has keys with a time, a position and a target, in strictly increasing order of their times; all numbers are finite, and no key looks straight up or down.";
     /// Frame input that no pass could use.
     FRAME_INPUT = "UG0806", "unusable frame input",
         "The camera or a light of a frame has a value that is not finite, a direction that is not of unit length, or an empty depth range. The frame is recorded without it.";

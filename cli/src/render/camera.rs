@@ -1,0 +1,201 @@
+//! Where the camera is in each frame.
+//!
+//! `orbit` goes once around the middle of the scene, at the height and distance of the scene's own camera; `walk` goes
+//! straight on, as far in all frames as the scene's radius, without leaving its height. A file gives keys, between which
+//! positions are interpolated along a straight line and directions along an arc:
+//!
+//! ```json
+//! { "keys": [ { "time": 0, "position": [0, 2, 8], "target": [0, 1, 0] },
+//!             { "time": 4, "position": [6, 3, 5], "target": [0, 1, 0] } ] }
+//! ```
+//!
+//! Times in seconds, strictly increasing; positions in metres. Before the first key and after the last one the camera
+//! stands still. Its projection is that of the scene's camera, up is +Y.
+
+use std::path::{Path, PathBuf};
+
+use glam::{DMat3, DQuat, DVec3};
+use serde::Deserialize;
+use umbragraph::diagnostic::{Diagnostic, codes};
+use umbragraph::frame::{Bounds, Camera};
+
+/// What `--camera` asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum CameraArgument {
+    Orbit,
+    Walk,
+    File(PathBuf),
+}
+
+impl CameraArgument {
+    /// Never fails: what is no word is a file.
+    pub(crate) fn parse(text: &str) -> Result<Self, std::convert::Infallible> {
+        Ok(match text {
+            "orbit" => Self::Orbit,
+            "walk" => Self::Walk,
+            file => Self::File(file.into()),
+        })
+    }
+}
+
+/// How the camera moves.
+#[derive(Debug)]
+pub(super) enum CameraPath {
+    /// As the scene says.
+    Scene,
+    Orbit,
+    Walk,
+    Keys(Vec<Key>),
+}
+
+/// Where the camera is at a time.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Key {
+    time: f64,
+    position: [f64; 3],
+    target: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Keys {
+    keys: Vec<Key>,
+}
+
+impl CameraPath {
+    /// The path that is asked for.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no camera path, or has values that no camera can use.
+    pub(super) fn of(argument: Option<&CameraArgument>) -> Result<Self, Diagnostic> {
+        Ok(match argument {
+            None => Self::Scene,
+            Some(CameraArgument::Orbit) => Self::Orbit,
+            Some(CameraArgument::Walk) => Self::Walk,
+            Some(CameraArgument::File(path)) => Self::Keys(read(path)?),
+        })
+    }
+
+    /// The camera of a frame: `part` of the whole way is behind it, `time` is in seconds.
+    pub(super) fn camera(&self, scene: Camera, bounds: &Bounds, part: f64, time: f64) -> Camera {
+        let (middle, radius) =
+            if bounds.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), bounds.radius()) };
+        match self {
+            Self::Scene => scene,
+            Self::Orbit => {
+                let turn = DQuat::from_rotation_y(part * std::f64::consts::TAU);
+                let position = middle + turn * (scene.position - middle);
+                Camera { position, rotation: (turn * scene.rotation).normalize(), ..scene }
+            }
+            Self::Walk => {
+                let ahead = scene.rotation * DVec3::NEG_Z;
+                let level = DVec3::new(ahead.x, 0.0, ahead.z).try_normalize().unwrap_or(DVec3::NEG_Z);
+                Camera { position: scene.position + level * (part * radius), ..scene }
+            }
+            Self::Keys(keys) => {
+                let after = keys.partition_point(|key| key.time <= time);
+                let (Some(from), Some(to)) =
+                    (keys.get(after.saturating_sub(1)), keys.get(after.min(keys.len() - 1)))
+                else {
+                    return scene;
+                };
+                let span = to.time - from.time;
+                let t = if span > 0.0 { ((time - from.time) / span).clamp(0.0, 1.0) } else { 0.0 };
+                let position = DVec3::from(from.position).lerp(DVec3::from(to.position), t);
+                let (Some(one), Some(other)) = (from.rotation(), to.rotation()) else { return scene };
+                Camera { position, rotation: one.slerp(other, t).normalize(), ..scene }
+            }
+        }
+    }
+}
+
+impl Key {
+    /// From camera space to the world; `None` where position and target are one, or the camera looks straight up or down.
+    fn rotation(&self) -> Option<DQuat> {
+        let back = (DVec3::from(self.position) - DVec3::from(self.target)).try_normalize()?;
+        let right = DVec3::Y.cross(back).try_normalize()?;
+        let rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back)).normalize();
+        rotation.is_finite().then_some(rotation)
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<Key>, Diagnostic> {
+    let name = path.display().to_string();
+    let wrong = |at: &str, message: String| {
+        Diagnostic::in_file(codes::CAMERA_PATH, &name, at, message)
+            .help("a path is { \"keys\": [ { \"time\": seconds, \"position\": [x, y, z], \"target\": [x, y, z] }, … ] }; there are orbit and walk, too")
+    };
+    let mut sources = umbragraph::source::Sources::new();
+    let file = umbragraph::read_source(path, &mut sources)?;
+    let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_default();
+    let keys: Keys = serde_json::from_str(&text).map_err(|error| {
+        wrong(&format!("{}:{}", error.line(), error.column()), format!("this is no camera path: {error}"))
+    })?;
+    let keys = keys.keys;
+    if keys.is_empty() {
+        return Err(wrong("/keys", "a camera path has no keys".to_owned()));
+    }
+    for (at, key) in keys.iter().enumerate() {
+        let place = format!("/keys/{at}");
+        let numbers = key.position.iter().chain(&key.target).chain([&key.time]);
+        if !numbers.clone().all(|number| number.is_finite() && number.abs() < 1e12) {
+            return Err(wrong(
+                &place,
+                format!("key {at} of a camera path has a number that no camera can use"),
+            ));
+        }
+        if key.rotation().is_none() {
+            return Err(wrong(
+                &place,
+                format!("key {at} of a camera path looks nowhere, or straight up or down"),
+            ));
+        }
+        if at > 0 && keys[at - 1].time >= key.time {
+            return Err(wrong(&place, format!("key {at} of a camera path is not later than the one before")));
+        }
+    }
+    Ok(keys)
+}
+
+#[cfg(test)]
+mod tests {
+    use umbragraph::frame::Projection;
+
+    use super::*;
+
+    fn scene() -> Camera {
+        let projection = Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 };
+        Camera { position: DVec3::new(0.0, 2.0, 5.0), rotation: DQuat::IDENTITY, projection, aspect: 1.0 }
+    }
+
+    fn bounds() -> Bounds {
+        Bounds { minimum: DVec3::splat(-1.0), maximum: DVec3::ONE }
+    }
+
+    #[test]
+    fn an_orbit_comes_back_and_looks_at_the_middle_on_its_way() {
+        let path = CameraPath::Orbit;
+        for part in [0.0, 1.0] {
+            assert!(path.camera(scene(), &bounds(), part, 0.0).position.abs_diff_eq(scene().position, 1e-9));
+        }
+        let half = path.camera(scene(), &bounds(), 0.5, 0.0);
+        assert!(half.position.abs_diff_eq(DVec3::new(0.0, 2.0, -5.0), 1e-9));
+        assert!((half.rotation * DVec3::NEG_Z).abs_diff_eq(DVec3::Z, 1e-9));
+    }
+
+    #[test]
+    fn a_walk_keeps_its_height() {
+        let end = CameraPath::Walk.camera(scene(), &bounds(), 1.0, 0.0);
+        assert_eq!(end.position.y, 2.0);
+        assert!((end.position.z - (5.0 - bounds().radius())).abs() < 1e-9);
+    }
+
+    #[test]
+    fn between_keys_the_camera_moves_and_outside_it_stands() {
+        let key = |time, x| Key { time, position: [x, 0.0, 0.0], target: [x, 0.0, -1.0] };
+        let path = CameraPath::Keys(vec![key(1.0, 0.0), key(3.0, 4.0)]);
+        let x = |time| path.camera(scene(), &bounds(), 0.0, time).position.x;
+        assert_eq!([0.0, 1.0, 2.0, 3.0, 9.0].map(x), [0.0, 0.0, 2.0, 4.0, 4.0]);
+    }
+}

@@ -1,0 +1,211 @@
+//! `--capture` and `--capture-all`: which textures are looked at, and the files that they come to.
+
+use std::path::{Path, PathBuf};
+
+use umbragraph::capture::{self, Capture, CaptureDocument};
+use umbragraph::compiler::Plan;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::executor::Texels;
+use umbragraph::language::TextureShape;
+
+use super::files::{self, Compression, Format};
+use super::layout::{Content, sheet};
+
+/// What one `--capture` asks for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct CaptureArgument {
+    reference: String,
+    mip: u32,
+    layer: Option<u32>,
+    /// The face of a cube, as a layer of it.
+    face: Option<u32>,
+    file: PathBuf,
+}
+
+const FACES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
+
+impl CaptureArgument {
+    /// `RESOURCE[@PASS][:MIP[,LAYER][,FACE]]=FILE`
+    ///
+    /// # Errors
+    /// A sentence for the command line.
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
+        let (what, file) =
+            text.split_once('=').ok_or("a capture is RESOURCE[@PASS][:MIP,LAYER,FACE]=FILE")?;
+        if file.is_empty() {
+            return Err("the file is missing behind \"=\"".to_owned());
+        }
+        let (reference, part) = what.split_once(':').unwrap_or((what, ""));
+        let mut capture =
+            Self { reference: reference.to_owned(), mip: 0, layer: None, face: None, file: file.into() };
+        let mut numbers = 0;
+        for word in part.split(',').filter(|word| !word.is_empty()) {
+            if let Some(face) = FACES.iter().position(|face| *face == word) {
+                capture.face = Some(face as u32);
+                continue;
+            }
+            let number: u32 = word.parse().map_err(|_| {
+                format!("\"{word}\" is no mip level, layer or face; faces are {}", FACES.join(", "))
+            })?;
+            match numbers {
+                0 => capture.mip = number,
+                1 => capture.layer = Some(number),
+                _ => return Err("behind \":\" stand a mip level, a layer and a face".to_owned()),
+            }
+            numbers += 1;
+        }
+        if capture.mip > 31 {
+            return Err(format!("no texture has a mip level {}", capture.mip));
+        }
+        Ok(capture)
+    }
+}
+
+/// A texture that is looked at, and where it goes.
+#[derive(Clone, Debug)]
+pub(super) struct CaptureFile {
+    pub(super) capture: Capture,
+    layer: Option<u32>,
+    content: Content,
+    file: PathBuf,
+    format: Format,
+}
+
+/// What is captured of a plan, and the document that captures it.
+///
+/// # Errors
+/// What does not exist or has no picture, files that cannot be written: all of it at once.
+pub(super) fn captures(
+    plan: &Plan,
+    arguments: &[CaptureArgument],
+    all: Option<&Path>,
+) -> Result<(Vec<CaptureFile>, CaptureDocument), Diagnostics> {
+    let mut diagnostics = Diagnostics::new();
+    let mut captures = Vec::new();
+    let formats = [(".png", Format::Png), (".exr", Format::Exr)];
+    for argument in arguments {
+        let format = files::check("--capture", &argument.file, &formats).unwrap_or_else(|diagnostic| {
+            diagnostics.push(diagnostic);
+            Format::Png
+        });
+        let capture = Capture { reference: argument.reference.clone(), mip: argument.mip };
+        let name = argument.reference.split('@').next().unwrap_or_default();
+        let content = content(plan, &argument.reference).or_else(|| content(plan, name)).unwrap_or(UNKNOWN);
+        let layer = match (argument.layer, argument.face) {
+            (layer, None) => layer,
+            (cube, Some(face)) if content.is_cube => {
+                Some(cube.unwrap_or(0).saturating_mul(6).saturating_add(face))
+            }
+            (_, Some(_)) => {
+                let message = format!("\"{name}\" is no cube, so it has no faces");
+                diagnostics
+                    .push(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message).help("name a layer"));
+                continue;
+            }
+        };
+        captures.push(CaptureFile { capture, layer, content, file: argument.file.clone(), format });
+    }
+    if let Some(folder) = all {
+        if !folder.is_dir() {
+            diagnostics.push(
+                crate::replace::unwritable(folder, &"the folder does not exist")
+                    .help("make the folder first"),
+            );
+        }
+        for (name, resource) in &plan.resources {
+            let has_picture = resource.size.is_some_and(|size| size.samples == 1);
+            let Some(content) = content(plan, name).filter(|_| has_picture && !is_volume(plan, name)) else {
+                continue;
+            };
+            let capture = Capture { reference: name.clone(), mip: 0 };
+            let file = folder.join(format!("{}.png", name.replace('@', "_at_")));
+            captures.push(CaptureFile { capture, layer: None, content, file, format: Format::Png });
+        }
+    }
+    let asked: Vec<Capture> = captures.iter().map(|one| one.capture.clone()).collect();
+    match capture::document(plan, &asked) {
+        Ok(document) if !diagnostics.has_errors() => Ok((captures, document)),
+        Ok(_) => Err(diagnostics),
+        Err(others) => {
+            diagnostics.extend(others);
+            Err(diagnostics)
+        }
+    }
+}
+
+const UNKNOWN: Content = Content { is_depth: false, is_unorm8: false, is_cube: false };
+
+fn content(plan: &Plan, name: &str) -> Option<Content> {
+    let resource = plan.resources.get(name)?;
+    let format = resource.format?;
+    let declared = plan.pipeline.resource(resource.handle).texture();
+    let view = declared.and_then(|texture| texture.view);
+    Some(Content {
+        is_depth: format.is_depth_stencil_format(),
+        is_unorm8: matches!(
+            format,
+            wgpu::TextureFormat::R8Unorm
+                | wgpu::TextureFormat::Rg8Unorm
+                | wgpu::TextureFormat::Rgba8Unorm
+                | wgpu::TextureFormat::Bgra8Unorm
+        ),
+        is_cube: matches!(view, Some(TextureShape::Cube | TextureShape::CubeArray)),
+    })
+}
+
+fn is_volume(plan: &Plan, name: &str) -> bool {
+    let declared = plan.resources.get(name).and_then(|one| plan.pipeline.resource(one.handle).texture());
+    declared.is_some_and(|texture| texture.view == Some(TextureShape::D3))
+}
+
+impl CaptureFile {
+    /// Writes what was captured; what is said of it.
+    ///
+    /// # Errors
+    /// A layer that is not there, a file that cannot be written.
+    pub(super) fn write(&self, texels: &Texels, compression: Compression) -> Result<String, Diagnostic> {
+        if let Some(layer) = self.layer.filter(|layer| *layer >= texels.layers) {
+            let message = format!("\"{}\" has no layer {layer}", self.capture.reference);
+            let help = format!("its layers are 0 to {}", texels.layers - 1);
+            return Err(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message).help(help));
+        }
+        let sheet = sheet(texels, self.content, self.layer);
+        let ranges = sheet.ranges(self.content);
+        match self.format {
+            Format::Exr => files::write_exr(&self.file, &sheet, self.content.is_depth)?,
+            _ => {
+                let rgba = sheet.rgba(self.content, &ranges);
+                files::write_png(&self.file, [sheet.width, sheet.height], &rgba, compression)?;
+            }
+        }
+        let shown: Vec<String> = ["red", "green", "blue", "alpha"]
+            .iter()
+            .zip(&ranges)
+            .map(|(name, range)| {
+                let name = if ranges.len() == 1 { "range" } else { name };
+                format!("{name} {} to {}", range.min, range.max)
+            })
+            .collect();
+        let layers = if texels.layers > 1 { format!(", {} layers", texels.layers) } else { String::new() };
+        let ranges = if shown.is_empty() { String::new() } else { format!(", {}", shown.join(", ")) };
+        let (file, reference) = (self.file.display(), &self.capture.reference);
+        Ok(format!("{file}: {reference}, {} by {}{layers}{ranges}\n", texels.width, texels.height))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_capture_is_a_resource_a_version_a_part_and_a_file() {
+        let parsed = CaptureArgument::parse("cubes@points:1,2,-y=a=b.png").unwrap();
+        assert_eq!((parsed.reference.as_str(), parsed.mip, parsed.layer), ("cubes@points", 1, Some(2)));
+        assert_eq!((parsed.face, parsed.file), (Some(3), PathBuf::from("a=b.png")));
+        let parsed = CaptureArgument::parse("maps=x.exr").unwrap();
+        assert_eq!((parsed.mip, parsed.layer, parsed.face), (0, None, None));
+        for wrong in ["maps", "maps=", "maps:up=x.png", "maps:1,2,3=x.png", "maps:99=x.png"] {
+            assert!(CaptureArgument::parse(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,194 @@
+//! Texels as a picture: layers side by side, numbers in the range that a picture has.
+//!
+//! The faces of a cube are a row, +X −X +Y −Y +Z −Z, cubes are rows below one another; other layers fill a square.
+//! Channels between 0 and 1 stay as they are. Depth, integers and whatever leaves that range are stretched: from the
+//! value that a hundredth of the texels are below to the one that a hundredth are above, so that one lamp does not turn
+//! a room black; colors of three channels share one range from 0. Numbers that are not stored in 8 bits get the transfer
+//! function of sRGB; one that is not finite is magenta. Depth that nothing was drawn to, exactly 0 or 1, does not count.
+
+use umbragraph::executor::Texels;
+
+/// The gap between layers, in texels.
+const GAP: u32 = 2;
+
+/// A picture of linear numbers, row by row from the top.
+pub(super) struct Sheet {
+    pub(super) width: u32,
+    pub(super) height: u32,
+    pub(super) channels: usize,
+    pub(super) values: Vec<[f32; 4]>,
+    /// Whether each pixel is a texel, not a gap.
+    is_texel: Vec<bool>,
+}
+
+/// What texels are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Content {
+    pub(super) is_depth: bool,
+    /// Whether 8-bit numbers are shown as they are stored.
+    pub(super) is_unorm8: bool,
+    pub(super) is_cube: bool,
+}
+
+/// The layers of texels (or one of them) side by side.
+pub(super) fn sheet(texels: &Texels, content: Content, layer: Option<u32>) -> Sheet {
+    let layers: Vec<u32> = layer.map_or_else(|| (0..texels.layers).collect(), |layer| vec![layer]);
+    let count = layers.len() as u32;
+    let columns = match (layer, content.is_cube) {
+        (None, true) => 6,
+        _ => (1..=count).find(|side| side * side >= count).unwrap_or(1),
+    };
+    let rows = count.div_ceil(columns);
+    let width = columns * (texels.width + GAP) - GAP;
+    let height = rows * (texels.height + GAP) - GAP;
+    let mut values = vec![[0.0, 0.0, 0.0, 1.0]; width as usize * height as usize];
+    let mut is_texel = vec![false; values.len()];
+    for (at, layer) in (0u32..).zip(layers) {
+        let (left, top) = (at % columns * (texels.width + GAP), at / columns * (texels.height + GAP));
+        for y in 0..texels.height {
+            let from = ((layer * texels.height + y) as usize) * texels.width as usize;
+            let to = (top + y) as usize * width as usize + left as usize;
+            let row = texels.width as usize;
+            let Some(line) = texels.values.get(from..from + row) else { continue };
+            values[to..to + row].copy_from_slice(line);
+            is_texel[to..to + row].fill(true);
+        }
+    }
+    Sheet { width, height, channels: texels.channels, values, is_texel }
+}
+
+/// The range of a channel that is shown from black to white.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Range {
+    pub(super) min: f32,
+    pub(super) max: f32,
+}
+
+impl Sheet {
+    /// The ranges of the channels; none where all are shown as they are.
+    pub(super) fn ranges(&self, content: Content) -> Vec<Range> {
+        let sorted: Vec<Vec<f32>> = (0..self.channels).map(|channel| self.sorted(channel, content)).collect();
+        let fits = |values: &Vec<f32>| {
+            values.first().is_none_or(|min| *min >= 0.0) && values.last().is_none_or(|max| *max <= 1.0)
+        };
+        if content.is_unorm8 || (!content.is_depth && sorted.iter().all(fits)) {
+            return Vec::new();
+        }
+        let of =
+            |values: &Vec<f32>| match (values.get(values.len() / 100), values.get(values.len() * 99 / 100)) {
+                (Some(min), Some(max)) => Range { min: *min, max: *max },
+                _ => Range { min: 0.0, max: 1.0 },
+            };
+        let ranges: Vec<Range> = sorted.iter().map(of).collect();
+        match ranges.as_slice() {
+            [colors @ .., _alpha] if self.channels == 4 => {
+                let max = colors.iter().fold(f32::NEG_INFINITY, |max, range| max.max(range.max));
+                vec![Range { min: 0.0, max }; 3]
+            }
+            _ => ranges,
+        }
+    }
+
+    /// The finite values of a channel that count for its range.
+    fn sorted(&self, channel: usize, content: Content) -> Vec<f32> {
+        let shown = self.values.iter().zip(&self.is_texel).filter(|(_, is_texel)| **is_texel);
+        let values = shown.map(|(value, _)| value[channel]).filter(|value| value.is_finite());
+        let mut values: Vec<f32> =
+            values.filter(|value| !content.is_depth || (*value != 0.0 && *value != 1.0)).collect();
+        values.sort_unstable_by(f32::total_cmp);
+        values
+    }
+
+    /// The picture, 8 bits a channel.
+    pub(super) fn rgba(&self, content: Content, ranges: &[Range]) -> Vec<u8> {
+        let byte = |value: f32| (value.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
+        self.values
+            .iter()
+            .flat_map(|value| {
+                let mut shown = *value;
+                if !value[..self.channels].iter().all(|one| one.is_finite()) {
+                    return [255, 0, 255, 255];
+                }
+                for (one, range) in shown.iter_mut().zip(ranges) {
+                    let span = range.max - range.min;
+                    *one = if span > 0.0 { ((*one - range.min) / span).clamp(0.0, 1.0) } else { 0.5 };
+                }
+                if !content.is_unorm8 {
+                    shown[..3].iter_mut().for_each(|one| *one = encoded(*one));
+                }
+                match self.channels {
+                    1 => [shown[0]; 3]
+                        .map(byte)
+                        .into_iter()
+                        .chain([255])
+                        .collect::<Vec<u8>>()
+                        .try_into()
+                        .unwrap_or([0; 4]),
+                    // The picture of a texture is opaque: what is invisible would not be looked at.
+                    _ => [byte(shown[0]), byte(shown[1]), byte(shown[2]), 255],
+                }
+            })
+            .collect()
+    }
+}
+
+/// The transfer function of sRGB.
+fn encoded(linear: f32) -> f32 {
+    if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DEPTH: Content = Content { is_depth: true, is_unorm8: false, is_cube: false };
+
+    fn texels(layers: u32, values: &[f32]) -> Texels {
+        let height = values.len() as u32 / 2 / layers;
+        Texels {
+            width: 2,
+            height,
+            layers,
+            channels: 1,
+            values: values.iter().map(|one| [*one, 0.0, 0.0, 1.0]).collect(),
+        }
+    }
+
+    #[test]
+    fn depth_is_stretched_between_what_was_drawn() {
+        let sheet = sheet(&texels(1, &[1.0, 0.25, 0.5, 0.75]), DEPTH, None);
+        let ranges = sheet.ranges(DEPTH);
+        assert_eq!(ranges, [Range { min: 0.25, max: 0.75 }]);
+        let reds: Vec<u8> = sheet.rgba(DEPTH, &ranges).chunks(4).map(|pixel| pixel[0]).collect();
+        assert_eq!(reds, [255, 0, 188, 255]);
+    }
+
+    #[test]
+    fn faces_are_a_row_for_each_cube_and_layers_a_square() {
+        let values = vec![0.5; 2 * 2 * 12];
+        let cubes = sheet(&texels(12, &values), Content { is_cube: true, ..DEPTH }, None);
+        assert_eq!((cubes.width, cubes.height), (6 * 2 + 5 * GAP, 2 * 2 + GAP));
+        let layers = sheet(&texels(4, &values[..16]), DEPTH, None);
+        assert_eq!((layers.width, layers.height), (2 * 2 + GAP, 2 * 2 + GAP));
+        let one = sheet(&texels(4, &values[..16]), DEPTH, Some(3));
+        assert_eq!((one.width, one.height), (2, 2));
+    }
+
+    #[test]
+    fn a_layer_stands_where_its_place_in_the_square_is_and_gaps_do_not_count() {
+        let sheet = sheet(&texels(2, &[0.1, 0.2, 0.3, 0.4]), DEPTH, None);
+        assert_eq!((sheet.width, sheet.height), (2 + GAP + 2, 1));
+        let row: Vec<f32> = sheet.values.iter().map(|value| value[0]).collect();
+        assert_eq!(row, [0.1, 0.2, 0.0, 0.0, 0.3, 0.4]);
+        assert_eq!(sheet.ranges(DEPTH), [Range { min: 0.1, max: 0.4 }]);
+    }
+
+    #[test]
+    fn what_is_not_finite_is_magenta() {
+        let content = Content { is_depth: false, ..DEPTH };
+        let sheet = sheet(&texels(1, &[f32::NAN, 0.5]), content, None);
+        let picture = sheet.rgba(content, &sheet.ranges(content));
+        assert_eq!(picture[..4], [255, 0, 255, 255]);
+        assert_eq!(picture[4], 188, "linear numbers are encoded");
+    }
+}

@@ -1,0 +1,280 @@
+//! `umbragraph render`: one picture or many frames of a scene, and what textures hold on the way.
+
+pub(crate) mod camera;
+pub(crate) mod capture;
+mod files;
+mod layout;
+mod target;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use umbragraph::Checked;
+use umbragraph::compiler::{Plan, PlanOptions};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::executor::{Executor, Frame, Texels, read_back};
+use umbragraph::frame::FrameInput;
+use umbragraph::scene::gpu::SceneResources;
+use umbragraph::scene::{Pose, Scene};
+use umbragraph::shader::TargetProfile;
+
+use self::camera::CameraPath;
+use self::files::{Animation, Compression, Format};
+use crate::arguments::RenderArguments;
+use crate::device::{self, Graphics};
+use crate::progress::Progress;
+use crate::session::Session;
+use crate::streams::print;
+
+/// Renders what the arguments ask for; whether there were no errors.
+pub(crate) fn run(arguments: &RenderArguments) -> bool {
+    let mut session = Session::new(arguments.choices.templates.as_deref());
+    let mut progress = Progress::new();
+    let result = render(arguments, &mut session, &mut progress);
+    progress.finish();
+    let said = match result {
+        Ok(said) => said,
+        Err(diagnostics) => {
+            session.findings.extend(diagnostics);
+            None
+        }
+    };
+    let fine = session.report();
+    if let Some(said) = said.filter(|_| fine) {
+        print(&format!("{said}{}\n", progress.summary()));
+        return true;
+    }
+    false
+}
+
+/// What is to be said of what was rendered, or `None` if the diagnostics are in the session.
+fn render(
+    arguments: &RenderArguments,
+    session: &mut Session,
+    progress: &mut Progress,
+) -> Result<Option<String>, Diagnostics> {
+    let output = Output::of(arguments)?;
+    let path = CameraPath::of(arguments.camera.as_ref())?;
+    let checked = progress.stage("check", || session.check(&arguments.pipeline, &arguments.choices));
+    let scene = match progress.stage("load scene", || umbragraph::scene::load(&arguments.scene)) {
+        Ok(scene) => scene,
+        Err(diagnostics) => {
+            session.findings.extend(diagnostics);
+            return Ok(None);
+        }
+    };
+    session.findings.extend(scene.warnings.clone());
+    let Some(plan) = &checked.plan else { return Ok(None) };
+    session.findings.extend(umbragraph::scene::filter::left_out(&scene, plan));
+    if session.findings.has_errors() {
+        return Ok(None);
+    }
+    let (captures, document) = capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref())?;
+    let graphics = progress.stage("open device", device::open)?;
+    let on_device = |profile: TargetProfile| profile.on_device(&graphics.device.limits(), graphics.flags);
+    let checked = if captures.is_empty() {
+        checked
+    } else {
+        session.included = Some(document.text);
+        progress.stage("check captures", || session.check(&arguments.pipeline, &arguments.choices))
+    };
+    let checked = session.check_on(checked, &on_device, &arguments.pipeline, &arguments.choices);
+    if checked.plan.is_none() || session.findings.has_errors() {
+        return Ok(None);
+    }
+    let options = Session::options(&arguments.choices);
+    let mut drawing = Drawing::new(&graphics, &scene, &checked, options, session, document.imports)?;
+    drawing.toggles = &arguments.toggles;
+    let mut animation = match output.format {
+        Some(format) if output.frames > 1 || files::is_numbered(&arguments.out) => Some(Animation::begin(
+            &arguments.out,
+            format,
+            arguments.choices.size,
+            output.frames,
+            arguments.fps,
+            output.compression,
+        )?),
+        _ => None,
+    };
+    progress.begin("draw", u64::from(output.frames));
+    for at in 0..output.frames {
+        let time = arguments.at + f64::from(at) / arguments.fps;
+        let part = f64::from(at) / f64::from(output.frames);
+        drawing.frame(&path, u64::from(at), time, part)?;
+        if let Some(animation) = &mut animation {
+            animation.frame(at, &mut drawing.picture()?)?;
+        }
+        progress.advance();
+    }
+    let [width, height] = arguments.choices.size;
+    match animation {
+        Some(animation) => animation.finish()?,
+        None => {
+            let pixels = drawing.picture()?;
+            let write = || files::write_png(&arguments.out, [width, height], &pixels, output.compression);
+            progress.stage("write", write)?;
+        }
+    }
+    let frames = if output.frames > 1 { format!("{} frames of ", output.frames) } else { String::new() };
+    let mut said = format!("{}: {frames}{width} by {height} on {}\n", arguments.out.display(), graphics.name);
+    for (capture, texels) in captures.iter().zip(drawing.captured()?) {
+        said.push_str(&capture.write(&texels, output.compression)?);
+    }
+    let notices: Vec<Diagnostic> = drawing.notices();
+    session.findings.extend(notices);
+    Ok(Some(said))
+}
+
+/// What is written, as the arguments say it.
+struct Output {
+    format: Option<Format>,
+    frames: u32,
+    compression: Compression,
+}
+
+impl Output {
+    /// # Errors
+    /// Arguments that do not go together.
+    fn of(arguments: &RenderArguments) -> Result<Self, Diagnostic> {
+        let frames = arguments.frames.unwrap_or(1);
+        let formats = [(".png", Format::Png), (".apng", Format::Apng), (".gif", Format::Gif)];
+        let format = files::check("--out", &arguments.out, &formats)?;
+        if frames > 1 && format == Format::Png && !files::is_numbered(&arguments.out) {
+            let message =
+                format!("--out: \"{}\" is one picture, --frames asks for {frames}", arguments.out.display());
+            return Err(Diagnostic::error(codes::PICTURE, Place::Nowhere, message)
+                .help("write # where the number of a frame goes, as in frame-####.png, or a file that ends in .apng or .gif"));
+        }
+        let compression = Compression { fast: arguments.fast };
+        let single = frames == 1 && format == Format::Png && !files::is_numbered(&arguments.out);
+        Ok(Self { format: (!single).then_some(format), frames, compression })
+    }
+}
+
+/// How often a frame is planned anew, so that CPU passes get the sizes that they want.
+const ROUNDS: usize = 8;
+
+/// A scene, drawn frame by frame.
+struct Drawing<'a> {
+    graphics: &'a Graphics,
+    scene: &'a Scene,
+    checked: &'a Checked,
+    options: PlanOptions,
+    session: &'a Session,
+    toggles: &'a [(String, bool)],
+    picture: String,
+    /// The imports of the captures.
+    captures: Vec<String>,
+    draws: SceneResources,
+    pose: Pose,
+    executor: Executor,
+    imports: Vec<(String, wgpu::Texture)>,
+}
+
+impl<'a> Drawing<'a> {
+    fn new(
+        graphics: &'a Graphics,
+        scene: &'a Scene,
+        checked: &'a Checked,
+        options: PlanOptions,
+        session: &'a Session,
+        captures: Vec<String>,
+    ) -> Result<Self, Diagnostics> {
+        let Some(plan) = checked.plan.clone() else { return Err(Diagnostics::new()) };
+        let pose = scene.rest_pose();
+        let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &pose)?;
+        let picture = target::picture_of(&plan, &captures)?;
+        let imports = target::imports(graphics, &plan, &picture);
+        let executor = pollster::block_on(Executor::new(
+            &graphics.device,
+            &graphics.queue,
+            Arc::new(plan),
+            Some(&draws),
+        ))?;
+        Ok(Self {
+            graphics,
+            scene,
+            checked,
+            options,
+            session,
+            toggles: &[],
+            picture,
+            captures,
+            draws,
+            pose,
+            executor,
+            imports,
+        })
+    }
+
+    /// Draws a frame at a time, with the camera where its path says.
+    fn frame(&mut self, path: &CameraPath, index: u64, time: f64, part: f64) -> Result<(), Diagnostics> {
+        let Graphics { device, queue, .. } = self.graphics;
+        self.scene.pose_into(time, &mut self.pose);
+        self.draws.update(queue, self.scene, &self.pose);
+        let [width, height] = self.options.viewport;
+        let aspect = f64::from(width) / f64::from(height);
+        let input = self.scene.frame_input_of(&self.pose, aspect, time);
+        let camera = path.camera(input.camera, &input.scene_bounds, part, time);
+        let input = FrameInput { camera, index, ..input };
+        let scopes = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::OutOfMemory]
+            .map(|filter| device.push_error_scope(filter));
+        for round in 0..ROUNDS {
+            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let imports: Vec<(&str, &wgpu::Texture)> =
+                self.imports.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
+            let toggles: Vec<(&str, bool)> =
+                self.toggles.iter().map(|(name, on)| (name.as_str(), *on)).collect();
+            let frame =
+                Frame { input: &input, draws: Some(&self.draws), imports: &imports, toggles: &toggles };
+            self.executor.record(&mut encoder, &frame)?;
+            match self.executor.wanted_sizes().filter(|_| round + 1 < ROUNDS) {
+                Some(sizes) => self.plan_again(sizes)?,
+                None => {
+                    queue.submit([encoder.finish()]);
+                    break;
+                }
+            }
+        }
+        for scope in scopes.into_iter().rev() {
+            if let Some(error) = pollster::block_on(scope.pop()) {
+                let message = format!("the device refused the frame: {error}");
+                return Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, message)
+                    .help("please report this: what a device refuses should have been found before")
+                    .into());
+            }
+        }
+        Ok(())
+    }
+
+    /// Takes a plan with sizes that CPU passes want.
+    fn plan_again(&mut self, data_sizes: BTreeMap<String, u32>) -> Result<(), Diagnostics> {
+        self.options.data_sizes = data_sizes;
+        let plan: Plan = self.checked.plan_again(&self.options, &self.session.sources)?;
+        self.imports = target::imports(self.graphics, &plan, &self.picture);
+        pollster::block_on(self.executor.set_plan(Arc::new(plan), Some(&self.draws)))
+    }
+
+    /// What CPU passes had to say of the last frame.
+    fn notices(&self) -> Vec<Diagnostic> {
+        self.executor.notices().cloned().collect()
+    }
+
+    /// The picture of the last frame, 8 bits a channel.
+    fn picture(&self) -> Result<Vec<u8>, Diagnostic> {
+        let Some((_, texture)) = self.imports.iter().find(|(name, _)| *name == self.picture) else {
+            return Ok(Vec::new());
+        };
+        device::read_rgba8(self.graphics, texture)
+    }
+
+    /// The captures of the last frame.
+    fn captured(&self) -> Result<Vec<Texels>, Diagnostics> {
+        let Graphics { device, queue, .. } = self.graphics;
+        let find = |name: &String| self.imports.iter().find(|(import, _)| import == name);
+        let read =
+            |(_, texture): &(String, wgpu::Texture)| pollster::block_on(read_back(device, queue, texture));
+        let texels: Result<Vec<_>, Diagnostic> = self.captures.iter().filter_map(find).map(read).collect();
+        Ok(texels?)
+    }
+}

@@ -1,0 +1,261 @@
+//! `umbragraph render` as a user meets it: several frames, moving cameras, and looking inside.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use umbragraph_test_support::scratch::ScratchFolder;
+use umbragraph_test_support::skip;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// Renders at 64 by 36.
+fn render(pipeline: &str, scene: &str, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
+    command.args(["render", pipeline, "--scene", scene, "--size", "64x36"]).args(arguments);
+    command.current_dir(root()).output().expect("the command")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[track_caller]
+fn fine(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+#[track_caller]
+fn rejected(output: &Output, status: i32, says: &[&str]) {
+    let errors = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(status), "{errors}");
+    for word in says {
+        assert!(errors.contains(word), "{word} is missing in\n{errors}");
+    }
+    assert!(!errors.contains("panicked"), "{errors}");
+}
+
+/// Width, height and the pixels of a PNG.
+fn png(path: &Path) -> (u32, u32, Vec<u8>) {
+    let mut reader =
+        png::Decoder::new(std::io::BufReader::new(std::fs::File::open(path).unwrap())).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    reader.next_frame(&mut pixels).unwrap();
+    (reader.info().width, reader.info().height, pixels)
+}
+
+fn adapter() -> bool {
+    let found = umbragraph_test_support::gpu::device().is_some();
+    if !found {
+        skip::skipped("no adapter to render with");
+    }
+    found
+}
+
+const COURTYARD: &str = "examples/scenes/courtyard.glb";
+const FIGURE: &str = "examples/scenes/figure.glb";
+
+#[test]
+fn a_capture_shows_the_version_that_a_pass_wrote() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-capture");
+    let pipeline = folder.join("twice.json");
+    let fill = |color: &str| {
+        format!(
+            r#"{{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target", "clear": {color} }}] }} }}"#
+        )
+    };
+    // The second pass adds; the plan must keep the first version for the capture.
+    let document = format!(
+        r#"{{ "format": 1, "name": "twice",
+            "resources": {{
+              "image": {{ "texture": {{ "format": "rgba8unorm", "size": [8, 4] }} }},
+              "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+            "passes": {{
+              "paint": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "image" }}] }} }},
+              "add": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "image", "blend": "add" }}] }} }},
+              "show": {{ "fullscreen": {{ "shader": "resample.wgsl.jinja", "bind": {{ "source": "image" }}, "color": [{{ "to": "target" }}] }} }},
+              "unused": {} }} }}"#,
+        fill("[0, 0, 0, 0]").replace("target", "nothing")
+    )
+    .replace(r#""target": {"#, r#""nothing": { "texture": { "format": "rgba8unorm", "size": [1, 1] } }, "target": {"#);
+    std::fs::write(&pipeline, document).unwrap();
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let captures = [format!("image@paint={}", file("one.png")), format!("image={}", file("two.png"))];
+    let arguments = ["--out", &file("x.png"), "--capture", &captures[0], "--capture", &captures[1]];
+    let said = fine(&render(pipeline.to_str().unwrap(), FIGURE, &arguments));
+    assert!(said.contains("image@paint, 8 by 4"), "{said}");
+    let (one, two) = (png(&folder.join("one.png")), png(&folder.join("two.png")));
+    assert_eq!((one.0, one.1), (8, 4));
+    assert_ne!(one.2, two.2);
+    for (one, two) in one.2.chunks(4).zip(two.2.chunks(4)) {
+        let doubled = |at: usize| (i32::from(one[at]) * 2).min(255);
+        assert!((0..3).all(|at| (doubled(at) - i32::from(two[at])).abs() <= 1), "{one:?} {two:?}");
+    }
+    let capture = format!("nothing={}", file("no.png"));
+    let output =
+        render(pipeline.to_str().unwrap(), FIGURE, &["--out", &file("x.png"), "--capture", &capture]);
+    rejected(&output, 1, &["UG0809", "\"nothing\" is culled"]);
+}
+
+#[test]
+fn every_texture_of_a_pipeline_is_captured_and_its_range_told() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-capture-all");
+    let out = folder.join("x.png");
+    let inside = folder.join("all");
+    std::fs::create_dir(&inside).unwrap();
+    for (pipeline, scene, names) in [
+        ("pipelines/mantis.json", COURTYARD, vec!["atlas", "color", "depth", "target"]),
+        (
+            "pipelines/awsm.json",
+            "examples/scenes/interior.glb",
+            vec!["atlas", "color", "cubes", "depth", "layers", "target"],
+        ),
+    ] {
+        let arguments = ["--out", out.to_str().unwrap(), "--capture-all", inside.to_str().unwrap()];
+        let said = fine(&render(pipeline, scene, &arguments));
+        for name in names {
+            let path = inside.join(format!("{name}.png"));
+            let (_, _, pixels) = png(&path);
+            let (min, max) = (pixels.iter().step_by(4).min(), pixels.iter().step_by(4).max());
+            assert!(min < max || name == "layers", "{pipeline}: {name} shows nothing");
+            std::fs::remove_file(path).unwrap();
+        }
+        assert!(said.contains("depth, 64 by 36, range "), "{said}");
+    }
+    assert_eq!(std::fs::read_dir(&inside).unwrap().count(), 0, "nothing else is captured");
+}
+
+#[test]
+fn a_part_of_a_capture_and_floats_as_exr() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-capture-part");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let captures = [
+        format!("layers:0,2={}", file("layer.png")),
+        format!("cubes@point_casters:0,,-y={}", file("face.exr")),
+    ];
+    let arguments = ["--out", &file("x.png"), "--set", "cube_side=64", "--set", "cascade_side=32"];
+    let arguments: Vec<&str> =
+        arguments.into_iter().chain(captures.iter().flat_map(|one| ["--capture", one.as_str()])).collect();
+    fine(&render("pipelines/awsm.json", "examples/scenes/interior.glb", &arguments));
+    assert_eq!(png(&folder.join("layer.png")).0, 32);
+    let exr = std::fs::read(folder.join("face.exr")).unwrap();
+    assert_eq!(exr[..4], [0x76, 0x2f, 0x31, 0x01]);
+}
+
+#[test]
+fn what_cannot_be_captured_is_told_all_at_once_and_nothing_is_written() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-capture-wrong");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let wrong = ["laiers", "eye", "color@sun_casters", "depth:3", "color", "layers:0,0,+x"]
+        .map(|what| format!("{what}={}", file("c.png")));
+    let missing = format!("target={}", file("missing/c.png"));
+    let jpeg = format!("target={}", file("c.jpeg"));
+    let mut arguments = vec!["--out".to_owned(), file("x.png"), "--feature".to_owned(), "msaa".to_owned()];
+    arguments
+        .extend(wrong.iter().chain([&missing, &jpeg]).flat_map(|one| ["--capture".to_owned(), one.clone()]));
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let output = render("pipelines/awsm.json", COURTYARD, &arguments);
+    let says = [
+        "did you mean \"layers\"?",
+        "\"eye\" is ",
+        "no pass \"sun_casters\" writes \"color\"",
+        "\"color\" has 4 samples",
+        "\"layers\" is no cube",
+        "missing\" does not exist",
+        ".png, .exr",
+    ];
+    rejected(&output, 1, &says);
+    assert_eq!(std::fs::read_dir(folder.join("")).unwrap().count(), 0);
+    let output = render("pipelines/awsm.json", COURTYARD, &["--out", &file("x.png"), "--capture", "depth"]);
+    rejected(&output, 2, &["RESOURCE[@PASS]"]);
+}
+
+#[test]
+fn frames_become_numbered_pictures_an_apng_or_a_gif_and_the_camera_moves() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-frames");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    for (name, camera) in [("a-##.png", "orbit"), ("a.apng", "walk"), ("a.gif", "orbit")] {
+        let arguments = ["--frames", "3", "--fps", "2", "--camera", camera, "--out", &file(name)];
+        let said = fine(&render("pipelines/nebula.json", FIGURE, &arguments));
+        assert!(said.contains("3 frames of 64 by 36"), "{said}");
+    }
+    let frames = ["a-00.png", "a-01.png", "a-02.png"].map(|name| png(&folder.join(name)).2);
+    assert!(frames[0] != frames[1] && frames[1] != frames[2]);
+    let apng = std::fs::File::open(folder.join("a.apng")).unwrap();
+    let reader = png::Decoder::new(std::io::BufReader::new(apng)).read_info().unwrap();
+    assert_eq!(reader.info().animation_control().unwrap().num_frames, 3);
+    assert_eq!(&std::fs::read(folder.join("a.gif")).unwrap()[..6], b"GIF89a");
+    assert_eq!(std::fs::read_dir(folder.join("")).unwrap().count(), 5);
+}
+
+#[test]
+fn a_camera_path_is_followed_or_what_is_wrong_with_it_told() {
+    let folder = ScratchFolder::new("render-camera");
+    let (keys, out) = (folder.join("path.json"), folder.join("x.png"));
+    let run = |text: &str| {
+        std::fs::write(&keys, text).unwrap();
+        render(
+            "pipelines/nebula.json",
+            FIGURE,
+            &["--camera", keys.to_str().unwrap(), "--out", out.to_str().unwrap()],
+        )
+    };
+    for (text, says) in [
+        (r#"{ "keys": [] }"#, "no keys"),
+        (r#"{ "keys": [{ "time": 0, "position": [0, 1, 2], "target": [0, 1, 2] }] }"#, "looks nowhere"),
+        (r#"{ "keys": [{ "time": 0, "position": [0, NaN, 2], "target": [0, 1, 2] }] }"#, "no camera path"),
+        (
+            r#"{ "keys": [{ "time": 0, "position": [0, 1e300, 2], "target": [0, 1, 2] }] }"#,
+            "no camera can use",
+        ),
+        (r#"{ "keys": [{ "time": 0, "positoin": [0, 1, 2], "target": [0, 1, 2] }] }"#, "positoin"),
+    ] {
+        rejected(&run(text), 1, &[says]);
+        assert!(!out.exists());
+    }
+    if adapter() {
+        fine(&run(r#"{ "keys": [{ "time": 0, "position": [0, 1, 4], "target": [0, 1, 0] }] }"#));
+    }
+}
+
+#[test]
+fn options_without_sense_are_named() {
+    let folder = ScratchFolder::new("render-options");
+    let out = folder.join("x.png");
+    let out = out.to_str().unwrap();
+    let run = |arguments: &[&str]| render("pipelines/nebula.json", FIGURE, arguments);
+    rejected(&run(&["--out", out, "--at", "nan"]), 2, &["--at"]);
+    rejected(&run(&["--out", out, "--fps", "0"]), 2, &["--fps"]);
+    rejected(&run(&["--out", out, "--frames", "0"]), 2, &["--frames"]);
+    rejected(&run(&["--out", out, "--frames", "2"]), 1, &["--frames", "frame-####.png"]);
+    rejected(&run(&["--out", &out.replace(".png", ".bmp")]), 1, &["--out", ".png, .apng, .gif"]);
+    assert_eq!(std::fs::read_dir(folder.join("")).unwrap().count(), 0);
+}
+
+#[test]
+fn nothing_but_diagnostics_stands_on_standard_error() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-quiet");
+    let output = render("pipelines/nebula.json", FIGURE, &["--out", folder.join("x.png").to_str().unwrap()]);
+    fine(&output);
+    assert_eq!(text(&output.stderr), "");
+}

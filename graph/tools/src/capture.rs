@@ -1,0 +1,161 @@
+//! Captures: the contents of textures at a point of the frame, for somebody to look at.
+//!
+//! A capture is an ordinary copy at the end of the document, into an imported texture of the host. The compiler orders
+//! it behind the pass whose version it names and before the next writer, keeps the contents until then, and lets nothing
+//! that shares the memory come between; no part of the executor knows of captures. [`document`] writes the text of such
+//! copies, to be included in the pipeline ([`Composed::include`](crate::compose::Composed::include)).
+//!
+//! Limits: a texture of several samples or a volume cannot be captured; one mip level each, all of its layers.
+
+use std::fmt::Write as _;
+
+use serde_json::json;
+
+use crate::compiler::{Plan, PlannedResource};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
+use crate::language::{Reference, TextureShape};
+
+/// What is captured: a texture, or the version of it that one pass wrote.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Capture {
+    /// `NAME`, `NAME@PASS`, or `NAME@-1` for what the frame before left.
+    pub reference: String,
+    /// The mip level.
+    pub mip: u32,
+}
+
+/// The part of a pipeline that captures.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CaptureDocument {
+    /// The text, to be included.
+    pub text: String,
+    /// The imported texture that each capture is copied to, in the order of the captures. It has the captured format,
+    /// the size of the captured mip level and all layers.
+    pub imports: Vec<String>,
+}
+
+/// The part of a pipeline that captures, for a pipeline of a plan.
+///
+/// # Errors
+/// Resources that do not exist, are culled, or are no textures; passes that do not write them; mip levels that they do
+/// not have; several samples; volumes.
+pub fn document(plan: &Plan, captures: &[Capture]) -> Result<CaptureDocument, Diagnostics> {
+    let mut diagnostics = Diagnostics::new();
+    let mut resources = serde_json::Map::new();
+    let mut passes = serde_json::Map::new();
+    let mut imports = Vec::new();
+    for capture in captures {
+        let resource = match check(plan, capture) {
+            Ok(resource) => resource,
+            Err(diagnostic) => {
+                diagnostics.push(diagnostic);
+                continue;
+            }
+        };
+        let name = free_name(plan, imports.len());
+        let format = resource.format.map(crate::language::format_name).unwrap_or_default();
+        let (size, layers) = extent(plan, resource, capture.mip);
+        let texture = json!({ "format": format, "size": size, "layers": layers, "lifetime": "imported" });
+        resources.insert(name.clone(), json!({ "texture": texture }));
+        let copy =
+            json!({ "from": { "name": capture.reference, "mip": capture.mip }, "to": { "name": name } });
+        passes.insert(name.clone(), json!({ "copy": copy }));
+        imports.push(name);
+    }
+    if diagnostics.has_errors() {
+        return Err(diagnostics);
+    }
+    let document = json!({ "resources": resources, "passes": passes });
+    Ok(CaptureDocument { text: format!("{document:#}\n"), imports })
+}
+
+/// A name that no resource and no pass has.
+fn free_name(plan: &Plan, at: usize) -> String {
+    let pipeline = &plan.pipeline;
+    let mut name = format!("capture_{at}");
+    while pipeline.find_resource(&name).is_some() || pipeline.find_pass(&name).is_some() {
+        let _ = write!(name, "_");
+    }
+    name
+}
+
+/// Width and height of a mip level, and the layers, as expressions: they follow a resource that is planned anew for
+/// another size, where its name can stand in an expression.
+fn extent(plan: &Plan, resource: &PlannedResource, mip: u32) -> (serde_json::Value, serde_json::Value) {
+    let name = &plan.pipeline.resource(resource.handle).name;
+    if name.contains(['.', '@']) {
+        let size = resource.size.unwrap_or_default();
+        return (json!([(size.width >> mip).max(1), (size.height >> mip).max(1)]), json!(size.layers));
+    }
+    let side = |side: &str| format!("max(1, floor({name}.{side} / {}))", 1u64 << mip);
+    (json!([side("width"), side("height")]), json!(format!("{name}.layers")))
+}
+
+fn check<'p>(plan: &'p Plan, capture: &Capture) -> Result<&'p PlannedResource, Diagnostic> {
+    let error = |message: String, help: String| {
+        Err(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message).help(help))
+    };
+    let whole = &capture.reference;
+    let reference = match Reference::parse(whole) {
+        Ok(reference) => reference,
+        Err(wrong) => return error(format!("\"{whole}\" names no texture"), wrong.to_string()),
+    };
+    let name = if reference.back > 0 { whole } else { reference.resource };
+    let textures =
+        || plan.resources.iter().filter(|(_, one)| one.format.is_some()).map(|(name, _)| name.as_str());
+    let Some(resource) = plan.resources.get(name) else {
+        if plan.pipeline.find_resource(name).is_some() {
+            return error(
+                format!("\"{name}\" is culled: no pass that leads to an output uses it"),
+                format!(
+                    "`umbragraph why PIPELINE {name}` tells why; give a pass that writes it \"side_effect\": true"
+                ),
+            );
+        }
+        let message = format!("there is no resource \"{name}\" to capture");
+        let diagnostic = Diagnostic::error(codes::CAPTURE, Place::Nowhere, message);
+        return Err(diagnostic.meant(name, textures(), None, |known| {
+            format!("the textures are {}", list_of(known.iter().copied()))
+        }));
+    };
+    let (Some(_), Some(size)) = (resource.format, resource.size) else {
+        return error(
+            format!(
+                "\"{name}\" is {}, of which there is no picture",
+                plan.pipeline.resource(resource.handle).kind_name()
+            ),
+            format!("the textures are {}", list_of(textures())),
+        );
+    };
+    if let Some(pass) = reference.version {
+        let writers = || {
+            let writers = plan.passes.iter().filter(|pass| plan.writes(pass.handle, resource.handle));
+            writers.map(|pass| pass.name.as_str())
+        };
+        if !writers().any(|writer| writer == pass) {
+            let message = match plan.culled.contains_key(pass) {
+                true => format!("the pass \"{pass}\" is culled, so it writes no \"{name}\""),
+                false => format!("no pass \"{pass}\" writes \"{name}\""),
+            };
+            return error(message, format!("\"{name}\" is written by {}", list_of(writers())));
+        }
+    }
+    let declared = plan.pipeline.resource(resource.handle).texture();
+    if declared.is_some_and(|texture| texture.view == Some(TextureShape::D3)) {
+        return error(
+            format!("\"{name}\" is a volume"),
+            "capture a texture that a pass makes of one slice".into(),
+        );
+    }
+    if size.samples > 1 {
+        return error(
+            format!("\"{name}\" has {} samples a texel, of which there is no picture", size.samples),
+            "capture the texture that it is resolved to".into(),
+        );
+    }
+    if capture.mip >= size.mips {
+        let help = format!("\"{name}\" has the mip levels 0 to {}", size.mips - 1);
+        return error(format!("\"{name}\" has no mip level {}", capture.mip), help);
+    }
+    Ok(resource)
+}
