@@ -111,15 +111,22 @@ fn every_texture_of_a_pipeline_is_captured_and_its_range_told() {
     let out = folder.join("x.png");
     let inside = folder.join("all");
     std::fs::create_dir(&inside).unwrap();
-    for (pipeline, scene, names) in [
-        ("pipelines/mantis.json", COURTYARD, vec!["atlas", "color", "depth", "target"]),
+    for (pipeline, scene, small, names) in [
+        (
+            "pipelines/mantis.json",
+            COURTYARD,
+            vec!["resolution=64"],
+            vec!["atlas", "color", "depth", "target"],
+        ),
         (
             "pipelines/awsm.json",
             "examples/scenes/interior.glb",
+            vec!["cube_side=64", "cascade_side=64", "tile_greatest_side=64"],
             vec!["atlas", "color", "cubes", "depth", "layers", "target"],
         ),
     ] {
-        let arguments = ["--out", out.to_str().unwrap(), "--capture-all", inside.to_str().unwrap()];
+        let mut arguments = vec!["--out", out.to_str().unwrap(), "--capture-all", inside.to_str().unwrap()];
+        arguments.extend(small.iter().flat_map(|setting| ["--set", setting]));
         let said = fine(&render(pipeline, scene, &arguments));
         for name in names {
             let path = inside.join(format!("{name}.png"));
