@@ -1,7 +1,6 @@
 //! What is done once for all instances of a subgraph.
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use umbragraph::data::{DataShape, HostData, ValueType};
@@ -39,15 +38,17 @@ impl Node for Counted {
         COUNTED[1].fetch_add(1, Ordering::Relaxed);
         let shape = DataShape::new().value("number", ValueType::U32);
         let output = pass.publish(&self.to, "/to", shape)?;
-        Some(pass.produce(Work::Host(HostWork { node: Arc::new(Idle), output, inputs: Vec::new() })))
+        Some(pass.produce(Work::Host(HostWork::new(Idle, output, Vec::new()))))
     }
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Idle;
 
 impl HostNode for Idle {
-    fn run(&self, _: &HostContext<'_>, _: &mut HostData) {}
+    type State = ();
+
+    fn run(&self, (): &mut (), _: &HostContext<'_>, _: &mut HostData) {}
 }
 
 #[test]

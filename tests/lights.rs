@@ -3,9 +3,12 @@
 
 mod common;
 
-use common::gpu::{Host, scene};
+use std::sync::Arc;
+
+use common::gpu::{Host, read, scene};
 use common::{Outcome, With, check_file, root};
 use glam::{DVec3, Vec3};
+use umbragraph::executor::Executor;
 use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph::scene::Scene;
 use umbragraph::shader::TargetProfile;
@@ -277,6 +280,63 @@ fn more_lights_than_there_is_room_for_are_reduced_and_left_out_by_importance_and
     lights.truncate(16);
     host.picture(&lit_by(&scene, lights));
     assert!(host.notices().is_empty(), "{:?}", host.notices());
+}
+
+#[test]
+fn two_executors_on_one_plan_do_not_notice_one_another() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = interior();
+    let outcome = small(
+        &[
+            ("cube_capacity", "2"),
+            ("cube_side", "32"),
+            ("atlas_greatest_side", "256"),
+            ("light_capacity", "20"),
+        ],
+        &[("light_filter", "\"hard\"")],
+    );
+    let plan = Arc::new(outcome.plan().clone());
+    let host = || {
+        let mut host = Host::new(&gpu, &outcome, &scene);
+        let executor = Executor::new(&gpu.device, &gpu.queue, plan.clone(), Some(&host.scene));
+        host.executor = pollster::block_on(executor).expect("an executor");
+        host
+    };
+    // Lights go around the room, in one way or the other.
+    let frame = |at: usize, speed: f64| {
+        let around = |light: usize| {
+            let angle = light as f64 + speed * at as f64;
+            [2.5 * angle.cos(), 1.5 + 0.1 * (light % 10) as f64, 2.5 * angle.sin()]
+        };
+        let spots = (0..18).map(|light| spot(&format!("spot {light}"), around(light)));
+        lit_by(
+            &scene,
+            spots.chain((0..6).map(|light| lamp(&format!("lamp {light}"), around(light)))).collect(),
+        )
+    };
+    let show = |host: &mut Host<'_>, at: usize, speed: f64| {
+        host.frame(&frame(at, speed));
+        (read(&gpu, &host.target), host.notices())
+    };
+    const FRAMES: usize = 4;
+    let alone = |speed: f64| -> Vec<_> {
+        let mut host = host();
+        (0..FRAMES).map(|at| show(&mut host, at, speed)).collect()
+    };
+    let (left, right) = (alone(0.7), alone(-0.4));
+    assert!(
+        left.iter().any(|(_, notices)| *notices != left[0].1),
+        "what is left out changes: {:?}",
+        left[0].1
+    );
+    let (mut one, mut other) = (host(), host());
+    for at in 0..FRAMES {
+        for (host, speed, wanted) in [(&mut one, 0.7, &left[at]), (&mut other, -0.4, &right[at])] {
+            let (picture, notices) = show(host, at, speed);
+            assert_eq!(notices, wanted.1, "frame {at} at {speed}");
+            assert_eq!(differing(&picture, &wanted.0, 0), 0, "frame {at} at {speed}");
+        }
+    }
 }
 
 #[test]

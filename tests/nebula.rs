@@ -3,15 +3,13 @@
 mod common;
 
 use common::gpu::{executor, import, read, render, render_frame, scene};
+use common::host::{floats, published};
 use common::{With, check_file, root};
-use umbragraph::data::HostData;
 use umbragraph::executor::Frame;
 use umbragraph::expression::Value;
 use umbragraph::frame::FrameInput;
-use umbragraph::pipeline::ResourceKind;
 use umbragraph::scene::Scene;
 use umbragraph::scene::gpu::SceneResources;
-use umbragraph::work::{HostContext, Work};
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::image::Picture;
 
@@ -23,25 +21,6 @@ fn courtyard() -> Scene {
 
 fn numbers(outcome: &common::Outcome, name: &str) -> Vec<f64> {
     outcome.plan().pipeline.parameters[name].value.numbers().unwrap()
-}
-
-/// What a host pass publishes for a frame.
-fn published(outcome: &common::Outcome, pass: &str, frame: &FrameInput) -> HostData {
-    let pipeline = &outcome.plan().pipeline;
-    let Work::Host(host) = &pipeline.pass(pipeline.find_pass(pass).unwrap()).work else {
-        panic!("{pass} is a host pass")
-    };
-    let ResourceKind::Data(Some(shape)) = &pipeline.resource(host.output).kind else {
-        panic!("published data")
-    };
-    let mut data = HostData::new(shape.clone());
-    host.node.run(&HostContext { frame, inputs: &[] }, &mut data);
-    assert_eq!(data.refused(), None);
-    data
-}
-
-fn floats(data: &HostData, name: &str) -> Vec<f32> {
-    data.words(name).unwrap().iter().map(|word| f32::from_bits(*word)).collect()
 }
 
 #[test]
@@ -69,7 +48,7 @@ fn the_default_cascades_increase_reach_a_kilometre_and_blend_over_a_metre_at_lea
     let mut frame = courtyard().frame_input(1.0, 0.0);
     frame.camera.projection =
         umbragraph::frame::Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 5000.0 };
-    let data = published(&outcome, "fit", &frame);
+    let data = published(outcome.plan(), "fit", &frame);
     assert_eq!(data.views().len(), 4, "one view for each cascade");
     let (far, blend) = (floats(&data, "far"), floats(&data, "blend_start"));
     assert!(far.windows(2).all(|pair| pair[0] < pair[1]) && far[3] >= 1000.0);
@@ -85,7 +64,7 @@ fn an_identity_camera_gives_finite_matrices_that_are_not_the_identity() {
     let mut frame = courtyard().frame_input(1.0, 0.0);
     frame.camera.position = Default::default();
     frame.camera.rotation = Default::default();
-    let data = published(&outcome, "fit", &frame);
+    let data = published(outcome.plan(), "fit", &frame);
     assert!(!data.views().is_empty());
     for view in data.views() {
         assert!(view.clip_from_world.is_finite());
@@ -123,7 +102,7 @@ fn the_blend_is_of_the_far_distance_or_of_the_range() {
     let frame = courtyard().frame_input(1.0, 0.0);
     let start = |of: &str| {
         let outcome = check_file(NEBULA, &With { parameters: &[("blend_of", of)], ..With::default() });
-        floats(&published(&outcome, "fit", &frame), "blend_start")[1]
+        floats(&published(outcome.plan(), "fit", &frame), "blend_start")[1]
     };
     assert!((start("\"far\"") - 128.0 * 0.95).abs() < 1e-3);
     assert!((start("\"range\"") - (128.0 - 96.0 * 0.05)).abs() < 1e-3);

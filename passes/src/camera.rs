@@ -19,8 +19,6 @@
 //! Limits: a camera with unusable values (not finite, an empty depth range), or one whose matrices do not fit 32 bits,
 //! is replaced by one whose matrices are all the identity, so that passes find finite values and a view to clear with.
 
-use std::sync::Arc;
-
 use glam::{DMat4, DQuat, DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -52,11 +50,7 @@ impl Node for Camera {
             None => false,
         };
         let output = pass.publish(&self.to, "/to", shape())?;
-        Some(pass.produce(Work::Host(HostWork {
-            node: Arc::new(RunCamera { reverse }),
-            output,
-            inputs: Vec::new(),
-        })))
+        Some(pass.produce(Work::Host(HostWork::new(RunCamera { reverse }, output, Vec::new()))))
     }
 }
 
@@ -89,13 +83,15 @@ pub fn shape() -> DataShape {
     .views(1)
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct RunCamera {
     reverse: bool,
 }
 
 impl HostNode for RunCamera {
-    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
+    type State = ();
+
+    fn run(&self, (): &mut (), context: &HostContext<'_>, data: &mut HostData) {
         let lens = Lens::of(&context.frame.camera, self.reverse);
         let lens = lens.filter(Lens::is_finite).unwrap_or(Lens::identity());
         lens.publish(self.reverse, data);
@@ -231,7 +227,7 @@ mod tests {
             index: u64::MAX,
         };
         let mut data = HostData::new(shape());
-        RunCamera { reverse }.run(&HostContext { frame: &frame, inputs: &[] }, &mut data);
+        RunCamera { reverse }.run(&mut (), &HostContext { frame: &frame, inputs: &[] }, &mut data);
         assert_eq!(data.refused(), None);
         data
     }

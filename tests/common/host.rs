@@ -1,10 +1,11 @@
 //! Host data in tests: what a host pass publishes, and the bytes that a shader's block gets of it.
 
-use umbragraph::compiler::Plan;
+use std::sync::Arc;
+
+use umbragraph::compiler::{CpuPasses, Plan};
 use umbragraph::data::HostData;
 use umbragraph::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
-use umbragraph::pipeline::ResourceKind;
-use umbragraph::work::{BoundSlot, HostContext, SlotSource, Work};
+use umbragraph::work::{BoundSlot, SlotSource, Work};
 
 /// A camera at eye level under a sun, over ten metres of things on a plain.
 pub fn sunny_frame() -> FrameInput {
@@ -81,36 +82,21 @@ pub fn quiet_frame() -> FrameInput {
     frame
 }
 
-/// What a host pass publishes for a frame, after the passes that it reads.
+/// What a CPU pass publishes for a frame, once the plan has the sizes that it wants.
 #[track_caller]
 pub fn published(plan: &Plan, pass: &str, frame: &FrameInput) -> HostData {
+    let mut passes = CpuPasses::new(Arc::new(plan.clone()));
+    passes.run(frame, &[]).expect("data as declared");
+    if let Some(sizes) = passes.wanted_sizes() {
+        let mut again = plan.clone();
+        again.data_sizes = sizes;
+        passes.set_plan(Arc::new(again));
+        passes.run(frame, &[]).expect("data as declared");
+    }
     let pipeline = &plan.pipeline;
     let handle = pipeline.find_pass(pass).unwrap_or_else(|| panic!("there is no pass {pass}"));
-    let Work::Host(host) = &pipeline.pass(handle).work else { panic!("{pass} is no host pass") };
-    let ResourceKind::Data(Some(shape)) = &pipeline.resource(host.output).kind else {
-        panic!("nothing is published")
-    };
-    let publisher = |input: &umbragraph::work::ResourceHandle| {
-        let publishes = |pass: &&umbragraph::pipeline::Pass| matches!(&pass.work, Work::Host(host) if host.output == *input);
-        &pipeline.passes.iter().find(publishes).expect("a pass that publishes it").name
-    };
-    let inputs: Vec<HostData> =
-        host.inputs.iter().map(|input| published(plan, publisher(input), frame)).collect();
-    let inputs: Vec<&HostData> = inputs.iter().collect();
-    let mut data = HostData::new(shape.clone());
-    host.node.run(&HostContext { frame, inputs: &inputs }, &mut data);
-    // Once more with the sizes that it wants, if it wants any.
-    let wanted: Vec<(String, u32)> =
-        data.sizes().map(|(name, _, wanted)| (name.to_owned(), wanted)).collect();
-    if !wanted.is_empty() {
-        data.plan_sizes(|name, initial| {
-            wanted.iter().find(|(known, _)| known == name).map_or(initial, |size| size.1)
-        });
-        data.clear();
-        host.node.run(&HostContext { frame, inputs: &inputs }, &mut data);
-    }
-    assert_eq!(data.refused(), None);
-    data
+    let Work::Host(host) = &pipeline.pass(handle).work else { panic!("{pass} is no CPU pass") };
+    passes.data(&pipeline.resource(host.output).name).expect("published data").clone()
 }
 
 /// The numbers of a published value.

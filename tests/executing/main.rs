@@ -22,6 +22,7 @@ mod parts;
 mod plans;
 mod squares;
 mod stage;
+mod state;
 mod steady;
 mod toggles;
 mod viewports;

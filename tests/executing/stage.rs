@@ -14,6 +14,7 @@ use umbragraph_test_support::gpu::Gpu;
 
 use crate::common;
 use crate::squares::{DEPTH_TEMPLATE, GEOMETRY, Squares, TEMPLATE};
+use crate::state::Count;
 use crate::views::Views;
 
 const FILL: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
@@ -159,7 +160,7 @@ pub(crate) fn plan_of_text(text: String, side: u32) -> Arc<Plan> {
     ];
     let templates = common::templates(&own, &mut sources, &mut findings);
     let mut registry = umbragraph::registry();
-    registry.register::<Views>();
+    registry.register::<Views>().register::<Count>();
     let file = sources.add("test.json", text);
     let job = umbragraph::Job {
         registry: &registry,

@@ -1,8 +1,6 @@
 //! A node kind whose views each frame chooses, through the names of its lights: `LAYER`, `LAYER X Y WIDTH HEIGHT`, or
 //! the same with how far the view moves everything to the right.
 
-use std::sync::Arc;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph::data::{DataShape, HostData, ValueType, View};
@@ -33,18 +31,19 @@ impl Node for Views {
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let shape = DataShape::new().value("time", ValueType::F32).views(self.maximum);
         let output = pass.publish(&self.to, "/to", shape)?;
-        let node = Arc::new(Run { lies: self.lies });
-        Some(pass.produce(Work::Host(HostWork { node, output, inputs: Vec::new() })))
+        Some(pass.produce(Work::Host(HostWork::new(Run { lies: self.lies }, output, Vec::new()))))
     }
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Run {
     lies: bool,
 }
 
 impl HostNode for Run {
-    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
+    type State = ();
+
+    fn run(&self, (): &mut (), context: &HostContext<'_>, data: &mut HostData) {
         data.set_f32("time", context.frame.time as f32);
         if self.lies {
             data.set_f32("undeclared", 1.0);

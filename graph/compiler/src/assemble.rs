@@ -37,11 +37,13 @@ pub struct AssemblyPass<'a> {
     depth: Option<DepthAttachment>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Nothing;
 
 impl HostNode for Nothing {
-    fn run(&self, _: &HostContext<'_>, _: &mut HostData) {}
+    type State = ();
+
+    fn run(&self, (): &mut (), _: &HostContext<'_>, _: &mut HostData) {}
 }
 
 impl Assembly {
@@ -213,11 +215,7 @@ impl Assembly {
     pub fn pass(&mut self, name: &str) -> AssemblyPass<'_> {
         let handle = PassHandle::at(self.pipeline.passes.len());
         // Only the uses count for the compiler, so any host work stands for work that has no attachments.
-        let work = HostWork {
-            node: Arc::new(Nothing),
-            output: ResourceHandle::at(u32::MAX as usize),
-            inputs: Vec::new(),
-        };
+        let work = HostWork::new(Nothing, ResourceHandle::at(u32::MAX as usize), Vec::new());
         self.pipeline.passes.push(Pass {
             name: name.to_owned(),
             kind: "assembled".to_owned(),

@@ -5,6 +5,9 @@
 //! - order: deterministic, by the order of the document where the graph leaves a choice, or for an [`Objective`];
 //! - [`plan`](self::plan()): lifetimes, physical resources, load and store operations, sizes, dispatches.
 //!
+//! [`CpuPasses`] and [`Switches`] are what changes from frame to frame without a device: what CPU passes keep and publish,
+//! and how toggles are thrown.
+//!
 //! [`Assembly`] makes pipelines in code, without a text.
 
 use umbragraph_pipeline::{data, diagnostic, document, expression, language, pipeline, shader, source, work};
@@ -14,6 +17,7 @@ mod allocate;
 mod assemble;
 mod attachments;
 mod copies;
+mod cpu_passes;
 mod cull;
 mod cycle;
 mod device_rules;
@@ -37,6 +41,7 @@ mod resize;
 mod rows;
 mod sharing;
 mod size;
+mod switches;
 mod texture_rules;
 mod toggles;
 mod unfed;
@@ -46,6 +51,7 @@ mod writers;
 
 pub use assemble::{Assembly, AssemblyPass};
 pub use copies::{PlannedCopy, TexelOrigin, TexelRows};
+pub use cpu_passes::CpuPasses;
 pub use cull::{CullReason, KeepReason, surviving_writers};
 pub use graph::{Edge, Graph, GraphNode, Hazard, build};
 pub use history::{InitialValue, PlannedHistory};
@@ -57,4 +63,5 @@ pub use plan::{
 };
 pub use sharing::why_apart;
 pub use size::TextureSize;
+pub use switches::Switches;
 pub use values::PackedBlock;

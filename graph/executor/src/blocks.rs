@@ -10,7 +10,7 @@
 //!
 //! Limits: the blocks of a plan together have less than 4 GiB, since dynamic offsets are 32 bits wide.
 
-use super::switches::Switches;
+use crate::compiler::CpuPasses;
 use crate::compiler::{Plan, PlannedPass};
 use crate::data::{HostData, View};
 use crate::diagnostic::{Diagnostic, Place as FindingPlace, codes};
@@ -93,11 +93,11 @@ impl Blocks {
         self.places.get(pass).map(Vec::as_slice).unwrap_or_default()
     }
 
-    /// Packs the blocks of one record. `data` is host data by resource.
-    pub(super) fn pack(&mut self, plan: &Plan, data: &[Option<HostData>], switches: &Switches) -> &[u8] {
-        let of = |handle: ResourceHandle| data.get(switches.seen(handle).index()).and_then(Option::as_ref);
+    /// Packs the blocks of one record.
+    pub(super) fn pack(&mut self, plan: &Plan, cpu_passes: &CpuPasses) -> &[u8] {
+        let of = |handle: ResourceHandle| cpu_passes.seen(handle);
         for (planned, places) in plan.passes.iter().zip(&self.places) {
-            if !switches.runs(plan, planned.handle) {
+            if !cpu_passes.switches().runs(plan, planned.handle) {
                 continue;
             }
             let work = &plan.pipeline.pass(planned.handle).work;

@@ -1,9 +1,9 @@
 //! Draws from the pipeline's own buffers, with everything that they need on the device.
 
 use super::resources::Resources;
-use super::switches::Switches;
 use super::transfer::Counts;
 use crate::compiler::Plan;
+use crate::compiler::Switches;
 use crate::work::{BufferDraw, DrawCounts};
 
 /// A draw.

@@ -10,7 +10,7 @@ use super::creation::Creation;
 use super::imports::ImportedView;
 use super::pool::Taken;
 use super::resources::{Buffer, Resources, Viewed};
-use super::switches::Switches;
+use crate::compiler::Switches;
 use crate::pipeline::Run;
 use crate::work::ResourceHandle;
 

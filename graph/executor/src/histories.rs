@@ -13,8 +13,8 @@
 //! that holds the value.
 
 use super::creation::Creation;
-use super::switches::Switches;
 use super::textures::Textures;
+use crate::compiler::Switches;
 use crate::compiler::{InitialValue, Physical, Plan};
 use crate::work::{PassHandle, ResourceHandle};
 

@@ -8,13 +8,8 @@ use super::requirements::{check_filter, check_source, scenes};
 use super::times::Times;
 use super::{Frame, attachments::Attachments};
 use crate::compiler::{Physical, PlannedResource};
-use crate::data::{DataShape, HostData, View};
+use crate::data::{HostData, View};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
-use crate::pipeline::Pass;
-use crate::work::{HostContext, ResourceHandle, Work};
-
-/// How many inputs of a host pass are given without allocating.
-const FEW_INPUTS: usize = 8;
 
 /// What keeps a frame from being recorded.
 pub(super) fn check(realized: &Realized, device: &wgpu::Device, frame: &Frame<'_>) -> Diagnostics {
@@ -95,55 +90,22 @@ fn import_fault(name: &str, resource: &PlannedResource, frame: &Frame<'_>) -> Op
         .then(|| format!("the texture for \"{name}\" was created without the usage {missing:?}"))
 }
 
-/// Runs the host passes in their order.
+/// Runs the CPU passes in their order.
 ///
 /// # Errors
 /// A pass that publishes what it did not declare, or a view that lies outside what it is drawn into.
-pub(super) fn run_host_passes(
+pub(super) fn run_cpu_passes(
     realized: &mut Realized,
     frame: &Frame<'_>,
     times: &mut Times,
 ) -> Result<(), Diagnostics> {
-    let plan = realized.plan.clone();
     let mut findings = Diagnostics::new();
-    for (at, planned) in plan.passes.iter().enumerate() {
-        let pass = plan.pipeline.pass(planned.handle);
-        let Work::Host(host) = &pass.work else { continue };
-        let output = host.output.index();
-        let Some(mut data) = realized.data.get_mut(output).and_then(Option::take) else { continue };
+    for at in 0..realized.passes.len() {
         let start = times.now();
-        data.clear();
-        if !realized.switches.runs(&plan, planned.handle) {
-            realized.data[output] = Some(data);
-            continue;
+        if let Some(outcome) = realized.cpu_passes.run_pass(at, frame.input) {
+            findings.extend(outcome.err());
+            times.add(at, start);
         }
-        let filler = HostData::new(DataShape::new());
-        let mut few = [&filler; FEW_INPUTS];
-        let many: Vec<&HostData>;
-        let seen = |input: &ResourceHandle| realized.switches.seen(*input).index();
-        let given = host.inputs.iter().filter_map(|input| realized.data.get(seen(input))?.as_ref());
-        let inputs = if host.inputs.len() <= FEW_INPUTS {
-            let mut count = 0;
-            for (slot, input) in few.iter_mut().zip(given) {
-                *slot = input;
-                count += 1;
-            }
-            &few[..count]
-        } else {
-            many = given.collect();
-            &many
-        };
-        host.node.run(&HostContext { frame: frame.input, inputs }, &mut data);
-        if let Some(reason) = data.refused() {
-            let message = format!("\"{}\" publishes {reason}", pass.name);
-            findings.push(host_data(
-                pass,
-                message,
-                "a host pass publishes what it declared; this is a defect of its node kind",
-            ));
-        }
-        realized.data[output] = Some(data);
-        times.add(at, start);
     }
     check_views(realized, &mut findings);
     if findings.is_empty() { Ok(()) } else { Err(findings) }
@@ -153,20 +115,16 @@ pub(super) fn run_host_passes(
 fn check_views(realized: &Realized, findings: &mut Diagnostics) {
     for (planned, pass) in realized.plan.passes.iter().zip(&realized.passes) {
         let RealizedWork::Scene { scene, attachments } = &pass.work else { continue };
-        if !realized.switches.runs(&realized.plan, planned.handle) {
+        if !realized.switches().runs(&realized.plan, planned.handle) {
             continue;
         }
-        let views = realized.switches.seen(scene.views);
-        let data = realized.data.get(views.index()).and_then(Option::as_ref);
+        let data = realized.cpu_passes.seen(scene.views);
         for (at, view) in data.map(HostData::views).unwrap_or_default().iter().enumerate() {
             if let Some(fault) = view_fault(view, attachments) {
                 let pass = realized.plan.pipeline.pass(planned.handle);
                 let message = format!("view {at} of \"{}\" {fault}", pass.name);
-                findings.push(host_data(
-                    pass,
-                    message,
-                    "a view lies within the attachments of the passes that draw it",
-                ));
+                let finding = Diagnostic::error(codes::HOST_DATA, pass.place, message).pointer(&pass.pointer);
+                findings.push(finding.help("a view lies within the attachments of the passes that draw it"));
             }
         }
     }
@@ -181,8 +139,4 @@ fn view_fault(view: &View, attachments: &Attachments) -> Option<String> {
     let [wide, high] = attachments.extent;
     (end[0] > u64::from(wide) || end[1] > u64::from(high))
         .then(|| format!("is drawn into {width} by {height} texels from {x}, {y} on, of {wide} by {high}"))
-}
-
-fn host_data(pass: &Pass, message: String, help: &str) -> Diagnostic {
-    Diagnostic::error(codes::HOST_DATA, pass.place, message).pointer(&pass.pointer).help(help)
 }

@@ -13,8 +13,7 @@
 //! - `objects`, `pipelines`: shader modules, layouts and pipelines;
 //! - `blocks`, `pool`: where the blocks of one record lie, and buffers that records in flight do not share;
 //! - `groups`, `host_groups`: bind groups of what the module binds, and of the host's materials and objects;
-//! - `switches`: the toggles of a frame, which passes they leave out, and what stands in for what those write;
-//! - `inputs`: what a frame brings, checked, and the host passes;
+//! - `inputs`: what a frame brings, checked;
 //! - `record`, `attachments`, `scene`, `buffer_draw`: render passes, and the draws in them;
 //! - `read_back`: what a texture holds, for the host to look at;
 //! - `times`: how long the processor works on each pass.
@@ -49,7 +48,6 @@ mod resources;
 mod reuse;
 mod scene;
 mod statistics;
-mod switches;
 mod textures;
 mod times;
 mod transfer;
@@ -63,7 +61,7 @@ pub use read_back::{Texels, read_back};
 pub use statistics::Statistics;
 pub use wgpu;
 
-use crate::compiler::{Physical, Plan, PlannedPass};
+use crate::compiler::{Physical, Plan, PlannedPass, Switches};
 use crate::data::HostData;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::frame::FrameInput;
@@ -74,7 +72,6 @@ use objects::Objects;
 use pool::Pool;
 use realize::Realized;
 use record::Scratch;
-use switches::Switches;
 use times::Times;
 
 /// What a frame consists of.
@@ -161,7 +158,8 @@ impl Executor {
             realize(&self.device, &mut self.objects, &mut self.statistics, plan, source, before)?;
         refuse(caught.all().await)?;
         self.objects.commit();
-        self.realized = realized;
+        let before = std::mem::replace(&mut self.realized, realized);
+        self.realized.cpu_passes.go_on_from(before.cpu_passes);
         Ok(())
     }
 
@@ -182,27 +180,18 @@ impl Executor {
 
     /// What host passes had to say of the last record: limits that were reached, what was left out and why.
     pub fn notices(&self) -> impl Iterator<Item = &Diagnostic> {
-        self.realized.data.iter().flatten().flat_map(|data| data.notices().iter())
+        self.realized.cpu_passes.notices()
     }
 
     /// The sizes that host passes want other than the plan has them, for [`crate::compiler::PlanOptions::data_sizes`];
     /// `None` if they are content. A frame is right without them too, only not as good.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
-        let wants = |data: &HostData| data.sizes().any(|(_, planned, wanted)| planned != wanted);
-        if !self.realized.data.iter().flatten().any(wants) {
-            return None;
-        }
-        let mut all = BTreeMap::new();
-        for (resource, data) in self.realized.plan.pipeline.resources.iter().zip(&self.realized.data) {
-            let sizes = data.iter().flat_map(HostData::sizes);
-            all.extend(sizes.map(|(name, _, wanted)| (format!("{}.{name}", resource.name), wanted)));
-        }
-        Some(all)
+        self.realized.cpu_passes.wanted_sizes()
     }
 
     /// The data that a host pass published in the last record, by the name of its resource.
     pub fn data(&self, name: &str) -> Option<&HostData> {
-        self.realized.data(name)
+        self.realized.cpu_passes.data(name)
     }
 
     /// Forgets what earlier frames left: the next record begins every history with its initial value, as after a cut to
@@ -243,7 +232,7 @@ impl Executor {
     /// The passes that the last record left out, since their toggles are thrown that way; in the plan's order.
     pub fn skipped(&self) -> impl Iterator<Item = &str> {
         let realized = &self.realized;
-        let skipped = |pass: &&PlannedPass| !realized.switches.runs(&realized.plan, pass.handle);
+        let skipped = |pass: &&PlannedPass| !realized.switches().runs(&realized.plan, pass.handle);
         realized.plan.passes.iter().filter(skipped).map(|pass| pass.name.as_str())
     }
 
@@ -270,12 +259,11 @@ impl Executor {
         let mut findings = inputs::check(&self.realized, &self.device, frame);
         findings.extend(Switches::check(&self.realized.plan, frame.toggles));
         refuse(findings)?;
-        let plan = self.realized.plan.clone();
-        self.realized.switches.set(&plan, frame.toggles);
+        self.realized.cpu_passes.switch(frame.toggles);
         self.warnings = Diagnostics::new();
         inputs::warnings(frame, &mut self.warnings);
         self.times.reset(self.realized.plan.passes.len());
-        inputs::run_host_passes(&mut self.realized, frame, &mut self.times)?;
+        inputs::run_cpu_passes(&mut self.realized, frame, &mut self.times)?;
         let start = self.times.now();
         self.prepare(encoder, frame)?;
         self.times.add_preparation(start);
@@ -299,8 +287,8 @@ impl Executor {
         );
         if let (Some(blocks), Ok(())) = (&blocks, &prepared) {
             // Within the scopes of the creation, if there are any: on a device that is lost, a new buffer is none.
-            let Realized { plan, data, switches, blocks: packed, .. } = &mut self.realized;
-            let bytes = packed.pack(plan, data, switches);
+            let Realized { plan, cpu_passes, blocks: packed, .. } = &mut self.realized;
+            let bytes = packed.pack(plan, cpu_passes);
             self.queue.write_buffer(&blocks.buffer, 0, bytes);
         }
         let mut caught = creation.finish();

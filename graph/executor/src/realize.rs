@@ -16,13 +16,12 @@ use super::imports::Imports;
 use super::objects::Objects;
 use super::pipelines::{Layouts, MATERIAL, OBJECT, Pipelines};
 use super::resources::Resources;
-use super::switches::Switches;
 use super::textures::Textures;
 use super::transfer::{Counts, Transfer};
-use crate::compiler::{Plan, PlannedPass};
-use crate::data::HostData;
+
+use crate::compiler::{CpuPasses, Plan, PlannedPass, Switches};
 use crate::diagnostic::Diagnostic;
-use crate::pipeline::{Pass, Program, ResourceKind, Run};
+use crate::pipeline::{Pass, Program, Run};
 use crate::work::{Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work};
 use umbragraph_pipeline::draw::{HostInterface, PropertySet};
 
@@ -36,10 +35,8 @@ pub(super) struct Realized {
     pub(super) objects: Vec<HostObjects>,
     /// How the host stores its meshes, by the name of the geometry.
     pub(super) interfaces: Vec<(String, HostInterface)>,
-    /// The data of host passes by resource, kept from frame to frame.
-    pub(super) data: Vec<Option<HostData>>,
-    /// How the toggles of the frame are thrown.
-    pub(super) switches: Switches,
+    /// The CPU passes, with what they keep from frame to frame, and the toggles of the frame.
+    pub(super) cpu_passes: CpuPasses,
 }
 
 /// A pass with everything that it needs on the device.
@@ -104,20 +101,6 @@ impl Realized {
         let old = before.map(|before| (&before.resources.histories, &before.resources.textures));
         let histories = Histories::new(&plan, &textures, old);
         let resources = Resources { textures, imports: Imports::new(&plan), histories };
-        let data = plan.pipeline.resources.iter().map(|resource| match &resource.kind {
-            ResourceKind::Data(Some(shape)) => {
-                let kept = before
-                    .and_then(|before| before.data(&resource.name))
-                    .filter(|data| data.shape() == shape);
-                let mut data = kept.cloned().unwrap_or_else(|| HostData::new(shape.clone()));
-                data.plan_sizes(|name, initial| {
-                    plan.data_sizes.get(&format!("{}.{name}", resource.name)).copied().unwrap_or(initial)
-                });
-                Some(data)
-            }
-            _ => None,
-        });
-        let data = data.collect();
         let mut realized = Self {
             resources,
             blocks,
@@ -125,8 +108,7 @@ impl Realized {
             materials: Vec::new(),
             objects: Vec::new(),
             interfaces,
-            data,
-            switches: Switches::new(&plan),
+            cpu_passes: CpuPasses::new(plan.clone()),
             plan: plan.clone(),
         };
         for (at, planned) in plan.passes.iter().enumerate() {
@@ -137,10 +119,9 @@ impl Realized {
         Ok(realized)
     }
 
-    /// Host data by the name of its resource.
-    pub(super) fn data(&self, name: &str) -> Option<&HostData> {
-        let handle = self.plan.pipeline.find_resource(name)?;
-        self.data.get(handle.index())?.as_ref()
+    /// How the toggles of the frame are thrown.
+    pub(super) fn switches(&self) -> &Switches {
+        self.cpu_passes.switches()
     }
 
     fn pass(

@@ -41,16 +41,16 @@ pub(super) fn prepare(
     record: u64,
 ) -> Result<(), Diagnostic> {
     let Resources { textures, histories, .. } = &mut realized.resources;
-    histories.advance(&realized.plan, &realized.switches);
+    histories.advance(&realized.plan, realized.cpu_passes.switches());
     histories.prepare(creation, queue, textures);
     realized.resources.imports.set(creation, frame.imports, record);
     let resources = &realized.resources;
     for (planned, pass) in realized.plan.passes.iter().zip(&mut realized.passes) {
-        if !realized.switches.runs(&realized.plan, planned.handle) {
+        if !realized.cpu_passes.switches().runs(&realized.plan, planned.handle) {
             continue;
         }
         for group in &mut pass.groups {
-            group.prepare(creation, &planned.name, blocks, resources, &realized.switches, record);
+            group.prepare(creation, &planned.name, blocks, resources, realized.cpu_passes.switches(), record);
         }
     }
     if let Some(source) = frame.draws {
@@ -90,13 +90,13 @@ pub(super) fn record(
     let resources = &realized.resources;
     for (at, (planned, pass)) in realized.plan.passes.iter().zip(&realized.passes).enumerate() {
         // Passes of one render pass have the same toggle.
-        if !realized.switches.runs(&realized.plan, planned.handle) {
+        if !realized.switches().runs(&realized.plan, planned.handle) {
             continue;
         }
         let start = times.now();
         match &pass.work {
             RealizedWork::Host | RealizedWork::Nothing => continue,
-            RealizedWork::Transfer(transfer) => transfer.record(encoder, resources, &realized.switches),
+            RealizedWork::Transfer(transfer) => transfer.record(encoder, resources, realized.switches()),
             RealizedWork::Compute { pipeline, workgroups: [x, y, z], indirect } => {
                 let descriptor =
                     wgpu::ComputePassDescriptor { label: Some(&pass.label), timestamp_writes: None };
@@ -106,7 +106,7 @@ pub(super) fn record(
                 match indirect {
                     None => compute.dispatch_workgroups(*x, *y, *z),
                     Some(counts) => {
-                        if let Some(buffer) = counts.buffer(resources, &realized.switches) {
+                        if let Some(buffer) = counts.buffer(resources, realized.switches()) {
                             compute.dispatch_workgroups_indirect(buffer, counts.offset);
                         }
                     }
@@ -160,7 +160,7 @@ impl Recording<'_> {
                     groups::bind_render(&pass.groups, &mut render_pass, 0);
                     match draw {
                         Some(draw) => {
-                            draw.record(resources, &self.realized.switches, &mut render_pass);
+                            draw.record(resources, self.realized.switches(), &mut render_pass);
                         }
                         None => render_pass.draw(0..3, 0..1),
                     }
@@ -229,9 +229,7 @@ impl Recording<'_> {
 }
 
 fn views_of<'a>(realized: &'a Realized, scene: &RealizedScene) -> &'a [View] {
-    let views = realized.switches.seen(scene.views);
-    let data = realized.data.get(views.index()).and_then(Option::as_ref);
-    data.map(HostData::views).unwrap_or_default()
+    realized.cpu_passes.seen(scene.views).map(HostData::views).unwrap_or_default()
 }
 
 /// The reference that stencil is compared with and that replaces it.

@@ -3,7 +3,7 @@
 //! What is copied, the plan says. Where a toggle takes the writers of a source away, what stands in for it is copied.
 
 use super::resources::{Buffer, Resources, Texture};
-use super::switches::Switches;
+use crate::compiler::Switches;
 use crate::compiler::{Plan, PlannedCopy, PlannedPass, TexelOrigin, TexelRows};
 use crate::pipeline::Aspect;
 use crate::work::{ResourceHandle, TransferWork};

@@ -4,7 +4,6 @@
 //! see), and a `declare` that says what a pass with such settings uses and does:
 //!
 //! ```
-//! use std::sync::Arc;
 //! use umbragraph_pipeline::data::{DataShape, HostData, ValueType};
 //! use umbragraph_pipeline::language::Expr;
 //! use umbragraph_pipeline::node::{Node, Registry};
@@ -21,13 +20,15 @@
 //!     period: Expr,
 //! }
 //!
-//! #[derive(Debug)]
+//! #[derive(Debug, PartialEq)]
 //! struct RunWave {
 //!     period: f64,
 //! }
 //!
 //! impl HostNode for RunWave {
-//!     fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
+//!     type State = ();
+//!
+//!     fn run(&self, _: &mut (), context: &HostContext<'_>, data: &mut HostData) {
 //!         data.set_f32("phase", (context.frame.time / self.period).fract() as f32);
 //!     }
 //! }
@@ -39,12 +40,32 @@
 //!     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
 //!         let period = pass.number(&self.period, "/period")?;
 //!         let output = pass.publish(&self.to, "/to", DataShape::new().value("phase", ValueType::F32))?;
-//!         Some(pass.produce(Work::Host(HostWork { node: Arc::new(RunWave { period }), output, inputs: Vec::new() })))
+//!         Some(pass.produce(Work::Host(HostWork::new(RunWave { period }, output, Vec::new()))))
 //!     }
 //! }
 //!
 //! let mut registry = Registry::new();
 //! registry.register::<Wave>();
+//! ```
+//!
+//! What a node keeps from frame to frame is its state. Each executor has its own, which begins with the type's default:
+//!
+//! ```
+//! # use umbragraph_pipeline::data::HostData;
+//! # use umbragraph_pipeline::work::{HostContext, HostNode};
+//! /// Publishes the seconds since the frame before.
+//! #[derive(Debug, PartialEq)]
+//! struct RunStep;
+//!
+//! impl HostNode for RunStep {
+//!     type State = Option<f64>;
+//!
+//!     fn run(&self, before: &mut Option<f64>, context: &HostContext<'_>, data: &mut HostData) {
+//!         let now = context.frame.time;
+//!         let before = before.replace(now).unwrap_or(now);
+//!         data.set_f32("step", (now - before) as f32);
+//!     }
+//! }
 //! ```
 
 use std::collections::BTreeMap;

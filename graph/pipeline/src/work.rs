@@ -4,6 +4,7 @@
 //! bindings, sizes as expressions), so it can be checked, planned, compared and drawn without a GPU. Host work is a
 //! function from frame input to named data and views; it knows no GPU either.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -77,10 +78,50 @@ pub enum Work {
     Transfer(Box<TransferWork>),
 }
 
-/// A function from what the host says of a frame to named data and views.
-pub trait HostNode: Send + Sync + std::fmt::Debug {
+/// A function from what the host says of a frame to named data and views. The node itself is part of the plan and does
+/// not change; equal nodes compute the same.
+pub trait HostNode: PartialEq + Send + Sync + std::fmt::Debug + 'static {
+    /// What is kept from frame to frame; `()` for nothing. Each executor has one for each pass.
+    type State: Default + Send + 'static;
+
     /// Computes the data of one frame. `data` comes cleared; whatever the input is, it must end up finite.
-    fn run(&self, context: &HostContext<'_>, data: &mut HostData);
+    fn run(&self, state: &mut Self::State, context: &HostContext<'_>, data: &mut HostData);
+}
+
+/// A [`HostNode`] without its type.
+pub trait AnyHostNode: Any + Send + Sync + std::fmt::Debug {
+    /// The node with a new state.
+    fn start(self: Arc<Self>) -> Box<dyn HostRun>;
+    /// Whether another node is of the same type and equal.
+    fn is_same(&self, other: &dyn AnyHostNode) -> bool;
+}
+
+/// A host node with its state.
+pub trait HostRun: Send {
+    /// Computes the data of the next frame.
+    fn run(&mut self, context: &HostContext<'_>, data: &mut HostData);
+}
+
+struct Started<N: HostNode> {
+    node: Arc<N>,
+    state: N::State,
+}
+
+impl<N: HostNode> AnyHostNode for N {
+    fn start(self: Arc<Self>) -> Box<dyn HostRun> {
+        Box::new(Started { node: self, state: N::State::default() })
+    }
+
+    fn is_same(&self, other: &dyn AnyHostNode) -> bool {
+        let other: &dyn Any = other;
+        other.downcast_ref::<N>().is_some_and(|other| self == other)
+    }
+}
+
+impl<N: HostNode> HostRun for Started<N> {
+    fn run(&mut self, context: &HostContext<'_>, data: &mut HostData) {
+        self.node.run(&mut self.state, context, data);
+    }
 }
 
 /// What a host node sees of a frame.
@@ -96,11 +137,18 @@ pub struct HostContext<'a> {
 #[derive(Clone, Debug)]
 pub struct HostWork {
     /// The function.
-    pub node: Arc<dyn HostNode>,
+    pub node: Arc<dyn AnyHostNode>,
     /// The data that it computes.
     pub output: ResourceHandle,
     /// The data that it reads.
     pub inputs: Vec<ResourceHandle>,
+}
+
+impl HostWork {
+    /// A node that computes data from a frame and from other data.
+    pub fn new(node: impl HostNode, output: ResourceHandle, inputs: Vec<ResourceHandle>) -> Self {
+        Self { node: Arc::new(node), output, inputs }
+    }
 }
 
 /// Drawing into attachments.

@@ -24,8 +24,6 @@
 //!
 //! Elements from `count` on are zero: no distance lies before a far distance of zero.
 
-use std::sync::Arc;
-
 use glam::DVec4;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -154,8 +152,7 @@ impl Node for Cascades {
             return placed::declare(self, placement, configuration, pass);
         }
         let output = pass.publish(&self.to, "/to", shape(configuration.splits.count() as u32))?;
-        let node = Arc::new(RunCascades { configuration });
-        Some(pass.produce(Work::Host(HostWork { node, output, inputs: Vec::new() })))
+        Some(pass.produce(Work::Host(HostWork::new(RunCascades { configuration }, output, Vec::new()))))
     }
 }
 
@@ -183,13 +180,15 @@ pub fn shape(count: u32) -> DataShape {
         .views(count)
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct RunCascades {
     configuration: Configuration,
 }
 
 impl HostNode for RunCascades {
-    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
+    type State = ();
+
+    fn run(&self, (): &mut (), context: &HostContext<'_>, data: &mut HostData) {
         let set = self.configuration.fit(context.frame);
         publish(&self.configuration, &set, data);
         if context.frame.camera.check().is_none() {

@@ -40,7 +40,7 @@ pub(super) fn declare(
     described::node(pass, &settings.to, input, (shape, layers), filter, Placed { configuration })
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Placed {
     configuration: Configuration,
 }

@@ -60,7 +60,7 @@ impl Node for CubeShadows {
     }
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Cubes {
     side: u32,
     reverse: bool,

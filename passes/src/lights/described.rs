@@ -4,7 +4,6 @@
 //! A backing says with [`Describe`] what one placed light comes to; [`node`] makes a host node of it.
 
 use std::fmt::Debug;
-use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec3;
 use umbragraph_pipeline::data::{DataShape, HostData, View};
@@ -17,7 +16,7 @@ use super::filter::{Bounded, Filter, Where, receivers};
 use super::placement::{self, Entry};
 
 /// How the lights of one backing are described.
-pub(crate) trait Describe: Debug + Send + Sync + 'static {
+pub(crate) trait Describe: Debug + PartialEq + Send + Sync + 'static {
     /// Tells of a placed light what it has here; nothing of one that another backing has.
     fn describe(&self, entry: &Entry, told: &mut Told<'_>);
 }
@@ -65,16 +64,15 @@ impl Told<'_> {
 
 /// Memory that is used again in each frame.
 #[derive(Debug, Default)]
-struct Memory {
+pub(crate) struct Memory {
     descriptors: Vec<Descriptor>,
     bounded: Bounded,
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Run<D> {
     describe: D,
     filter: Option<Filter>,
-    memory: Mutex<Memory>,
 }
 
 /// The node that publishes what a backing says of the lights of a placement, with so many descriptors at most.
@@ -87,14 +85,13 @@ pub(crate) fn node(
     describe: impl Describe,
 ) -> Option<Produced> {
     let output = pass.publish(to, "/to", descriptor::shape(shape, capacity))?;
-    let node = Arc::new(Run { describe, filter, memory: Mutex::default() });
-    Some(pass.produce(Work::Host(HostWork { node, output, inputs: vec![placement] })))
+    Some(pass.produce(Work::Host(HostWork::new(Run { describe, filter }, output, vec![placement]))))
 }
 
 impl<D: Describe> HostNode for Run<D> {
-    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
-        let mut memory = self.memory.lock().unwrap_or_else(PoisonError::into_inner);
-        let memory = &mut *memory;
+    type State = Memory;
+
+    fn run(&self, memory: &mut Memory, context: &HostContext<'_>, data: &mut HostData) {
         memory.descriptors.clear();
         memory.bounded.clear();
         let Some(placement) = context.inputs.first() else { return };

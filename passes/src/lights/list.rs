@@ -18,8 +18,6 @@
 //! Limits: lights beyond the capacity are left out, the least important first, and reported by name. Unusable lights
 //! (see [`Light::check`]) are left out.
 
-use std::sync::{Arc, Mutex, PoisonError};
-
 use glam::{DVec4, Vec3, Vec4};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -101,8 +99,8 @@ impl Node for LightList {
         }
         let (lights, descriptors) = (lights?, descriptors?);
         let output = pass.publish(&self.to, "/to", shape(lights, descriptors))?;
-        let node = RunLightList { capacity: lights as usize, sources, state: Mutex::default() };
-        Some(pass.produce(Work::Host(HostWork { node: Arc::new(node), output, inputs })))
+        let node = RunLightList { capacity: lights as usize, sources };
+        Some(pass.produce(Work::Host(HostWork::new(node, output, inputs))))
     }
 }
 
@@ -119,18 +117,17 @@ pub fn shape(lights: u32, descriptors: u32) -> DataShape {
 }
 
 /// Where the inputs stand.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Sources {
     placement: Option<usize>,
     /// Tiles, cubes and layers.
     descriptors: [Option<usize>; 3],
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct RunLightList {
     capacity: usize,
     sources: Sources,
-    state: Mutex<State>,
 }
 
 /// Memory that is used again in each frame.
@@ -145,9 +142,10 @@ struct State {
 }
 
 impl HostNode for RunLightList {
-    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let State { order, shadows, left_out } = &mut *state;
+    type State = State;
+
+    fn run(&self, state: &mut State, context: &HostContext<'_>, data: &mut HostData) {
+        let State { order, shadows, left_out } = state;
         let frame = context.frame;
         let input = |at: Option<usize>| at.and_then(|at| context.inputs.get(at).copied());
         shadows.clear();

@@ -18,7 +18,6 @@
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex, PoisonError};
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -248,10 +247,7 @@ impl Node for ShadowAtlas {
         let (descriptors, views, cubes, (layers, cascades)) = (descriptors?, views?, cubes?, suns?);
         let limits = Limits { atlas: spots, cubes, suns: layers / cascades, cascades, descriptors, views };
         let output = pass.publish(&self.to, "/to", shape(&limits))?;
-        let placement = Placement::new(limits.settings());
-        let state = State { placement, asking: Vec::new(), requests: Vec::new(), entries: Vec::new() };
-        let node = RunShadowAtlas { limits, state: Mutex::new(state) };
-        Some(pass.produce(Work::Host(HostWork { node: Arc::new(node), output, inputs: Vec::new() })))
+        Some(pass.produce(Work::Host(HostWork::new(RunShadowAtlas { limits }, output, Vec::new()))))
     }
 }
 
@@ -386,15 +382,15 @@ impl Limits {
     }
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct RunShadowAtlas {
     limits: Limits,
-    state: Mutex<State>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct State {
-    placement: Placement,
+    /// Who has what; `None` before the first frame.
+    placement: Option<Placement>,
     /// The lights that ask, as positions in the frame.
     asking: Vec<u32>,
     requests: Vec<Request>,
@@ -403,9 +399,11 @@ struct State {
 }
 
 impl HostNode for RunShadowAtlas {
-    fn run(&self, context: &HostContext<'_>, data: &mut HostData) {
-        let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
-        let State { placement, asking, requests, entries } = &mut *state;
+    type State = State;
+
+    fn run(&self, state: &mut State, context: &HostContext<'_>, data: &mut HostData) {
+        let State { placement, asking, requests, entries } = state;
+        let placement = placement.get_or_insert_with(|| Placement::new(self.limits.settings()));
         self.ask(context.frame, asking, requests);
         let side = data.planned_size("atlas_side");
         let (cubes, layers) = (data.planned_size("cube_count"), data.planned_size("layer_count"));

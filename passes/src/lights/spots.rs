@@ -59,7 +59,7 @@ impl Node for SpotShadows {
     }
 }
 
-#[derive(Debug)]
+#[derive(Debug, PartialEq)]
 struct Tiles {
     reverse: bool,
 }

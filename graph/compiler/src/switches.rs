@@ -4,12 +4,12 @@
 //! on nothing else, so one table serves all passes: a reader that has the toggle of the writers runs only where the
 //! resource stands for itself. In a frame without findings nothing is allocated.
 
-use crate::compiler::Plan;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
+use crate::plan::Plan;
 use crate::work::{PassHandle, ResourceHandle};
 
 /// How the toggles are thrown, and what follows.
-pub(super) struct Switches {
+pub struct Switches {
     states: Vec<bool>,
     /// For each resource what readers see.
     seen: Vec<ResourceHandle>,
@@ -17,7 +17,7 @@ pub(super) struct Switches {
 
 impl Switches {
     /// Everything as the pipeline says.
-    pub(super) fn new(plan: &Plan) -> Self {
+    pub fn new(plan: &Plan) -> Self {
         let pipeline = &plan.pipeline;
         let seen = pipeline.resource_handles().collect();
         let mut switches = Self { states: pipeline.default_states(), seen };
@@ -26,7 +26,7 @@ impl Switches {
     }
 
     /// What is wrong with the toggles that a frame names.
-    pub(super) fn check(plan: &Plan, given: &[(&str, bool)]) -> Diagnostics {
+    pub fn check(plan: &Plan, given: &[(&str, bool)]) -> Diagnostics {
         let mut findings = Diagnostics::new();
         let toggles = &plan.pipeline.toggles;
         for (name, _) in given.iter().filter(|(name, _)| plan.pipeline.find_toggle(name).is_none()) {
@@ -42,7 +42,7 @@ impl Switches {
     }
 
     /// Throws the toggles of a frame; those that it does not name are as the pipeline says.
-    pub(super) fn set(&mut self, plan: &Plan, given: &[(&str, bool)]) {
+    pub fn set(&mut self, plan: &Plan, given: &[(&str, bool)]) {
         if self.states.is_empty() {
             return;
         }
@@ -68,12 +68,12 @@ impl Switches {
     }
 
     /// Whether a pass is recorded.
-    pub(super) fn runs(&self, plan: &Plan, pass: PassHandle) -> bool {
+    pub fn runs(&self, plan: &Plan, pass: PassHandle) -> bool {
         plan.pipeline.pass(pass).condition.is_none_or(|condition| condition.holds(&self.states))
     }
 
     /// What readers see of a resource.
-    pub(super) fn seen(&self, resource: ResourceHandle) -> ResourceHandle {
+    pub fn seen(&self, resource: ResourceHandle) -> ResourceHandle {
         self.seen.get(resource.index()).copied().unwrap_or(resource)
     }
 }

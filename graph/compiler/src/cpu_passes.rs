@@ -1,0 +1,210 @@
+//! The CPU passes of a plan: what they keep from frame to frame, and what they published last.
+//!
+//! A plan is immutable and can be shared; whatever changes from frame to frame is here. An executor owns one of these.
+//! It needs no device, so what CPU passes publish can be computed, tested and looked at without one:
+//!
+//! ```
+//! # use umbragraph_compiler::{CpuPasses, Plan};
+//! # use umbragraph_pipeline::{diagnostic::Diagnostics, frame::FrameInput};
+//! # fn published(plan: std::sync::Arc<Plan>, frame: &FrameInput) -> Result<(), Diagnostics> {
+//! let mut passes = CpuPasses::new(plan);
+//! passes.run(frame, &[])?;
+//! if let Some(data) = passes.data("camera") {
+//!     println!("{:?}", data.words("position"));
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! A pass goes on in the plan that replaces another, with its state, its data and its notices, if there a pass of the same
+//! name has an equal node (of one type, with equal settings) and publishes data of the same shape. Any other pass begins
+//! anew, and gives its notices again.
+//!
+//! In a frame without diagnostics nothing is allocated but by the nodes.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::data::{DataShape, HostData};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::pipeline::ResourceKind;
+use crate::plan::Plan;
+use crate::switches::Switches;
+use crate::work::{HostContext, HostRun, HostWork, PassHandle, ResourceHandle, Work};
+use umbragraph_pipeline::frame::FrameInput;
+
+/// How many inputs of a pass are given without allocating.
+const FEW_INPUTS: usize = 8;
+
+/// The CPU passes of a plan, with their state and data.
+pub struct CpuPasses {
+    plan: Arc<Plan>,
+    /// By the position of the pass in the plan.
+    runs: Vec<Option<Box<dyn HostRun>>>,
+    /// By resource.
+    data: Vec<Option<HostData>>,
+    switches: Switches,
+}
+
+impl CpuPasses {
+    /// The passes of a plan, before their first frame.
+    pub fn new(plan: Arc<Plan>) -> Self {
+        let run = |pass| host_work(&plan, pass).map(|host| host.node.clone().start());
+        let runs = plan.passes.iter().map(|planned| run(planned.handle)).collect();
+        let data = plan.pipeline.resource_handles().map(|resource| {
+            let ResourceKind::Data(Some(shape)) = &plan.pipeline.resource(resource).kind else { return None };
+            let mut data = HostData::new(shape.clone());
+            plan_sizes(&plan, resource, &mut data);
+            Some(data)
+        });
+        let data = data.collect();
+        Self { runs, data, switches: Switches::new(&plan), plan }
+    }
+
+    /// Replaces the plan. Passes that are the same there go on.
+    pub fn set_plan(&mut self, plan: Arc<Plan>) {
+        let before = std::mem::replace(self, Self::new(plan));
+        self.go_on_from(before);
+    }
+
+    /// Takes over the passes that are the same.
+    pub fn go_on_from(&mut self, mut before: Self) {
+        let (plan, old) = (&self.plan, &before.plan);
+        for (run, planned) in self.runs.iter_mut().zip(&plan.passes) {
+            let Some(at) = old.passes.iter().position(|old| old.name == planned.name) else { continue };
+            let (Some(host), Some(known)) =
+                (host_work(plan, planned.handle), host_work(old, old.passes[at].handle))
+            else {
+                continue;
+            };
+            let data = self.data.get_mut(host.output.index()).and_then(Option::as_mut);
+            let kept = before.data.get_mut(known.output.index()).and_then(Option::as_mut);
+            if let (Some(data), Some(kept)) = (data, kept)
+                && host.node.is_same(&*known.node)
+                && data.shape() == kept.shape()
+            {
+                *run = before.runs[at].take();
+                std::mem::swap(data, kept);
+                plan_sizes(plan, host.output, data);
+            }
+        }
+    }
+
+    /// Runs the passes for a frame, with the toggles that are thrown otherwise than the pipeline says.
+    ///
+    /// # Errors
+    /// Toggles that the pipeline does not have; a pass that publishes what it did not declare.
+    pub fn run(&mut self, frame: &FrameInput, toggles: &[(&str, bool)]) -> Result<(), Diagnostics> {
+        let mut diagnostics = Switches::check(&self.plan, toggles);
+        if diagnostics.has_errors() {
+            return Err(diagnostics);
+        }
+        self.switches.set(&self.plan, toggles);
+        for at in 0..self.plan.passes.len() {
+            diagnostics.extend(self.run_pass(at, frame).and_then(Result::err));
+        }
+        if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics) }
+    }
+
+    /// Runs the pass at a position of the plan; `None` where that is no CPU pass, or one that toggles leave out.
+    ///
+    /// # Errors
+    /// A pass that publishes what it did not declare.
+    pub fn run_pass(&mut self, at: usize, frame: &FrameInput) -> Option<Result<(), Diagnostic>> {
+        let pass = self.plan.passes.get(at)?.handle;
+        let host = host_work(&self.plan, pass)?;
+        let run = self.runs.get_mut(at)?.as_mut()?;
+        let mut data = self.data.get_mut(host.output.index()).and_then(Option::take)?;
+        data.clear();
+        let runs = self.switches.runs(&self.plan, pass);
+        if runs {
+            let filler = HostData::new(DataShape::new());
+            let mut few = [&filler; FEW_INPUTS];
+            let many: Vec<&HostData>;
+            let seen = |input: &ResourceHandle| self.data.get(self.switches.seen(*input).index())?.as_ref();
+            let given = host.inputs.iter().filter_map(seen);
+            let inputs = if host.inputs.len() <= FEW_INPUTS {
+                let mut count = 0;
+                for (slot, input) in few.iter_mut().zip(given) {
+                    *slot = input;
+                    count += 1;
+                }
+                &few[..count]
+            } else {
+                many = given.collect();
+                &many
+            };
+            run.run(&HostContext { frame, inputs }, &mut data);
+        }
+        let outcome = data.refused().map_or(Ok(()), |reason| {
+            let pass = self.plan.pipeline.pass(pass);
+            let message = format!("\"{}\" publishes {reason}", pass.name);
+            let help = "a host pass publishes what it declared; this is a defect of its node kind";
+            Err(Diagnostic::error(codes::HOST_DATA, pass.place, message).pointer(&pass.pointer).help(help))
+        });
+        self.data[host.output.index()] = Some(data);
+        runs.then_some(outcome)
+    }
+
+    /// The plan.
+    pub fn plan(&self) -> &Arc<Plan> {
+        &self.plan
+    }
+
+    /// The data that a pass published last, by the name of its resource.
+    pub fn data(&self, name: &str) -> Option<&HostData> {
+        self.data.get(self.plan.pipeline.find_resource(name)?.index())?.as_ref()
+    }
+
+    /// What passes had to say last: limits that were reached, what was left out and why.
+    pub fn notices(&self) -> impl Iterator<Item = &Diagnostic> {
+        self.data.iter().flatten().flat_map(|data| data.notices().iter())
+    }
+
+    /// The sizes that passes want other than the plan has them, for [`crate::PlanOptions::data_sizes`]; `None`
+    /// if they are content. A frame is right without them too, only not as good.
+    pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
+        let wants = |data: &HostData| data.sizes().any(|(_, planned, wanted)| planned != wanted);
+        if !self.data.iter().flatten().any(wants) {
+            return None;
+        }
+        let mut all = BTreeMap::new();
+        for (resource, data) in self.plan.pipeline.resources.iter().zip(&self.data) {
+            let sizes = data.iter().flat_map(HostData::sizes);
+            all.extend(sizes.map(|(name, _, wanted)| (format!("{}.{name}", resource.name), wanted)));
+        }
+        Some(all)
+    }
+}
+
+/// What an executor needs besides.
+impl CpuPasses {
+    /// Throws the toggles of a frame.
+    pub fn switch(&mut self, toggles: &[(&str, bool)]) {
+        self.switches.set(&self.plan, toggles);
+    }
+
+    /// The data that a reader of a resource sees: that of what stands for it, as toggles are thrown.
+    pub fn seen(&self, resource: ResourceHandle) -> Option<&HostData> {
+        self.data.get(self.switches.seen(resource).index())?.as_ref()
+    }
+
+    /// How the toggles of the frame are thrown.
+    pub fn switches(&self) -> &Switches {
+        &self.switches
+    }
+}
+
+fn host_work(plan: &Plan, pass: PassHandle) -> Option<&HostWork> {
+    match &plan.pipeline.pass(pass).work {
+        Work::Host(host) => Some(host),
+        _ => None,
+    }
+}
+
+fn plan_sizes(plan: &Plan, resource: ResourceHandle, data: &mut HostData) {
+    let resource = &plan.pipeline.resource(resource).name;
+    data.plan_sizes(|name, initial| {
+        plan.data_sizes.get(&format!("{resource}.{name}")).copied().unwrap_or(initial)
+    });
+}
