@@ -172,6 +172,7 @@ pub fn sphere(light: &Light) -> Option<(DVec3, f64)> {
 mod tests {
     use glam::{DQuat, Vec3};
     use proptest::prelude::*;
+    use umbragraph_test_support::property;
 
     use super::*;
 
@@ -206,6 +207,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(property::config(256))]
+
         #[test]
         fn the_rectangle_holds_every_point_of_the_sphere_and_no_more(
             x in -30.0..30.0f64, y in -20.0..20.0f64, z in -60.0..-1.0f64, radius in 0.1..20.0f64,

@@ -84,6 +84,7 @@ mod tests {
     use super::*;
     use crate::pipeline::Run;
     use proptest::prelude::*;
+    use umbragraph_test_support::property;
 
     fn uses() -> impl Strategy<Value = Vec<(Part, Option<Condition>)>> {
         let run = || proptest::option::of((0u32..6, 1u32..4).prop_map(|(first, count)| Run { first, count }));
@@ -95,37 +96,49 @@ mod tests {
         proptest::collection::vec(one, 1..40)
     }
 
+    fn check(uses: &[(Part, Option<Condition>)]) -> Result<(), TestCaseError> {
+        let together =
+            |a: &Option<Condition>, b: &Option<Condition>| a.zip(*b).is_none_or(|(a, b)| a != b.opposite());
+        // For each use those that come before it.
+        let mut before: Vec<Vec<bool>> = Vec::new();
+        for (at, (part, own)) in uses.iter().enumerate() {
+            let mut unmet = Unmet::new(*part, *own);
+            let mut reached = vec![false; uses.len()];
+            for (earlier, (other, condition)) in uses[..at].iter().enumerate().rev() {
+                if !together(condition, own) || !unmet.has_to_meet(*other, *condition) {
+                    continue;
+                }
+                unmet.meet(*other, *condition);
+                reached[earlier] = true;
+                for (place, known) in before[earlier].iter().enumerate() {
+                    reached[place] |= known;
+                }
+                if unmet.is_empty() {
+                    break;
+                }
+            }
+            for (earlier, (other, condition)) in uses[..at].iter().enumerate() {
+                if other.overlaps(*part) && together(condition, own) {
+                    prop_assert!(reached[earlier], "{} before {}", earlier, at);
+                }
+            }
+            before.push(reached);
+        }
+        Ok(())
+    }
+
     proptest! {
+        #![proptest_config(property::config(256))]
+
         #[test]
         fn every_order_follows_from_those_that_are_looked_for(uses in uses()) {
-            let together = |a: &Option<Condition>, b: &Option<Condition>| {
-                a.zip(*b).is_none_or(|(a, b)| a != b.opposite())
-            };
-            // For each use those that come before it.
-            let mut before: Vec<Vec<bool>> = Vec::new();
-            for (at, (part, own)) in uses.iter().enumerate() {
-                let mut unmet = Unmet::new(*part, *own);
-                let mut reached = vec![false; uses.len()];
-                for (earlier, (other, condition)) in uses[..at].iter().enumerate().rev() {
-                    if !together(condition, own) || !unmet.has_to_meet(*other, *condition) {
-                        continue;
-                    }
-                    unmet.meet(*other, *condition);
-                    reached[earlier] = true;
-                    for (place, known) in before[earlier].iter().enumerate() {
-                        reached[place] |= known;
-                    }
-                    if unmet.is_empty() {
-                        break;
-                    }
-                }
-                for (earlier, (other, condition)) in uses[..at].iter().enumerate() {
-                    if other.overlaps(*part) && together(condition, own) {
-                        prop_assert!(reached[earlier], "{} before {}", earlier, at);
-                    }
-                }
-                before.push(reached);
-            }
+            check(&uses)?;
         }
+    }
+
+    #[test]
+    fn opposite_writers_and_one_that_always_runs_are_in_order() {
+        let of = |on| (Part::WHOLE, Some(Condition { toggle: 2, on }));
+        check(&[of(true), of(false), (Part::WHOLE, None)]).unwrap_or_else(|failure| panic!("{failure}"));
     }
 }

@@ -90,6 +90,7 @@ pub(super) fn assign(wants: &[Want]) -> Assignment {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use umbragraph_test_support::property;
 
     fn want(class: usize, first: usize, last: usize) -> Want {
         Want { class, bytes: 1, first, last }
@@ -120,6 +121,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(property::config(256))]
+
         #[test]
         fn the_count_is_the_peak_and_nothing_overlaps(
             list in proptest::collection::vec((0usize..3, 0usize..40, 0usize..10, 65u64..129), 0..60)

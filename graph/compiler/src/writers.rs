@@ -330,7 +330,7 @@ impl<'a> Builder<'a> {
         diagnostics: &mut Diagnostics,
     ) {
         let pipeline = self.pipeline;
-        let Look { writers, simple, .. } = *look;
+        let writers = look.writers;
         let list = &self.accesses[resource.index()];
         let Some(known) = toggles::known(pipeline.pass(reader.pass), reader.one) else {
             // It never happens: the pass runs only in frames in which something else stands in.
@@ -339,14 +339,18 @@ impl<'a> Builder<'a> {
         let mut fed = false;
         let mut missing: Option<(usize, Condition)> = None;
         let mut left = None;
-        if simple {
-            // What was written since: an older write of such a part is not there any more.
+        // Pieces of one subresource or of everything hide one another one by one, those of a range only together.
+        if look.simple && reader.part.is_plain() {
+            // What was written since of what is read: an older write of it is not there any more.
             let mut newer: HashSet<Part> = HashSet::new();
             let mut covered = false;
             for rank in writers.before(limit, reader.part) {
                 let writer = &list[writers.list[rank]];
-                let hidden = !newer.is_empty() && within(&newer, writer.part);
-                if writer.pass == reader.pass || !writer.part.overlaps(reader.part) || hidden {
+                if writer.pass == reader.pass || !writer.part.overlaps(reader.part) {
+                    continue;
+                }
+                let read = common_of_plain(writer.part, reader.part);
+                if !newer.is_empty() && within(&newer, read) {
                     continue;
                 }
                 self.feed(resource, rank, writer.pass, reader.pass);
@@ -356,7 +360,7 @@ impl<'a> Builder<'a> {
                 if covered {
                     break;
                 }
-                newer.insert(writer.part);
+                newer.insert(read);
             }
             if !covered && !reader.writes && !newer.is_empty() {
                 left = Some(Left::AllBut(newer.into_iter().collect()));
@@ -567,13 +571,15 @@ fn never_together(a: Option<Condition>, b: Option<Condition>) -> bool {
     a.zip(b).is_some_and(|(a, b)| a == b.opposite())
 }
 
-/// Whether one of the parts has everything of another.
+/// Whether one of the plain parts has everything of another.
 fn within(parts: &HashSet<Part>, part: Part) -> bool {
     let wider = [part, Part { mip: None, ..part }, Part { layer: None, ..part }, Part::WHOLE];
     wider.iter().any(|wider| parts.contains(wider))
-        // Ranges, aspects and bytes are few, and compared one by one.
-        || (!part.is_plain() || parts.iter().any(|one| !one.is_plain()))
-            && parts.iter().any(|one| one.contains(part))
+}
+
+/// What two plain parts that overlap have in common.
+fn common_of_plain(a: Part, b: Part) -> Part {
+    Part { mip: a.mip.or(b.mip), layer: a.layer.or(b.layer), ..Part::WHOLE }
 }
 
 /// The writers of a resource by the name of their pass; of several writes of one pass the last in the given order.

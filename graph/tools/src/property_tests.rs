@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use proptest::prelude::*;
+use umbragraph_test_support::property;
 
 use crate::compiler::{Assembly, Objective, Plan, PlanOptions, build, plan};
 use crate::diagnostic::Diagnostics;
@@ -223,7 +224,7 @@ fn options(objective: Objective, aliasing: bool) -> PlanOptions {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 128, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(property::config(128))]
 
     #[test]
     fn every_plan_of_every_objective_passes_the_checker(passes in passes(), count in 1usize..9) {

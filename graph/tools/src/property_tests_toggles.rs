@@ -5,6 +5,7 @@
 //! exception: what they write nobody else does.
 
 use proptest::prelude::*;
+use umbragraph_test_support::property;
 
 use crate::compiler::{Assembly, Objective, Plan, PlanOptions, build, plan};
 use crate::diagnostic::Diagnostics;
@@ -144,7 +145,7 @@ fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 256, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(property::config(256))]
 
     #[test]
     fn every_plan_with_toggles_passes_the_checker_in_every_state(

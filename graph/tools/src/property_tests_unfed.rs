@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use proptest::prelude::*;
+use umbragraph_test_support::property;
 
 use crate::compiler::{Assembly, PlanOptions, build, plan};
 use crate::diagnostic::{Diagnostics, codes};
@@ -186,54 +187,82 @@ fn kind() -> impl Strategy<Value = Kind> {
     prop_oneof![Just(Kind::Layered), Just(Kind::Volume), Just(Kind::DepthStencil), Just(Kind::Buffer)]
 }
 
+fn check(kind: Kind, writers: &[Access], readers: &[Access]) -> Result<(), TestCaseError> {
+    let options = PlanOptions::new(64, 64);
+    let (whole, sources) = pipeline(kind, writers, readers, false);
+    let mut findings = Diagnostics::new();
+    let planned = build(&whole, &mut findings)
+        .and_then(|graph| plan(&whole, &graph, &options, &sources, &mut findings));
+    // What some states take away has a finding of its own.
+    let found = |of: &crate::diagnostic::Code| -> BTreeSet<String> {
+        let those = findings.iter().filter(|one| one.code.id == of.id);
+        those.filter_map(|one| Some(one.message.split('"').nth(1)?.to_owned())).collect()
+    };
+    let (unfed, taken_away) = (found(&codes::NEVER_WRITTEN), found(&codes::TOGGLED_AWAY));
+    prop_assert!(
+        findings.iter().all(|one| [codes::NEVER_WRITTEN.id, codes::TOGGLED_AWAY.id].contains(&one.code.id)),
+        "{findings:#?}"
+    );
+    for (at, reader) in readers.iter().enumerate() {
+        let name = format!("r{at}");
+        let (missing, there) = unfed_and_fed(kind, writers, reader);
+        let refused = missing > 0 && (reader.is_live || there == 0);
+        // Slices that a mip does not have may hide that nothing at all is there.
+        let is_hidden = kind == Kind::Volume && there == 0 && !reader.is_live;
+        if !taken_away.contains(&name) && !is_hidden {
+            prop_assert_eq!(unfed.contains(&name), refused, "{} of {:#?}", name, findings);
+        }
+    }
+    if let Some(planned) = planned.filter(|_| !findings.has_errors()) {
+        prop_assert_eq!(verify(&planned, &options), Vec::new());
+    }
+    // The same with a first write of everything, which is then taken out of the plan.
+    let (fed, sources) = pipeline(kind, writers, readers, true);
+    let mut findings = Diagnostics::new();
+    let planned =
+        build(&fed, &mut findings).and_then(|graph| plan(&fed, &graph, &options, &sources, &mut findings));
+    let mut planned = planned.unwrap_or_else(|| panic!("{findings:#?}"));
+    prop_assert_eq!(verify(&planned, &options), Vec::new());
+    Arc::make_mut(&mut planned.pipeline).passes[0].uses.clear();
+    let faults = verify(&planned, &options);
+    for (at, reader) in readers.iter().enumerate() {
+        let message = format!("\"r{at}\" reads a part of \"a\" that nothing has written");
+        let (missing, there) = unfed_and_fed(kind, writers, reader);
+        let found = faults.iter().any(|one| one.kind == FaultKind::ReadUnfed && one.message == message);
+        if kind != Kind::Volume || there > 0 {
+            prop_assert_eq!(found, reader.is_live && missing > 0 && there > 0, "r{} of {:#?}", at, faults);
+        }
+    }
+    Ok(())
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(property::config(512))]
 
     #[test]
     fn just_the_reads_of_pieces_that_nothing_writes_are_refused_and_faults(
         kind in kind(), writers in accesses(0..8), readers in accesses(1..4)
     ) {
-        let options = PlanOptions::new(64, 64);
-        let (whole, sources) = pipeline(kind, &writers, &readers, false);
-        let mut findings = Diagnostics::new();
-        let planned = build(&whole, &mut findings)
-            .and_then(|graph| plan(&whole, &graph, &options, &sources, &mut findings));
-        // What some states take away has a finding of its own.
-        let found = |of: &crate::diagnostic::Code| -> BTreeSet<String> {
-            let those = findings.iter().filter(|one| one.code.id == of.id);
-            those.filter_map(|one| Some(one.message.split('"').nth(1)?.to_owned())).collect()
-        };
-        let (unfed, taken_away) = (found(&codes::NEVER_WRITTEN), found(&codes::TOGGLED_AWAY));
-        prop_assert!(findings.iter().all(|one| [codes::NEVER_WRITTEN.id, codes::TOGGLED_AWAY.id].contains(&one.code.id)), "{findings:#?}");
-        for (at, reader) in readers.iter().enumerate() {
-            let name = format!("r{at}");
-            let (missing, there) = unfed_and_fed(kind, &writers, reader);
-            let refused = missing > 0 && (reader.is_live || there == 0);
-            // Slices that a mip does not have may hide that nothing at all is there.
-            let is_hidden = kind == Kind::Volume && there == 0 && !reader.is_live;
-            if !taken_away.contains(&name) && !is_hidden {
-                prop_assert_eq!(unfed.contains(&name), refused, "{} of {:#?}", name, findings);
-            }
-        }
-        if let Some(planned) = planned.filter(|_| !findings.has_errors()) {
-            prop_assert_eq!(verify(&planned, &options), Vec::new());
-        }
-        // The same with a first write of everything, which is then taken out of the plan.
-        let (fed, sources) = pipeline(kind, &writers, &readers, true);
-        let mut findings = Diagnostics::new();
-        let planned = build(&fed, &mut findings)
-            .and_then(|graph| plan(&fed, &graph, &options, &sources, &mut findings));
-        let mut planned = planned.unwrap_or_else(|| panic!("{findings:#?}"));
-        prop_assert_eq!(verify(&planned, &options), Vec::new());
-        Arc::make_mut(&mut planned.pipeline).passes[0].uses.clear();
-        let faults = verify(&planned, &options);
-        for (at, reader) in readers.iter().enumerate() {
-            let message = format!("\"r{at}\" reads a part of \"a\" that nothing has written");
-            let (missing, there) = unfed_and_fed(kind, &writers, reader);
-            let found = faults.iter().any(|one| one.kind == FaultKind::ReadUnfed && one.message == message);
-            if kind != Kind::Volume || there > 0 {
-                prop_assert_eq!(found, reader.is_live && missing > 0 && there > 0, "r{} of {:#?}", at, faults);
-            }
-        }
+        check(kind, &writers, &readers)?;
     }
+}
+
+/// Some mips and layers of a layered texture; all where nothing is said.
+fn layered(mips: Option<(u32, u32)>, layers: Option<(u32, u32)>) -> Access {
+    let part = RandomPart { mips, layers, aspect: 0, words: None };
+    Access { part, toggle: None, version: None, is_live: true }
+}
+
+#[test]
+fn a_read_of_layers_that_two_writers_cover_together_keeps_nothing_older() {
+    let writers = [layered(None, Some((3, 1))), layered(None, Some((2, 1)))];
+    check(Kind::Layered, &writers, &[layered(None, Some((2, 2)))])
+        .unwrap_or_else(|failure| panic!("{failure}"));
+}
+
+#[test]
+fn a_read_of_a_mip_keeps_nothing_that_a_newer_write_hides_in_this_mip_alone() {
+    let writers = [layered(None, Some((1, 1))), layered(Some((0, 1)), Some((1, 1)))];
+    check(Kind::Layered, &writers, &[layered(Some((0, 1)), None)])
+        .unwrap_or_else(|failure| panic!("{failure}"));
 }

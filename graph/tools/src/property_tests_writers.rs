@@ -3,6 +3,7 @@
 use std::collections::{BTreeSet, HashMap};
 
 use proptest::prelude::*;
+use umbragraph_test_support::property;
 
 use crate::compiler::{Assembly, Graph, KeepReason, Plan, PlanOptions, build, plan};
 use crate::diagnostic::Diagnostics;
@@ -91,7 +92,7 @@ fn range() -> impl Strategy<Value = (u64, u64)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 512, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(property::config(512))]
 
     #[test]
     fn of_many_writers_just_those_are_kept_that_playing_every_state_finds(

@@ -179,6 +179,7 @@ impl CubeViews {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use umbragraph_test_support::property;
 
     use super::*;
     use crate::views::depth;
@@ -217,6 +218,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(property::config(256))]
+
         #[test]
         fn a_direction_leads_to_the_texel_that_rasterising_hits(
             direction in proptest::array::uniform3(-1.0..1.0f64), length in 0.1..9.0f64,

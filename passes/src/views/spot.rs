@@ -108,6 +108,7 @@ impl SpotView {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use umbragraph_test_support::property;
 
     use super::*;
     use crate::views::depth;
@@ -121,6 +122,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(property::config(256))]
+
         #[test]
         fn whatever_a_light_says_its_view_is_finite_and_can_be_inverted(
             position in proptest::array::uniform3(any()), direction in proptest::array::uniform3(any()),

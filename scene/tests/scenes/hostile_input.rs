@@ -4,6 +4,7 @@ use proptest::prelude::*;
 use serde_json::{Value, json};
 use umbragraph_scene::load::limits;
 use umbragraph_scene::{NoFiles, Scene, from_slice};
+use umbragraph_test_support::property;
 
 use crate::document::{Document, findings};
 
@@ -78,7 +79,7 @@ fn the_rich_document_itself_loads() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(property::config(256))]
 
     #[test]
     fn changed_bytes_give_findings_or_a_usable_scene(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12)) {

@@ -3,14 +3,17 @@
 //! * [`image`]: 8-bit PNG pictures, their comparison under a tolerance, and golden pictures kept in the tree.
 //! * [`gpu`]: one graphics device for tests, chosen by a written rule and proven to compute before it is used.
 //! * [`truth`]: scores of a rendered shadow mask against a ray-traced one, where such truth is at hand.
+//! * [`property`]: how many cases properties are tried on, and from which seed.
 //! * [`scratch`]: a folder of one test's own.
 //! * [`skip`]: a test that lacks what it needs says so and is counted; it never just passes.
 //!
 //! The crate knows nothing of pipelines or graphs, so that a mistake there cannot hide itself here.
 
 pub mod environment;
+#[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod image;
+pub mod property;
 pub mod scratch;
 pub mod skip;
 pub mod truth;

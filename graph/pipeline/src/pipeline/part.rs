@@ -138,6 +138,7 @@ impl std::fmt::Display for Part {
 mod tests {
     use super::*;
     use proptest::prelude::*;
+    use umbragraph_test_support::property;
 
     fn part() -> impl Strategy<Value = Part> {
         let run = || proptest::option::of((0u32..4, 1u32..4));
@@ -170,6 +171,8 @@ mod tests {
     }
 
     proptest! {
+        #![proptest_config(property::config(256))]
+
         #[test]
         fn parts_overlap_and_contain_as_their_subresources_do(a in part(), b in part()) {
             let (first, second) = (members(a), members(b));

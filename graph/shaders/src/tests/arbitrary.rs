@@ -1,6 +1,7 @@
 //! Any input ends in modules or findings, never in a panic.
 
 use proptest::prelude::*;
+use umbragraph_test_support::property;
 
 use super::Fixture;
 use crate::permutations::{Options, Request, check};
@@ -66,7 +67,7 @@ const AXES: &str = r#"{ "axes": {
     "n": { "type": "integer", "min": 0, "max": 3, "default": 1 } } }"#;
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(property::config(400))]
 
     #[test]
     fn any_template_ends_in_variants_or_findings(pieces in prop::collection::vec(prop::sample::select(PIECES), 0..24)) {

@@ -3,7 +3,7 @@
 use super::*;
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(property::config(1000))]
 
     #[test]
     fn every_point_of_a_slice_lies_inside_its_cascade(

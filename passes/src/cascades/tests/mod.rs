@@ -8,6 +8,7 @@ mod stability;
 use glam::{DQuat, DVec3, Vec3};
 use proptest::prelude::*;
 use umbragraph_pipeline::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
+use umbragraph_test_support::property;
 
 use super::configuration::Configuration;
 use super::depth::NearPull;

@@ -46,7 +46,7 @@ fn odd_camera() -> impl Strategy<Value = Camera> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(4000))]
+    #![proptest_config(property::config(4000))]
 
     #[test]
     fn any_frame_gives_finite_cascades(

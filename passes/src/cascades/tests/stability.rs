@@ -8,7 +8,7 @@ fn fraction(shift: DVec3) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(1000))]
+    #![proptest_config(property::config(1000))]
 
     #[test]
     fn a_translation_of_the_camera_moves_static_points_by_whole_texels(

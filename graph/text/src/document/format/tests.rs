@@ -1,4 +1,5 @@
 use proptest::prelude::*;
+use umbragraph_test_support::property;
 
 use super::*;
 use crate::document::Document;
@@ -222,7 +223,7 @@ fn write(value: &serde_json::Value, space: &mut impl FnMut() -> &'static str, ou
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1500, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(property::config(1500))]
 
     #[test]
     fn formatting_is_idempotent_and_keeps_values_and_comments(

@@ -1,0 +1,85 @@
+//! How many cases a property is tried on, and from which seed.
+//!
+//! Ordinarily both are fixed, so that nobody's test fails by chance. `cargo xtask soak` sets other seeds and more cases,
+//! and prints what repeats them. A failure that it finds is kept as a test of its own, by name: seeds of generators that
+//! change later would keep nothing.
+
+use proptest::test_runner::{Config, RngSeed};
+
+use crate::environment::{self, Lookup};
+
+/// A seed in place of the fixed one.
+pub const SEED: &str = "UMBRAGRAPH_SEED";
+/// How many times as many cases.
+pub const TIMES: &str = "UMBRAGRAPH_TIMES";
+
+/// The configuration of a property that is ordinarily tried on so many cases.
+#[must_use]
+pub fn config(cases: u32) -> Config {
+    from(&environment::process, cases)
+}
+
+/// The seed of tests that make random cases by other means.
+#[must_use]
+pub fn seed() -> u64 {
+    number(&environment::process, SEED).unwrap_or(1)
+}
+
+/// How many times as many cases as ordinarily.
+#[must_use]
+pub fn times() -> u32 {
+    number(&environment::process, TIMES).unwrap_or(1)
+}
+
+fn from(lookup: Lookup<'_>, cases: u32) -> Config {
+    let times: u32 = number(lookup, TIMES).unwrap_or(1);
+    Config {
+        cases: cases.saturating_mul(times),
+        max_global_rejects: 1024u32.saturating_mul(times),
+        rng_seed: RngSeed::Fixed(number(lookup, SEED).unwrap_or(1)),
+        failure_persistence: None,
+        ..Config::default()
+    }
+}
+
+fn number<T: std::str::FromStr>(lookup: Lookup<'_>, name: &str) -> Option<T> {
+    let text = lookup(name).filter(|text| !text.is_empty())?.into_string().unwrap_or_default();
+    match text.parse() {
+        Ok(number) => Some(number),
+        Err(_) => panic!("{name} is no number: `{text}`"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use proptest::strategy::ValueTree as _;
+    use proptest::test_runner::TestRunner;
+
+    use super::*;
+
+    fn drawn(config: Config) -> Vec<u64> {
+        let mut runner = TestRunner::new(config);
+        (0..4).map(|_| any::<u64>().new_tree(&mut runner).expect("a number").current()).collect()
+    }
+
+    #[test]
+    fn cases_are_the_same_each_time_and_others_with_another_seed() {
+        let other = |name: &str| (name == SEED).then(|| "2".into());
+        let plain = drawn(from(&|_| None, 9));
+        assert_eq!(plain, drawn(from(&|_| None, 9)));
+        assert_ne!(plain, drawn(from(&other, 9)));
+    }
+
+    #[test]
+    fn there_are_as_many_cases_as_are_asked_for() {
+        let many = |name: &str| (name == TIMES).then(|| "100".into());
+        assert_eq!((from(&|_| None, 9).cases, from(&many, 9).cases), (9, 900));
+    }
+
+    #[test]
+    #[should_panic(expected = "UMBRAGRAPH_TIMES is no number: `often`")]
+    fn what_is_no_number_is_named() {
+        let _ = from(&|name: &str| (name == TIMES).then(|| "often".into()), 9);
+    }
+}
