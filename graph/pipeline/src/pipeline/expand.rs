@@ -224,7 +224,7 @@ impl<'a, 's> Expander<'a, 's> {
         }
         if values.is_empty() {
             self.absent.insert(name.clone());
-            self.shared.modules.lacks(entry, &pointer, "for_each", false);
+            self.shared.programs.modules.lacks(entry, &pointer, "for_each", false);
         }
         for (round, value) in values.into_iter().enumerate() {
             if self.full {
@@ -340,7 +340,7 @@ impl<'a, 's> Expander<'a, 's> {
                 Some(Value::Bool(true)) => {}
                 Some(Value::Bool(false)) => {
                     self.absent.insert(name);
-                    self.shared.modules.lacks(entry, pointer, "when", environment.is_top());
+                    self.shared.programs.modules.lacks(entry, pointer, "when", environment.is_top());
                     return;
                 }
                 Some(other) => {
@@ -362,7 +362,7 @@ impl<'a, 's> Expander<'a, 's> {
                 }
             }
         }
-        self.shared.modules.has(entry);
+        self.shared.programs.modules.has(entry);
         let Some(mut inner) =
             self.environment_of(entry, &subgraph.value, &inside, wanted, &name, pointer, environment)
         else {

@@ -7,6 +7,7 @@ use crate::diagnostic::codes;
 use crate::document;
 use crate::expression::Value;
 use crate::language::Expr;
+use crate::pipeline::load::Shared;
 use crate::pipeline::modules::Chosen;
 use crate::shader::{AxisValue, AxisValues};
 use crate::work::ProgramHandle;
@@ -22,10 +23,11 @@ impl PassBuilder<'_> {
         pointer: &str,
     ) -> Option<ProgramHandle> {
         let shader_at = format!("{pointer}/shader");
-        let templates = self.shared.templates.clone();
+        let templates = self.shared.programs.templates.clone();
         let Some(known) = templates.axes(template) else {
             let finding = self
                 .shared
+                .programs
                 .templates
                 .unknown(template, self.place(&shader_at))
                 .pointer(self.absolute(&shader_at));
@@ -93,9 +95,10 @@ impl PassBuilder<'_> {
         }
         let place = self.place(&shader_at);
         let chosen = Chosen { template: template.to_owned(), axes: values, properties };
-        self.shared.modules.want(self.name, &chosen, place);
+        self.shared.programs.modules.want(self.name, &chosen, place);
         let pointer = &self.pointer;
-        self.shared.program(chosen, place, &|| [pointer.as_str(), &shader_at].concat())
+        let Shared { programs, diagnostics, .. } = &mut *self.shared;
+        programs.program(chosen, place, &|| [pointer.as_str(), &shader_at].concat(), diagnostics)
     }
 }
 

@@ -21,7 +21,7 @@ impl PassBuilder<'_> {
         pointer: &str,
     ) -> Option<Vec<BoundSlot>> {
         let at = format!("{pointer}/bind");
-        let program: Arc<Program> = self.shared.programs[program.index()].clone();
+        let program: Arc<Program> = self.shared.programs.list[program.index()].clone();
         let mut fine = true;
         let mut unknown: Vec<&str> = Vec::new();
         for name in bind.keys() {

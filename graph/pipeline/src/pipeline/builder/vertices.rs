@@ -11,7 +11,7 @@ use crate::work::ProgramHandle;
 impl PassBuilder<'_> {
     /// What the vertex stage of a program reads, by location.
     pub fn vertex_inputs(&self, program: ProgramHandle) -> Vec<VertexInput> {
-        let variant = self.shared.programs[program.index()].variants.first();
+        let variant = self.shared.programs.list[program.index()].variants.first();
         let vertex = variant.and_then(|variant| variant.entry_point(Stage::Vertex));
         vertex.map(|entry| entry.inputs.clone()).unwrap_or_default()
     }

@@ -21,7 +21,7 @@ pub(super) fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>,
             }
         }
         let Some((program, slots)) = slots_mut(&mut pass.work) else { continue };
-        let program = &shared.programs[program.index()];
+        let program = &shared.programs.list[program.index()];
         for slot in slots {
             let Some(block) =
                 program.binding_at(slot.group, slot.binding).and_then(|binding| binding.block.as_ref())

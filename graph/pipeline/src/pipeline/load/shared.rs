@@ -1,21 +1,21 @@
 //! What all passes of one pipeline share while they are declared.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 use std::sync::Arc;
 
+use super::programs::Programs;
+use super::settings::Settings;
 use super::{VIEWPORT, has_word};
 use crate::data::ValueType;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::diagnostic::Diagnostics;
 use crate::document;
 use crate::expression::{Expression, ExpressionError, ExpressionKind, Scope as _, unknown_name};
 use crate::language::GeometryDeclaration;
 use crate::pipeline::environment::Environment;
-use crate::pipeline::modules::{Chosen, Modules};
-use crate::pipeline::{Program, ProgramBinding, ProgramVariant, Resource, ResourceKind, StaticScope};
-use crate::shader::{AxisValue, AxisValues, ShaderModule, TargetProfile, TemplateSet, exceeded_by_layout};
+use crate::pipeline::{Resource, ResourceKind, StaticScope, Toggle};
 use crate::source::{Sources, Span};
-use crate::work::{ProgramHandle, ResourceHandle};
+use crate::work::ResourceHandle;
 
 /// Values that a host pass reads of host data.
 pub(in crate::pipeline) struct Expected {
@@ -33,13 +33,7 @@ pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) resources: Vec<Resource>,
     pub(super) resource_index: HashMap<String, ResourceHandle>,
     pub(in crate::pipeline) geometry: BTreeMap<String, GeometryDeclaration>,
-    pub(in crate::pipeline) programs: Vec<Arc<Program>>,
-    pub(super) program_keys: BTreeMap<Chosen, Option<ProgramHandle>>,
-    pub(in crate::pipeline) modules: Modules,
-    /// The variants whose findings are reported.
-    pub(super) refused: BTreeSet<(String, AxisValues)>,
-    pub(in crate::pipeline) templates: Arc<TemplateSet>,
-    pub(in crate::pipeline) profile: TargetProfile,
+    pub(in crate::pipeline) programs: Programs,
     pub(in crate::pipeline) diagnostics: Diagnostics,
     /// Findings about what subgraphs are given; they stand where the subgraph is used.
     pub(in crate::pipeline) misgiven: Diagnostics,
@@ -53,6 +47,31 @@ pub(in crate::pipeline) struct Shared {
 }
 
 impl Shared {
+    /// Before the first pass is declared.
+    pub(super) fn new(
+        settings: &Settings,
+        toggles: &[Toggle],
+        geometry: BTreeMap<String, GeometryDeclaration>,
+        programs: Programs,
+        sources: &Sources,
+    ) -> Self {
+        let scope = StaticScope::new(&settings.parameters, &settings.features);
+        Self {
+            scope: scope.with_broken(settings.broken.clone()),
+            toggles: toggles.iter().map(|toggle| toggle.name.clone()).collect(),
+            resources: Vec::new(),
+            resource_index: HashMap::new(),
+            geometry,
+            programs,
+            diagnostics: Diagnostics::new(),
+            misgiven: Diagnostics::new(),
+            expressions: HashMap::new(),
+            withheld: 0,
+            sources: sources.clone(),
+            expected: Vec::new(),
+        }
+    }
+
     pub(in crate::pipeline) fn find(&self, name: &str) -> Option<ResourceHandle> {
         self.resource_index.get(name).copied()
     }
@@ -106,7 +125,7 @@ impl Shared {
     /// not have, another may.
     pub(in crate::pipeline) fn is_mentioned(&self, template: &str, word: &str) -> bool {
         let text_of = |name: &str| {
-            let file = self.templates.file(name).and_then(|file| self.sources.get(file));
+            let file = self.programs.templates.file(name).and_then(|file| self.sources.get(file));
             file.map(|file| file.text().clone()).unwrap_or_else(|| "".into())
         };
         let mut reached = vec![template.to_owned()];
@@ -119,7 +138,7 @@ impl Shared {
             let quoted =
                 |name: &str| text.contains(&format!("\"{name}\"")) || text.contains(&format!("'{name}'"));
             let included: Vec<String> =
-                self.templates.names().filter(|name| quoted(name)).map(str::to_owned).collect();
+                self.programs.templates.names().filter(|name| quoted(name)).map(str::to_owned).collect();
             reached.extend(included.into_iter().filter(|name| !reached.contains(name)).collect::<Vec<_>>());
             at += 1;
         }
@@ -155,128 +174,6 @@ impl Shared {
                 list.iter().find_map(|item| self.unknown_name(item))
             }
             ExpressionKind::Literal(_) => None,
-        }
-    }
-
-    /// The program of a template with chosen axes, in every combination of the mesh properties.
-    pub(in crate::pipeline) fn program(
-        &mut self,
-        chosen: Chosen,
-        place: Span,
-        pointer: &dyn Fn() -> String,
-    ) -> Option<ProgramHandle> {
-        if let Some(known) = self.program_keys.get(&chosen) {
-            return *known;
-        }
-        let handle = self.new_program(&chosen, place, &pointer());
-        self.program_keys.insert(chosen, handle);
-        handle
-    }
-
-    fn new_program(&mut self, chosen: &Chosen, place: Span, pointer: &str) -> Option<ProgramHandle> {
-        let Chosen { template, axes, properties } = chosen;
-        let mut variants = Vec::new();
-        for mask in 0..1u32 << properties.len().min(8) {
-            let mut active: Vec<String> = Vec::new();
-            let mut values = axes.clone();
-            for (bit, name) in properties.iter().enumerate() {
-                let on = mask & (1 << bit) != 0;
-                values.insert(name.clone(), AxisValue::Bool(on));
-                if on {
-                    active.push(name.clone());
-                }
-            }
-            active.sort();
-            let module = self.module(template, values, place, pointer)?;
-            variants.push(ProgramVariant { properties: active, module });
-        }
-        match Program::new(template.clone(), axes.clone(), variants, place) {
-            Ok(program) if program.bindings.iter().any(|binding| self.is_beyond(binding)) => {
-                let beyond: Vec<_> =
-                    program.bindings.iter().filter(|binding| self.is_beyond(binding)).collect();
-                for binding in beyond {
-                    let message = format!(
-                        "{template} declares \"{}\" at @group({}) @binding({})",
-                        binding.name, binding.group, binding.entry.binding
-                    );
-                    let limits = &self.profile.limits;
-                    let help = format!(
-                        "groups are below {}, bindings below {}",
-                        limits.max_bind_groups, limits.max_bindings_per_bind_group
-                    );
-                    self.diagnostics.push(
-                        Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help),
-                    );
-                }
-                None
-            }
-            Ok(program) => {
-                for excess in self.excess(&program) {
-                    let message = format!("the variants of {template} together bind {excess} in a stage");
-                    self.diagnostics.push(
-                        Diagnostic::error(codes::DEVICE_RULE, place, message)
-                            .pointer(pointer)
-                            .help("variants share one layout: let them share bindings, or draw them in passes of their own"),
-                    );
-                }
-                self.programs.push(Arc::new(program));
-                Some(ProgramHandle(self.programs.len() as u32 - 1))
-            }
-            Err(findings) => {
-                self.diagnostics.extend(findings.into_iter().map(|finding| finding.pointer(pointer)));
-                None
-            }
-        }
-    }
-
-    /// What the layout of a program has too much of, though each variant alone does not: that is its shader's finding.
-    fn excess(&self, program: &Program) -> Vec<String> {
-        let is_own = |variant: &ProgramVariant| {
-            let bindings = variant.module.reflection.bindings.iter();
-            !exceeded_by_layout(bindings.map(|binding| &binding.entry), &self.profile).is_empty()
-        };
-        if program.variants.len() < 2 || program.variants.iter().any(is_own) {
-            return Vec::new();
-        }
-        exceeded_by_layout(program.bindings.iter().map(|binding| &binding.entry), &self.profile)
-    }
-
-    /// Whether a binding has a number that no device of the profile allows.
-    fn is_beyond(&self, binding: &ProgramBinding) -> bool {
-        let limits = &self.profile.limits;
-        binding.group >= limits.max_bind_groups || binding.entry.binding >= limits.max_bindings_per_bind_group
-    }
-
-    fn module(
-        &mut self,
-        template: &str,
-        values: AxisValues,
-        place: Span,
-        pointer: &str,
-    ) -> Option<Arc<ShaderModule>> {
-        let key = (template.to_owned(), values.clone());
-        match self.modules.get(&self.templates, template, values, &self.profile) {
-            Ok(module) => Some(module),
-            Err(_) if !self.refused.insert(key) => None,
-            Err(findings) => {
-                for mut finding in findings {
-                    if finding.place == crate::diagnostic::Place::Nowhere {
-                        finding.place = place.into();
-                        finding.pointer = pointer.to_owned();
-                    } else {
-                        finding = finding.related(place, "used by this pass");
-                    }
-                    // The same fault in a second variant, or a second pass, is the same fault.
-                    let known = self.diagnostics.iter().any(|known| {
-                        (known.code, &known.place, &known.message)
-                            == (finding.code, &finding.place, &finding.message)
-                    });
-                    if !known {
-                        self.diagnostics.push(finding);
-                    }
-                }
-                None
-            }
         }
     }
 }

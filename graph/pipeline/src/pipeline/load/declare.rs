@@ -1,0 +1,211 @@
+//! Every resource and every pass of a document, declared: each instance of a loop or a subgraph by itself.
+
+use std::collections::BTreeSet;
+
+use super::Shared;
+use super::after::Waiting;
+use super::declared::{Declarations, Declared};
+use super::sound::Broken;
+use crate::diagnostic::{Diagnostics, MAXIMUM_FINDINGS};
+use crate::document::{Document, Entry, pointer_join};
+use crate::node::Registry;
+use crate::pipeline::builder::PassBuilder;
+use crate::pipeline::expand::{Expander, Instance};
+use crate::pipeline::{Pass, Produced, Resource, Toggle, Use, history, toggle};
+
+/// The passes of a document, as far as they could be declared.
+pub(super) struct Passes<'a> {
+    pub(super) list: Vec<Pass>,
+    /// What was to be declared.
+    pub(super) instances: Vec<Instance<'a>>,
+    /// Names of what is switched off, or of loops without a round.
+    pub(super) absent: BTreeSet<String>,
+    /// What could not be declared.
+    pub(super) gaps: Vec<(String, &'a Entry)>,
+    /// Whether something does not fit the schema, so that it may lack the very key that names a resource.
+    pub(super) is_unreadable: bool,
+    pub(super) waiting: Vec<Waiting<'a>>,
+    pub(super) bypasses: Vec<toggle::Said<'a>>,
+}
+
+/// What a pass came to.
+enum Outcome {
+    /// Its condition does not hold.
+    Absent,
+    /// It has diagnostics of its own, or follows from some.
+    Gap,
+    Sound(Produced, Vec<Use>),
+}
+
+/// Declares all resources, then all passes. `None` where there are more faults than are looked for.
+pub(super) fn declare<'a>(
+    document: &'a Document,
+    registry: &Registry,
+    broken: &Broken,
+    toggles: &[Toggle],
+    shared: &mut Shared,
+) -> Option<Passes<'a>> {
+    let is_broken = |pointer: &str| broken.has(pointer);
+    let mut expander = Expander::new(document, registry, &is_broken, shared);
+    expander.top();
+    let Expander { resources, instances, bypasses, waiting, gaps, unreadable, absent, .. } = expander;
+    let bypasses = bypasses.into_iter();
+    let mut passes = Passes {
+        list: Vec::with_capacity(instances.len()),
+        absent,
+        gaps,
+        is_unreadable: unreadable,
+        waiting,
+        bypasses: bypasses
+            .map(|(name, entry, pointer, environment)| toggle::Said { name, entry, pointer, environment })
+            .collect(),
+        instances: Vec::new(),
+    };
+    let mut declarations = Declarations::new(registry);
+    declare_resources(resources, &mut declarations, shared);
+    for instance in &instances {
+        if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
+            return None;
+        }
+        passes.declare(instance, &mut declarations, toggles, shared);
+    }
+    passes.instances = instances;
+    Some(passes)
+}
+
+fn declare_resources<'a>(
+    resources: Vec<Instance<'a>>,
+    declarations: &mut Declarations<'a, '_>,
+    shared: &mut Shared,
+) {
+    shared.resource_index.reserve(resources.len());
+    shared.resources.reserve(resources.len());
+    for instance in resources {
+        let kind = declarations.resource(&instance);
+        let resource = Resource {
+            name: instance.name,
+            place: instance.entry.key_span,
+            pointer: instance.pointer,
+            value: instance.entry.value.clone(),
+            environment: instance.environment,
+            kind,
+            history: None,
+        };
+        history::add(shared, resource);
+    }
+}
+
+impl<'a> Passes<'a> {
+    fn declare(
+        &mut self,
+        instance: &Instance<'a>,
+        declarations: &mut Declarations<'a, '_>,
+        toggles: &[Toggle],
+        shared: &mut Shared,
+    ) {
+        let gap = (instance.name.clone(), instance.entry);
+        if instance.is_broken {
+            self.is_unreadable = true;
+            self.gaps.push(gap);
+            return;
+        }
+        let Some(declared) = declarations.pass(instance) else {
+            self.gaps.push(gap);
+            return;
+        };
+        match produce(instance, &declared, shared) {
+            Outcome::Absent => {
+                self.absent.insert(instance.name.clone());
+                let is_top = instance.environment.is_top();
+                shared.programs.modules.lacks(instance.entry, &instance.pointer, "when", is_top);
+            }
+            Outcome::Gap => self.gaps.push(gap),
+            Outcome::Sound(produced, uses) => self.add(instance, &declared, produced, uses, toggles, shared),
+        }
+    }
+
+    fn add(
+        &mut self,
+        instance: &Instance<'a>,
+        declared: &Declared<'a>,
+        produced: Produced,
+        uses: Vec<Use>,
+        toggles: &[Toggle],
+        shared: &mut Shared,
+    ) {
+        let Instance { name, entry, pointer, environment, .. } = instance;
+        let Declared { kind, common, .. } = declared;
+        if !common.after.is_empty() {
+            self.waiting.push(Waiting {
+                name: name.clone(),
+                entry,
+                pointer: pointer.clone(),
+                environment: environment.clone(),
+            });
+        }
+        let mut findings = Diagnostics::new();
+        let condition = toggle::condition(entry, pointer, environment, toggles, &mut findings);
+        shared.report_from(findings, environment);
+        if !common.bypass.is_empty() {
+            self.bypasses.push(toggle::Said {
+                name: name.clone(),
+                entry,
+                pointer: pointer.clone(),
+                environment: environment.clone(),
+            });
+        }
+        self.list.push(Pass {
+            name: name.clone(),
+            kind: kind.key.clone(),
+            place: entry.key_span,
+            pointer: pointer.clone(),
+            environment: environment.clone(),
+            uses,
+            after: Vec::new(),
+            is_misplaced: false,
+            side_effect: common.side_effect || environment.side_effect,
+            condition,
+            work: produced.0,
+        });
+    }
+}
+
+/// Lets the node kind of a pass say what it uses and does, if the pass is there at all.
+fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared) -> Outcome {
+    let Instance { entry, pointer, environment, .. } = instance;
+    let Declared { kind, common, settings } = declared;
+    // Diagnostics of an instance carry the places where it is used; those of its pass alone are collected first.
+    let outer = std::mem::take(&mut shared.diagnostics);
+    let withheld = shared.withheld;
+    let mut builder = PassBuilder {
+        name: &instance.name,
+        settings: &entry.value,
+        pointer: pointer.clone(),
+        uses: Vec::new(),
+        environment,
+        shared,
+    };
+    let present = common.when.as_ref().map_or(Some(true), |when| builder.boolean(when, "/when"));
+    builder.settings = &kind.value;
+    builder.pointer = pointer_join(pointer, &kind.key);
+    let produced = match (present, settings) {
+        (Some(true), Ok(settings)) => settings.declare(&mut builder),
+        (Some(true), Err(error)) => {
+            builder.settings_do_not_decode(error);
+            None
+        }
+        _ => None,
+    };
+    let uses = std::mem::take(&mut builder.uses);
+    if present != Some(false) {
+        shared.programs.modules.has(entry);
+    }
+    let own = std::mem::replace(&mut shared.diagnostics, outer);
+    let is_sound = !own.has_errors() && shared.withheld == withheld;
+    shared.report_from(own, environment);
+    match (present, produced) {
+        (Some(false), _) => Outcome::Absent,
+        (_, Some(produced)) if is_sound => Outcome::Sound(produced, uses),
+        _ => Outcome::Gap,
+    }
+}

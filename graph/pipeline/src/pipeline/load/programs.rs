@@ -1,0 +1,166 @@
+//! The programs that passes ask for: one for each template with chosen axes, with all its variants.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::pipeline::modules::{Chosen, Modules};
+use crate::pipeline::{Program, ProgramBinding, ProgramVariant};
+use crate::shader::{AxisValue, AxisValues, ShaderModule, TargetProfile, TemplateSet, exceeded_by_layout};
+use crate::source::Span;
+use crate::work::ProgramHandle;
+
+/// The programs of one pipeline.
+pub(in crate::pipeline) struct Programs {
+    /// A [`ProgramHandle`] is a position here.
+    pub(in crate::pipeline) list: Vec<Arc<Program>>,
+    known: BTreeMap<Chosen, Option<ProgramHandle>>,
+    pub(in crate::pipeline) modules: Modules,
+    /// The variants whose diagnostics are reported.
+    refused: BTreeSet<(String, AxisValues)>,
+    pub(in crate::pipeline) templates: Arc<TemplateSet>,
+    profile: TargetProfile,
+}
+
+impl Programs {
+    pub(super) fn new(templates: &Arc<TemplateSet>, profile: &TargetProfile, modules: Modules) -> Self {
+        Self {
+            list: Vec::new(),
+            known: BTreeMap::new(),
+            modules,
+            refused: BTreeSet::new(),
+            templates: templates.clone(),
+            profile: profile.clone(),
+        }
+    }
+
+    /// The program of a template with chosen axes, in every combination of the mesh properties.
+    pub(in crate::pipeline) fn program(
+        &mut self,
+        chosen: Chosen,
+        place: Span,
+        pointer: &dyn Fn() -> String,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<ProgramHandle> {
+        if let Some(known) = self.known.get(&chosen) {
+            return *known;
+        }
+        let handle = self.new_program(&chosen, place, &pointer(), diagnostics);
+        self.known.insert(chosen, handle);
+        handle
+    }
+
+    fn new_program(
+        &mut self,
+        chosen: &Chosen,
+        place: Span,
+        pointer: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<ProgramHandle> {
+        let Chosen { template, axes, properties } = chosen;
+        let mut variants = Vec::new();
+        for mask in 0..1u32 << properties.len().min(8) {
+            let mut active: Vec<String> = Vec::new();
+            let mut values = axes.clone();
+            for (bit, name) in properties.iter().enumerate() {
+                let on = mask & (1 << bit) != 0;
+                values.insert(name.clone(), AxisValue::Bool(on));
+                if on {
+                    active.push(name.clone());
+                }
+            }
+            active.sort();
+            let module = self.module(template, values, place, pointer, diagnostics)?;
+            variants.push(ProgramVariant { properties: active, module });
+        }
+        match Program::new(template.clone(), axes.clone(), variants, place) {
+            Ok(program) if program.bindings.iter().any(|binding| self.is_beyond(binding)) => {
+                let beyond: Vec<_> =
+                    program.bindings.iter().filter(|binding| self.is_beyond(binding)).collect();
+                for binding in beyond {
+                    let message = format!(
+                        "{template} declares \"{}\" at @group({}) @binding({})",
+                        binding.name, binding.group, binding.entry.binding
+                    );
+                    let limits = &self.profile.limits;
+                    let help = format!(
+                        "groups are below {}, bindings below {}",
+                        limits.max_bind_groups, limits.max_bindings_per_bind_group
+                    );
+                    diagnostics.push(
+                        Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help),
+                    );
+                }
+                None
+            }
+            Ok(program) => {
+                for excess in self.excess(&program) {
+                    let message = format!("the variants of {template} together bind {excess} in a stage");
+                    diagnostics.push(
+                        Diagnostic::error(codes::DEVICE_RULE, place, message)
+                            .pointer(pointer)
+                            .help("variants share one layout: let them share bindings, or draw them in passes of their own"),
+                    );
+                }
+                self.list.push(Arc::new(program));
+                Some(ProgramHandle(self.list.len() as u32 - 1))
+            }
+            Err(findings) => {
+                diagnostics.extend(findings.into_iter().map(|finding| finding.pointer(pointer)));
+                None
+            }
+        }
+    }
+
+    /// What the layout of a program has too much of, though each variant alone does not: that is its shader's finding.
+    fn excess(&self, program: &Program) -> Vec<String> {
+        let is_own = |variant: &ProgramVariant| {
+            let bindings = variant.module.reflection.bindings.iter();
+            !exceeded_by_layout(bindings.map(|binding| &binding.entry), &self.profile).is_empty()
+        };
+        if program.variants.len() < 2 || program.variants.iter().any(is_own) {
+            return Vec::new();
+        }
+        exceeded_by_layout(program.bindings.iter().map(|binding| &binding.entry), &self.profile)
+    }
+
+    /// Whether a binding has a number that no device of the profile allows.
+    fn is_beyond(&self, binding: &ProgramBinding) -> bool {
+        let limits = &self.profile.limits;
+        binding.group >= limits.max_bind_groups || binding.entry.binding >= limits.max_bindings_per_bind_group
+    }
+
+    fn module(
+        &mut self,
+        template: &str,
+        values: AxisValues,
+        place: Span,
+        pointer: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Arc<ShaderModule>> {
+        let key = (template.to_owned(), values.clone());
+        match self.modules.get(&self.templates, template, values, &self.profile) {
+            Ok(module) => Some(module),
+            Err(_) if !self.refused.insert(key) => None,
+            Err(findings) => {
+                for mut finding in findings {
+                    if finding.place == crate::diagnostic::Place::Nowhere {
+                        finding.place = place.into();
+                        finding.pointer = pointer.to_owned();
+                    } else {
+                        finding = finding.related(place, "used by this pass");
+                    }
+                    // The same fault in a second variant, or a second pass, is the same fault.
+                    let known = diagnostics.iter().any(|known| {
+                        (known.code, &known.place, &known.message)
+                            == (finding.code, &finding.place, &finding.message)
+                    });
+                    if !known {
+                        diagnostics.push(finding);
+                    }
+                }
+                None
+            }
+        }
+    }
+}

@@ -1,0 +1,70 @@
+//! What of a document fits the schema, decoded; what does not has its diagnostics already.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::diagnostic::{Diagnostic, Diagnostics, codes};
+use crate::document::{self, Document, Entry, pointer_join};
+use crate::language::{
+    FeatureDeclaration, GeometryDeclaration, ParameterDeclaration, PipelineDeclaration, ToggleDeclaration,
+};
+
+/// The JSON pointers at which a document does not fit the schema.
+pub(super) struct Broken(BTreeSet<String>);
+
+impl Broken {
+    pub(super) fn new(schema_findings: &Diagnostics) -> Self {
+        // A texture in an unknown format is a texture all the same, with faults of its own.
+        let is_breaking = |finding: &&Diagnostic| finding.code != codes::FORMAT_UNKNOWN;
+        Self(schema_findings.iter().filter(is_breaking).map(|finding| finding.pointer.clone()).collect())
+    }
+
+    /// Whether what is at a pointer, or anything below, does not fit.
+    pub(super) fn has(&self, pointer: &str) -> bool {
+        if self.0.is_empty() {
+            return false;
+        }
+        let below = format!("{pointer}/");
+        self.0.contains(pointer)
+            || self.0.range(below.clone()..).next().is_some_and(|known| known.starts_with(&below))
+    }
+}
+
+/// The parts of a document that fit the schema, decoded.
+pub(super) struct Sound {
+    pub(super) parameters: BTreeMap<String, ParameterDeclaration>,
+    pub(super) features: BTreeMap<String, FeatureDeclaration>,
+    pub(super) toggles: BTreeMap<String, ToggleDeclaration>,
+    pub(super) geometry: BTreeMap<String, GeometryDeclaration>,
+}
+
+impl Sound {
+    /// Decodes them; `None` where the document is no object.
+    pub(super) fn decode(document: &Document, broken: &Broken) -> Option<Self> {
+        // Assures that the sections decoded one by one below are those of the declared type.
+        let _: fn(&PipelineDeclaration) -> &BTreeMap<String, serde_json::Value> = |pipeline| &pipeline.passes;
+        document.root.entries()?;
+        Some(Self {
+            parameters: decode(document, "parameters", broken),
+            features: decode(document, "features", broken),
+            toggles: decode(document, "toggles", broken),
+            geometry: decode(document, "geometry", broken),
+        })
+    }
+}
+
+fn decode<T: serde::de::DeserializeOwned>(
+    document: &Document,
+    name: &str,
+    broken: &Broken,
+) -> BTreeMap<String, T> {
+    section(document, name)
+        .iter()
+        .filter(|entry| !broken.has(&pointer_join(&format!("/{name}"), &entry.key)))
+        .filter_map(|entry| Some((entry.key.clone(), entry.value.decode().ok()?)))
+        .collect()
+}
+
+/// The entries of a section, none where it is missing.
+pub(super) fn section<'a>(document: &'a Document, name: &str) -> &'a [Entry] {
+    document.root.get(name).and_then(document::Value::entries).unwrap_or_default()
+}
