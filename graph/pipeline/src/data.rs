@@ -8,7 +8,7 @@
 //! A node can also publish *sizes*: numbers such as the side of an atlas, which the sizes of resources can name
 //! (`"size": ["placement.side", "placement.side"]`). A plan is made for one value of each, at first the initial one. A
 //! node that wants another says so ([`HostData::want_size`]); the executor tells the host, which plans anew when it
-//! likes ([`crate::compiler::PlanOptions::data_sizes`]). Until then the node has to do with what was planned
+//! likes (`PlanOptions::data_sizes`). Until then the node has to do with what was planned
 //! ([`HostData::planned_size`]).
 //!
 //! Values are kept as 32-bit words without padding, columns of matrices one after the other; the padding of a block

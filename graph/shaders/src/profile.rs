@@ -166,7 +166,7 @@ impl TargetProfile {
     /// The same profile with no more than a device has, so that what is checked and planned runs on that device; `flags`
     /// are those of its adapter. A device that has more changes nothing.
     ///
-    /// Features of a pipeline that require a limit ([`crate::language::FeatureDeclaration::required_limits`]) are off
+    /// Features of a pipeline that require a limit (`required_limits`) are off
     /// where the device has less.
     #[must_use]
     pub fn on_device(mut self, limits: &Limits, flags: DownlevelFlags) -> Self {
