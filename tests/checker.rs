@@ -10,7 +10,7 @@ use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
 use umbragraph::pipeline::{Aspect, Part, Pipeline, Run, Usage, Version};
 use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
-use umbragraph::work::{BufferRegion, BufferView, LoadOperation, TextureRegion, TransferEnd, Work};
+use umbragraph::work::{BufferRegion, LoadOperation, TextureRegion, TransferEnd, Work};
 
 const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 
@@ -221,7 +221,7 @@ fn a_reader_before_its_writer_is_caught() {
 fn a_reader_of_more_than_was_written_is_caught() {
     let narrow = |plan: &mut Plan, part: Part| {
         let writer = pipeline(plan).find_pass("blur1").expect("blur1");
-        pipeline(plan).passes[writer.index()].uses.iter_mut().for_each(|one| {
+        pipeline(plan).passes[writer.index()].tamper().1.iter_mut().for_each(|one| {
             one.part = if one.usage.writes() { part } else { one.part };
         });
     };
@@ -237,7 +237,7 @@ fn a_reader_of_more_than_was_written_is_caught() {
     let mut plan = planned(assembly);
     assert_eq!(verify(&plan, &options()), Vec::new(), "before anything is planted");
     let writer = pipeline(&mut plan).find_pass("mip1").expect("mip1");
-    pipeline(&mut plan).passes[writer.index()].uses[0].part = Part::of(Some(2), None);
+    pipeline(&mut plan).passes[writer.index()].tamper().1[0].part = Part::of(Some(2), None);
     let faults = verify(&plan, &options());
     assert!(kinds(&faults).contains(&FaultKind::ReadUnfed), "{faults:#?}");
 }
@@ -294,7 +294,7 @@ fn a_clear_where_a_load_is_declared_is_caught() {
 fn a_store_of_what_is_declared_to_be_thrown_away_is_caught() {
     caught(FaultKind::StoreDiffers, |plan| {
         let draw2 = plan.pipeline.find_pass("draw2").expect("a pass").index();
-        if let Work::Render(render) = &mut pipeline(plan).passes[draw2].work {
+        if let Work::Render(render) = pipeline(plan).passes[draw2].tamper().0 {
             render.color[0].discard = true;
         }
     });
@@ -462,20 +462,17 @@ fn copies() -> Plan {
     });
     let [rows, bytes] =
         ["rows", "bytes"].map(|name| assembly.buffer(name, 64 * 256 + 512, Lifetime::Transient));
-    let texels = |resource, layer: u32| {
-        let (mip, layer) = (Run { first: 1, count: 2 }, Some(Run { first: layer, count: 2 }));
-        TransferEnd::Texture(TextureRegion { resource, mip, layer, aspect: Aspect::All, origin: None })
+    let texture = |assembly: &Assembly, resource, part| {
+        let texture = assembly.subresource(resource, part);
+        TransferEnd::Texture(TextureRegion { texture, origin: None })
     };
-    let buffer = |resource, first: u64, count: u64| {
-        let view = BufferView { resource, bytes: Some(Run { first, count }) };
-        TransferEnd::Buffer(BufferRegion { view, bytes_per_row: None, rows_per_image: None })
+    let texels = |assembly: &Assembly, resource, layer: u32| {
+        let (mip, layer) = (Some(Run { first: 1, count: 2 }), Some(Run { first: layer, count: 2 }));
+        texture(assembly, resource, Part { mip, layer, ..Part::WHOLE })
     };
-    let stencil = TextureRegion {
-        resource: mask,
-        mip: Run::one(0),
-        layer: None,
-        aspect: Aspect::StencilOnly,
-        origin: None,
+    let buffer = |assembly: &Assembly, resource, first: u64, count: u64| {
+        let buffer = assembly.subresource(resource, Part::bytes(first, count));
+        TransferEnd::Buffer(BufferRegion { buffer, bytes_per_row: None, rows_per_image: None })
     };
     let whole = Part { mip: Some(Run::one(0)), ..Part::WHOLE };
     let _ = assembly.pass("fill").writes(from);
@@ -483,12 +480,15 @@ fn copies() -> Plan {
         .pass("mark")
         .uses(mask, whole.aspect(Aspect::DepthOnly), Usage::DepthAttachment, Version::Newest)
         .uses(mask, whole.aspect(Aspect::StencilOnly), Usage::StencilAttachment, Version::Newest);
-    let _ = assembly.pass("move").copies(Some(texels(from, 0)), texels(to, 2), Usage::CopyDestination);
-    let stencil = Some(TransferEnd::Texture(stencil));
-    let _ = assembly.pass("rows").copies(stencil, buffer(rows, 512, 64 * 256), Usage::CopyDestinationRows);
-    let _ = assembly.pass("zero").copies(None, buffer(bytes, 0, 256), Usage::CopyDestination);
-    let moved = Some(buffer(rows, 512, 256));
-    let _ = assembly.pass("bytes").copies(moved, buffer(bytes, 256, 256), Usage::CopyDestination);
+    let (source, destination) = (texels(&assembly, from, 0), texels(&assembly, to, 2));
+    let _ = assembly.pass("move").copies(Some(source), destination, Usage::CopyDestination);
+    let stencil = texture(&assembly, mask, whole.aspect(Aspect::StencilOnly));
+    let destination = buffer(&assembly, rows, 512, 64 * 256);
+    let _ = assembly.pass("rows").copies(Some(stencil), destination, Usage::CopyDestinationRows);
+    let destination = buffer(&assembly, bytes, 0, 256);
+    let _ = assembly.pass("zero").copies(None, destination, Usage::CopyDestination);
+    let (moved, destination) = (buffer(&assembly, rows, 512, 256), buffer(&assembly, bytes, 256, 256));
+    let _ = assembly.pass("bytes").copies(Some(moved), destination, Usage::CopyDestination);
     let part = |first| Part { mip: Some(Run { first: 1, count: 2 }), ..Part::of(None, Some(first)) };
     let end = assembly.pass("end").side_effect().reads_part(to, part(3));
     let _ = end.uses(bytes, Part::bytes(0, 512), Usage::StorageRead, Version::Newest);
@@ -507,7 +507,7 @@ fn caught_in_a_copy(plant: impl FnOnce(&mut Plan)) {
 /// The part that a transfer says that it reads, or writes.
 fn part_of<'a>(plan: &'a mut Plan, name: &str, written: bool) -> &'a mut Part {
     let handle = plan.pipeline.find_pass(name).expect("a pass").index();
-    let uses = &mut pipeline(plan).passes[handle].uses;
+    let uses = pipeline(plan).passes[handle].tamper().1;
     &mut uses.iter_mut().find(|one| one.usage.writes() == written).expect("a use").part
 }
 
@@ -535,7 +535,7 @@ fn a_copy_to_more_bytes_than_its_use_is_caught() {
 fn a_copy_whose_use_is_forgotten_is_caught() {
     caught_in_a_copy(|plan| {
         let handle = plan.pipeline.find_pass("bytes").expect("a pass").index();
-        pipeline(plan).passes[handle].uses.remove(0);
+        pipeline(plan).passes[handle].tamper().1.remove(0);
     });
 }
 
@@ -614,7 +614,7 @@ fn an_import_used_beyond_its_usage_is_caught() {
 fn a_mip_that_the_texture_does_not_have_is_caught() {
     caught(FaultKind::PartMissing, |plan| {
         let blur = plan.pipeline.find_pass("blur1").expect("a pass").index();
-        pipeline(plan).passes[blur].uses[1].part = Part::of(Some(3), None);
+        pipeline(plan).passes[blur].tamper().1[1].part = Part::of(Some(3), None);
     });
 }
 
@@ -755,7 +755,7 @@ fn a_history_that_nothing_live_reads_back_is_no_reason_to_keep_its_writer() {
         let past = plan.resources["past@-1"].handle;
         for pass in &mut pipeline(plan).passes {
             if pass.name == "out" {
-                pass.uses.retain(|one| one.resource != past);
+                pass.uses().retain(|one| one.resource != past);
             }
         }
     });

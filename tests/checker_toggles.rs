@@ -145,7 +145,7 @@ fn other_states_at_the_start_than_the_pipeline_says_are_caught() {
 fn a_reader_that_does_not_use_what_stands_in_is_caught() {
     caught(FaultKind::BypassMissing, |plan| {
         let (show, a) = (pipeline(plan).find_pass("show"), pipeline(plan).find_resource("a"));
-        let uses = &mut pipeline(plan).passes[show.expect("show").index()].uses;
+        let uses = pipeline(plan).passes[show.expect("show").index()].tamper().1;
         uses.retain(|one| Some(one.resource) != a);
     });
 }
@@ -154,7 +154,7 @@ fn a_reader_that_does_not_use_what_stands_in_is_caught() {
 fn a_reader_that_uses_what_is_bypassed_in_every_frame_is_caught() {
     caught(FaultKind::BypassMissing, |plan| {
         let (show, b) = (pipeline(plan).find_pass("show"), pipeline(plan).find_resource("b"));
-        for one in &mut pipeline(plan).passes[show.expect("show").index()].uses {
+        for one in pipeline(plan).passes[show.expect("show").index()].tamper().1 {
             if Some(one.resource) == b {
                 one.when.clear();
             }

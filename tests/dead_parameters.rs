@@ -23,7 +23,7 @@ fn effect(plan: &Plan) -> String {
         let _ = writeln!(text, "{name} {:?} {:?}", resource.format, resource.size);
     }
     for planned in &plan.passes {
-        let work = &plan.pipeline.pass(planned.handle).work;
+        let work = plan.pipeline.pass(planned.handle).work();
         let _ = writeln!(
             text,
             "{} {:?} {:?} {:?}",
@@ -43,7 +43,7 @@ fn effect(plan: &Plan) -> String {
                     let _ = writeln!(text, "{:?} {sizes:?}", data.views());
                 }
             }
-            Work::Compute(_) | Work::Transfer(_) => {}
+            Work::Nothing | Work::Compute(_) | Work::Transfer(_) => {}
         }
     }
     text

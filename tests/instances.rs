@@ -38,7 +38,7 @@ impl Node for Counted {
         COUNTED[1].fetch_add(1, Ordering::Relaxed);
         let shape = DataShape::new().value("number", ValueType::U32);
         let output = pass.publish(&self.to, "/to", shape)?;
-        Some(pass.produce(Work::Host(HostWork::new(Idle, output, Vec::new()))))
+        pass.produce(Work::Host(HostWork::new(Idle, output, Vec::new())))
     }
 }
 

@@ -113,7 +113,7 @@ fn casters_are_drawn_without_a_fragment_stage_from_front_to_back() {
     let outcome = check_file(MANTIS, &With::default());
     let pipeline = &outcome.plan().pipeline;
     let casters = pipeline.pass(pipeline.find_pass("casters").unwrap());
-    let Work::Render(render) = &casters.work else { panic!("a render pass") };
+    let Work::Render(render) = casters.work() else { panic!("a render pass") };
     let Draw::Scene(scene) = &render.draw else { panic!("a scene") };
     assert_eq!((scene.filter.as_str(), scene.order), ("casters", DrawOrder::FrontToBack));
     assert!(!pipeline.program(scene.program).variants[0].module.wgsl.contains("@fragment"));

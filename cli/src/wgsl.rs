@@ -37,7 +37,7 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
     for pass in
         pipeline.passes.iter().filter(|pass| arguments.pass.as_ref().is_none_or(|name| *name == pass.name))
     {
-        let Some(program) = program_of(&pass.work) else { continue };
+        let Some(program) = program_of(pass.work()) else { continue };
         let template = &pipeline.program(program).template;
         for module in modules(&pipeline, program, arguments) {
             if arguments.target != TargetLanguage::Spirv {
@@ -76,7 +76,7 @@ fn program_of(work: &Work) -> Option<ProgramHandle> {
     match work {
         Work::Render(render) => Some(render.draw.bound().0),
         Work::Compute(compute) => Some(compute.program),
-        Work::Host(_) | Work::Transfer(_) => None,
+        Work::Nothing | Work::Host(_) | Work::Transfer(_) => None,
     }
 }
 

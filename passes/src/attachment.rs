@@ -7,14 +7,12 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
-use umbragraph_pipeline::pipeline::{
-    Contents, Face as CubeFace, Part, PartSettings, PassBuilder, Run, Usage,
-};
+use umbragraph_pipeline::pipeline::{Contents, Face as CubeFace, Part, PartSettings, PassBuilder, Run};
 use umbragraph_pipeline::wgpu_types::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, StencilFaceState, StencilOperation, StencilState,
 };
 use umbragraph_pipeline::work::{
-    AttachmentTarget, ColorAttachment, Compare, DepthAttachment, LoadOperation, StencilAttachment,
+    ColorAttachment, Compare, DepthAttachment, LoadOperation, StencilAttachment, Subresource,
 };
 
 /// A color attachment.
@@ -259,7 +257,6 @@ pub(crate) fn color(
         }
     };
     one_beginning(pass, settings.clear.as_ref(), settings.contents.as_ref(), at)?;
-    let usage = if load == LoadOperation::Load { Usage::ColorAttachmentLoad } else { Usage::ColorAttachment };
     let format = match &settings.format {
         Some(name) => Some(pass.format(name, &format!("{at}/format"))?),
         None => None,
@@ -270,18 +267,18 @@ pub(crate) fn color(
         face: settings.face.as_ref(),
         ..PartSettings::default()
     };
-    let target = target(pass, &settings.to, part, usage, at)?;
+    let to = target(pass, &settings.to, part, at)?;
     let resolve = match &settings.resolve {
         Some(to) => {
             let (mip, layer) = (to.mip.as_ref(), to.layer.as_ref());
             let part = PartSettings { mip, layer, ..PartSettings::default() };
             let at = format!("{at}/resolve");
-            Some(self::target(pass, &to.to, part, Usage::ResolveTarget, &at)?)
+            Some(target(pass, &to.to, part, &at)?)
         }
         None => None,
     };
     let discard = discards(pass, settings.store.as_ref(), at)?;
-    Some(ColorAttachment { target, load, blend, format, resolve, discard })
+    Some(ColorAttachment { to, load, blend, format, resolve, discard })
 }
 
 /// Declares the depth attachment.
@@ -327,22 +324,17 @@ pub(crate) fn depth(
         None => 0.0,
     };
     let grows_toward_viewer = matches!(compare, Compare::Greater | Compare::GreaterEqual);
-    let usage = match (load, write) {
-        (LoadOperation::Load, false) => Usage::DepthAttachmentReadOnly,
-        (LoadOperation::Load, true) => Usage::DepthAttachmentLoad,
-        _ => Usage::DepthAttachment,
-    };
     let part = PartSettings {
         mip: settings.mip.as_ref(),
         layer: settings.layer.as_ref(),
         face: settings.face.as_ref(),
         ..PartSettings::default()
     };
-    let target = target(pass, &settings.to, part, usage, at)?;
+    let to = target(pass, &settings.to, part, at)?;
     let discard = discards(pass, settings.store.as_ref(), at)?;
     Some(DepthAttachment {
         discard,
-        target,
+        to,
         load,
         write,
         compare: compare.into(),
@@ -395,14 +387,9 @@ pub(crate) fn stencil(
         face: settings.face.as_ref(),
         ..PartSettings::default()
     };
-    let usage = match load {
-        LoadOperation::Load if state.is_read_only(None) => Usage::StencilAttachmentReadOnly,
-        LoadOperation::Load => Usage::StencilAttachmentLoad,
-        _ => Usage::StencilAttachment,
-    };
-    let target = target(pass, &settings.to, part, usage, at)?;
+    let to = target(pass, &settings.to, part, at)?;
     let discard = discards(pass, settings.store.as_ref(), at)?;
-    Some(StencilAttachment { target, load, state, reference, discard })
+    Some(StencilAttachment { to, load, state, reference, discard })
 }
 
 fn stencil_face(pass: &mut PassBuilder<'_>, settings: &StencilFace, at: &str) -> Option<StencilFaceState> {
@@ -429,7 +416,7 @@ pub(crate) fn same_target(
     stencil: Option<&StencilAttachment>,
 ) -> Option<()> {
     if let (Some(depth), Some(stencil)) = (depth, stencil)
-        && depth.target != stencil.target
+        && depth.to.target() != stencil.to.target()
     {
         let help = "give \"depth\" and \"stencil\" one texture, mip and layer";
         let message = "depth and stencil of one pass belong to one texture";
@@ -475,18 +462,10 @@ fn one_beginning(
     Some(())
 }
 
-fn target(
-    pass: &mut PassBuilder<'_>,
-    to: &str,
-    settings: PartSettings<'_>,
-    usage: Usage,
-    at: &str,
-) -> Option<AttachmentTarget> {
+fn target(pass: &mut PassBuilder<'_>, to: &str, settings: PartSettings<'_>, at: &str) -> Option<Subresource> {
     let part = pass.part(settings, at)?;
     let mip = part.mip.map_or(0, |run| run.first);
-    let part = Part { mip: Some(Run::one(mip)), ..part };
-    let resource = pass.texture(to, part, usage, &format!("{at}/to"))?;
-    Some(AttachmentTarget { resource, mip, layer: part.layer.map(|run| run.first) })
+    pass.texture(to, Part { mip: Some(Run::one(mip)), ..part }, &format!("{at}/to"))
 }
 
 fn blend_state(blend: Blend) -> Option<BlendState> {

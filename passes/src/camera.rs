@@ -50,7 +50,7 @@ impl Node for Camera {
             None => false,
         };
         let output = pass.publish(&self.to, "/to", shape())?;
-        Some(pass.produce(Work::Host(HostWork::new(RunCamera { reverse }, output, Vec::new()))))
+        pass.produce(Work::Host(HostWork::new(RunCamera { reverse }, output, Vec::new())))
     }
 }
 

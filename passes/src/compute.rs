@@ -7,7 +7,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Reference};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced, Run, Usage};
+use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced, Run};
 use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Work};
 
 /// Dispatches a compute shader: once for each texel of a texture, or so many workgroups.
@@ -67,10 +67,8 @@ impl Node for Compute {
                     pass.report(codes::DEVICE_RULE, "/indirect/offset", message, "begin at a multiple of 4");
                     return None;
                 }
-                let offset = u64::from(offset);
-                let bytes = Some(Run { first: offset, count: 12 });
-                let resource = pass.buffer_part(&settings.buffer, bytes, Usage::Indirect, "/indirect/buffer");
-                resource.map(|resource| Dispatch::Indirect { resource, offset })
+                let bytes = Some(Run { first: u64::from(offset), count: 12 });
+                pass.buffer_part(&settings.buffer, bytes, "/indirect/buffer").map(Dispatch::Indirect)
             }
             (Some(over), None, None) => {
                 let mip = match &self.mip {
@@ -95,10 +93,10 @@ impl Node for Compute {
                 None
             }
         };
-        Some(pass.produce(Work::Compute(Box::new(ComputeWork {
+        pass.produce(Work::Compute(Box::new(ComputeWork {
             program: program?,
             bindings: bindings?,
             dispatch: dispatch?,
-        }))))
+        })))
     }
 }

@@ -9,7 +9,7 @@ use umbragraph_pipeline::pipeline::{
     Aspect, Contents, Face, Part, PartSettings, PassBuilder, Produced, Run, Usage,
 };
 use umbragraph_pipeline::work::{
-    BufferRegion, BufferView, Deferred, TextureRegion, TransferEnd, TransferWork, Work,
+    BufferRegion, Deferred, Subresource, TextureRegion, TransferEnd, TransferWork, Work,
 };
 
 /// Copies a texture or buffer, or a part of it, to another: texels to texels of the same extent and format, bytes to as
@@ -99,14 +99,14 @@ impl Node for Copy {
             Some(word) => Some(pass.word(word, "/to/contents")?),
             None => part.then_some(Contents::Load),
         };
-        let end = |pass: &mut PassBuilder<'_>, (settings, at): (&CopyEnd, &str), usage: Usage| {
+        let end = |pass: &mut PassBuilder<'_>, (settings, at): (&CopyEnd, &str)| {
             if pass.is_buffer(&settings.name) {
-                buffer_end(pass, settings, bytes, usage, at)
+                buffer_end(pass, settings, bytes, at)
             } else {
-                texture_end(pass, settings, self.extent.is_some(), usage, at)
+                texture_end(pass, settings, self.extent.is_some(), at)
             }
         };
-        let source = end(pass, ends[0], Usage::CopySource);
+        let (source, destination) = (end(pass, ends[0]), end(pass, ends[1]));
         let written = match (contents, &source) {
             (Some(Contents::Load), _) => Usage::CopyDestinationLoad,
             (None, Some(TransferEnd::Texture(texture))) if buffers[1] && !self.fills(pass, texture) => {
@@ -114,14 +114,10 @@ impl Node for Copy {
             }
             _ => Usage::CopyDestination,
         };
-        let destination = end(pass, ends[1], written);
         let (extent, source, destination) =
             (extent.filter(|one| one.is_none() || !bytes)?, source?, destination?);
-        Some(pass.produce(Work::Transfer(Box::new(TransferWork {
-            source: Some(source),
-            destination,
-            extent,
-        }))))
+        let source = Some(source);
+        pass.produce(Work::Transfer(Box::new(TransferWork { source, destination, written, extent })))
     }
 }
 
@@ -160,10 +156,11 @@ impl Node for Clear {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let ends = (self.offset.as_ref(), self.size.as_ref());
-        let view = bytes_of(pass, &self.buffer, ends, true, Usage::CopyDestination, "", "/buffer")?;
-        let region = BufferRegion { view, bytes_per_row: None, rows_per_image: None };
-        let destination = TransferEnd::Buffer(region);
-        Some(pass.produce(Work::Transfer(Box::new(TransferWork { source: None, destination, extent: None }))))
+        let buffer = bytes_of(pass, &self.buffer, ends, true, "", "/buffer")?;
+        let region = BufferRegion { buffer, bytes_per_row: None, rows_per_image: None };
+        let (destination, written) = (TransferEnd::Buffer(region), Usage::CopyDestination);
+        let transfer = TransferWork { source: None, destination, written, extent: None };
+        pass.produce(Work::Transfer(Box::new(transfer)))
     }
 }
 
@@ -172,18 +169,16 @@ fn bytes_of(
     name: &str,
     (offset, size): (Option<&Expr>, Option<&Expr>),
     words: bool,
-    usage: Usage,
     at: &str,
     pointer: &str,
-) -> Option<BufferView> {
+) -> Option<Subresource> {
     let bytes = pass.bytes(offset, size, at)?;
     if let Some(run) = bytes.filter(|run| words && (run.first % 4 != 0 || run.count % 4 != 0)) {
         let message = format!("{} bytes from byte {} are copied", run.count, run.first);
         pass.report(codes::DEVICE_RULE, at, message, "copies begin at, and have, multiples of 4 bytes");
         return None;
     }
-    let resource = pass.buffer_part(name, bytes, usage, pointer)?;
-    Some(BufferView { resource, bytes })
+    pass.buffer_part(name, bytes, pointer)
 }
 
 /// Finds keys that say nothing of what is named.
@@ -202,13 +197,7 @@ fn foreign(
 }
 
 /// A buffer; `bytes` says that the other end is one too, so that there are no rows.
-fn buffer_end(
-    pass: &mut PassBuilder<'_>,
-    settings: &CopyEnd,
-    bytes: bool,
-    usage: Usage,
-    at: &str,
-) -> Option<TransferEnd> {
+fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &str) -> Option<TransferEnd> {
     let keys = [
         ("mip", settings.mip.is_some()),
         ("mips", settings.mips.is_some()),
@@ -239,18 +228,12 @@ fn buffer_end(
         return None;
     }
     let ends = (settings.offset.as_ref(), settings.size.as_ref());
-    let view = bytes_of(pass, &settings.name, ends, bytes, usage, at, &format!("{at}/name"))?;
-    Some(TransferEnd::Buffer(BufferRegion { view, bytes_per_row, rows_per_image }))
+    let buffer = bytes_of(pass, &settings.name, ends, bytes, at, &format!("{at}/name"))?;
+    Some(TransferEnd::Buffer(BufferRegion { buffer, bytes_per_row, rows_per_image }))
 }
 
 /// A texture; `boxed` says that the copy has an extent.
-fn texture_end(
-    pass: &mut PassBuilder<'_>,
-    settings: &CopyEnd,
-    boxed: bool,
-    usage: Usage,
-    at: &str,
-) -> Option<TransferEnd> {
+fn texture_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, boxed: bool, at: &str) -> Option<TransferEnd> {
     let keys = [
         ("offset", settings.offset.is_some()),
         ("size", settings.size.is_some()),
@@ -276,10 +259,8 @@ fn texture_end(
         return None;
     }
     let origin = pair(pass, settings.origin.as_ref(), &format!("{at}/origin"))?;
-    let used = Part { mip: Some(mip), ..part };
-    let resource = pass.texture(&settings.name, used, usage, &format!("{at}/name"))?;
-    let (layer, aspect) = (part.layer, part.aspect);
-    Some(TransferEnd::Texture(TextureRegion { resource, mip, layer, aspect, origin }))
+    let texture = pass.texture(&settings.name, Part { mip: Some(mip), ..part }, &format!("{at}/name"))?;
+    Some(TransferEnd::Texture(TextureRegion { texture, origin }))
 }
 
 /// Two expressions that may name sizes; `None` inside where nothing is said.

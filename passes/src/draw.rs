@@ -104,6 +104,6 @@ impl Node for Draw {
         };
         attachment::same_target(pass, depth.as_ref(), stencil.as_ref())?;
         let color = color.into_iter().collect::<Option<_>>()?;
-        Some(pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw }))))
+        pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw })))
     }
 }

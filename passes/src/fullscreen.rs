@@ -70,6 +70,6 @@ impl Node for Fullscreen {
             None => None,
         };
         attachment::same_target(pass, depth.as_ref(), stencil.as_ref())?;
-        Some(pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw }))))
+        pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw })))
     }
 }

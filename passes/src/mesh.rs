@@ -12,7 +12,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced, Run, Usage};
+use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced, Run};
 use umbragraph_pipeline::wgpu_types::{self, IndexFormat, PrimitiveTopology, VertexStepMode};
 use umbragraph_pipeline::work::{
     BufferDraw, Draw, DrawCounts, IndexStream, ProgramHandle, RenderWork, VertexStream, Work,
@@ -211,7 +211,7 @@ impl Node for Mesh {
             None => None,
         };
         attachment::same_target(pass, depth.as_ref(), stencil.as_ref())?;
-        Some(pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw }))))
+        pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw })))
     }
 }
 
@@ -257,12 +257,9 @@ impl Mesh {
                     pass.report(codes::DEVICE_RULE, "/indirect/offset", message, "begin at a multiple of 4");
                     return None;
                 }
-                let offset = u64::from(offset);
                 let count = if self.indices.is_some() { 20 } else { 16 };
-                let bytes = Some(Run { first: offset, count });
-                let resource =
-                    pass.buffer_part(&settings.buffer, bytes, Usage::Indirect, "/indirect/buffer")?;
-                Some(DrawCounts::Indirect { resource, offset })
+                let bytes = Some(Run { first: u64::from(offset), count });
+                pass.buffer_part(&settings.buffer, bytes, "/indirect/buffer").map(DrawCounts::Indirect)
             }
             _ => {
                 let help = "\"count\", perhaps with \"instances\", or \"indirect\": a buffer";
@@ -295,7 +292,7 @@ impl VertexSettings {
             Some(expr) => Some(u64::from(pass.count(expr, &format!("{here}/stride"))?)),
             None => None,
         };
-        let resource = pass.buffer(&self.buffer, Usage::Vertex, &format!("{here}/buffer"));
+        let buffer = pass.buffer(&self.buffer, &format!("{here}/buffer"));
         let (attributes, end) = found?;
         let stride = stride.unwrap_or(end.next_multiple_of(4));
         if stride % 4 != 0 || stride < end || stride > LARGEST_STRIDE {
@@ -308,7 +305,7 @@ impl VertexSettings {
             Step::Vertex => VertexStepMode::Vertex,
             Step::Instance => VertexStepMode::Instance,
         };
-        Some(VertexStream { resource: resource?, stride, step, attributes })
+        Some(VertexStream { buffer: buffer?, stride, step, attributes })
     }
 }
 
@@ -317,10 +314,10 @@ fn indices(settings: &IndexSettings, pass: &mut PassBuilder<'_>) -> Option<Index
         Some(word) => pass.word(word, "/indices/format")?,
         None => IndexWord::Uint32,
     };
-    let resource = pass.buffer(&settings.buffer, Usage::Index, "/indices/buffer")?;
+    let buffer = pass.buffer(&settings.buffer, "/indices/buffer")?;
     let format = match format {
         IndexWord::Uint16 => IndexFormat::Uint16,
         IndexWord::Uint32 => IndexFormat::Uint32,
     };
-    Some(IndexStream { resource, format })
+    Some(IndexStream { buffer, format })
 }

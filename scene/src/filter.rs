@@ -42,7 +42,7 @@ pub fn left_out(scene: &Scene, plan: &Plan) -> Option<Diagnostic> {
     let filters: BTreeSet<&str> = plan
         .passes
         .iter()
-        .filter_map(|planned| match &plan.pipeline.pass(planned.handle).work {
+        .filter_map(|planned| match plan.pipeline.pass(planned.handle).work() {
             Work::Render(render) => match &render.draw {
                 PassDraw::Scene(draw) if draw.geometry == GEOMETRY => Some(draw.filter.as_str()),
                 _ => None,

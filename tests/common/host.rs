@@ -5,7 +5,7 @@ use std::sync::Arc;
 use umbragraph::compiler::{CpuPasses, Plan};
 use umbragraph::data::HostData;
 use umbragraph::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
-use umbragraph::work::{BoundSlot, SlotSource, Work};
+use umbragraph::work::{BoundSlot, Work};
 
 /// A camera at eye level under a sun, over ten metres of things on a plain.
 pub fn sunny_frame() -> FrameInput {
@@ -95,8 +95,8 @@ pub fn published(plan: &Plan, pass: &str, frame: &FrameInput) -> HostData {
     }
     let pipeline = &plan.pipeline;
     let handle = pipeline.find_pass(pass).unwrap_or_else(|| panic!("there is no pass {pass}"));
-    let Work::Host(host) = &pipeline.pass(handle).work else { panic!("{pass} is no CPU pass") };
-    passes.data(&pipeline.resource(host.output).name).expect("published data").clone()
+    let Work::Host(host) = pipeline.pass(handle).work() else { panic!("{pass} is no CPU pass") };
+    passes.data(&pipeline.resource(host.output.resource).name).expect("published data").clone()
 }
 
 /// The numbers of a published value.
@@ -110,7 +110,7 @@ pub fn slots(work: &Work) -> &[BoundSlot] {
     match work {
         Work::Render(render) => render.draw.bound().1,
         Work::Compute(compute) => &compute.bindings,
-        Work::Host(_) | Work::Transfer(_) => &[],
+        Work::Nothing | Work::Host(_) | Work::Transfer(_) => &[],
     }
 }
 
@@ -118,11 +118,14 @@ pub fn slots(work: &Work) -> &[BoundSlot] {
 #[track_caller]
 pub fn packed(plan: &Plan, pass: &str, block: &str, data: &HostData) -> Vec<u8> {
     let planned = plan.passes.iter().find(|planned| planned.name == pass).expect("a live pass");
-    let slot = slots(&plan.pipeline.pass(planned.handle).work)
-        .iter()
-        .find(|slot| slot.name == block)
-        .expect("a slot");
-    let SlotSource::Data { layout, .. } = &slot.source else { panic!("{block} takes no host data") };
+    let work = plan.pipeline.pass(planned.handle).work();
+    let slot = slots(work).iter().find(|slot| slot.name == block).expect("a slot");
+    let program = match work {
+        Work::Render(render) => render.draw.bound().0,
+        Work::Compute(compute) => compute.program,
+        Work::Nothing | Work::Host(_) | Work::Transfer(_) => panic!("{pass} has no shader"),
+    };
+    let layout = plan.pipeline.block_layout(plan.pipeline.program(program), slot).expect("host data");
     let values =
         planned.blocks.iter().find(|packed| (packed.group, packed.binding) == (slot.group, slot.binding));
     let mut bytes = values.map_or_else(|| vec![0; layout.size as usize], |values| values.bytes.clone());

@@ -63,7 +63,7 @@ fn a_missing_feature_is_named() {
     let mut plan = (*plan(&resources, &fill("one", r#"{ "to": "sum" }"#, "[1, 0, 0, 1]"))).clone();
     let mut pipeline = (*plan.pipeline).clone();
     for pass in &mut pipeline.passes {
-        if let umbragraph::work::Work::Render(render) = &mut pass.work {
+        if let umbragraph::work::Work::Render(render) = pass.tamper().0 {
             render.color[0].blend = Some(wgpu::BlendState::ALPHA_BLENDING);
         }
     }

@@ -39,7 +39,7 @@ impl Node for Count {
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let from = pass.count(&self.from, "/from")?;
         let output = pass.publish(&self.to, "/to", DataShape::new().value("time", ValueType::F32))?;
-        Some(pass.produce(Work::Host(HostWork::new(RunCount { from }, output, Vec::new()))))
+        pass.produce(Work::Host(HostWork::new(RunCount { from }, output, Vec::new())))
     }
 }
 

@@ -31,7 +31,7 @@ impl Node for Views {
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let shape = DataShape::new().value("time", ValueType::F32).views(self.maximum);
         let output = pass.publish(&self.to, "/to", shape)?;
-        Some(pass.produce(Work::Host(HostWork::new(Run { lies: self.lies }, output, Vec::new()))))
+        pass.produce(Work::Host(HostWork::new(Run { lies: self.lies }, output, Vec::new())))
     }
 }
 

@@ -30,7 +30,7 @@ pub(super) struct Access<'a> {
 pub(super) fn accesses<'a>(pipeline: &'a Pipeline, diagnostics: &mut Diagnostics) -> Vec<Vec<Access<'a>>> {
     let mut accesses: Vec<Vec<Access<'a>>> = vec![Vec::new(); pipeline.resources.len()];
     for handle in pipeline.pass_handles() {
-        for one in &pipeline.pass(handle).uses {
+        for one in pipeline.pass(handle).uses() {
             let list = &mut accesses[one.resource.index()];
             let own = list.iter().rev().take_while(|access| access.pass == handle);
             let mut known = false;

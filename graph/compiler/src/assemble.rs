@@ -6,7 +6,6 @@
 
 use std::sync::Arc;
 
-use crate::data::HostData;
 use crate::document::{Kind, Value};
 use crate::language::{BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration, WordValue};
 use crate::pipeline::{
@@ -16,14 +15,16 @@ use crate::pipeline::{
 use crate::shader::TargetProfile;
 use crate::source::{Sources, Span};
 use crate::work::{
-    AttachmentTarget, ColorAttachment, DepthAttachment, Draw, HostContext, HostNode, HostWork, LoadOperation,
-    PassHandle, ProgramHandle, RenderWork, ResourceHandle, TransferEnd, TransferWork, Work,
+    ColorAttachment, DepthAttachment, Draw, LoadOperation, PassHandle, ProgramHandle, RenderWork,
+    ResourceHandle, Subresource, TransferEnd, TransferWork, Work,
 };
 
 /// A pipeline in the making.
 #[derive(Debug)]
 pub struct Assembly {
     pipeline: Pipeline,
+    /// For each pass what it does, and what it uses besides.
+    works: Vec<(Work, Vec<Use>)>,
     sources: Sources,
     place: Span,
 }
@@ -35,15 +36,6 @@ pub struct AssemblyPass<'a> {
     handle: PassHandle,
     color: Vec<ColorAttachment>,
     depth: Option<DepthAttachment>,
-}
-
-#[derive(Debug, PartialEq)]
-struct Nothing;
-
-impl HostNode for Nothing {
-    type State = ();
-
-    fn run(&self, (): &mut (), _: &HostContext<'_>, _: &mut HostData) {}
 }
 
 impl Assembly {
@@ -72,7 +64,7 @@ impl Assembly {
             gaps: Vec::new(),
             uncertain: Default::default(),
         };
-        Self { pipeline, sources, place }
+        Self { pipeline, works: Vec::new(), sources, place }
     }
 
     /// A transient texture of the size of the viewport, one mip, one layer.
@@ -214,27 +206,21 @@ impl Assembly {
     /// A pass that uses nothing yet.
     pub fn pass(&mut self, name: &str) -> AssemblyPass<'_> {
         let handle = PassHandle::at(self.pipeline.passes.len());
-        // Only the uses count for the compiler, so any host work stands for work that has no attachments.
-        let work = HostWork::new(Nothing, ResourceHandle::at(u32::MAX as usize), Vec::new());
-        self.pipeline.passes.push(Pass {
-            name: name.to_owned(),
-            kind: "assembled".to_owned(),
-            place: self.place,
-            pointer: format!("/passes/{name}"),
-            environment: Arc::default(),
-            uses: Vec::new(),
-            after: Vec::new(),
-            is_misplaced: false,
-            side_effect: false,
-            condition: None,
-            work: Work::Host(work),
-        });
+        let (kind, pointer) = ("assembled".to_owned(), format!("/passes/{name}"));
+        self.pipeline.passes.push(Pass::new(name.to_owned(), kind, self.place, pointer, Arc::default()));
+        self.works.push((Work::Nothing, Vec::new()));
         AssemblyPass { assembly: self, handle, color: Vec::new(), depth: None }
+    }
+
+    /// A part of a resource, for the ends of copies.
+    pub fn subresource(&self, resource: ResourceHandle, part: Part) -> Subresource {
+        Subresource { resource, part, version: Version::Newest, place: self.place, pointer: String::new() }
     }
 
     /// The pipeline, and the sources that its places belong to.
     pub fn finish(mut self) -> (Arc<Pipeline>, Sources) {
-        for pass in &mut self.pipeline.passes {
+        for (pass, (work, others)) in self.pipeline.passes.iter_mut().zip(self.works) {
+            pass.set_work(work, others, &self.pipeline.resources);
             // Attachments that are bypassed have a finding when they are read from a text; here nobody makes them.
             let _ = crate::pipeline::add_stand_ins(pass, &self.pipeline.bypasses);
         }
@@ -287,60 +273,36 @@ impl AssemblyPass<'_> {
     pub fn uses(mut self, resource: ResourceHandle, part: Part, usage: Usage, version: Version) -> Self {
         let place = self.assembly.place;
         let (when, pointer) = (Vec::new(), String::new());
-        self.declared().uses.push(Use { resource, part, usage, version, when, place, pointer });
+        self.work().1.push(Use { resource, part, usage, version, when, place, pointer });
         self
     }
 
     /// Draws to mip 0 and layer 0 of a color texture.
     pub fn color(mut self, resource: ResourceHandle, load: LoadOperation<[f64; 4]>) -> Self {
-        let usage =
-            if load == LoadOperation::Load { Usage::ColorAttachmentLoad } else { Usage::ColorAttachment };
-        let target = attached(resource);
+        let to = self.attached(resource);
         self.color.push(ColorAttachment {
-            target,
+            to,
             load,
             blend: None,
             format: None,
             resolve: None,
             discard: false,
         });
-        self.draw();
-        self.uses(resource, Part::of(Some(0), Some(0)), usage, Version::Newest)
+        self.draw()
     }
 
     /// Draws with mip 0 and layer 0 of a depth texture, which it writes unless `write` is false.
     pub fn depth(mut self, resource: ResourceHandle, load: LoadOperation<f64>, write: bool) -> Self {
-        let usage = match (load == LoadOperation::Load, write) {
-            (true, true) => Usage::DepthAttachmentLoad,
-            (true, false) => Usage::DepthAttachmentReadOnly,
-            _ => Usage::DepthAttachment,
-        };
+        let to = self.attached(resource);
         let compare = wgpu_types::CompareFunction::Less;
-        self.depth = Some(DepthAttachment {
-            target: attached(resource),
-            load,
-            write,
-            compare,
-            slope_bias: 0.0,
-            discard: false,
-        });
-        self.draw();
-        self.uses(resource, Part::of(Some(0), Some(0)), usage, Version::Newest)
+        self.depth = Some(DepthAttachment { to, load, write, compare, slope_bias: 0.0, discard: false });
+        self.draw()
     }
 
     /// Copies one end to another, or fills a buffer with zeros.
     pub fn copies(mut self, source: Option<TransferEnd>, destination: TransferEnd, written: Usage) -> Self {
-        for (end, usage) in source.iter().map(|end| (end, Usage::CopySource)).chain([(&destination, written)])
-        {
-            let part = match end {
-                TransferEnd::Buffer(region) => Part { bytes: region.view.bytes, ..Part::WHOLE },
-                TransferEnd::Texture(region) => {
-                    Part { mip: Some(region.mip), layer: region.layer, ..Part::WHOLE }.aspect(region.aspect)
-                }
-            };
-            self = self.uses(end.resource(), part, usage, Version::Newest);
-        }
-        self.declared().work = Work::Transfer(Box::new(TransferWork { source, destination, extent: None }));
+        let transfer = TransferWork { source, destination, written, extent: None };
+        self.work().0 = Work::Transfer(Box::new(transfer));
         self
     }
 
@@ -366,14 +328,19 @@ impl AssemblyPass<'_> {
         &mut self.assembly.pipeline.passes[self.handle.index()]
     }
 
+    fn work(&mut self) -> &mut (Work, Vec<Use>) {
+        &mut self.assembly.works[self.handle.index()]
+    }
+
+    fn attached(&self, resource: ResourceHandle) -> Subresource {
+        self.assembly.subresource(resource, Part::of(Some(0), Some(0)))
+    }
+
     /// Makes the pass draw to the attachments so far.
-    fn draw(&mut self) {
+    fn draw(mut self) -> Self {
         let (color, depth) = (self.color.clone(), self.depth.clone());
         let draw = Draw::Fullscreen { program: ProgramHandle::at(0), bindings: Vec::new() };
-        self.declared().work = Work::Render(Box::new(RenderWork { color, depth, stencil: None, draw }));
+        self.work().0 = Work::Render(Box::new(RenderWork { color, depth, stencil: None, draw }));
+        self
     }
-}
-
-fn attached(resource: ResourceHandle) -> AttachmentTarget {
-    AttachmentTarget { resource, mip: 0, layer: Some(0) }
 }

@@ -15,22 +15,23 @@ use super::plan::{PlannedAttachment, PlannedPass, StoreOperation};
 use super::planner::Planner;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{Aspect, Part};
+use crate::pipeline::{Part, Usage, canonical};
 use crate::shader::{ScalarKind, Stage};
-use crate::work::{AttachmentTarget, LoadOperation, PassHandle, RenderWork};
+use crate::work::{LoadOperation, PassHandle, RenderWork, Subresource};
 
 impl Planner<'_> {
     /// Plans an attachment of the pass at a position.
     pub(super) fn attachment(
         &self,
         at: usize,
-        target: AttachmentTarget,
-        aspect: Aspect,
+        to: &Subresource,
+        usage: Usage,
         load: LoadOperation<()>,
         discard: bool,
     ) -> PlannedAttachment {
-        let resource = self.pipeline.resource(target.resource);
-        let part = Part::of(Some(target.mip), target.layer).aspect(aspect);
+        let (target, resource) = (to.target(), self.pipeline.resource(to.resource));
+        let part = Part::of(Some(target.mip), target.layer);
+        let part = resource.texture().map_or(part, |texture| canonical(texture, part, usage));
         let users = &self.users[target.resource.index()];
         let transient = resource.lifetime() == Lifetime::Transient;
         let mut store = if transient { StoreOperation::Discard } else { StoreOperation::Store };

@@ -138,7 +138,7 @@ impl Copies<'_, '_> {
     /// A finding where the pass names what it copies from or to.
     fn refuse(&mut self, resource: ResourceHandle, written: bool, message: String, help: &str) {
         let alike = |one: &&crate::pipeline::Use| one.resource == resource && one.usage.writes() == written;
-        let used = self.pass.uses.iter().find(alike);
+        let used = self.pass.uses().iter().find(alike);
         let (place, pointer) =
             used.map_or((self.pass.place, &self.pass.pointer), |one| (one.place, &one.pointer));
         let finding = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help);
@@ -153,12 +153,12 @@ impl Copies<'_, '_> {
 
     /// The first byte and the number of bytes.
     fn run(&self, region: &BufferRegion) -> Option<(u64, u64)> {
-        let all = self.facts.get(region.view.resource)?.bytes;
-        Some(region.view.bytes.map_or((0, all), |run| (run.first, run.count)))
+        let all = self.facts.get(region.buffer.resource)?.bytes;
+        Some(region.buffer.part.bytes.map_or((0, all), |run| (run.first, run.count)))
     }
 
     fn bytes(&mut self, from: &BufferRegion, to: &BufferRegion) -> Option<PlannedCopy> {
-        let (a, b) = (from.view.resource, to.view.resource);
+        let (a, b) = (from.buffer.resource, to.buffer.resource);
         let ((first, source), (start, destination)) = (self.run(from)?, self.run(to)?);
         if a == b {
             let message = format!("\"{}\" is copied to itself", self.name(a));
@@ -184,31 +184,33 @@ impl Copies<'_, '_> {
         to: &TextureRegion,
         extent: Option<&[Deferred; 2]>,
     ) -> Option<Vec<PlannedCopy>> {
-        let (source, destination) = (self.facts.texture(from.resource)?, self.facts.texture(to.resource)?);
-        let (a, b) = (self.name(from.resource), self.name(to.resource));
+        let (source, destination) =
+            (self.facts.texture(from.texture.resource)?, self.facts.texture(to.texture.resource)?);
+        let (a, b) = (self.name(from.texture.resource), self.name(to.texture.resource));
         if source.format.remove_srgb_suffix() != destination.format.remove_srgb_suffix() {
             let (own, wanted) = (format_name(source.format), format_name(destination.format));
             let message = format!("\"{a}\" is {own}, \"{b}\" is {wanted}: a copy changes no format");
-            self.refuse(to.resource, true, message, "use a full-screen pass to convert");
+            self.refuse(to.texture.resource, true, message, "use a full-screen pass to convert");
             return None;
         }
         for (region, texture, written) in [(from, &source, false), (to, &destination, true)] {
             if self.aspect(region, texture, written)? != TextureAspect::All && has_both(texture.format) {
                 let message = "one aspect is copied to or from a buffer only".to_owned();
                 let help = "remove \"aspect\" from both ends, or let a buffer lie between";
-                self.refuse(region.resource, written, message, help);
+                self.refuse(region.texture.resource, written, message, help);
                 return None;
             }
         }
-        if from.mip.count != to.mip.count {
-            let (own, wanted) = (from.mip.count, to.mip.count);
+        if from.mip().count != to.mip().count {
+            let (own, wanted) = (from.mip().count, to.mip().count);
             let message = format!("{own} mips of \"{a}\" are copied to {wanted} of \"{b}\"");
-            self.refuse(to.resource, true, message, "give both ends as many \"mips\"");
+            self.refuse(to.texture.resource, true, message, "give both ends as many \"mips\"");
             return None;
         }
-        if from.resource == to.resource && source.volume && from.mip.first == to.mip.first {
+        if from.texture.resource == to.texture.resource && source.volume && from.mip().first == to.mip().first
+        {
             let message = format!("\"{a}\" is copied to itself, within one mip level of a volume");
-            self.refuse(to.resource, true, message, "copy to another texture, and from there back");
+            self.refuse(to.texture.resource, true, message, "copy to another texture, and from there back");
             return None;
         }
         let sources = self.boxes(from, &source, extent)?;
@@ -223,7 +225,7 @@ impl Copies<'_, '_> {
                     (words(own, source.size.samples), words(wanted, destination.size.samples));
                 let message = format!("\"{a}\" is {own}, \"{b}\" is {wanted}");
                 let help = "a copy joins parts of one size; choose mip, layer and extent";
-                self.refuse(to.resource, true, message, help);
+                self.refuse(to.texture.resource, true, message, help);
                 return None;
             }
             // wgpu 30 copies only the first of several layers to or from a volume.
@@ -249,14 +251,14 @@ impl Copies<'_, '_> {
         extent: Option<&[Deferred; 2]>,
         upload: bool,
     ) -> Option<Vec<(TexelOrigin, TexelRows, [u32; 3])>> {
-        let texture = self.facts.texture(region.resource)?;
-        let (a, b) = (self.name(region.resource), self.name(buffer.view.resource));
+        let texture = self.facts.texture(region.texture.resource)?;
+        let (a, b) = (self.name(region.texture.resource), self.name(buffer.buffer.resource));
         let (first, held) = self.run(buffer)?;
         let aspect = self.aspect(region, &texture, upload)?;
         if has_both(texture.format) && aspect == TextureAspect::All {
             let message = format!("depth and stencil of \"{a}\" are not copied at once");
             let help = "add \"aspect\": \"depth-only\" or \"stencil-only\"";
-            self.refuse(region.resource, upload, message, help);
+            self.refuse(region.texture.resource, upload, message, help);
             return None;
         }
         let depth = texture.format.has_depth_aspect() && aspect != TextureAspect::StencilOnly;
@@ -271,7 +273,7 @@ impl Copies<'_, '_> {
             } else {
                 "the depth of this format has no bytes: use a pass"
             };
-            self.refuse(region.resource, upload, message, help);
+            self.refuse(region.texture.resource, upload, message, help);
             return None;
         };
         let step =
@@ -279,7 +281,7 @@ impl Copies<'_, '_> {
         if !first.is_multiple_of(step) {
             let message = format!("the texels of \"{a}\" begin at byte {first} of \"{b}\"");
             let help = format!("begin at a multiple of {step} bytes");
-            self.refuse(buffer.view.resource, !upload, message, &help);
+            self.refuse(buffer.buffer.resource, !upload, message, &help);
             return None;
         }
         let (block_width, block_height) = texture.format.block_dimensions();
@@ -298,7 +300,7 @@ impl Copies<'_, '_> {
                     "\"{a}\" has {lines} rows of {row} bytes, \"{b}\" {rows_per_image} of {bytes_per_row}"
                 );
                 let help = "make \"bytes_per_row\" and \"rows_per_image\" larger, or remove them";
-                self.refuse(buffer.view.resource, !upload, message, help);
+                self.refuse(buffer.buffer.resource, !upload, message, help);
                 return None;
             }
             let image = bytes_per_row.saturating_mul(u64::from(rows_per_image));
@@ -313,7 +315,7 @@ impl Copies<'_, '_> {
         if held < wanted {
             let message = format!("\"{a}\" takes {wanted} bytes, of \"{b}\" there are {held}");
             let help = "each row of texels takes a multiple of 256 bytes";
-            self.refuse(buffer.view.resource, !upload, message, help);
+            self.refuse(buffer.buffer.resource, !upload, message, help);
             return None;
         }
         Some(rows)
@@ -326,7 +328,7 @@ impl Copies<'_, '_> {
         texture: &TextureFacts,
         written: bool,
     ) -> Option<TextureAspect> {
-        let (exists, aspect, word) = match region.aspect {
+        let (exists, aspect, word) = match region.texture.part.aspect {
             Aspect::All => return Some(TextureAspect::All),
             Aspect::DepthOnly => (texture.format.has_depth_aspect(), TextureAspect::DepthOnly, "depth"),
             Aspect::StencilOnly => {
@@ -334,9 +336,17 @@ impl Copies<'_, '_> {
             }
         };
         if !exists {
-            let message =
-                format!("\"{}\" is {}: no {word}", self.name(region.resource), format_name(texture.format));
-            self.refuse(region.resource, written, message, "remove \"aspect\", or choose another format");
+            let message = format!(
+                "\"{}\" is {}: no {word}",
+                self.name(region.texture.resource),
+                format_name(texture.format)
+            );
+            self.refuse(
+                region.texture.resource,
+                written,
+                message,
+                "remove \"aspect\", or choose another format",
+            );
             return None;
         }
         Some(aspect)
@@ -351,16 +361,16 @@ impl Copies<'_, '_> {
     ) -> Option<Vec<(TexelOrigin, [u32; 3])>> {
         let TextureFacts { format, size, volume, .. } = *texture;
         // Parts that do not exist are a finding of their own.
-        if region.mip.end() > u64::from(size.mips) {
+        if region.mip().end() > u64::from(size.mips) {
             return None;
         }
         let block = <[u32; 2]>::from(format.block_dimensions());
         let whole = format.is_depth_stencil_format() || size.samples > 1;
         let mut boxes = Vec::new();
-        for mip in region.mip.first..region.mip.first + region.mip.count {
+        for mip in (region.mip().first..).take(region.mip().count as usize) {
             let side = |length: u32| length.checked_shr(mip).unwrap_or(0).max(1);
             let slices = if volume { side(size.layers) } else { size.layers };
-            let layer = region.layer.map_or((0, slices), |run| (run.first, run.count));
+            let layer = region.texture.part.layer.map_or((0, slices), |run| (run.first, run.count));
             if u64::from(layer.0) + u64::from(layer.1) > u64::from(slices) {
                 return None;
             }
@@ -378,7 +388,7 @@ impl Copies<'_, '_> {
                 };
                 let Some(said) = count.or(start) else { continue };
                 let (first, beyond) = (at[axis], u64::from(at[axis]) + u64::from(length[axis]));
-                let name = self.name(region.resource);
+                let name = self.name(region.texture.resource);
                 if beyond > u64::from(full) || length[axis] == 0 {
                     let message = format!(
                         "\"{name}\" has {} texels in {what}, of which {} from {first} are copied",
@@ -398,7 +408,7 @@ impl Copies<'_, '_> {
                 }
             }
             let at = [at[0], at[1], layer.0];
-            let aspect = if has_both(format) { region.aspect } else { Aspect::All };
+            let aspect = if has_both(format) { region.texture.part.aspect } else { Aspect::All };
             boxes.push((TexelOrigin { mip, at, aspect }, [length[0], length[1], layer.1]));
         }
         Some(boxes)

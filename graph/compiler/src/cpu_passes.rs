@@ -30,7 +30,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::pipeline::ResourceKind;
 use crate::plan::Plan;
 use crate::switches::Switches;
-use crate::work::{HostContext, HostRun, HostWork, PassHandle, ResourceHandle, Work};
+use crate::work::{HostContext, HostRun, HostWork, PassHandle, ResourceHandle, Subresource, Work};
 use umbragraph_pipeline::frame::FrameInput;
 
 /// How many inputs of a pass are given without allocating.
@@ -77,15 +77,15 @@ impl CpuPasses {
             else {
                 continue;
             };
-            let data = self.data.get_mut(host.output.index()).and_then(Option::as_mut);
-            let kept = before.data.get_mut(known.output.index()).and_then(Option::as_mut);
+            let data = self.data.get_mut(host.output.resource.index()).and_then(Option::as_mut);
+            let kept = before.data.get_mut(known.output.resource.index()).and_then(Option::as_mut);
             if let (Some(data), Some(kept)) = (data, kept)
                 && host.node.is_same(&*known.node)
                 && data.shape() == kept.shape()
             {
                 *run = before.runs[at].take();
                 std::mem::swap(data, kept);
-                plan_sizes(plan, host.output, data);
+                plan_sizes(plan, host.output.resource, data);
             }
         }
     }
@@ -114,14 +114,15 @@ impl CpuPasses {
         let pass = self.plan.passes.get(at)?.handle;
         let host = host_work(&self.plan, pass)?;
         let run = self.runs.get_mut(at)?.as_mut()?;
-        let mut data = self.data.get_mut(host.output.index()).and_then(Option::take)?;
+        let mut data = self.data.get_mut(host.output.resource.index()).and_then(Option::take)?;
         data.clear();
         let runs = self.switches.runs(&self.plan, pass);
         if runs {
             let filler = HostData::new(DataShape::new());
             let mut few = [&filler; FEW_INPUTS];
             let many: Vec<&HostData>;
-            let seen = |input: &ResourceHandle| self.data.get(self.switches.seen(*input).index())?.as_ref();
+            let seen =
+                |input: &Subresource| self.data.get(self.switches.seen(input.resource).index())?.as_ref();
             let given = host.inputs.iter().filter_map(seen);
             let inputs = if host.inputs.len() <= FEW_INPUTS {
                 let mut count = 0;
@@ -142,7 +143,7 @@ impl CpuPasses {
             let help = "a host pass publishes what it declared; this is a defect of its node kind";
             Err(Diagnostic::error(codes::HOST_DATA, pass.place, message).pointer(&pass.pointer).help(help))
         });
-        self.data[host.output.index()] = Some(data);
+        self.data[host.output.resource.index()] = Some(data);
         runs.then_some(outcome)
     }
 
@@ -196,7 +197,7 @@ impl CpuPasses {
 }
 
 fn host_work(plan: &Plan, pass: PassHandle) -> Option<&HostWork> {
-    match &plan.pipeline.pass(pass).work {
+    match plan.pipeline.pass(pass).work() {
         Work::Host(host) => Some(host),
         _ => None,
     }

@@ -84,7 +84,7 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
                 queue.push_back(producer);
             }
         }
-        for one in &pipeline.pass(pass).uses {
+        for one in pipeline.pass(pass).uses() {
             let Some(history) = pipeline.resource(one.resource).history.filter(|history| history.back > 0)
             else {
                 continue;
@@ -123,9 +123,9 @@ fn survivors(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> (V
             let all = whole || !one.usage.is_attachment();
             one.resource == resource && one.part == part && one.usage.starts_afresh() && all
         };
-        pipeline.pass(writer).uses.iter().any(afresh)
+        pipeline.pass(writer).uses().iter().any(afresh)
     };
-    let discards = |part: Part, writer: PassHandle| match &pipeline.pass(writer).work {
+    let discards = |part: Part, writer: PassHandle| match pipeline.pass(writer).work() {
         Work::Render(render) => discards::discards(render, resource, part),
         _ => false,
     };
@@ -177,7 +177,7 @@ pub(super) fn cull_reason(
         let names: BTreeSet<&String> = names.collect();
         names.into_iter().cloned().collect::<Vec<_>>()
     };
-    let uses = &pipeline.pass(pass).uses;
+    let uses = pipeline.pass(pass).uses();
     let mut written =
         uses.iter().filter(|one| one.usage.writes()).map(|one| &pipeline.resource(one.resource).name);
     let written = sorted(&mut written);
@@ -197,7 +197,7 @@ fn readers_later(pipeline: &Pipeline, kept: &[Option<KeepReason>], pass: PassHan
     let history = |one: &Use| pipeline.resource(one.resource).history;
     let written: BTreeSet<ResourceHandle> = pipeline
         .pass(pass)
-        .uses
+        .uses()
         .iter()
         .filter(|one| one.usage.writes())
         .filter_map(|one| Some(history(one)?.of))
@@ -206,7 +206,7 @@ fn readers_later(pipeline: &Pipeline, kept: &[Option<KeepReason>], pass: PassHan
         return Vec::new();
     }
     let reads = |reader: &PassHandle| {
-        let uses = &pipeline.pass(*reader).uses;
+        let uses = pipeline.pass(*reader).uses();
         uses.iter().filter_map(history).any(|history| history.back > 0 && written.contains(&history.of))
     };
     let culled = pipeline.pass_handles().filter(|reader| kept[reader.index()].is_none());

@@ -27,7 +27,7 @@ pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
                 findings.extend(rules.slot(program, slot));
             }
         }
-        if let Work::Render(render) = &pass.work {
+        if let Work::Render(render) = pass.work() {
             let fullscreen = !matches!(render.draw, Draw::Scene(_));
             findings.extend(rules.attachments(planned, fullscreen));
             findings.extend(render.color.iter().filter_map(|color| rules.resolve(color)));
@@ -51,18 +51,21 @@ impl Rules<'_> {
         let DrawCounts::Direct { count, instances } = draw.counts else { return Vec::new() };
         let (count, instances) = (u64::from(count), u64::from(instances));
         let streams = draw.vertices.iter().filter_map(|stream| {
-            let elements = match (stream.step, draw.indices) {
+            let elements = match (stream.step, &draw.indices) {
                 (wgpu_types::VertexStepMode::Instance, _) => instances,
                 (_, None) => count,
                 // Which vertices indices name is not known.
                 (_, Some(_)) => return None,
             };
             let end = stream.attributes.iter().map(|one| one.offset + one.format.size()).max().unwrap_or(0);
-            Some((stream.resource, if elements == 0 { 0 } else { (elements - 1) * stream.stride + end }))
+            Some((
+                stream.buffer.resource,
+                if elements == 0 { 0 } else { (elements - 1) * stream.stride + end },
+            ))
         });
-        let indices = draw.indices.map(|indices| {
+        let indices = draw.indices.as_ref().map(|indices| {
             let size = if indices.format == wgpu_types::IndexFormat::Uint16 { 2 } else { 4 };
-            (indices.resource, count * size)
+            (indices.buffer.resource, count * size)
         });
         let too_short = |(resource, wanted): (ResourceHandle, u64)| {
             let bytes = self.planned(resource)?.bytes;
@@ -84,7 +87,7 @@ impl Rules<'_> {
     }
 
     fn place(&self, resource: ResourceHandle) -> (Span, &str) {
-        let used = self.pass.uses.iter().find(|one| one.resource == resource);
+        let used = self.pass.uses().iter().find(|one| one.resource == resource);
         used.map_or((self.pass.place, self.pass.pointer.as_str()), |one| (one.place, one.pointer.as_str()))
     }
 
@@ -100,7 +103,8 @@ impl Rules<'_> {
         };
         let limits = &self.plan.pipeline.profile.limits;
         match (&slot.source, binding.entry.ty) {
-            (SlotSource::Texture(view), wgpu_types::BindingType::Texture { multisampled, .. }) => {
+            (SlotSource::Texture(bound), wgpu_types::BindingType::Texture { multisampled, .. }) => {
+                let view = bound.view();
                 let size = self.planned(view.resource)?.size?;
                 let name = self.name(view.resource);
                 if multisampled != (size.samples > 1) {
@@ -136,10 +140,10 @@ impl Rules<'_> {
                 }
                 None
             }
-            (SlotSource::Buffer(view), wgpu_types::BindingType::Buffer { ty, .. }) => {
-                let planned = self.planned(view.resource)?;
-                let bytes = view.bytes.map_or(planned.bytes, |run| run.count);
-                let offset = view.bytes.map_or(0, |run| run.first);
+            (SlotSource::Buffer { buffer, .. }, wgpu_types::BindingType::Buffer { ty, .. }) => {
+                let (name, planned) = (self.name(buffer.resource), self.planned(buffer.resource)?);
+                let bytes = buffer.part.bytes.map_or(planned.bytes, |run| run.count);
+                let offset = buffer.offset();
                 let (align, most, what) = match ty {
                     wgpu_types::BufferBindingType::Uniform => (
                         limits.min_uniform_buffer_offset_alignment,
@@ -154,12 +158,11 @@ impl Rules<'_> {
                 };
                 if offset % u64::from(align.max(1)) != 0 {
                     return refuse(
-                        format!("\"{}\" is bound from byte {offset}", self.name(view.resource)),
+                        format!("\"{name}\" is bound from byte {offset}"),
                         &format!("{what} bindings start at multiples of {align} bytes"),
                     );
                 }
                 if bytes > most {
-                    let name = self.name(view.resource);
                     return refuse(
                         format!("{bytes} bytes of \"{name}\" are bound"),
                         &format!("the profile allows {most} for a {what} binding: bind a part"),
@@ -167,7 +170,6 @@ impl Rules<'_> {
                 }
                 let least = binding.block.as_ref().map_or(0, |block| u64::from(block.size()));
                 if bytes < least {
-                    let name = self.name(view.resource);
                     return refuse(
                         format!("{bytes} bytes of \"{name}\" are bound, \"{}\" has {least}", slot.name),
                         "bind at least what the shader declares",
@@ -175,21 +177,17 @@ impl Rules<'_> {
                 }
                 if matches!(ty, wgpu_types::BufferBindingType::Storage { .. }) && bytes % 4 != 0 {
                     return refuse(
-                        format!("{bytes} bytes of \"{}\" are bound", self.name(view.resource)),
+                        format!("{bytes} bytes of \"{name}\" are bound"),
                         "storage bindings have a multiple of 4 bytes",
                     );
                 }
                 None
             }
             (
-                source @ (SlotSource::Data { .. } | SlotSource::View(_) | SlotSource::Values(_)),
+                SlotSource::Data { .. } | SlotSource::View | SlotSource::Values(_),
                 wgpu_types::BindingType::Buffer { ty, .. },
             ) => {
-                let bytes = match source {
-                    SlotSource::Values(values) => u64::from(values.layout.size()),
-                    SlotSource::Data { layout, .. } | SlotSource::View(layout) => u64::from(layout.size),
-                    _ => 0,
-                };
+                let bytes = self.plan.pipeline.block_bytes(program, slot).map_or(0, u64::from);
                 let limit = match ty {
                     wgpu_types::BufferBindingType::Uniform => limits.max_uniform_buffer_binding_size,
                     wgpu_types::BufferBindingType::Storage { read_only: true } => {
@@ -218,10 +216,10 @@ impl Rules<'_> {
     }
 
     fn resolve(&self, color: &ColorAttachment) -> Option<Diagnostic> {
-        let target = color.resolve?;
-        let (from, to) = (self.planned(color.target.resource)?, self.planned(target.resource)?);
-        let (a, b) = (self.name(color.target.resource), self.name(target.resource));
-        let (source, destination) = (from.size?, to.size?);
+        let (source, target) = (color.to.target(), color.resolve.as_ref()?.target());
+        let (from, to) = (self.planned(source.resource)?, self.planned(target.resource)?);
+        let (a, b) = (self.name(source.resource), self.name(target.resource));
+        let (from_mip, source, destination) = (source.mip, from.size?, to.size?);
         if source.samples == 1 || destination.samples > 1 {
             let message = format!(
                 "\"{a}\" with {} samples is resolved to \"{b}\" with {}",
@@ -236,7 +234,7 @@ impl Rules<'_> {
         }
         let side = |length: u32, mip: u32| (length >> mip.min(31)).max(1);
         let extent = |size: TextureSize, mip| [side(size.width, mip), side(size.height, mip)];
-        let (own, wanted) = (extent(destination, target.mip), extent(source, color.target.mip));
+        let (own, wanted) = (extent(destination, target.mip), extent(source, from_mip));
         if own != wanted {
             let message =
                 format!("\"{b}\" is {} by {}, \"{a}\" {} by {}", own[0], own[1], wanted[0], wanted[1]);

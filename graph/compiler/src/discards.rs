@@ -22,8 +22,8 @@ pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagno
     let mut thrown_away = Vec::new();
     for handle in pipeline.pass_handles() {
         let pass = pipeline.pass(handle);
-        let Work::Render(render) = &pass.work else { continue };
-        let written = pass.uses.iter().filter(|one| one.usage.is_attachment() && one.usage.writes());
+        let Work::Render(render) = pass.work() else { continue };
+        let written = pass.uses().iter().filter(|one| one.usage.is_attachment() && one.usage.writes());
         thrown_away
             .extend(written.filter(|one| discards(render, one.resource, one.part)).map(|one| (handle, one)));
     }
@@ -33,7 +33,7 @@ pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagno
     // The passes that use each resource, or an earlier frame of it.
     let mut users: Vec<Vec<PassHandle>> = vec![Vec::new(); pipeline.resources.len()];
     for handle in pipeline.pass_handles() {
-        for one in &pipeline.pass(handle).uses {
+        for one in pipeline.pass(handle).uses() {
             let history = pipeline.resource(one.resource).history;
             let list = &mut users[history.map_or(one.resource, |history| history.of).index()];
             if list.last() != Some(&handle) {
@@ -52,15 +52,15 @@ pub(super) fn discards(render: &RenderWork, resource: ResourceHandle, part: Part
     let same = |target: AttachmentTarget| {
         target.resource == resource && Part::of(Some(target.mip), target.layer).aspect(part.aspect) == part
     };
-    render.color.iter().any(|color| color.discard && same(color.target))
+    render.color.iter().any(|color| color.discard && same(color.to.target()))
         || render
             .depth
             .as_ref()
-            .is_some_and(|one| one.discard && part.aspect != StencilOnly && same(one.target))
+            .is_some_and(|one| one.discard && part.aspect != StencilOnly && same(one.to.target()))
         || render
             .stencil
             .as_ref()
-            .is_some_and(|one| one.discard && part.aspect != DepthOnly && same(one.target))
+            .is_some_and(|one| one.discard && part.aspect != DepthOnly && same(one.to.target()))
 }
 
 struct Check<'a> {
@@ -94,7 +94,7 @@ impl Check<'_> {
         for reader in self.users.iter().copied().filter(|reader| readers.binary_search(reader).is_err()) {
             let read = match resource.lifetime() {
                 Lifetime::Persistent => self.reads(reader).find(|read| !self.is_written(reader, read)),
-                Lifetime::History => self.pipeline.pass(reader).uses.iter().find(|read| {
+                Lifetime::History => self.pipeline.pass(reader).uses().iter().find(|read| {
                     let history = self.pipeline.resource(read.resource).history;
                     history.is_some_and(|history| history.back > 0 && history.of == self.one.resource)
                         && read.part.overlaps(self.one.part)
@@ -109,7 +109,7 @@ impl Check<'_> {
 
     /// Where a pass reads what is thrown away.
     fn reads(&self, reader: PassHandle) -> impl Iterator<Item = &Use> {
-        let uses = self.pipeline.pass(reader).uses.iter();
+        let uses = self.pipeline.pass(reader).uses().iter();
         uses.filter(|read| read.resource == self.one.resource && read.usage.reads())
             .filter(|read| read.part.overlaps(self.one.part))
     }
@@ -121,7 +121,7 @@ impl Check<'_> {
         let mut view = View::new(read.part, &known, &mut effort);
         for (writer, _) in self.graph.producers(reader).filter(|(_, resource)| *resource == read.resource) {
             let pass = self.pipeline.pass(writer);
-            let written = pass.uses.iter().filter(|one| one.resource == read.resource);
+            let written = pass.uses().iter().filter(|one| one.resource == read.resource);
             for one in written.filter(|one| one.usage.writes() && !one.usage.reads()) {
                 let condition = pass.condition;
                 view.cover(Write { part: one.part, condition, writer: (), passes_on: false });

@@ -45,10 +45,10 @@ impl Formats {
 
 /// The slots of a pass and the program that they belong to.
 pub(super) fn slots(pipeline: &Pipeline, pass: PassHandle) -> Option<(&Program, &[BoundSlot])> {
-    let (program, slots) = match &pipeline.pass(pass).work {
+    let (program, slots) = match pipeline.pass(pass).work() {
         Work::Render(render) => render.draw.bound(),
-        Work::Compute(compute) => (compute.program, &compute.bindings),
-        Work::Host(_) | Work::Transfer(_) => return None,
+        Work::Compute(compute) => (compute.program, &*compute.bindings),
+        Work::Nothing | Work::Host(_) | Work::Transfer(_) => return None,
     };
     Some((pipeline.program(program), slots))
 }
@@ -58,28 +58,28 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Wa
     let mut wants: Vec<Wants<'a>> = pipeline.resources.iter().map(|_| Wants::default()).collect();
     for pass in passes {
         let declared = pipeline.pass(*pass);
-        for one in &declared.uses {
+        for one in declared.uses() {
             wants[one.resource.index()].uses.push((*pass, one));
         }
         if let Some((program, slots)) = slots(pipeline, *pass) {
             for slot in slots {
-                if let SlotSource::Texture(view) = &slot.source
+                if let SlotSource::Texture(bound) = &slot.source
                     && let Some(binding) = program.binding_at(slot.group, slot.binding)
                 {
-                    for resource in pipeline.stand_ins(view.resource) {
+                    for resource in pipeline.stand_ins(bound.texture.resource) {
                         let wants = &mut wants[resource.index()];
-                        wants.bindings.push((*pass, binding.entry.ty, *view));
-                        wants.views.extend(view.format.map(|format| (*pass, format)));
+                        wants.bindings.push((*pass, binding.entry.ty, bound.view()));
+                        wants.views.extend(bound.format.map(|format| (*pass, format)));
                     }
                 }
             }
         }
-        if let Work::Render(render) = &declared.work {
+        if let Work::Render(render) = declared.work() {
             for color in render.color.iter().filter(|color| color.blend.is_some()) {
-                wants[color.target.resource.index()].blends = true;
+                wants[color.to.resource.index()].blends = true;
             }
             for color in &render.color {
-                let views = &mut wants[color.target.resource.index()].views;
+                let views = &mut wants[color.to.resource.index()].views;
                 views.extend(color.format.map(|format| (*pass, format)));
             }
         }

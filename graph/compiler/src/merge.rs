@@ -11,7 +11,9 @@ use std::collections::HashSet;
 
 use super::facts::Facts;
 use crate::pipeline::{Condition, Pipeline, Use};
-use crate::work::{AttachmentTarget, LoadOperation, PassHandle, RenderWork, ResourceHandle, Work};
+use crate::work::{
+    AttachmentTarget, LoadOperation, PassHandle, RenderWork, ResourceHandle, Subresource, Work,
+};
 
 /// What has to be equal: the color attachments, and those of depth and stencil, each as texture, mip and layer. Beside
 /// it the toggle.
@@ -20,15 +22,18 @@ type Target = (ResourceHandle, u32, Option<u32>);
 
 /// The attachments of a pass; `None` for one that shares no render pass with others.
 pub(super) fn key(pipeline: &Pipeline, facts: &Facts<'_>, pass: PassHandle) -> Option<Key> {
-    let Work::Render(render) = &pipeline.pass(pass).work else { return None };
+    let Work::Render(render) = pipeline.pass(pass).work() else { return None };
     // Samples are resolved at the end of a render pass.
     if render.color.iter().any(|color| color.resolve.is_some()) {
         return None;
     }
-    let target = |target: &AttachmentTarget| (target.resource, target.mip, target.layer);
-    let color: Vec<Target> = render.color.iter().map(|color| target(&color.target)).collect();
-    let depth = render.depth.as_ref().map(|depth| target(&depth.target));
-    let rest = [depth, render.stencil.as_ref().map(|stencil| target(&stencil.target))];
+    let target = |to: &Subresource| {
+        let AttachmentTarget { resource, mip, layer } = to.target();
+        (resource, mip, layer)
+    };
+    let color: Vec<Target> = render.color.iter().map(|color| target(&color.to)).collect();
+    let depth = render.depth.as_ref().map(|depth| target(&depth.to));
+    let rest = [depth, render.stencil.as_ref().map(|stencil| target(&stencil.to))];
     let fixed = |(resource, _, layer): &Target| {
         layer.is_some() || facts.texture(*resource).is_some_and(|texture| texture.size.layers == 1)
     };
@@ -45,12 +50,12 @@ pub(super) fn loads_all(pipeline: &Pipeline, pass: PassHandle) -> bool {
             && render.depth.as_ref().is_none_or(|depth| depth.load == LoadOperation::Load)
             && render.stencil.as_ref().is_none_or(|stencil| stencil.load == LoadOperation::Load)
     };
-    matches!(&pipeline.pass(pass).work, Work::Render(render) if loads(render))
+    matches!(pipeline.pass(pass).work(), Work::Render(render) if loads(render))
 }
 
 /// The uses that are no attachments.
 fn others(pipeline: &Pipeline, pass: PassHandle) -> impl Iterator<Item = &Use> {
-    pipeline.pass(pass).uses.iter().filter(|one| !one.usage.is_attachment())
+    pipeline.pass(pass).uses().iter().filter(|one| !one.usage.is_attachment())
 }
 
 /// Takes passes in their order and says which join the render pass of those before.

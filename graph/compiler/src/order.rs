@@ -126,7 +126,7 @@ pub(super) fn choose<'a>(
 /// The number of render passes of an order.
 fn render_passes<'a>(pipeline: &'a Pipeline, facts: &'a Facts<'a>, order: &[PassHandle]) -> usize {
     let mut merger = Merger::new(pipeline, facts);
-    let draws = |pass: &PassHandle| matches!(pipeline.pass(*pass).work, crate::work::Work::Render(_));
+    let draws = |pass: &PassHandle| matches!(pipeline.pass(*pass).work(), crate::work::Work::Render(_));
     order.iter().filter(|pass| !merger.push(**pass) && draws(pass)).count()
 }
 

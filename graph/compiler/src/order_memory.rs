@@ -131,7 +131,7 @@ impl Model {
         }
         for pass in live {
             let mut used: Vec<usize> =
-                pipeline.pass(*pass).uses.iter().filter_map(|one| numbers[one.resource.index()]).collect();
+                pipeline.pass(*pass).uses().iter().filter_map(|one| numbers[one.resource.index()]).collect();
             used.sort_unstable();
             used.dedup();
             let mut needed: HashMap<usize, u64> = HashMap::new();

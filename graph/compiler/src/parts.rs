@@ -25,7 +25,7 @@ pub fn set_aside(
     diagnostics: &mut Diagnostics,
 ) {
     let is_partial = |one: &Use| one.part != Part::WHOLE;
-    if !pipeline.passes.iter().flat_map(|pass| &pass.uses).any(is_partial) {
+    if !pipeline.passes.iter().flat_map(|pass| pass.uses()).any(is_partial) {
         return;
     }
     // What is wrong with the sizes themselves is found again by the plan.
@@ -40,7 +40,7 @@ pub fn set_aside(
     for (handle, pass) in pipeline.pass_handles().zip(std::mem::take(&mut pipeline.passes)) {
         if broken.contains(&handle) {
             positions.push(None);
-            for one in &pass.uses {
+            for one in pass.uses() {
                 pipeline.uncertain.insert(one.resource);
                 let history = pipeline.resource(one.resource).history;
                 pipeline.uncertain.extend(history.into_iter().flat_map(History::members));
@@ -61,7 +61,7 @@ pub fn set_aside(
 pub(super) fn beyond(pipeline: &Pipeline, sizes: &Sizes<'_>) -> Vec<(PassHandle, Diagnostic)> {
     let mut found = Vec::new();
     for (handle, pass) in pipeline.pass_handles().zip(&pipeline.passes) {
-        for one in pass.uses.iter().filter(|one| one.part != Part::WHOLE) {
+        for one in pass.uses().iter().filter(|one| one.part != Part::WHOLE) {
             let findings = [bytes_beyond(pipeline, sizes, one)];
             let findings = findings.into_iter().flatten().chain(subresources_beyond(pipeline, sizes, one));
             found.extend(findings.map(|finding| (handle, finding)));

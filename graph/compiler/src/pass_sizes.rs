@@ -31,7 +31,7 @@ impl Facts<'_> {
                 }
             }
         }
-        match &self.pipeline.pass(handle).work {
+        match self.pipeline.pass(handle).work() {
             Work::Render(render) => self.check_attachments(handle, planned, render, findings),
             Work::Compute(compute) => {
                 planned.workgroups = dispatch::workgroups(self, compute, handle, findings);
@@ -39,14 +39,14 @@ impl Facts<'_> {
             Work::Transfer(transfer) => {
                 planned.copies = copies::copies(self, transfer, handle, findings).unwrap_or_default();
             }
-            Work::Host(_) => {}
+            Work::Nothing | Work::Host(_) => {}
         }
     }
 
     /// Where a pass says that it attaches a resource.
     fn place_of(&self, handle: PassHandle, resource: ResourceHandle) -> (Span, String) {
         let pass = self.pipeline.pass(handle);
-        let found = pass.uses.iter().find(|one| one.resource == resource && one.usage.is_attachment());
+        let found = pass.uses().iter().find(|one| one.resource == resource && one.usage.is_attachment());
         found.map_or((pass.place, pass.pointer.clone()), |one| (one.place, one.pointer.clone()))
     }
 
@@ -102,7 +102,7 @@ impl Facts<'_> {
         findings: &mut Vec<Diagnostic>,
     ) {
         if let Draw::Scene(scene) = &render.draw
-            && let ResourceKind::Data(Some(shape)) = &self.pipeline.resource(scene.views).kind
+            && let ResourceKind::Data(Some(shape)) = &self.pipeline.resource(scene.views.resource).kind
         {
             for attachment in planned.attachments().filter(|attachment| attachment.target.layer.is_none()) {
                 let Some(TextureFacts { size, .. }) = self.texture(attachment.target.resource) else {

@@ -454,7 +454,7 @@ impl Plan {
     pub fn writes(&self, pass: PassHandle, resource: ResourceHandle) -> bool {
         self.pipeline
             .pass(pass)
-            .uses
+            .uses()
             .iter()
             .any(|one| one.resource == resource && one.usage != Usage::HostRead && one.usage.writes())
     }

@@ -7,7 +7,7 @@ use super::facts::Facts;
 use super::format;
 use super::plan::{Kept, PlannedAttachment, PlannedPass};
 use crate::diagnostic::Diagnostic;
-use crate::pipeline::{Aspect, Condition, Pipeline, Usage, Use};
+use crate::pipeline::{Condition, Pipeline, Use};
 use crate::work::{PassHandle, Work};
 
 /// Plans the live passes of one order.
@@ -25,7 +25,7 @@ impl<'a> Planner<'a> {
     pub(super) fn new(pipeline: &'a Pipeline, facts: &'a Facts<'a>, order: &[PassHandle]) -> Self {
         let mut users = vec![Vec::new(); pipeline.resources.len()];
         for (at, pass) in order.iter().enumerate() {
-            for one in &pipeline.pass(*pass).uses {
+            for one in pipeline.pass(*pass).uses() {
                 users[one.resource.index()].push((at, one));
             }
         }
@@ -95,29 +95,24 @@ impl<'a> Planner<'a> {
                 })
                 .collect();
         }
-        if let Work::Render(render) = &pass.work {
+        if let Work::Render(render) = pass.work() {
             for color in &render.color {
                 let load = attachments::load_kind(&color.load);
-                planned.color.push(self.attachment(at, color.target, Aspect::All, load, color.discard));
+                planned.color.push(self.attachment(at, &color.to, color.usage(), load, color.discard));
             }
-            let aspect = |of: fn(Usage) -> bool| {
-                let found = pass.uses.iter().find(|one| of(one.usage));
-                found.map_or(Aspect::All, |one| one.part.aspect)
-            };
             if let Some(depth) = &render.depth {
                 let load = attachments::load_kind(&depth.load);
-                let aspect = aspect(Usage::is_depth);
-                planned.depth = Some(self.attachment(at, depth.target, aspect, load, depth.discard));
+                planned.depth = Some(self.attachment(at, &depth.to, depth.usage(), load, depth.discard));
             }
             if let Some(stencil) = &render.stencil {
                 let load = attachments::load_kind(&stencil.load);
-                let aspect = aspect(Usage::is_stencil);
-                planned.stencil = Some(self.attachment(at, stencil.target, aspect, load, stencil.discard));
+                let usage = stencil.usage();
+                planned.stencil = Some(self.attachment(at, &stencil.to, usage, load, stencil.discard));
             }
         }
         self.facts.size_pass(&mut planned, findings);
         let known = |attachment: &PlannedAttachment| self.facts.texture(attachment.target.resource).is_some();
-        if let Work::Render(render) = &pass.work
+        if let Work::Render(render) = pass.work()
             && planned.attachments().all(known)
         {
             self.check_outputs(handle, &planned, render, findings);

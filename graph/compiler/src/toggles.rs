@@ -85,7 +85,7 @@ pub(super) fn taken_away(
 /// The bypasses of what a pass writes, by names; a version as it is written in a reference.
 pub(super) fn bypass_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<String, String> {
     let name = |handle: ResourceHandle| pipeline.resource(handle).name.clone();
-    let written = pass.uses.iter().filter(|one| one.usage.writes());
+    let written = pass.uses().iter().filter(|one| one.usage.writes());
     let bypasses = written.filter_map(|one| Some((one.resource, pipeline.bypasses.get(&one.resource)?)));
     bypasses
         .map(|(resource, bypass)| {
@@ -165,7 +165,7 @@ pub(super) fn check_outputs(
                 break;
             }
             let Some(own) = condition(*writer) else { continue };
-            let fresh = pipeline.pass(*writer).uses.iter().find(|one| {
+            let fresh = pipeline.pass(*writer).uses().iter().find(|one| {
                 one.resource == resource && one.part == *part && one.usage.writes() && !one.usage.reads()
             });
             let mut view = View::new(*part, &[own.opposite()], &mut effort);
@@ -203,7 +203,7 @@ pub(super) fn check_bypasses(
         return;
     }
     let mut copied = vec![false; pipeline.resources.len()];
-    for one in live.iter().flat_map(|pass| &pipeline.pass(*pass).uses) {
+    for one in live.iter().flat_map(|pass| pipeline.pass(*pass).uses()) {
         copied[one.resource.index()] |= one.usage == Usage::CopySource;
     }
     for (resource, bypass) in &pipeline.bypasses {

@@ -62,7 +62,7 @@ pub(super) fn check(
     findings: &mut Vec<Diagnostic>,
 ) {
     for read in reads.iter().filter(|read| is_live(read.reader)) {
-        let Some(one) = facts.pipeline.pass(read.reader).uses.get(read.at) else { continue };
+        let Some(one) = facts.pipeline.pass(read.reader).uses().get(read.at) else { continue };
         let Some(wanted) = wanted(facts, one) else { continue };
         let gaps = gaps(&wanted, &read.left);
         if gaps.iter().any(|(_, _, runs)| !runs.is_empty()) {

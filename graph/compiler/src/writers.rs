@@ -415,7 +415,7 @@ impl<'a> Builder<'a> {
                 let writer = &list[writers.list[rank]];
                 diagnostics.push(toggles::taken_away(pipeline, reader, writer, condition));
             } else if let Some(left) = left {
-                let mut uses = pipeline.pass(reader.pass).uses.iter();
+                let mut uses = pipeline.pass(reader.pass).uses().iter();
                 if let Some(at) = uses.position(|one| std::ptr::eq(one, reader.one)) {
                     self.partial.push(PartialRead { reader: reader.pass, at, left });
                 }

@@ -98,9 +98,9 @@ impl Attachments {
                 LoadOperation::Clear([r, g, b, a]) => wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
                 LoadOperation::Discard => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
             };
-            let layers = view_layers(resources, attachment.target, attachment.format)?;
-            let resolve = match attachment.resolve {
-                Some(target) => view_layers(resources, target, attachment.format)?,
+            let layers = view_layers(resources, attachment.to.target(), attachment.format)?;
+            let resolve = match &attachment.resolve {
+                Some(to) => view_layers(resources, to.target(), attachment.format)?,
                 None => Vec::new(),
             };
             color.push(Attachment { layers, resolve, load, store: store(planned.store) });
@@ -113,7 +113,7 @@ impl Attachments {
                     LoadOperation::Clear(value) => wgpu::LoadOp::Clear((value as f32).clamp(0.0, 1.0)),
                     LoadOperation::Discard => wgpu::LoadOp::Clear(0.0),
                 };
-                let layers = view_layers(resources, attachment.target, None)?;
+                let layers = view_layers(resources, attachment.to.target(), None)?;
                 Some(Attachment { layers, resolve: Vec::new(), load, store: store(planned.store) })
             }
         };
@@ -125,14 +125,14 @@ impl Attachments {
                     LoadOperation::Clear(value) => wgpu::LoadOp::Clear(value),
                     LoadOperation::Discard => wgpu::LoadOp::Clear(0),
                 };
-                let layers = view_layers(resources, attachment.target, None)?;
+                let layers = view_layers(resources, attachment.to.target(), None)?;
                 Some(Attachment { layers, resolve: Vec::new(), load, store: store(planned.store) })
             }
         };
         let is_read_only =
             |depth: &crate::work::DepthAttachment| !depth.write && depth.load == LoadOperation::Load;
         let depth_read_only = render.depth.as_ref().is_some_and(is_read_only);
-        let stencil_read_only = render.stencil.as_ref().is_some_and(|stencil| !stencil.write());
+        let stencil_read_only = render.stencil.as_ref().is_some_and(|stencil| !stencil.usage().writes());
         Some(Self { color, depth, depth_read_only, stencil, stencil_read_only, extent: extent? })
     }
 

@@ -15,7 +15,7 @@ use crate::compiler::{Plan, PlannedPass};
 use crate::data::{HostData, View};
 use crate::diagnostic::{Diagnostic, Place as FindingPlace, codes};
 use crate::pipeline::ResourceKind;
-use crate::work::{BoundSlot, Draw, ProgramHandle, ResourceHandle, SlotSource, Work};
+use crate::work::{BlockLayout, BoundSlot, Draw, ProgramHandle, ResourceHandle, SlotSource, Work};
 
 /// A block in the buffer; for a block `view` the first of several.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,6 +39,8 @@ pub(super) struct Blocks {
     pub(super) size: u64,
     /// For each pass of the plan and each of its slots the block, if the module fills it.
     places: Vec<Vec<Option<Place>>>,
+    /// Beside the places, where host data goes in the block.
+    layouts: Vec<Vec<Option<BlockLayout>>>,
     staging: Vec<u8>,
     view: HostData,
 }
@@ -54,11 +56,11 @@ impl Blocks {
         let alignment = u64::from(alignment).max(16);
         let mut size = 0u64;
         let place_of = |pass: &PlannedPass| -> Vec<Option<Place>> {
-            let work = &plan.pipeline.pass(pass.handle).work;
+            let work = plan.pipeline.pass(pass.handle).work();
             let place = |slot: &BoundSlot| {
                 let bytes = block_bytes(plan, work, slot)?;
                 let count =
-                    if matches!(slot.source, SlotSource::View(_)) { maximum_views(plan, work) } else { 1 };
+                    if matches!(slot.source, SlotSource::View) { maximum_views(plan, work) } else { 1 };
                 let stride = bytes.next_multiple_of(alignment);
                 let place = Place { offset: size, size: bytes, stride };
                 size = size.saturating_add(stride.saturating_mul(count));
@@ -67,6 +69,11 @@ impl Blocks {
             slots(work).iter().map(place).collect()
         };
         let places: Vec<_> = plan.passes.iter().map(place_of).collect();
+        let layouts = plan.passes.iter().map(|planned| {
+            let work = plan.pipeline.pass(planned.handle).work();
+            let program = program(work).map(|program| plan.pipeline.program(program));
+            slots(work).iter().map(|slot| plan.pipeline.block_layout(program?, slot)).collect()
+        });
         let allowed = limits.max_buffer_size.min(u64::from(u32::MAX));
         if size > allowed {
             let message =
@@ -76,7 +83,7 @@ impl Blocks {
         }
         let mut staging = vec![0; usize::try_from(size).unwrap_or(0)];
         for (planned, places) in plan.passes.iter().zip(&places) {
-            let slots = slots(&plan.pipeline.pass(planned.handle).work);
+            let slots = slots(plan.pipeline.pass(planned.handle).work());
             for (slot, place) in slots.iter().zip(places) {
                 if let (Some(place), Some(bytes)) = (place, constants(planned, slot))
                     && let Some(block) = range(&mut staging, place.offset, place.size)
@@ -85,7 +92,7 @@ impl Blocks {
                 }
             }
         }
-        Ok(Self { size, places, staging, view: HostData::new(View::shape()) })
+        Ok(Self { size, layouts: layouts.collect(), places, staging, view: HostData::new(View::shape()) })
     }
 
     /// The blocks of a pass by its slots.
@@ -96,22 +103,22 @@ impl Blocks {
     /// Packs the blocks of one record.
     pub(super) fn pack(&mut self, plan: &Plan, cpu_passes: &CpuPasses) -> &[u8] {
         let of = |handle: ResourceHandle| cpu_passes.seen(handle);
-        for (planned, places) in plan.passes.iter().zip(&self.places) {
+        for ((planned, places), layouts) in plan.passes.iter().zip(&self.places).zip(&self.layouts) {
             if !cpu_passes.switches().runs(plan, planned.handle) {
                 continue;
             }
-            let work = &plan.pipeline.pass(planned.handle).work;
-            for (slot, place) in slots(work).iter().zip(places) {
-                let Some(place) = place else { continue };
+            let work = plan.pipeline.pass(planned.handle).work();
+            for ((slot, place), layout) in slots(work).iter().zip(places).zip(layouts) {
+                let (Some(place), Some(layout)) = (place, layout) else { continue };
                 match &slot.source {
-                    SlotSource::Data { resource, layout, .. } => {
+                    SlotSource::Data { data, .. } => {
                         if let (Some(data), Some(block)) =
-                            (of(*resource), range(&mut self.staging, place.offset, place.size))
+                            (of(data.resource), range(&mut self.staging, place.offset, place.size))
                         {
                             layout.pack(data, block);
                         }
                     }
-                    SlotSource::View(layout) => {
+                    SlotSource::View => {
                         let views = scene_views(work).and_then(of).map(HostData::views).unwrap_or_default();
                         for (at, view) in views.iter().enumerate() {
                             view.publish(&mut self.view);
@@ -134,7 +141,7 @@ pub(super) fn slots(work: &Work) -> &[BoundSlot] {
     match work {
         Work::Render(render) => render.draw.bound().1,
         Work::Compute(compute) => &compute.bindings,
-        Work::Host(_) | Work::Transfer(_) => &[],
+        Work::Nothing | Work::Host(_) | Work::Transfer(_) => &[],
     }
 }
 
@@ -143,7 +150,7 @@ pub(super) fn program(work: &Work) -> Option<ProgramHandle> {
     match work {
         Work::Render(render) => Some(render.draw.bound().0),
         Work::Compute(compute) => Some(compute.program),
-        Work::Host(_) | Work::Transfer(_) => None,
+        Work::Nothing | Work::Host(_) | Work::Transfer(_) => None,
     }
 }
 
@@ -151,7 +158,7 @@ pub(super) fn program(work: &Work) -> Option<ProgramHandle> {
 fn scene_views(work: &Work) -> Option<ResourceHandle> {
     match work {
         Work::Render(render) => match &render.draw {
-            Draw::Scene(scene) => Some(scene.views),
+            Draw::Scene(scene) => Some(scene.views.resource),
             Draw::Fullscreen { .. } | Draw::Buffers(_) => None,
         },
         _ => None,
@@ -174,12 +181,9 @@ fn constants<'a>(planned: &'a PlannedPass, slot: &BoundSlot) -> Option<&'a [u8]>
 
 /// The bytes that are bound for a slot, if the module fills it.
 fn block_bytes(plan: &Plan, work: &Work, slot: &BoundSlot) -> Option<u64> {
-    let binding = plan.pipeline.program(program(work)?).binding_at(slot.group, slot.binding);
-    let bytes = u64::from(match &slot.source {
-        SlotSource::Data { layout, .. } | SlotSource::View(layout) => layout.size,
-        SlotSource::Values(values) => values.layout.size(),
-        SlotSource::Texture(_) | SlotSource::Buffer(_) | SlotSource::Sampler(_) => return None,
-    });
+    let program = plan.pipeline.program(program(work)?);
+    let binding = program.binding_at(slot.group, slot.binding);
+    let bytes = u64::from(plan.pipeline.block_bytes(program, slot)?);
     Some(match binding.map(|binding| binding.entry.ty) {
         Some(wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Storage { .. }, .. }) => {
             bytes.next_multiple_of(4)

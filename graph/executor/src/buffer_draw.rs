@@ -21,15 +21,13 @@ enum RealizedCounts {
 impl RealizedDraw {
     /// The draw with the buffers that stand for its resources.
     pub(super) fn new(resources: &Resources, plan: &Plan, draw: &BufferDraw) -> Self {
-        let whole = |resource| Counts::new(resources, plan, resource, 0);
+        let counts = |buffer| Counts::new(resources, plan, buffer);
         Self {
-            vertices: draw.vertices.iter().map(|stream| whole(stream.resource)).collect(),
-            indices: draw.indices.map(|indices| (whole(indices.resource), indices.format)),
-            counts: match draw.counts {
-                DrawCounts::Direct { count, instances } => RealizedCounts::Direct { count, instances },
-                DrawCounts::Indirect { resource, offset } => {
-                    RealizedCounts::Indirect(Counts::new(resources, plan, resource, offset))
-                }
+            vertices: draw.vertices.iter().map(|stream| counts(&stream.buffer)).collect(),
+            indices: draw.indices.as_ref().map(|indices| (counts(&indices.buffer), indices.format)),
+            counts: match &draw.counts {
+                &DrawCounts::Direct { count, instances } => RealizedCounts::Direct { count, instances },
+                DrawCounts::Indirect(buffer) => RealizedCounts::Indirect(counts(buffer)),
             },
         }
     }

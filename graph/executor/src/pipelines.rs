@@ -51,7 +51,7 @@ impl Pipelines<'_, '_> {
     /// The layouts of the program as a pass with this work binds it.
     pub(super) fn layouts(&mut self, work: &Work) -> Layouts {
         let is_scene = matches!(work, Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
-        let views = blocks::slots(work).iter().filter(|slot| matches!(slot.source, SlotSource::View(_)));
+        let views = blocks::slots(work).iter().filter(|slot| matches!(slot.source, SlotSource::View));
         let views: BTreeSet<(u32, u32)> = views.map(|slot| (slot.group, slot.binding)).collect();
         let bindings = &self.program.bindings;
         let count = bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
@@ -115,7 +115,7 @@ impl Pipelines<'_, '_> {
         let primitive = Primitive {
             topology: draw.topology,
             cull: draw.cull,
-            strip_indices: draw.indices.filter(|_| is_strip).map(|indices| indices.format),
+            strip_indices: draw.indices.as_ref().filter(|_| is_strip).map(|indices| indices.format),
         };
         Some(self.render(render, variant, layouts, buffers.collect(), primitive))
     }
@@ -150,15 +150,15 @@ impl Pipelines<'_, '_> {
     ) -> wgpu::RenderPipeline {
         let format =
             |resource: ResourceHandle| self.plan.resource(resource).and_then(|resource| resource.format);
-        let attached = render.color.iter().map(|color| color.target.resource);
-        let depth = render.depth.as_ref().map(|depth| depth.target.resource);
-        let stencil = render.stencil.as_ref().map(|stencil| stencil.target.resource);
+        let attached = render.color.iter().map(|color| color.to.resource);
+        let depth = render.depth.as_ref().map(|depth| depth.to.resource);
+        let stencil = render.stencil.as_ref().map(|stencil| stencil.to.resource);
         let mut attached = attached.chain(depth).chain(stencil);
         let samples =
             attached.find_map(|resource| self.plan.resource(resource)?.size).map_or(1, |size| size.samples);
         let targets = render.color.iter().map(|color| {
             Some(wgpu::ColorTargetState {
-                format: color.format.or_else(|| format(color.target.resource))?,
+                format: color.format.or_else(|| format(color.to.resource))?,
                 blend: color.blend,
                 write_mask: wgpu::ColorWrites::ALL,
             })

@@ -133,8 +133,8 @@ impl Realized {
     ) -> RealizedPass {
         let plan = self.plan.clone();
         let pass = plan.pipeline.pass(planned.handle);
-        let realized = match (&pass.work, blocks::program(&pass.work)) {
-            (Work::Host(_), _) => Some((RealizedWork::Host, Vec::new())),
+        let realized = match (pass.work(), blocks::program(pass.work())) {
+            (Work::Nothing | Work::Host(_), _) => Some((RealizedWork::Host, Vec::new())),
             (Work::Transfer(work), _) => {
                 let transfer = Transfer::new(&self.resources, &plan, planned, work);
                 transfer.map(|transfer| (RealizedWork::Transfer(transfer), Vec::new()))
@@ -162,14 +162,12 @@ impl Realized {
         layouts: &Layouts,
     ) -> Option<RealizedWork> {
         let plan = self.plan.clone();
-        match &pass.work {
-            Work::Host(_) | Work::Transfer(_) => None,
+        match pass.work() {
+            Work::Nothing | Work::Host(_) | Work::Transfer(_) => None,
             Work::Compute(compute) => {
                 let workgroups = planned.workgroups.unwrap_or_default();
-                let indirect = match compute.dispatch {
-                    Dispatch::Indirect { resource, offset } => {
-                        Some(Counts::new(&self.resources, &plan, resource, offset))
-                    }
+                let indirect = match &compute.dispatch {
+                    Dispatch::Indirect(counts) => Some(Counts::new(&self.resources, &plan, counts)),
                     _ => None,
                 };
                 Some(RealizedWork::Compute { pipeline: pipelines.compute(layouts)?, workgroups, indirect })
@@ -199,7 +197,12 @@ impl Realized {
                             let objects = HostObjects::new(layout, interface);
                             position(&mut self.objects, objects, HostObjects::is_alike)
                         });
-                        let scene = RealizedScene { views: scene.views, pipelines: made, materials, objects };
+                        let scene = RealizedScene {
+                            views: scene.views.resource,
+                            pipelines: made,
+                            materials,
+                            objects,
+                        };
                         Some(RealizedWork::Scene { scene, attachments })
                     }
                 }
@@ -220,22 +223,23 @@ impl Realized {
         let plan = self.plan.clone();
         let is_host = |index: u32| {
             let is_scene =
-                matches!(&pass.work, Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
+                matches!(pass.work(), Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
             is_scene && index >= MATERIAL
         };
         let mut groups = Vec::new();
         for (index, layout) in (0..).zip(&layouts.groups) {
             let Some(layout) = layout.as_ref().filter(|_| !is_host(index)) else { continue };
             let mut entries = Vec::new();
-            for (position, slot) in blocks::slots(&pass.work).iter().enumerate() {
+            for (position, slot) in blocks::slots(pass.work()).iter().enumerate() {
                 if slot.group != index || program.binding_at(slot.group, slot.binding).is_none() {
                     continue;
                 }
                 let place = self.blocks.places(at).get(position).copied().flatten();
                 let bound = match &slot.source {
-                    SlotSource::Texture(view) => {
+                    SlotSource::Texture(texture) => {
+                        let view = texture.view();
                         let bound = |resource| {
-                            let view = TextureView { resource, ..*view };
+                            let view = TextureView { resource, ..view };
                             Some((resource, Bound::View(self.resources.view(creation, &plan, view)?)))
                         };
                         switched(plan.pipeline.stand_ins(view.resource).filter_map(bound).collect())
@@ -243,16 +247,16 @@ impl Realized {
                     SlotSource::Sampler(sampler) => {
                         Some(Bound::Sampler(objects.sampler(creation, &slot.name, *sampler)))
                     }
-                    SlotSource::Buffer(view) => {
+                    SlotSource::Buffer { buffer: named, .. } => {
                         let bound = |resource| {
                             let buffer = self.resources.buffer(&plan, resource)?;
                             // What stands for it may be larger, and shaders can ask for the length.
                             let all = Run { first: 0, count: plan.resource(resource)?.bytes };
-                            Some((resource, Bound::Buffer(buffer, view.bytes.unwrap_or(all))))
+                            Some((resource, Bound::Buffer(buffer, named.part.bytes.unwrap_or(all))))
                         };
-                        switched(plan.pipeline.stand_ins(view.resource).filter_map(bound).collect())
+                        switched(plan.pipeline.stand_ins(named.resource).filter_map(bound).collect())
                     }
-                    SlotSource::View(_) => place.map(Bound::ViewBlock),
+                    SlotSource::View => place.map(Bound::ViewBlock),
                     SlotSource::Data { .. } | SlotSource::Values(_) => place.map(Bound::Block),
                 };
                 entries.extend(bound.map(|bound| (slot.binding, bound)));

@@ -210,7 +210,7 @@ impl Recording<'_> {
         render_pass: &mut wgpu::RenderPass<'static>,
     ) {
         let Some(source) = self.source else { return };
-        let Work::Render(render) = &self.realized.plan.pipeline.pass(planned.handle).work else { return };
+        let Work::Render(render) = self.realized.plan.pipeline.pass(planned.handle).work() else { return };
         let Draw::Scene(work) = &render.draw else { return };
         let scene = Scene {
             geometry: &work.geometry,
@@ -234,7 +234,7 @@ fn views_of<'a>(realized: &'a Realized, scene: &RealizedScene) -> &'a [View] {
 
 /// The reference that stencil is compared with and that replaces it.
 fn set_stencil(realized: &Realized, planned: &PlannedPass, render_pass: &mut wgpu::RenderPass<'static>) {
-    if let Work::Render(render) = &realized.plan.pipeline.pass(planned.handle).work
+    if let Work::Render(render) = realized.plan.pipeline.pass(planned.handle).work()
         && let Some(stencil) = &render.stencil
     {
         render_pass.set_stencil_reference(stencil.reference);

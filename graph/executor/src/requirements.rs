@@ -20,8 +20,8 @@ pub(super) fn check_device(plan: &Plan, device: &wgpu::Device) -> Diagnostics {
     for planned in &plan.passes {
         let pass = plan.pipeline.pass(planned.handle);
         check.bindings(pass, &mut findings);
-        match &pass.work {
-            Work::Host(_) | Work::Transfer(_) => {}
+        match pass.work() {
+            Work::Nothing | Work::Host(_) | Work::Transfer(_) => {}
             Work::Compute(compute) => {
                 check.compute(planned, pass, plan.pipeline.program(compute.program), &mut findings);
             }
@@ -81,7 +81,7 @@ impl DeviceCheck<'_> {
 
     /// Groups, blocks and textures that the shader binds.
     fn bindings(&self, pass: &Pass, findings: &mut Diagnostics) {
-        let Some(program) = super::blocks::program(&pass.work) else { return };
+        let Some(program) = super::blocks::program(pass.work()) else { return };
         let program = self.plan.pipeline.program(program);
         let groups = program.bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
         if groups > self.limits.max_bind_groups {
@@ -105,15 +105,15 @@ impl DeviceCheck<'_> {
                 findings.push(at(pass, codes::DEVICE_LIMIT, message, "make the block smaller"));
             }
         }
-        for slot in super::blocks::slots(&pass.work) {
-            let SlotSource::Texture(view) = &slot.source else { continue };
+        for slot in super::blocks::slots(pass.work()) {
+            let SlotSource::Texture(bound) = &slot.source else { continue };
             let is_filtered = program.binding_at(slot.group, slot.binding).is_some_and(|binding| {
                 let filtered = wgpu::TextureSampleType::Float { filterable: true };
                 matches!(binding.entry.ty, wgpu::BindingType::Texture { sample_type, .. } if sample_type == filtered)
             });
-            let format = self.plan.resource(view.resource).and_then(|resource| resource.format);
+            let format = self.plan.resource(bound.texture.resource).and_then(|resource| resource.format);
             if let Some(format) = format.filter(|format| is_filtered && has_float32(*format)) {
-                let name = &self.plan.pipeline.resource(view.resource).name;
+                let name = &self.plan.pipeline.resource(bound.texture.resource).name;
                 let what = format!("in {format:?}, which {} filters,", program.template);
                 self.feature(name, wgpu::Features::FLOAT32_FILTERABLE, what, findings);
             }
@@ -131,9 +131,9 @@ impl DeviceCheck<'_> {
             findings.push(at(pass, codes::DEVICE_LIMIT, message, "use fewer"));
         }
         for color in render.color.iter().filter(|color| color.blend.is_some()) {
-            let format = self.plan.resource(color.target.resource).and_then(|resource| resource.format);
+            let format = self.plan.resource(color.to.resource).and_then(|resource| resource.format);
             if let Some(format) = format.filter(|format| has_float32(*format)) {
-                let name = &self.plan.pipeline.resource(color.target.resource).name;
+                let name = &self.plan.pipeline.resource(color.to.resource).name;
                 let what = format!("in {format:?}, onto which \"{}\" blends,", pass.name);
                 self.feature(name, wgpu::Features::FLOAT32_BLENDABLE, what, findings);
             }
@@ -229,7 +229,7 @@ pub(super) fn check_filter(pass: &Pass, scene: &SceneDraw, source: &dyn DrawSour
 pub(super) fn scenes(plan: &Plan) -> impl Iterator<Item = (&Pass, &SceneDraw)> {
     plan.passes.iter().filter_map(|planned| {
         let pass = plan.pipeline.pass(planned.handle);
-        match &pass.work {
+        match pass.work() {
             Work::Render(render) => match &render.draw {
                 Draw::Scene(scene) => Some((pass, scene)),
                 Draw::Fullscreen { .. } | Draw::Buffers(_) => None,

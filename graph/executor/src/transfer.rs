@@ -6,7 +6,7 @@ use super::resources::{Buffer, Resources, Texture};
 use crate::compiler::Switches;
 use crate::compiler::{Plan, PlannedCopy, PlannedPass, TexelOrigin, TexelRows};
 use crate::pipeline::Aspect;
-use crate::work::{ResourceHandle, TransferWork};
+use crate::work::{ResourceHandle, Subresource, TransferWork};
 
 /// A buffer of counts, and what stands in for it.
 pub(super) struct Counts {
@@ -16,11 +16,11 @@ pub(super) struct Counts {
 }
 
 impl Counts {
-    /// The counts at a byte of a buffer.
-    pub(super) fn new(resources: &Resources, plan: &Plan, resource: ResourceHandle, offset: u64) -> Self {
-        let buffers = plan.pipeline.stand_ins(resource);
+    /// The counts in a buffer.
+    pub(super) fn new(resources: &Resources, plan: &Plan, named: &Subresource) -> Self {
+        let buffers = plan.pipeline.stand_ins(named.resource);
         let buffers = buffers.filter_map(|one| Some((one, resources.buffer(plan, one)?)));
-        Self { buffers: buffers.collect(), offset }
+        Self { buffers: buffers.collect(), offset: named.offset() }
     }
 
     /// The buffer in this frame.
@@ -75,10 +75,10 @@ impl Transfer {
         planned: &PlannedPass,
         work: &TransferWork,
     ) -> Option<Self> {
-        let destination = End::new(resources, plan, work.destination.resource())?;
+        let destination = End::new(resources, plan, work.destination.subresource().resource)?;
         let mut sources = Vec::new();
         if let Some(source) = &work.source {
-            for one in plan.pipeline.stand_ins(source.resource()) {
+            for one in plan.pipeline.stand_ins(source.subresource().resource) {
                 sources.push((one, End::new(resources, plan, one)?));
             }
         }

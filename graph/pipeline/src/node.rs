@@ -40,7 +40,7 @@
 //!     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
 //!         let period = pass.number(&self.period, "/period")?;
 //!         let output = pass.publish(&self.to, "/to", DataShape::new().value("phase", ValueType::F32))?;
-//!         Some(pass.produce(Work::Host(HostWork::new(RunWave { period }, output, Vec::new()))))
+//!         pass.produce(Work::Host(HostWork::new(RunWave { period }, output, Vec::new())))
 //!     }
 //! }
 //!

@@ -3,6 +3,8 @@
 //! A node kind turns its settings into one [`Work`]. Render and compute work is pure data (attachments, programs,
 //! bindings, sizes as expressions), so it can be checked, planned, compared and drawn without a GPU. Host work is a
 //! function from frame input to named data and views; it knows no GPU either.
+//!
+//! What a pass accesses follows from its work ([`Work::accesses`]) and is said nowhere else.
 
 use std::any::Any;
 use std::sync::Arc;
@@ -13,7 +15,7 @@ use crate::data::HostData;
 use crate::expression::Expression;
 use crate::frame::FrameInput;
 use crate::language::TextureShape;
-use crate::pipeline::{Aspect, Run};
+use crate::pipeline::{Aspect, Part, Run, Usage, Version};
 use crate::shader::TypeLayout;
 use crate::source::Span;
 
@@ -65,9 +67,39 @@ impl ProgramHandle {
     }
 }
 
+/// A resource and the part of it that a setting names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Subresource {
+    /// The resource.
+    pub resource: ResourceHandle,
+    /// The part, as it is written.
+    pub part: Part,
+    /// The version, where it is read.
+    pub version: Version,
+    /// Where it is said.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+}
+
+impl Subresource {
+    /// The part as an attachment: one mip level, and one layer or the one that each view names.
+    pub fn target(&self) -> AttachmentTarget {
+        let (mip, layer) = (self.part.mip.map_or(0, |run| run.first), self.part.layer.map(|run| run.first));
+        AttachmentTarget { resource: self.resource, mip, layer }
+    }
+
+    /// The first byte; of all of a buffer 0.
+    pub fn offset(&self) -> u64 {
+        self.part.bytes.map_or(0, |run| run.first)
+    }
+}
+
 /// What a pass does.
 #[derive(Clone, Debug)]
 pub enum Work {
+    /// Nothing: of a pass that is assembled only what it accesses is known.
+    Nothing,
     /// Computes data and views on the CPU.
     Host(HostWork),
     /// Draws into attachments.
@@ -76,6 +108,63 @@ pub enum Work {
     Compute(Box<ComputeWork>),
     /// Copies texels or bytes, or clears a buffer.
     Transfer(Box<TransferWork>),
+}
+
+impl Work {
+    /// What it accesses and how, in the order in which it is done.
+    pub fn accesses(&self) -> Vec<(&Subresource, Usage)> {
+        let mut all = Vec::new();
+        match self {
+            Work::Nothing => {}
+            Work::Host(host) => {
+                all.extend(host.inputs.iter().map(|input| (input, Usage::HostRead)));
+                all.push((&host.output, Usage::HostWrite));
+            }
+            Work::Render(render) => {
+                match &render.draw {
+                    Draw::Fullscreen { bindings, .. } => all.extend(bound(bindings)),
+                    Draw::Buffers(draw) => {
+                        all.extend(bound(&draw.bindings));
+                        all.extend(draw.vertices.iter().map(|stream| (&stream.buffer, Usage::Vertex)));
+                        all.extend(draw.indices.iter().map(|indices| (&indices.buffer, Usage::Index)));
+                        if let DrawCounts::Indirect(counts) = &draw.counts {
+                            all.push((counts, Usage::Indirect));
+                        }
+                    }
+                    Draw::Scene(scene) => {
+                        all.push((&scene.views, Usage::HostRead));
+                        all.extend(bound(&scene.bindings));
+                    }
+                }
+                for color in &render.color {
+                    all.push((&color.to, color.usage()));
+                    all.extend(color.resolve.iter().map(|to| (to, Usage::ResolveTarget)));
+                }
+                all.extend(render.depth.iter().map(|depth| (&depth.to, depth.usage())));
+                all.extend(render.stencil.iter().map(|stencil| (&stencil.to, stencil.usage())));
+            }
+            Work::Compute(compute) => {
+                all.extend(bound(&compute.bindings));
+                if let Dispatch::Indirect(counts) = &compute.dispatch {
+                    all.push((counts, Usage::Indirect));
+                }
+            }
+            Work::Transfer(transfer) => {
+                all.extend(transfer.source.iter().map(|end| (end.subresource(), Usage::CopySource)));
+                all.push((transfer.destination.subresource(), transfer.written));
+            }
+        }
+        all
+    }
+}
+
+fn bound(slots: &[BoundSlot]) -> impl Iterator<Item = (&Subresource, Usage)> {
+    slots.iter().filter_map(|slot| match &slot.source {
+        SlotSource::Texture(bound) => Some((&bound.texture, bound.usage)),
+        SlotSource::Buffer { buffer, usage } => Some((buffer, *usage)),
+        SlotSource::Data { data, .. } => Some((data, Usage::HostRead)),
+        SlotSource::Sampler(_) | SlotSource::View | SlotSource::Values(_) => None,
+    })
 }
 
 /// A function from what the host says of a frame to named data and views. The node itself is part of the plan and does
@@ -139,14 +228,14 @@ pub struct HostWork {
     /// The function.
     pub node: Arc<dyn AnyHostNode>,
     /// The data that it computes.
-    pub output: ResourceHandle,
+    pub output: Subresource,
     /// The data that it reads.
-    pub inputs: Vec<ResourceHandle>,
+    pub inputs: Vec<Subresource>,
 }
 
 impl HostWork {
     /// A node that computes data from a frame and from other data.
-    pub fn new(node: impl HostNode, output: ResourceHandle, inputs: Vec<ResourceHandle>) -> Self {
+    pub fn new(node: impl HostNode, output: Subresource, inputs: Vec<Subresource>) -> Self {
         Self { node: Arc::new(node), output, inputs }
     }
 }
@@ -179,7 +268,7 @@ pub struct AttachmentTarget {
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColorAttachment {
     /// Where to.
-    pub target: AttachmentTarget,
+    pub to: Subresource,
     /// What is there before.
     pub load: LoadOperation<[f64; 4]>,
     /// How colors are combined.
@@ -187,16 +276,26 @@ pub struct ColorAttachment {
     /// The format in which it is written, if not the texture's own.
     pub format: Option<wgpu_types::TextureFormat>,
     /// Where its samples are resolved to, one for each texel.
-    pub resolve: Option<AttachmentTarget>,
+    pub resolve: Option<Subresource>,
     /// Whether what it holds afterwards is thrown away, whoever might have read it.
     pub discard: bool,
+}
+
+impl ColorAttachment {
+    /// How the texture is used.
+    pub fn usage(&self) -> Usage {
+        match self.load {
+            LoadOperation::Load => Usage::ColorAttachmentLoad,
+            LoadOperation::Clear(_) | LoadOperation::Discard => Usage::ColorAttachment,
+        }
+    }
 }
 
 /// A depth attachment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthAttachment {
     /// Where to.
-    pub target: AttachmentTarget,
+    pub to: Subresource,
     /// What is there before.
     pub load: LoadOperation<f64>,
     /// Whether depth is written.
@@ -209,11 +308,22 @@ pub struct DepthAttachment {
     pub discard: bool,
 }
 
+impl DepthAttachment {
+    /// How the texture is used.
+    pub fn usage(&self) -> Usage {
+        match (self.load, self.write) {
+            (LoadOperation::Load, false) => Usage::DepthAttachmentReadOnly,
+            (LoadOperation::Load, true) => Usage::DepthAttachmentLoad,
+            _ => Usage::DepthAttachment,
+        }
+    }
+}
+
 /// A stencil attachment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StencilAttachment {
     /// Where to.
-    pub target: AttachmentTarget,
+    pub to: Subresource,
     /// What is there before.
     pub load: LoadOperation<u32>,
     /// Comparisons, operations and masks.
@@ -225,9 +335,13 @@ pub struct StencilAttachment {
 }
 
 impl StencilAttachment {
-    /// Whether what is there changes.
-    pub fn write(&self) -> bool {
-        self.load != LoadOperation::Load || !self.state.is_read_only(None)
+    /// How the texture is used.
+    pub fn usage(&self) -> Usage {
+        match self.load {
+            LoadOperation::Load if self.state.is_read_only(None) => Usage::StencilAttachmentReadOnly,
+            LoadOperation::Load => Usage::StencilAttachmentLoad,
+            _ => Usage::StencilAttachment,
+        }
     }
 }
 
@@ -261,19 +375,11 @@ pub enum Draw {
 
 impl Draw {
     /// The shader, and what its bindings are; those of groups 2 and 3 are the host's where its meshes are drawn.
-    pub fn bound(&self) -> (ProgramHandle, &Vec<BoundSlot>) {
+    pub fn bound(&self) -> (ProgramHandle, &[BoundSlot]) {
         match self {
             Draw::Fullscreen { program, bindings } => (*program, bindings),
             Draw::Buffers(draw) => (draw.program, &draw.bindings),
             Draw::Scene(scene) => (scene.program, &scene.bindings),
-        }
-    }
-
-    pub(crate) fn bound_mut(&mut self) -> (ProgramHandle, &mut Vec<BoundSlot>) {
-        match self {
-            Draw::Fullscreen { program, bindings } => (*program, bindings),
-            Draw::Buffers(draw) => (draw.program, &mut draw.bindings),
-            Draw::Scene(scene) => (scene.program, &mut scene.bindings),
         }
     }
 }
@@ -301,7 +407,7 @@ pub struct BufferDraw {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct VertexStream {
     /// The buffer.
-    pub resource: ResourceHandle,
+    pub buffer: Subresource,
     /// Bytes from one element to the next.
     pub stride: u64,
     /// Whether elements belong to vertices or to instances.
@@ -311,16 +417,16 @@ pub struct VertexStream {
 }
 
 /// A buffer of indices.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct IndexStream {
     /// The buffer.
-    pub resource: ResourceHandle,
+    pub buffer: Subresource,
     /// Their format.
     pub format: wgpu_types::IndexFormat,
 }
 
 /// How many vertices, or indices, and instances are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DrawCounts {
     /// So many.
     Direct {
@@ -329,13 +435,8 @@ pub enum DrawCounts {
         /// Instances.
         instances: u32,
     },
-    /// As many as a buffer says: four `u32`, or five where there are indices, as WebGPU lays them out.
-    Indirect {
-        /// The buffer.
-        resource: ResourceHandle,
-        /// The first byte of the counts.
-        offset: u64,
-    },
+    /// As many as bytes of a buffer say: four `u32`, or five where there are indices, as WebGPU lays them out.
+    Indirect(Subresource),
 }
 
 /// The host's draws, once for each view.
@@ -346,7 +447,7 @@ pub struct SceneDraw {
     /// Which of the host's draws: a word that the host knows.
     pub filter: String,
     /// The data whose views are drawn.
-    pub views: ResourceHandle,
+    pub views: Subresource,
     /// The shader.
     pub program: ProgramHandle,
     /// What the bindings of groups 0 and 1 are; groups 2 and 3 are the host's.
@@ -385,12 +486,7 @@ pub enum Dispatch {
     /// So many workgroups.
     Workgroups([Deferred; 3]),
     /// As many workgroups as three words of a buffer say.
-    Indirect {
-        /// The buffer.
-        resource: ResourceHandle,
-        /// The first byte.
-        offset: u64,
-    },
+    Indirect(Subresource),
     /// As many workgroups as cover the width, height and layers of a texture with one invocation for each texel.
     Over {
         /// The texture.
@@ -407,6 +503,8 @@ pub struct TransferWork {
     pub source: Option<TransferEnd>,
     /// To where.
     pub destination: TransferEnd,
+    /// How the destination is used: what stays of what was there.
+    pub written: Usage,
     /// The width and height of the texels that are copied; all of a mip level without it.
     pub extent: Option<[Deferred; 2]>,
 }
@@ -421,20 +519,20 @@ pub enum TransferEnd {
 }
 
 impl TransferEnd {
-    /// The resource.
-    pub fn resource(&self) -> ResourceHandle {
+    /// The part that is copied from or to.
+    pub fn subresource(&self) -> &Subresource {
         match self {
-            TransferEnd::Buffer(region) => region.view.resource,
-            TransferEnd::Texture(region) => region.resource,
+            TransferEnd::Buffer(region) => &region.buffer,
+            TransferEnd::Texture(region) => &region.texture,
         }
     }
 }
 
 /// Bytes of a buffer, or texels in it: row by row, layer by layer, mip level by mip level.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BufferRegion {
     /// The bytes.
-    pub view: BufferView,
+    pub buffer: Subresource,
     /// From one row of texels to the next, a multiple of 256 (unit: bytes); as few as possible without it.
     pub bytes_per_row: Option<u32>,
     /// From one layer to the next (unit: rows of texel blocks); as few as possible without it.
@@ -444,16 +542,17 @@ pub struct BufferRegion {
 /// Texels of a texture.
 #[derive(Clone, Debug)]
 pub struct TextureRegion {
-    /// The texture.
-    pub resource: ResourceHandle,
-    /// The mip levels.
-    pub mip: Run<u32>,
-    /// The layers, or slices of a volume; all without it.
-    pub layer: Option<Run<u32>>,
-    /// The aspect.
-    pub aspect: Aspect,
+    /// The mip levels, the first without it; and the layers, or slices of a volume, all without it.
+    pub texture: Subresource,
     /// The texel with which it begins, from the left and from the top; the first without it.
     pub origin: Option<[Deferred; 2]>,
+}
+
+impl TextureRegion {
+    /// The mip levels.
+    pub fn mip(&self) -> Run<u32> {
+        self.texture.part.mip.unwrap_or(Run::one(0))
+    }
 }
 
 /// An expression that is evaluated when sizes are known, and its place for findings.
@@ -488,22 +587,25 @@ pub struct BoundSlot {
 #[derive(Clone, Debug)]
 pub enum SlotSource {
     /// A view of a texture.
-    Texture(TextureView),
+    Texture(BoundTexture),
     /// A buffer of the pipeline, or bytes of one.
-    Buffer(BufferView),
+    Buffer {
+        /// The bytes.
+        buffer: Subresource,
+        /// How the shader uses it.
+        usage: Usage,
+    },
     /// A sampler.
     Sampler(Sampler),
     /// Host data, laid out by the shader.
     Data {
         /// The data.
-        resource: ResourceHandle,
-        /// Where its values go.
-        layout: BlockLayout,
+        data: Subresource,
         /// Members that take the values of expressions instead.
         values: Option<BlockValues>,
     },
     /// The view being drawn, laid out by the shader.
-    View(BlockLayout),
+    View,
     /// Values of expressions, laid out by the shader.
     Values(BlockValues),
 }
@@ -528,13 +630,26 @@ pub struct BlockValues {
     pub expressions: Vec<(String, Deferred)>,
 }
 
-/// Bytes of a buffer that a shader sees.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-pub struct BufferView {
-    /// The buffer.
-    pub resource: ResourceHandle,
-    /// The bytes, or all.
-    pub bytes: Option<Run<u64>>,
+/// A texture that a shader sees.
+#[derive(Clone, Debug)]
+pub struct BoundTexture {
+    /// The part.
+    pub texture: Subresource,
+    /// How the shader uses it.
+    pub usage: Usage,
+    /// The dimension of the view.
+    pub shape: TextureShape,
+    /// The format in which it is seen, if not its own.
+    pub format: Option<wgpu_types::TextureFormat>,
+}
+
+impl BoundTexture {
+    /// What the shader sees; of depth and stencil the depth, where nothing is said.
+    pub fn view(&self) -> TextureView {
+        let Subresource { resource, part: Part { mip, layer, aspect, .. }, .. } = self.texture;
+        let aspect = if aspect == Aspect::All { Aspect::DepthOnly } else { aspect };
+        TextureView { resource, shape: self.shape, mip, layer, aspect, format: self.format }
+    }
 }
 
 /// A view of a texture that a shader sees.

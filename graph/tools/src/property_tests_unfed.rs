@@ -223,7 +223,7 @@ fn check(kind: Kind, writers: &[Access], readers: &[Access]) -> Result<(), TestC
         build(&fed, &mut findings).and_then(|graph| plan(&fed, &graph, &options, &sources, &mut findings));
     let mut planned = planned.unwrap_or_else(|| panic!("{findings:#?}"));
     prop_assert_eq!(verify(&planned, &options), Vec::new());
-    Arc::make_mut(&mut planned.pipeline).passes[0].uses.clear();
+    Arc::make_mut(&mut planned.pipeline).passes[0].tamper().1.clear();
     let faults = verify(&planned, &options);
     for (at, reader) in readers.iter().enumerate() {
         let message = format!("\"r{at}\" reads a part of \"a\" that nothing has written");

@@ -152,7 +152,7 @@ impl Node for Cascades {
             return placed::declare(self, placement, configuration, pass);
         }
         let output = pass.publish(&self.to, "/to", shape(configuration.splits.count() as u32))?;
-        Some(pass.produce(Work::Host(HostWork::new(RunCascades { configuration }, output, Vec::new()))))
+        pass.produce(Work::Host(HostWork::new(RunCascades { configuration }, output, Vec::new())))
     }
 }
 

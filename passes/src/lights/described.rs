@@ -9,7 +9,7 @@ use glam::DVec3;
 use umbragraph_pipeline::data::{DataShape, HostData, View};
 use umbragraph_pipeline::frame::FrameInput;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
-use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, ResourceHandle, Work};
+use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, Subresource, Work};
 
 use super::descriptor::{self, Descriptor};
 use super::filter::{Bounded, Filter, Where, receivers};
@@ -79,13 +79,13 @@ struct Run<D> {
 pub(crate) fn node(
     pass: &mut PassBuilder<'_>,
     to: &str,
-    placement: ResourceHandle,
+    placement: Subresource,
     (shape, capacity): (DataShape, u32),
     filter: Option<Filter>,
     describe: impl Describe,
 ) -> Option<Produced> {
     let output = pass.publish(to, "/to", descriptor::shape(shape, capacity))?;
-    Some(pass.produce(Work::Host(HostWork::new(Run { describe, filter }, output, vec![placement]))))
+    pass.produce(Work::Host(HostWork::new(Run { describe, filter }, output, vec![placement])))
 }
 
 impl<D: Describe> HostNode for Run<D> {

@@ -100,7 +100,7 @@ impl Node for LightList {
         let (lights, descriptors) = (lights?, descriptors?);
         let output = pass.publish(&self.to, "/to", shape(lights, descriptors))?;
         let node = RunLightList { capacity: lights as usize, sources };
-        Some(pass.produce(Work::Host(HostWork::new(node, output, inputs))))
+        pass.produce(Work::Host(HostWork::new(node, output, inputs)))
     }
 }
 

@@ -247,7 +247,7 @@ impl Node for ShadowAtlas {
         let (descriptors, views, cubes, (layers, cascades)) = (descriptors?, views?, cubes?, suns?);
         let limits = Limits { atlas: spots, cubes, suns: layers / cascades, cascades, descriptors, views };
         let output = pass.publish(&self.to, "/to", shape(&limits))?;
-        Some(pass.produce(Work::Host(HostWork::new(RunShadowAtlas { limits }, output, Vec::new()))))
+        pass.produce(Work::Host(HostWork::new(RunShadowAtlas { limits }, output, Vec::new())))
     }
 }
 

@@ -5,12 +5,12 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Aspect, Face};
-use crate::data::{Component, DataShape, ValueType};
+use super::{Aspect, Face, Pipeline, Program, Resource, ResourceKind};
+use crate::data::{Component, DataShape, ValueType, View};
 use crate::diagnostic::did_you_mean;
 use crate::language::{Expr, TextureShape, Word};
 use crate::shader::{Scalar, ScalarKind, TypeLayout};
-use crate::work::{Address, BlockLayout, BlockRun, BlockValues, Compare, Filter};
+use crate::work::{Address, BlockLayout, BlockRun, BlockValues, BoundSlot, Compare, Filter, SlotSource};
 
 /// What stands behind one of the shader's binding names.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -139,7 +139,41 @@ pub struct SamplerBind {
 ///
 /// # Errors
 /// A sentence for each member that no value fits.
-pub(super) fn match_block(
+/// Where the values of host data, or of the view, go in the block that they are bound to, or why they do not fit; `None`
+/// where none are bound.
+pub(super) fn block_layout(
+    program: &Program,
+    slot: &BoundSlot,
+    resources: &[Resource],
+) -> Option<Result<BlockLayout, Vec<String>>> {
+    let block = program.binding_at(slot.group, slot.binding)?.block.as_ref()?;
+    match &slot.source {
+        SlotSource::View => Some(match_block(block, &View::shape(), "view", None)),
+        SlotSource::Data { data, values } => {
+            let known = resources.get(data.resource.index())?;
+            let ResourceKind::Data(Some(shape)) = &known.kind else { return None };
+            Some(match_block(block, shape, &known.name, values.as_ref()))
+        }
+        _ => None,
+    }
+}
+
+impl Pipeline {
+    /// Where the values of host data, or of the view, go in the block that they are bound to.
+    pub fn block_layout(&self, program: &Program, slot: &BoundSlot) -> Option<BlockLayout> {
+        block_layout(program, slot, &self.resources)?.ok()
+    }
+
+    /// The bytes of a block that the module fills.
+    pub fn block_bytes(&self, program: &Program, slot: &BoundSlot) -> Option<u32> {
+        match &slot.source {
+            SlotSource::Values(values) => Some(values.layout.size()),
+            _ => self.block_layout(program, slot).map(|layout| layout.size),
+        }
+    }
+}
+
+fn match_block(
     block: &TypeLayout,
     shape: &DataShape,
     data_name: &str,

@@ -39,7 +39,8 @@ pub use environment::Environment;
 pub use history::History;
 pub use load::{as_written, has_word, is_name, load, load_sharing};
 pub use modules::{Absent, Chosen, Modules, Wanted};
-pub use part::{Aspect, Part, Run};
+
+pub use part::{Aspect, Part, Run, canonical};
 pub use preset::{ParameterFile, of_preset};
 pub use profiles::{claimed_profiles, profile_named};
 pub use program::{Program, ProgramBinding, ProgramVariant};
@@ -56,7 +57,7 @@ use crate::data::DataShape;
 use crate::language::{BufferDeclaration, GeometryDeclaration, Lifetime, TextureDeclaration};
 use crate::shader::TargetProfile;
 use crate::source::Span;
-use crate::work::{PassHandle, ProgramHandle, ResourceHandle, Work};
+use crate::work::{PassHandle, ProgramHandle, ResourceHandle, Subresource, Work};
 
 /// One typed configuration.
 #[derive(Clone, Debug)]
@@ -210,8 +211,6 @@ pub struct Pass {
     pub pointer: String,
     /// What names mean in its settings.
     pub environment: Arc<Environment>,
-    /// What it uses.
-    pub uses: Vec<Use>,
     /// Passes that have to run before it, where no data says so.
     pub after: Vec<PassHandle>,
     /// Whether it has to follow something that is not there, which is a finding: its order is not known then.
@@ -220,8 +219,64 @@ pub struct Pass {
     pub side_effect: bool,
     /// In which frames it runs, if not in all.
     pub condition: Option<Condition>,
+    work: Work,
+    uses: Vec<Use>,
+}
+
+impl Pass {
+    /// A pass that does nothing yet.
+    pub fn new(
+        name: String,
+        kind: String,
+        place: Span,
+        pointer: String,
+        environment: Arc<Environment>,
+    ) -> Self {
+        Self {
+            name,
+            kind,
+            place,
+            pointer,
+            environment,
+            after: Vec::new(),
+            is_misplaced: false,
+            side_effect: false,
+            condition: None,
+            work: Work::Nothing,
+            uses: Vec::new(),
+        }
+    }
+
     /// What it does.
-    pub work: Work,
+    pub fn work(&self) -> &Work {
+        &self.work
+    }
+
+    /// What it uses: what its work accesses, and what stands in for that.
+    pub fn uses(&self) -> &[Use] {
+        &self.uses
+    }
+
+    /// Says what it does, and so what it uses; of work that is only assembled `others` are known besides.
+    pub fn set_work(&mut self, work: Work, others: Vec<Use>, resources: &[Resource]) {
+        self.uses.clear();
+        for (named, usage) in work.accesses() {
+            let texture = resources.get(named.resource.index()).and_then(Resource::texture);
+            let part = texture.map_or(named.part, |texture| canonical(texture, named.part, usage));
+            let is_known = |known: &Use| usage == Usage::HostRead && known.resource == named.resource;
+            if !self.uses.iter().any(is_known) {
+                self.uses.push(Use::new(named, part, usage));
+            }
+        }
+        self.uses.extend(others);
+        self.work = work;
+    }
+
+    /// Work and uses that need not fit one another: for tests of what is to notice that.
+    #[doc(hidden)]
+    pub fn tamper(&mut self) -> (&mut Work, &mut Vec<Use>) {
+        (&mut self.work, &mut self.uses)
+    }
 }
 
 /// One use of a resource by a pass.
@@ -242,6 +297,13 @@ pub struct Use {
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
+}
+
+impl Use {
+    fn new(named: &Subresource, part: Part, usage: Usage) -> Self {
+        let Subresource { resource, version, place, pointer, .. } = named.clone();
+        Self { resource, part, usage, version, when: Vec::new(), place, pointer }
+    }
 }
 
 /// Which version of a resource is read.

@@ -7,6 +7,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::Usage;
+
+use crate::language::{TextureDeclaration, format_name, parse_format};
+
 /// Successive mip levels, layers or bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 pub struct Run<T> {
@@ -132,6 +136,22 @@ impl std::fmt::Display for Part {
             [run("mip", self.mip), run("layer", self.layer), aspect, bytes].into_iter().flatten().collect();
         formatter.write_str(&words.join(", "))
     }
+}
+
+/// The part as the compiler tells parts apart: depth and stencil only where the format may have both.
+pub fn canonical(texture: &TextureDeclaration, part: Part, usage: Usage) -> Part {
+    let both = texture.format.names().iter().filter_map(|name| parse_format(name)).any(|format| {
+        let name = format_name(format);
+        name.starts_with("depth") && format.has_stencil_aspect()
+    });
+    let aspect = match part.aspect {
+        _ if !both => Aspect::All,
+        _ if usage.is_depth() => Aspect::DepthOnly,
+        _ if usage.is_stencil() => Aspect::StencilOnly,
+        Aspect::All if usage == Usage::Sampled => Aspect::DepthOnly,
+        aspect => aspect,
+    };
+    part.aspect(aspect)
 }
 
 #[cfg(test)]

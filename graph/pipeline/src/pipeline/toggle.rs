@@ -350,12 +350,12 @@ pub fn add_stand_ins(
     }
     for one in added {
         // What the pass reads anyway it reads in these frames too.
-        let anyway = pass.uses.iter().any(|known| {
+        let anyway = pass.uses().iter().any(|known| {
             known.when.is_empty()
                 && (known.resource, known.part, known.usage, &known.version)
                     == (one.resource, one.part, one.usage, &one.version)
         });
-        if !anyway && !pass.uses.contains(&one) {
+        if !anyway && !pass.uses().contains(&one) {
             pass.uses.push(one);
         }
     }
@@ -393,7 +393,7 @@ impl Look<'_> {
         let environment = &self.said.environment;
         let name = environment.interpolate(&self.one.key, &self.shared.scope).ok();
         let named = name.and_then(|name| self.shared.find(&environment.resource(&name)));
-        let uses = self.members().flat_map(|pass| &pass.uses);
+        let uses = self.members().flat_map(|pass| pass.uses());
         let written: BTreeSet<ResourceHandle> =
             uses.filter(|one| one.usage.writes()).map(|one| one.resource).collect();
         match named.filter(|named| written.contains(named)) {
@@ -468,7 +468,8 @@ impl Look<'_> {
         let Some(written) = self.one.value.text() else { return Ok(None) };
         let Some((resource, _)) = self.resource(&self.one.key, key)? else { return Ok(None) };
         let Some((stand_in, version)) = self.resource(written, self.one.value.span)? else { return Ok(None) };
-        let writes = |pass: &Pass| pass.uses.iter().any(|one| one.resource == resource && one.usage.writes());
+        let writes =
+            |pass: &Pass| pass.uses().iter().any(|one| one.resource == resource && one.usage.writes());
         let known = &self.shared.resources[resource.index()];
         let other = &self.shared.resources[stand_in.index()];
         let mut members = self.members().peekable();
@@ -495,13 +496,13 @@ impl Look<'_> {
         if let Some(pass) = self.passes.iter().find(|pass| writes(pass) && pass.condition != Some(condition))
         {
             let loads = pass
-                .uses
+                .uses()
                 .iter()
                 .any(|one| one.resource == resource && one.usage.writes() && one.usage.reads());
             let verb = if loads { "loads and writes" } else { "writes" };
             let message =
                 format!("\"{}\" {verb} \"{}\" too, without the toggle \"{toggle}\"", pass.name, known.name);
-            let place = pass.uses.iter().find(|one| one.resource == resource && one.usage.writes());
+            let place = pass.uses().iter().find(|one| one.resource == resource && one.usage.writes());
             let help = "what is bypassed is written only by passes of one toggle: give the other the same, or write to another resource";
             let finding = self.finding(codes::BYPASS, key, message, help);
             let finding = finding.related(place.map_or(pass.place, |one| one.place), "it is written here");

@@ -249,7 +249,7 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
     let planned = plan.pass(handle);
     let names = |wanted: fn(crate::pipeline::Usage) -> bool| -> Vec<String> {
         let names: BTreeSet<&String> = pass
-            .uses
+            .uses()
             .iter()
             .filter(|one| wanted(one.usage))
             .map(|one| &plan.pipeline.resource(one.resource).name)
@@ -277,7 +277,8 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
     PassReport {
         name: pass.name.clone(),
         kind: pass.kind.clone(),
-        work: match pass.work {
+        work: match pass.work() {
+            Work::Nothing => "nothing",
             Work::Host(_) => "host",
             Work::Render(_) => "draw",
             Work::Compute(_) => "compute",
@@ -320,7 +321,7 @@ fn shortened(mut way: Vec<String>) -> Vec<String> {
 fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<ResourceReport> {
     let mut used: Vec<(Vec<usize>, Vec<usize>)> = vec![Default::default(); plan.pipeline.resources.len()];
     for (column, pass) in columns.iter().enumerate() {
-        for one in &plan.pipeline.pass(*pass).uses {
+        for one in plan.pipeline.pass(*pass).uses() {
             let (reads, writes) = &mut used[one.resource.index()];
             if one.usage.reads() && reads.last() != Some(&column) {
                 reads.push(column);
@@ -517,7 +518,7 @@ fn edges(plan: &Plan, graph: &Graph, column_of: &[usize]) -> Vec<EdgeReport> {
     }
     let pipeline = &plan.pipeline;
     for reader in pipeline.pass_handles() {
-        for one in &pipeline.pass(reader).uses {
+        for one in pipeline.pass(reader).uses() {
             let history = pipeline.resource(one.resource).history.filter(|history| history.back > 0);
             for writer in
                 history.into_iter().flat_map(|history| surviving_writers(pipeline, graph, history.of))

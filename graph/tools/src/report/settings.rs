@@ -11,8 +11,8 @@ use crate::data::Component;
 use crate::pipeline::element_type;
 use crate::shader::{Member, TypeLayout};
 use crate::work::{
-    AttachmentTarget, BlockValues, BoundSlot, Draw, DrawCounts, LoadOperation, RenderWork, ResourceHandle,
-    SlotSource, TextureView, Work,
+    BlockValues, BoundSlot, Draw, DrawCounts, LoadOperation, RenderWork, ResourceHandle, SlotSource,
+    Subresource, TextureView, Work,
 };
 
 /// The numbers of a value that are told.
@@ -21,8 +21,8 @@ const MAXIMUM_NUMBERS: usize = 16;
 /// The settings of a pass by name.
 pub(super) fn settings(plan: &Plan, planned: &PlannedPass) -> BTreeMap<String, String> {
     let mut settings = Settings { plan, planned, told: BTreeMap::new() };
-    match &plan.pipeline.pass(planned.handle).work {
-        Work::Host(_) => {}
+    match plan.pipeline.pass(planned.handle).work() {
+        Work::Nothing | Work::Host(_) => {}
         Work::Render(render) => settings.render(render),
         Work::Compute(compute) => settings.bindings(&compute.bindings),
         Work::Transfer(_) => {
@@ -51,7 +51,7 @@ impl Settings<'_> {
 
     fn render(&mut self, render: &RenderWork) {
         for color in &render.color {
-            let name = self.target(&color.target);
+            let name = self.target(&color.to);
             self.clear(&name, color.load);
             if let Some(blend) = &color.blend {
                 self.tell(format!("blend of {name}"), word(blend));
@@ -65,7 +65,7 @@ impl Settings<'_> {
             }
         }
         if let Some(depth) = &render.depth {
-            let name = self.target(&depth.target);
+            let name = self.target(&depth.to);
             self.clear(&name, depth.load);
             self.tell(format!("compare of {name}"), word(&depth.compare));
             self.tell(format!("write of {name}"), if depth.write { "on" } else { "off" });
@@ -74,7 +74,7 @@ impl Settings<'_> {
             }
         }
         if let Some(stencil) = &render.stencil {
-            let name = format!("{} (stencil)", self.target(&stencil.target));
+            let name = format!("{} (stencil)", self.target(&stencil.to));
             self.clear(&name, stencil.load);
             self.tell(format!("state of {name}"), word(&stencil.state));
             self.tell(format!("reference of {name}"), stencil.reference.to_string());
@@ -85,10 +85,10 @@ impl Settings<'_> {
             Draw::Buffers(draw) => {
                 self.tell("topology".to_owned(), word(&draw.topology));
                 self.tell("cull".to_owned(), cull(draw.cull));
-                let counts = match draw.counts {
+                let counts = match &draw.counts {
                     DrawCounts::Direct { count, instances } => format!("{count} × {instances}"),
-                    DrawCounts::Indirect { resource, offset } => {
-                        format!("{} from byte {offset}", self.name(resource))
+                    DrawCounts::Indirect(counts) => {
+                        format!("{} from byte {}", self.name(counts.resource), counts.offset())
                     }
                 };
                 self.tell("count".to_owned(), counts);
@@ -96,7 +96,7 @@ impl Settings<'_> {
             Draw::Scene(scene) => {
                 self.tell("geometry".to_owned(), scene.geometry.as_str());
                 self.tell("filter".to_owned(), scene.filter.as_str());
-                let views = self.name(scene.views).to_owned();
+                let views = self.name(scene.views.resource).to_owned();
                 self.tell("views".to_owned(), views);
                 self.tell("order".to_owned(), word(&scene.order));
                 self.tell("cull".to_owned(), cull(scene.cull));
@@ -106,7 +106,8 @@ impl Settings<'_> {
     }
 
     /// An attachment in words: the name of the resource, and its part unless that is the first or each view's own.
-    fn target(&self, target: &AttachmentTarget) -> String {
+    fn target(&self, to: &Subresource) -> String {
+        let target = to.target();
         let mut words = self.name(target.resource).to_owned();
         if target.mip > 0 {
             words.push_str(&format!(" mip {}", target.mip));
@@ -126,14 +127,16 @@ impl Settings<'_> {
     fn bindings(&mut self, slots: &[BoundSlot]) {
         for slot in slots {
             let bound = match &slot.source {
-                SlotSource::Texture(view) => self.view(view),
-                SlotSource::Buffer(view) => match view.bytes {
-                    Some(run) => format!("{} bytes {} to {}", self.name(view.resource), run.first, run.end()),
-                    None => self.name(view.resource).to_owned(),
+                SlotSource::Texture(texture) => self.view(&texture.view()),
+                SlotSource::Buffer { buffer, .. } => match buffer.part.bytes {
+                    Some(run) => {
+                        format!("{} bytes {} to {}", self.name(buffer.resource), run.first, run.end())
+                    }
+                    None => self.name(buffer.resource).to_owned(),
                 },
                 SlotSource::Sampler(sampler) => word(sampler),
-                SlotSource::Data { resource, .. } => self.name(*resource).to_owned(),
-                SlotSource::View(_) => "the view".to_owned(),
+                SlotSource::Data { data, .. } => self.name(data.resource).to_owned(),
+                SlotSource::View => "the view".to_owned(),
                 SlotSource::Values(_) => "values".to_owned(),
             };
             self.tell(format!("binding {}", slot.name), bound);

@@ -12,13 +12,13 @@ use crate::work::{AttachmentTarget, LoadOperation, RenderWork, ResourceHandle, W
 pub(super) fn check(plan: &Plan, faults: &mut Faults) {
     let mut users: HashMap<ResourceHandle, Vec<usize>> = HashMap::new();
     for (at, planned) in plan.passes.iter().enumerate() {
-        for one in &plan.pipeline.pass(planned.handle).uses {
+        for one in plan.pipeline.pass(planned.handle).uses() {
             users.entry(one.resource).or_default().push(at);
         }
     }
     for (at, planned) in plan.passes.iter().enumerate() {
         let declared: Vec<(AttachmentTarget, &'static str, bool)> =
-            match &plan.pipeline.pass(planned.handle).work {
+            match plan.pipeline.pass(planned.handle).work() {
                 Work::Render(render) => declared(render),
                 _ => Vec::new(),
             };
@@ -66,9 +66,9 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
 
 /// The declared attachments in order, each with its load operation as a word, and whether it is thrown away.
 fn declared(render: &RenderWork) -> Vec<(AttachmentTarget, &'static str, bool)> {
-    let color = render.color.iter().map(|one| (one.target, word(&one.load), one.discard));
-    let depth = render.depth.iter().map(|one| (one.target, word(&one.load), one.discard));
-    let stencil = render.stencil.iter().map(|one| (one.target, word(&one.load), one.discard));
+    let color = render.color.iter().map(|one| (one.to.target(), word(&one.load), one.discard));
+    let depth = render.depth.iter().map(|one| (one.to.target(), word(&one.load), one.discard));
+    let stencil = render.stencil.iter().map(|one| (one.to.target(), word(&one.load), one.discard));
     color.chain(depth).chain(stencil).collect()
 }
 
@@ -89,7 +89,7 @@ fn stays(
     users: &HashMap<ResourceHandle, Vec<usize>>,
 ) -> bool {
     let handle = attachment.target.resource;
-    let sampled = plan.pipeline.pass(planned.handle).uses.iter().any(|one| {
+    let sampled = plan.pipeline.pass(planned.handle).uses().iter().any(|one| {
         one.resource == handle
             && matches!(
                 one.usage,
@@ -138,7 +138,7 @@ fn check_groups(plan: &Plan, faults: &mut Faults) {
                     || condition(pass) != condition(first)
                     || pass.attachments().next().is_none()
                     || pass.attachments().any(|one| word(&one.load) != "load"));
-            for one in &plan.pipeline.pass(pass.handle).uses {
+            for one in plan.pipeline.pass(pass.handle).uses() {
                 let attached = first.attachments().any(|other| other.target.resource == one.resource);
                 let as_attachment = one.usage.is_attachment();
                 broken |= end - start > 1 && attached != as_attachment;

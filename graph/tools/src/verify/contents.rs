@@ -186,7 +186,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
     }
     let by_name: HashMap<&str, PassHandle> =
         pipeline.pass_handles().map(|pass| (pipeline.pass(pass).name.as_str(), pass)).collect();
-    let uses = plan.passes.iter().flat_map(|planned| &pipeline.pass(planned.handle).uses);
+    let uses = plan.passes.iter().flat_map(|planned| pipeline.pass(planned.handle).uses());
     let histories = uses.filter_map(|one| pipeline.resource(one.resource).history);
     let read_back = histories.filter(|history| history.back > 0).map(|history| history.of).collect();
     let mut all: Vec<Vec<(PassHandle, &Use)>> = vec![Vec::new(); pipeline.resources.len()];
@@ -196,7 +196,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
         .map(|planned| planned.handle)
         .chain(pipeline.pass_handles().filter(|pass| schedule.of(*pass).is_none()))
     {
-        for one in &pipeline.pass(pass).uses {
+        for one in pipeline.pass(pass).uses() {
             all[one.resource.index()].push((pass, one));
         }
     }
@@ -526,10 +526,10 @@ impl Player<'_, '_> {
 
     /// Whether a pass says that it throws away what it leaves.
     fn throws_away(&self, pass: PassHandle) -> bool {
-        let Work::Render(render) = &self.plan.pipeline.pass(pass).work else { return false };
-        let color = render.color.iter().map(|one| (one.target, one.discard));
-        let depth = render.depth.iter().map(|one| (one.target, one.discard));
-        let stencil = render.stencil.iter().map(|one| (one.target, one.discard));
+        let Work::Render(render) = self.plan.pipeline.pass(pass).work() else { return false };
+        let color = render.color.iter().map(|one| (one.to.target(), one.discard));
+        let depth = render.depth.iter().map(|one| (one.to.target(), one.discard));
+        let stencil = render.stencil.iter().map(|one| (one.to.target(), one.discard));
         let mut all = color.chain(depth).chain(stencil);
         all.any(|(target, discard)| discard && target.resource == self.handle)
     }
@@ -567,7 +567,7 @@ pub(super) fn covers(
     writers: &[(PassHandle, bool)],
 ) -> bool {
     let loads = writers.iter().any(|(writer, loads)| *writer == pass && *loads);
-    let attached = plan.pipeline.pass(pass).uses.iter().any(|one| {
+    let attached = plan.pipeline.pass(pass).uses().iter().any(|one| {
         let texture = plan.pipeline.resource(resource).texture();
         let one_layer = one.part.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
         let attached = one.usage.writes() && one.usage.is_attachment() && one_layer;

@@ -78,7 +78,7 @@ fn last(run: Run<u32>) -> u32 {
 fn used(plan: &Plan) -> HashMap<ResourceHandle, Used> {
     let mut used: HashMap<ResourceHandle, Used> = HashMap::new();
     for (at, planned) in plan.passes.iter().enumerate() {
-        for one in &plan.pipeline.pass(planned.handle).uses {
+        for one in plan.pipeline.pass(planned.handle).uses() {
             let entry = used.entry(one.resource).or_insert(Used {
                 first: at,
                 last: at,
@@ -220,7 +220,7 @@ fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
     let mut conditional = HashSet::new();
     for planned in &plan.passes {
         let pass = plan.pipeline.pass(planned.handle);
-        for one in pass.uses.iter().filter(|one| one.usage.writes()) {
+        for one in pass.uses().iter().filter(|one| one.usage.writes()) {
             let written = always.entry(one.resource).or_default();
             let covers = |below: &Part| {
                 extents(*below).into_iter().zip(extents(one.part)).all(|(below, own)| match (below, own) {

@@ -90,7 +90,7 @@ fn check_workgroups(plan: &Plan, faults: &mut Faults) {
     let limit = plan.pipeline.profile.limits.max_compute_workgroups_per_dimension;
     for planned in &plan.passes {
         let is_compute = matches!(
-            &plan.pipeline.pass(planned.handle).work,
+            plan.pipeline.pass(planned.handle).work(),
             Work::Compute(compute) if !matches!(compute.dispatch, Dispatch::Indirect { .. })
         );
         let fits = planned.workgroups.is_none_or(|counts| counts.iter().all(|count| *count <= limit));
@@ -126,7 +126,7 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, fault
     let mut stack: Vec<PassHandle> = needed.iter().copied().collect();
     while let Some(pass) = stack.pop() {
         // What earlier frames are read of, those feed that write this frame of it.
-        let earlier = pipeline.pass(pass).uses.iter().filter_map(|one| earlier_frame(plan, one.resource));
+        let earlier = pipeline.pass(pass).uses().iter().filter_map(|one| earlier_frame(plan, one.resource));
         let carried = earlier.flat_map(|history| flow.carried.get(&history.of)).flatten();
         for writer in feeders.get(&pass).into_iter().flatten().chain(carried) {
             if needed.insert(*writer) {
@@ -189,7 +189,7 @@ fn reason_holds(plan: &Plan, schedule: &Schedule, flow: &Flow, pass: PassHandle,
         KeepReason::MayBeLeft(resource) => may_leave(plan, pass, resource),
         KeepReason::ReadLater(reader, resource) => {
             let read = plan.pipeline.passes.get(reader.index()).is_some_and(|reader| {
-                reader.uses.iter().any(|one| one.resource == resource && one.usage.reads())
+                reader.uses().iter().any(|one| one.resource == resource && one.usage.reads())
             });
             let carries = earlier_frame(plan, resource)
                 .and_then(|history| flow.carried.get(&history.of))
@@ -222,7 +222,7 @@ fn says(plan: &Plan, reason: KeepReason, words: &Kept) -> bool {
 fn has_many_writers(plan: &Plan, resource: ResourceHandle) -> bool {
     let writes = |pass: &&Pass| {
         let written = |one: &Use| one.resource == resource && one.usage.writes();
-        pass.uses.iter().any(|one| written(one) && (pass.condition.is_some() || one.part != Part::WHOLE))
+        pass.uses().iter().any(|one| written(one) && (pass.condition.is_some() || one.part != Part::WHOLE))
     };
     plan.pipeline.passes.iter().filter(writes).nth(TOLD_APART).is_some()
 }
@@ -234,10 +234,10 @@ fn may_feed(plan: &Plan, pass: PassHandle, reader: PassHandle, resource: Resourc
             (Some(pass), Some(reader)) => (pass, reader),
             _ => return false,
         };
-    let read = reader.uses.iter().filter(|one| one.resource == resource && one.usage.reads());
+    let read = reader.uses().iter().filter(|one| one.resource == resource && one.usage.reads());
     let meets = |read: &Use| {
         let written = |one: &&Use| one.resource == resource && one.usage.writes();
-        pass.uses.iter().filter(written).any(|one| one.part.overlaps(read.part))
+        pass.uses().iter().filter(written).any(|one| one.part.overlaps(read.part))
     };
     has_many_writers(plan, resource) && read.into_iter().any(meets)
 }
@@ -246,7 +246,7 @@ fn may_feed(plan: &Plan, pass: PassHandle, reader: PassHandle, resource: Resourc
 fn may_leave(plan: &Plan, pass: PassHandle, resource: ResourceHandle) -> bool {
     let writes = |one: &Use| one.resource == resource && one.usage.writes();
     plan.pipeline.resources.get(resource.index()).is_some_and(|one| one.lifetime() != Lifetime::Transient)
-        && plan.pipeline.passes.get(pass.index()).is_some_and(|pass| pass.uses.iter().any(writes))
+        && plan.pipeline.passes.get(pass.index()).is_some_and(|pass| pass.uses().iter().any(writes))
         && has_many_writers(plan, resource)
 }
 
@@ -256,7 +256,7 @@ fn earlier_frame(plan: &Plan, resource: ResourceHandle) -> Option<History> {
 }
 
 fn cull_holds(plan: &Plan, pass: PassHandle, reason: &CullReason) -> bool {
-    let uses = &plan.pipeline.pass(pass).uses;
+    let uses = plan.pipeline.pass(pass).uses();
     let writes = |name: &String| {
         uses.iter().any(|one| one.usage.writes() && plan.pipeline.resource(one.resource).name == *name)
     };

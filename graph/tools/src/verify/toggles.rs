@@ -23,7 +23,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
             let message = format!("the plan is wrong about the toggle or the bypass of \"{}\"", planned.name);
             faults.add(FaultKind::ToggleWrong, message);
         }
-        for one in pass.uses.iter().filter(|one| !one.usage.writes()) {
+        for one in pass.uses().iter().filter(|one| !one.usage.writes()) {
             let Some(bypass) = plan.pipeline.bypasses.get(&one.resource) else { continue };
             if pass.condition == Some(bypass.condition) {
                 continue;
@@ -42,7 +42,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
                 }
             };
             let wanted: Vec<Condition> = one.when.iter().map(otherwise).collect();
-            let found = pass.uses.iter().any(|other| {
+            let found = pass.uses().iter().any(|other| {
                 other.resource == bypass.stand_in
                     && other.version == bypass.version
                     && (other.usage, other.part) == (one.usage, one.part)
@@ -75,7 +75,7 @@ fn happens_where(plan: &Plan, when: &[Condition], stand_in: ResourceHandle, want
 fn states_bypasses(plan: &Plan, pass: &Pass, stated: &std::collections::BTreeMap<String, String>) -> bool {
     let mut count = 0;
     for (resource, bypass) in &plan.pipeline.bypasses {
-        if !pass.uses.iter().any(|one| one.resource == *resource && one.usage.writes()) {
+        if !pass.uses().iter().any(|one| one.resource == *resource && one.usage.writes()) {
             continue;
         }
         let mut stand_in = plan.pipeline.resource(bypass.stand_in).name.clone();

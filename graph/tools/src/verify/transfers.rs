@@ -19,7 +19,7 @@ use crate::work::{BufferRegion, ResourceHandle, TextureRegion, TransferEnd, Tran
 /// Checks the uses and the copies of every planned transfer.
 pub(super) fn check(plan: &Plan, faults: &mut Faults) {
     for planned in &plan.passes {
-        match &plan.pipeline.pass(planned.handle).work {
+        match plan.pipeline.pass(planned.handle).work() {
             Work::Transfer(transfer) => {
                 let wrong = uses(plan, planned, transfer).or_else(|| {
                     let transfer = Transfer { plan, transfer };
@@ -43,9 +43,9 @@ fn uses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -> Option<S
     let mut wanted: Vec<(ResourceHandle, Part, bool)> = Vec::new();
     for (end, writes) in transfer.source.iter().map(|end| (end, false)).chain([(&transfer.destination, true)])
     {
-        wanted.push((end.resource(), part(plan, end), writes));
+        wanted.push((end.subresource().resource, part(plan, end), writes));
     }
-    for one in &pass.uses {
+    for one in pass.uses() {
         let writes = match one.usage {
             Usage::CopySource => false,
             Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => true,
@@ -64,7 +64,7 @@ fn uses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -> Option<S
         }
     }
     let missing = wanted.into_iter().find(|(resource, part, writes)| {
-        !pass.uses.iter().any(|one| {
+        !pass.uses().iter().any(|one| {
             one.resource == *resource && one.part == *part && (one.usage != Usage::CopySource) == *writes
         })
     });
@@ -77,12 +77,13 @@ fn uses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -> Option<S
 fn part(plan: &Plan, end: &TransferEnd) -> Part {
     match end {
         TransferEnd::Buffer(region) => {
-            Part { mip: None, layer: None, aspect: Aspect::All, bytes: region.view.bytes }
+            Part { mip: None, layer: None, aspect: Aspect::All, bytes: region.buffer.part.bytes }
         }
         TransferEnd::Texture(region) => {
-            let format = planned(plan, region.resource).and_then(|one| one.format);
-            let aspect = if format.is_some_and(has_two_aspects) { region.aspect } else { Aspect::All };
-            Part { mip: Some(region.mip), layer: region.layer, aspect, bytes: None }
+            let format = planned(plan, region.texture.resource).and_then(|one| one.format);
+            let aspect =
+                if format.is_some_and(has_two_aspects) { region.texture.part.aspect } else { Aspect::All };
+            Part { mip: Some(region.mip()), layer: region.texture.part.layer, aspect, bytes: None }
         }
     }
 }
@@ -157,8 +158,8 @@ impl Transfer<'_> {
 
     /// The first byte of a region of a buffer, and how many.
     fn run(&self, region: &BufferRegion) -> Result<(u64, u64), String> {
-        let all = planned(self.plan, region.view.resource).ok_or("copies what is not planned")?.bytes;
-        let run = region.view.bytes.unwrap_or(Run { first: 0, count: all });
+        let all = planned(self.plan, region.buffer.resource).ok_or("copies what is not planned")?.bytes;
+        let run = region.buffer.part.bytes.unwrap_or(Run { first: 0, count: all });
         if run.end() > all {
             return Err("copies bytes that the buffer does not have".to_owned());
         }
@@ -167,16 +168,16 @@ impl Transfer<'_> {
 
     /// Whether boxes are those of a region: all its mip levels, in each all its layers.
     fn boxes(&self, region: &TextureRegion, boxes: &[TexelBox]) -> Result<(), String> {
-        let resource = planned(self.plan, region.resource).ok_or("copies what is not planned")?;
+        let resource = planned(self.plan, region.texture.resource).ok_or("copies what is not planned")?;
         let (Some(size), Some(format)) = (resource.size, resource.format) else {
             return Err("copies texels of what is no texture".to_owned());
         };
-        let declared = self.plan.pipeline.resource(region.resource).texture();
+        let declared = self.plan.pipeline.resource(region.texture.resource).texture();
         let volume = declared.is_some_and(|texture| texture.view == Some(TextureShape::D3));
-        let aspect = if has_two_aspects(format) { region.aspect } else { Aspect::All };
+        let aspect = if has_two_aspects(format) { region.texture.part.aspect } else { Aspect::All };
         let (block_width, block_height) = format.block_dimensions();
         let mut list = boxes.iter();
-        for mip in u64::from(region.mip.first)..region.mip.end() {
+        for mip in u64::from(region.mip().first)..region.mip().end() {
             if mip >= u64::from(size.mips) {
                 return Err(format!("copies mip {mip}, which is not there"));
             }
@@ -187,7 +188,7 @@ impl Transfer<'_> {
                 half(size.height).next_multiple_of(block_height),
             ];
             let slices = if volume { half(size.layers) } else { size.layers };
-            let layers = region.layer.unwrap_or(Run { first: 0, count: slices });
+            let layers = region.texture.part.layer.unwrap_or(Run { first: 0, count: slices });
             if layers.end() > u64::from(slices) {
                 return Err("copies layers that are not there".to_owned());
             }
@@ -228,9 +229,9 @@ impl Transfer<'_> {
         let boxes: Vec<TexelBox> = list.iter().map(|(_, one)| *one).collect();
         self.boxes(region, &boxes)?;
         let (first, count) = self.run(buffer)?;
-        let format = planned(self.plan, region.resource).and_then(|one| one.format);
+        let format = planned(self.plan, region.texture.resource).and_then(|one| one.format);
         let format = format.ok_or("copies texels of what is no texture")?;
-        let aspect = match region.aspect {
+        let aspect = match region.texture.part.aspect {
             Aspect::All => TextureAspect::All,
             Aspect::DepthOnly => TextureAspect::DepthOnly,
             Aspect::StencilOnly => TextureAspect::StencilOnly,

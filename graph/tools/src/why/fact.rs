@@ -120,7 +120,7 @@ pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> V
     for before in &pass.after {
         facts.push(fact("after", &*pipeline.pass(*before).name));
     }
-    for one in &pass.uses {
+    for one in pass.uses() {
         let resource = &pipeline.resource(one.resource).name;
         let about = match (one.usage.reads(), one.usage.writes()) {
             (true, true) => "reads, writes",
@@ -241,7 +241,7 @@ pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[Use<'_>]) -
     };
     let plan = subject.checked.plan.as_ref();
     for pass in &pipeline.passes {
-        for one in pass.uses.iter().filter(|one| one.resource == handle) {
+        for one in pass.uses().iter().filter(|one| one.resource == handle) {
             let about = if one.usage.writes() { "written by" } else { "read by" };
             let culled = plan.is_some_and(|plan| plan.culled.contains_key(&pass.name));
             let culled = if culled { ", culled" } else { "" };

@@ -4,12 +4,12 @@ use super::PassBuilder;
 use crate::data::{DataShape, ValueType};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::pipeline::load::Expected;
-use crate::pipeline::{Part, ResourceKind, Usage, Version};
-use crate::work::ResourceHandle;
+use crate::pipeline::{Part, ResourceKind, Version};
+use crate::work::Subresource;
 
 impl PassBuilder<'_> {
     /// Names the data that this pass publishes.
-    pub fn publish(&mut self, name: &str, pointer: &str, shape: DataShape) -> Option<ResourceHandle> {
+    pub fn publish(&mut self, name: &str, pointer: &str, shape: DataShape) -> Option<Subresource> {
         let place = self.place(pointer);
         let at = self.absolute(pointer);
         let name = &self.outside(name, pointer)?;
@@ -20,8 +20,7 @@ impl PassBuilder<'_> {
                 *published = Some(shape);
                 resource.place = place;
                 resource.pointer = at;
-                self.add_use(handle, Part::WHOLE, Usage::HostWrite, Version::Newest, pointer);
-                Some(handle)
+                Some(self.subresource(handle, Part::WHOLE, Version::Newest, pointer))
             }
             ResourceKind::Data(Some(_)) => {
                 let finding = Diagnostic::error(
@@ -48,7 +47,7 @@ impl PassBuilder<'_> {
     }
 
     /// Reads host data that another pass publishes.
-    pub fn data(&mut self, name: &str, pointer: &str) -> Option<ResourceHandle> {
+    pub fn data(&mut self, name: &str, pointer: &str) -> Option<Subresource> {
         let place = self.place(pointer);
         let at = self.absolute(pointer);
         let name = &self.outside(name, pointer)?;
@@ -67,10 +66,7 @@ impl PassBuilder<'_> {
             );
             return None;
         }
-        if !self.uses.iter().any(|known| known.resource == handle) {
-            self.add_use(handle, Part::WHOLE, Usage::HostRead, Version::Newest, pointer);
-        }
-        Some(handle)
+        Some(self.subresource(handle, Part::WHOLE, Version::Newest, pointer))
     }
 
     /// Reads host data that has to publish certain values: of an array the type of the elements counts, not their number.
@@ -79,12 +75,12 @@ impl PassBuilder<'_> {
         name: &str,
         pointer: &str,
         values: &[(&str, ValueType)],
-    ) -> Option<ResourceHandle> {
-        let handle = self.data(name, pointer)?;
+    ) -> Option<Subresource> {
+        let data = self.data(name, pointer)?;
         let values = values.iter().map(|(name, value_type)| ((*name).to_owned(), *value_type)).collect();
         let (place, pointer) = (self.place(pointer), self.absolute(pointer));
-        self.shared.expected.push(Expected { resource: handle, values, place, pointer });
-        Some(handle)
+        self.shared.expected.push(Expected { resource: data.resource, values, place, pointer });
+        Some(data)
     }
 
     /// The name outside of what is named here, with expressions in braces replaced.

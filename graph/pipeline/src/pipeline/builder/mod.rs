@@ -18,8 +18,8 @@ pub use parts::{Face, PartSettings};
 pub use programs::axis_value;
 
 use super::environment::Environment;
+use super::host_contract;
 use super::load::Shared;
-use super::{Use, host_contract};
 use crate::diagnostic::{Code, Diagnostic, codes};
 use crate::document;
 use crate::source::Span;
@@ -32,7 +32,6 @@ pub struct PassBuilder<'a> {
     pub(in crate::pipeline) settings: &'a document::Value,
     /// The pointer of the settings in the document.
     pub(in crate::pipeline) pointer: String,
-    pub(in crate::pipeline) uses: Vec<Use>,
     pub(in crate::pipeline) environment: &'a Environment,
 }
 
@@ -92,9 +91,22 @@ impl PassBuilder<'_> {
         self.shared.diagnostics.push(finding);
     }
 
-    /// Finishes the pass.
-    pub fn produce(&self, work: Work) -> Produced {
-        Produced(work)
+    /// Finishes the pass, unless it writes an earlier frame.
+    pub fn produce(&mut self, work: Work) -> Option<Produced> {
+        for (named, usage) in work.accesses() {
+            let name = match self.shared.resources.get(named.resource.index()) {
+                Some(resource) if usage.writes() && resource.is_earlier_frame() => &resource.name,
+                _ => continue,
+            };
+            let this = name.split('@').next().unwrap_or(name);
+            let message =
+                format!("\"{name}\" is used as {}, but an earlier frame is only read", usage.name());
+            let finding = Diagnostic::error(codes::HISTORY_WRITE, named.place, message);
+            let help = format!("write \"{this}\", which is this frame's");
+            self.shared.diagnostics.push(finding.pointer(&named.pointer).help(help));
+            return None;
+        }
+        Some(Produced(work))
     }
 
     /// The geometry contract of a name.

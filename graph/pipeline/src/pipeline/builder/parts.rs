@@ -5,9 +5,9 @@ use serde::Deserialize;
 
 use super::PassBuilder;
 use crate::diagnostic::codes;
-use crate::language::{Expr, TextureDeclaration, Word, format_name, parse_format};
-use crate::pipeline::{Aspect, Part, Run, Usage};
-use crate::work::ResourceHandle;
+use crate::language::{Expr, Word, parse_format};
+use crate::pipeline::{Aspect, Part, Run};
+use crate::work::Subresource;
 
 /// A face of a cube, by its direction: layers 0 to 5 in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -133,15 +133,14 @@ impl PassBuilder<'_> {
         Some(Some(Run { first, count }))
     }
 
-    /// Uses bytes of a buffer that a reference names.
+    /// Bytes of a buffer that a reference names.
     pub fn buffer_part(
         &mut self,
         reference: &str,
         bytes: Option<Run<u64>>,
-        usage: Usage,
         pointer: &str,
-    ) -> Option<ResourceHandle> {
-        self.buffer_used(reference, Part { bytes, ..Part::WHOLE }, usage, pointer)
+    ) -> Option<Subresource> {
+        self.buffer_named(reference, Part { bytes, ..Part::WHOLE }, pointer)
     }
 
     /// A texture format by its WebGPU name.
@@ -159,19 +158,3 @@ impl PassBuilder<'_> {
 
 /// The formats that are seen as one another.
 const KNOWN_VIEWS: &[&str] = &["rgba8unorm", "rgba8unorm-srgb", "bgra8unorm", "bgra8unorm-srgb"];
-
-/// The part as the compiler tells parts apart: depth and stencil only where the format may have both.
-pub(super) fn normal(texture: &TextureDeclaration, part: Part, usage: Usage) -> Part {
-    let both = texture.format.names().iter().filter_map(|name| parse_format(name)).any(|format| {
-        let name = format_name(format);
-        name.starts_with("depth") && format.has_stencil_aspect()
-    });
-    let aspect = match part.aspect {
-        _ if !both => Aspect::All,
-        _ if usage.is_depth() => Aspect::DepthOnly,
-        _ if usage.is_stencil() => Aspect::StencilOnly,
-        Aspect::All if usage == Usage::Sampled => Aspect::DepthOnly,
-        aspect => aspect,
-    };
-    part.aspect(aspect)
-}

@@ -1,34 +1,26 @@
-//! Textures and buffers that a pass names, and the uses that are recorded of them.
+//! Textures and buffers that a pass names.
 
 use super::PassBuilder;
-use super::parts::normal;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Reference, parse_format};
-use crate::pipeline::{Aspect, Part, ResourceKind, Usage, Use, Version, history};
-use crate::work::{ResourceHandle, TextureRegion};
+use crate::pipeline::{Aspect, Part, ResourceKind, Version, history};
+use crate::work::{ResourceHandle, Subresource, TextureRegion};
 
 impl PassBuilder<'_> {
-    /// Uses a texture that a reference names.
-    pub fn texture(
-        &mut self,
-        reference: &str,
-        part: Part,
-        usage: Usage,
-        pointer: &str,
-    ) -> Option<ResourceHandle> {
+    /// A part of a texture that a reference names.
+    pub fn texture(&mut self, reference: &str, part: Part, pointer: &str) -> Option<Subresource> {
         let (handle, version) = self.reference(reference, pointer)?;
         let resource = &self.shared.resources[handle.index()];
-        let part = resource.texture().map_or(part, |texture| normal(texture, part, usage));
         if resource.texture().is_none() {
             let message =
                 format!("\"{}\" is {}, but a texture is wanted here", resource.name, resource.kind_name());
             self.report(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
             return None;
         }
-        self.checked_use(handle, part, usage, version, pointer)
+        Some(self.subresource(handle, part, version, pointer))
     }
 
-    /// A declared texture of which only the size is wanted: no use is recorded.
+    /// A declared texture of which only the size is wanted.
     pub fn declared_texture(&mut self, name: &str, pointer: &str) -> Option<ResourceHandle> {
         let (handle, _) = self.reference(name, pointer)?;
         let resource = &self.shared.resources[handle.index()];
@@ -57,10 +49,11 @@ impl PassBuilder<'_> {
     /// The bytes that texels of a texture have in a buffer, if numbers of its declaration say so and no bytes are left
     /// between their rows.
     pub fn bytes_of_full_rows(&self, region: &TextureRegion) -> Option<u64> {
-        let texture = self.shared.resources[region.resource.index()].texture()?;
+        let (part, mip_levels) = (region.texture.part, region.mip());
+        let texture = self.shared.resources[region.texture.resource.index()].texture()?;
         let mut names = texture.format.names().iter();
         let format = names.next().filter(|_| names.next().is_none()).and_then(|name| parse_format(name))?;
-        let aspect = match region.aspect {
+        let aspect = match part.aspect {
             Aspect::All => wgpu_types::TextureAspect::All,
             Aspect::DepthOnly => wgpu_types::TextureAspect::DepthOnly,
             Aspect::StencilOnly => wgpu_types::TextureAspect::StencilOnly,
@@ -69,7 +62,7 @@ impl PassBuilder<'_> {
         let (block_width, block_height) = format.block_dimensions();
         let number = |value: Option<&serde_json::Value>| value?.as_u64();
         let [width, height] = [0, 1].map(|axis| number(texture.size.0.get(axis)));
-        let layers = match (region.layer, &texture.layers) {
+        let layers = match (part.layer, &texture.layers) {
             (Some(run), _) => u64::from(run.count),
             (None, None) => 1,
             (None, Some(layers)) => layers.0.as_u64()?,
@@ -79,7 +72,7 @@ impl PassBuilder<'_> {
             return None;
         }
         let mut all = 0u64;
-        for mip in region.mip.first..region.mip.end().try_into().ok()? {
+        for mip in mip_levels.first..mip_levels.end().try_into().ok()? {
             let side = |length: u64| length.checked_shr(mip).unwrap_or(0).max(1);
             let row = side(width?).div_ceil(block_width.into()).checked_mul(block)?;
             if !row.is_multiple_of(wgpu_types::COPY_BYTES_PER_ROW_ALIGNMENT.into()) {
@@ -98,18 +91,12 @@ impl PassBuilder<'_> {
         self.shared.find(&self.environment.resource(reference.resource))
     }
 
-    /// Uses a buffer that a reference names.
-    pub fn buffer(&mut self, reference: &str, usage: Usage, pointer: &str) -> Option<ResourceHandle> {
-        self.buffer_used(reference, Part::WHOLE, usage, pointer)
+    /// All of a buffer that a reference names.
+    pub fn buffer(&mut self, reference: &str, pointer: &str) -> Option<Subresource> {
+        self.buffer_named(reference, Part::WHOLE, pointer)
     }
 
-    pub(super) fn buffer_used(
-        &mut self,
-        reference: &str,
-        part: Part,
-        usage: Usage,
-        pointer: &str,
-    ) -> Option<ResourceHandle> {
+    pub(super) fn buffer_named(&mut self, reference: &str, part: Part, pointer: &str) -> Option<Subresource> {
         let (handle, version) = self.reference(reference, pointer)?;
         let resource = &self.shared.resources[handle.index()];
         if !matches!(resource.kind, ResourceKind::Buffer(_)) {
@@ -118,7 +105,7 @@ impl PassBuilder<'_> {
             self.report(codes::WRONG_RESOURCE, pointer, message, "name a buffer of \"resources\"");
             return None;
         }
-        self.checked_use(handle, part, usage, version, pointer)
+        Some(self.subresource(handle, part, version, pointer))
     }
 
     pub(super) fn reference(&mut self, text: &str, pointer: &str) -> Option<(ResourceHandle, Version)> {
@@ -202,46 +189,13 @@ impl PassBuilder<'_> {
         Some((handle, version))
     }
 
-    /// Adds a use, unless it writes an earlier frame.
-    fn checked_use(
-        &mut self,
-        handle: ResourceHandle,
-        part: Part,
-        usage: Usage,
-        version: Version,
-        pointer: &str,
-    ) -> Option<ResourceHandle> {
-        let resource = &self.shared.resources[handle.index()];
-        if usage.writes() && resource.is_earlier_frame() {
-            let name = resource.name.clone();
-            let this = name.split('@').next().unwrap_or(&name).to_owned();
-            let message =
-                format!("\"{name}\" is used as {}, but an earlier frame is only read", usage.name());
-            self.report(
-                codes::HISTORY_WRITE,
-                pointer,
-                message,
-                format!("write \"{this}\", which is this frame's"),
-            );
-            return None;
-        }
-        self.add_use(handle, part, usage, version, pointer);
-        Some(handle)
-    }
-
-    pub(super) fn add_use(
-        &mut self,
+    pub(super) fn subresource(
+        &self,
         resource: ResourceHandle,
         part: Part,
-        usage: Usage,
         version: Version,
         pointer: &str,
-    ) {
-        let place = self.place(pointer);
-        let when = Vec::new();
-        let new = Use { resource, part, usage, version, when, place, pointer: self.absolute(pointer) };
-        if !self.uses.contains(&new) {
-            self.uses.push(new);
-        }
+    ) -> Subresource {
+        Subresource { resource, part, version, place: self.place(pointer), pointer: self.absolute(pointer) }
     }
 }

@@ -7,8 +7,8 @@ use super::{PartSettings, PassBuilder, host_contract};
 use crate::diagnostic::{codes, did_you_mean};
 use crate::document;
 use crate::language::{TextureShape, Word};
-use crate::pipeline::{Aspect, Bind, BindObject, Contents, Part, Program, ProgramBinding, Run, Usage};
-use crate::work::{BlockLayout, BoundSlot, BufferView, ProgramHandle, Sampler, SlotSource, TextureView};
+use crate::pipeline::{Bind, BindObject, Contents, Part, Program, ProgramBinding, Run, Usage};
+use crate::work::{BoundSlot, BoundTexture, ProgramHandle, Sampler, SlotSource};
 
 impl PassBuilder<'_> {
     /// Matches the bindings of a program with what a pass binds, by name. Where `geometry` is given, groups 2 and 3
@@ -77,7 +77,7 @@ impl PassBuilder<'_> {
         use wgpu_types::{BindingType, SamplerBindingType};
         match binding.entry.ty {
             BindingType::Buffer { .. } if geometry.is_some() && binding.name == "view" => {
-                Some(SlotSource::View(BlockLayout::default()))
+                Some(SlotSource::View)
             }
             BindingType::Sampler(SamplerBindingType::Filtering) => {
                 Some(SlotSource::Sampler(Sampler::default()))
@@ -177,25 +177,22 @@ impl PassBuilder<'_> {
                     let values_at = format!("{at}/values");
                     let values =
                         self.block_values(layout, &data.values, &values_at, &program.template, false);
-                    let resource = self.data(&data.name, &format!("{at}/name"))?;
-                    Some(SlotSource::Data { resource, layout: BlockLayout::default(), values: Some(values?) })
+                    let data = self.data(&data.name, &format!("{at}/name"))?;
+                    Some(SlotSource::Data { data, values: Some(values?) })
                 }
                 Bind::Object(BindObject::Buffer(buffer)) => {
                     let at = format!("{here}/buffer");
                     let bytes = self.bytes(buffer.offset.as_ref(), buffer.size.as_ref(), &at)?;
                     let usage = self.written(buffer_usage(ty), buffer.contents.as_ref(), &at)?;
-                    let resource = self.buffer_part(&buffer.name, bytes, usage, &format!("{at}/name"))?;
-                    Some(SlotSource::Buffer(BufferView { resource, bytes }))
+                    let buffer = self.buffer_part(&buffer.name, bytes, &format!("{at}/name"))?;
+                    Some(SlotSource::Buffer { buffer, usage })
                 }
                 Bind::Name(name) => {
                     if self.is_buffer(name) {
-                        let usage = buffer_usage(ty);
-                        return self
-                            .buffer(name, usage, here)
-                            .map(|resource| SlotSource::Buffer(BufferView { resource, bytes: None }));
+                        let (buffer, usage) = (self.buffer(name, here)?, buffer_usage(ty));
+                        return Some(SlotSource::Buffer { buffer, usage });
                     }
-                    let resource = self.data(name, here)?;
-                    Some(SlotSource::Data { resource, layout: BlockLayout::default(), values: None })
+                    Some(SlotSource::Data { data: self.data(name, here)?, values: None })
                 }
                 Bind::Object(_) => {
                     let help = "bind the name of a buffer or of host data, or { \"values\": { } }";
@@ -263,21 +260,16 @@ impl PassBuilder<'_> {
                 return None;
             }
         };
-        let (mut used, mut usage) = (part, usage);
-        if let Bind::Object(BindObject::Texture(texture)) = bind {
-            usage = self.written(usage, texture.contents.as_ref(), &format!("{here}/texture"))?;
-            // What is replaced is the one mip level that storage is.
-            used.mip = used.mip.or((usage == Usage::StorageReplace).then_some(Run::one(0)));
-        }
-        let resource = self.texture(name, used, usage, &at)?;
-        Some(SlotSource::Texture(TextureView {
-            resource,
-            shape: shape.unwrap_or(declared),
-            mip: part.mip.or((usage != Usage::Sampled).then_some(Run::one(0))),
-            layer: part.layer,
-            aspect: if part.aspect == Aspect::All { Aspect::DepthOnly } else { part.aspect },
-            format,
-        }))
+        let usage = match bind {
+            Bind::Object(BindObject::Texture(texture)) => {
+                self.written(usage, texture.contents.as_ref(), &format!("{here}/texture"))?
+            }
+            _ => usage,
+        };
+        // Storage is one mip level.
+        let mip = part.mip.or((usage != Usage::Sampled).then_some(Run::one(0)));
+        let texture = self.texture(name, Part { mip, ..part }, &at)?;
+        Some(SlotSource::Texture(BoundTexture { texture, usage, shape: shape.unwrap_or(declared), format }))
     }
 }
 

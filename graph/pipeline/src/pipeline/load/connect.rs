@@ -1,57 +1,37 @@
-//! What passes say of one another once all are declared: host data is laid out in the blocks that it is bound to.
+//! What passes say of one another once all are declared: host data fits the blocks that it is bound to.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Shared;
 use crate::data::ValueType;
 use crate::diagnostic::{Diagnostic, codes, list_of};
-use crate::pipeline::{Pass, ResourceKind, binding};
+use crate::pipeline::binding::block_layout;
+use crate::pipeline::{Pass, ResourceKind};
 use crate::source::Span;
-use crate::work::{BoundSlot, ProgramHandle, ResourceHandle, SlotSource, Work};
+use crate::work::{BoundSlot, ProgramHandle, ResourceHandle, Work};
 
-/// Lays host data out in the blocks that it is bound to, now that all of it is published.
-pub(super) fn connect(passes: &mut [Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &mut Shared) {
+/// Finds host data that does not fit the blocks that it is bound to, now that all of it is published.
+pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &mut Shared) {
     let mut unpublished: BTreeMap<ResourceHandle, (Span, String)> = BTreeMap::new();
-    for pass in passes.iter_mut() {
-        for one in &pass.uses {
+    for pass in passes {
+        for one in pass.uses() {
             if matches!(shared.resources[one.resource.index()].kind, ResourceKind::Data(None))
                 && !uncertain.contains(&one.resource)
             {
                 unpublished.entry(one.resource).or_insert((one.place, one.pointer.clone()));
             }
         }
-        let Some((program, slots)) = slots_mut(&mut pass.work) else { continue };
+        let Some((program, slots)) = bound(pass.work()) else { continue };
         let program = &shared.programs.list[program.index()];
         for slot in slots {
-            let Some(block) =
-                program.binding_at(slot.group, slot.binding).and_then(|binding| binding.block.as_ref())
-            else {
-                continue;
-            };
-            let (shape, data_name, target, values) = match &mut slot.source {
-                SlotSource::View(layout) => (crate::data::View::shape(), "view".to_owned(), layout, None),
-                SlotSource::Data { resource, layout, values } => {
-                    let known = &shared.resources[resource.index()];
-                    let ResourceKind::Data(Some(shape)) = &known.kind else { continue };
-                    (shape.clone(), known.name.clone(), layout, values.as_ref())
-                }
-                _ => continue,
-            };
-            match binding::match_block(block, &shape, &data_name, values) {
-                Ok(layout) => *target = layout,
-                Err(faults) => {
-                    for fault in faults {
-                        shared.diagnostics.push(
-                            Diagnostic::error(
-                                codes::BLOCK_MISMATCH,
-                                slot.place,
-                                format!("in \"{}\" of {}: {fault}", slot.name, program.template),
-                            )
-                            .pointer(&slot.pointer)
-                            .help("members of a block take the published value of the same name and type"),
-                        );
-                    }
-                }
+            let Some(Err(faults)) = block_layout(program, slot, &shared.resources) else { continue };
+            for fault in faults {
+                let message = format!("in \"{}\" of {}: {fault}", slot.name, program.template);
+                shared.diagnostics.push(
+                    Diagnostic::error(codes::BLOCK_MISMATCH, slot.place, message)
+                        .pointer(&slot.pointer)
+                        .help("members of a block take the published value of the same name and type"),
+                );
             }
         }
     }
@@ -99,10 +79,10 @@ fn check_expected(shared: &mut Shared) {
     }
 }
 
-pub(super) fn slots_mut(work: &mut Work) -> Option<(ProgramHandle, &mut Vec<BoundSlot>)> {
+fn bound(work: &Work) -> Option<(ProgramHandle, &[BoundSlot])> {
     match work {
-        Work::Render(render) => Some(render.draw.bound_mut()),
-        Work::Compute(compute) => Some((compute.program, &mut compute.bindings)),
-        Work::Host(_) | Work::Transfer(_) => None,
+        Work::Render(render) => Some(render.draw.bound()),
+        Work::Compute(compute) => Some((compute.program, &*compute.bindings)),
+        Work::Nothing | Work::Host(_) | Work::Transfer(_) => None,
     }
 }

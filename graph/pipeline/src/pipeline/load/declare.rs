@@ -11,7 +11,7 @@ use crate::document::{Document, Entry, pointer_join};
 use crate::node::Registry;
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::expand::{Expander, Instance};
-use crate::pipeline::{Pass, Produced, Resource, Toggle, Use, history, toggle};
+use crate::pipeline::{Pass, Produced, Resource, Toggle, history, toggle};
 
 /// The passes of a document, as far as they could be declared.
 pub(super) struct Passes<'a> {
@@ -34,7 +34,7 @@ enum Outcome {
     Absent,
     /// It has diagnostics of its own, or follows from some.
     Gap,
-    Sound(Produced, Vec<Use>),
+    Sound(Produced),
 }
 
 /// Declares all resources, then all passes. `None` where there are more faults than are looked for.
@@ -120,7 +120,7 @@ impl<'a> Passes<'a> {
                 shared.programs.modules.lacks(instance.entry, &instance.pointer, "when", is_top);
             }
             Outcome::Gap => self.gaps.push(gap),
-            Outcome::Sound(produced, uses) => self.add(instance, &declared, produced, uses, toggles, shared),
+            Outcome::Sound(produced) => self.add(instance, &declared, produced, toggles, shared),
         }
     }
 
@@ -129,7 +129,6 @@ impl<'a> Passes<'a> {
         instance: &Instance<'a>,
         declared: &Declared<'a>,
         produced: Produced,
-        uses: Vec<Use>,
         toggles: &[Toggle],
         shared: &mut Shared,
     ) {
@@ -154,19 +153,12 @@ impl<'a> Passes<'a> {
                 environment: environment.clone(),
             });
         }
-        self.list.push(Pass {
-            name: name.clone(),
-            kind: kind.key.clone(),
-            place: entry.key_span,
-            pointer: pointer.clone(),
-            environment: environment.clone(),
-            uses,
-            after: Vec::new(),
-            is_misplaced: false,
-            side_effect: common.side_effect || environment.side_effect,
-            condition,
-            work: produced.0,
-        });
+        let (kind, environment) = (kind.key.clone(), environment.clone());
+        let mut pass = Pass::new(name.clone(), kind, entry.key_span, pointer.clone(), environment);
+        pass.side_effect = common.side_effect || pass.environment.side_effect;
+        pass.condition = condition;
+        pass.set_work(produced.0, Vec::new(), &shared.resources);
+        self.list.push(pass);
     }
 }
 
@@ -181,7 +173,6 @@ fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared
         name: &instance.name,
         settings: &entry.value,
         pointer: pointer.clone(),
-        uses: Vec::new(),
         environment,
         shared,
     };
@@ -196,7 +187,6 @@ fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared
         }
         _ => None,
     };
-    let uses = std::mem::take(&mut builder.uses);
     if present != Some(false) {
         shared.programs.modules.has(entry);
     }
@@ -205,7 +195,7 @@ fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared
     shared.report_from(own, environment);
     match (present, produced) {
         (Some(false), _) => Outcome::Absent,
-        (_, Some(produced)) if is_sound => Outcome::Sound(produced, uses),
+        (_, Some(produced)) if is_sound => Outcome::Sound(produced),
         _ => Outcome::Gap,
     }
 }

@@ -132,7 +132,7 @@ impl Connected {
         after::connect(&waiting, &mut list, &instances, &absent, &gaps, shared);
         check_extension_points(document, &mut shared.diagnostics);
         let mut uncertain = uncertain(&gaps, &instances, is_unreadable, shared);
-        connect(&mut list, &uncertain, shared);
+        connect(&list, &uncertain, shared);
         let bypasses = toggle::connect(&bypasses, &mut list, toggles, &mut uncertain, shared);
         check_versions(&list, &absent, &gaps, shared);
         let gaps = gaps.into_iter().map(|(name, _)| name).collect();

@@ -17,18 +17,18 @@ pub(super) fn check_versions(
     shared: &mut Shared,
 ) {
     let is_named = |one: &Use| matches!(one.version, Version::WrittenBy(_));
-    if !passes.iter().any(|pass| pass.uses.iter().any(is_named)) {
+    if !passes.iter().any(|pass| pass.uses().iter().any(is_named)) {
         return;
     }
     let mut writers_of: HashMap<ResourceHandle, BTreeSet<&str>> = HashMap::new();
     for pass in passes {
-        for one in pass.uses.iter().filter(|one| one.usage.writes()) {
+        for one in pass.uses().iter().filter(|one| one.usage.writes()) {
             writers_of.entry(one.resource).or_default().insert(&pass.name);
         }
     }
     let nobody = BTreeSet::new();
     for pass in passes {
-        for one in &pass.uses {
+        for one in pass.uses() {
             let Version::WrittenBy(writer) = &one.version else { continue };
             let resource = &shared.resources[one.resource.index()].name;
             let writers = writers_of.get(&one.resource).unwrap_or(&nobody);
