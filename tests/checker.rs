@@ -755,7 +755,7 @@ fn a_history_that_nothing_live_reads_back_is_no_reason_to_keep_its_writer() {
         let past = plan.resources["past@-1"].handle;
         for pass in &mut pipeline(plan).passes {
             if pass.name == "out" {
-                pass.uses().retain(|one| one.resource != past);
+                pass.tamper().1.retain(|one| one.resource != past);
             }
         }
     });

@@ -13,7 +13,7 @@ use super::plan::PlanOptions;
 use super::size::{Size, Sizes};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::TextureShape;
-use crate::pipeline::{History, Part, Pipeline, Use};
+use crate::pipeline::{History, Part, Pass, Pipeline, Use};
 use crate::source::Sources;
 use crate::work::PassHandle;
 
@@ -25,7 +25,7 @@ pub fn set_aside(
     diagnostics: &mut Diagnostics,
 ) {
     let is_partial = |one: &Use| one.part != Part::WHOLE;
-    if !pipeline.passes.iter().flat_map(|pass| pass.uses()).any(is_partial) {
+    if !pipeline.passes.iter().flat_map(Pass::uses).any(is_partial) {
         return;
     }
     // What is wrong with the sizes themselves is found again by the plan.

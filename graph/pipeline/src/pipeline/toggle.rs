@@ -393,7 +393,7 @@ impl Look<'_> {
         let environment = &self.said.environment;
         let name = environment.interpolate(&self.one.key, &self.shared.scope).ok();
         let named = name.and_then(|name| self.shared.find(&environment.resource(&name)));
-        let uses = self.members().flat_map(|pass| pass.uses());
+        let uses = self.members().flat_map(Pass::uses);
         let written: BTreeSet<ResourceHandle> =
             uses.filter(|one| one.usage.writes()).map(|one| one.resource).collect();
         match named.filter(|named| written.contains(named)) {

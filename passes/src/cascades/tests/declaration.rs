@@ -36,7 +36,10 @@ pub(super) fn run(settings: &str, frame: &FrameInput) -> HostData {
     let (pipeline, diagnostics, _) = declare(settings, "");
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
     let pipeline = pipeline.expect("a pipeline without findings is there");
-    let Some(Work::Host(work)) = pipeline.passes.first().map(|pass| pass.work()) else { panic!("host work") };
+    let Some(Work::Host(work)) = pipeline.passes.first().map(umbragraph_pipeline::pipeline::Pass::work)
+    else {
+        panic!("host work")
+    };
     let mut data = HostData::new(node::shape(declared(&pipeline)));
     work.node.clone().start().run(&HostContext { frame, inputs: &[] }, &mut data);
     assert_eq!(data.refused(), None);
