@@ -3,7 +3,7 @@
 //! ```text
 //! requests ──explore──▶ paths, distinct texts ──prove──▶ refusals ──group──▶ findings, one per root cause
 //!              lazily, one rendering per path     once per text, on threads          with what provokes them
-//!              └───── on one thread, at the same time as ─────┘
+//!              └──────────── at the same time ───────────────┘
 //! ```
 //!
 //! A [`Request`] names a template, the values that its axes can have (all, those that pipelines reach, or one
@@ -19,7 +19,6 @@ mod diagram;
 mod explore;
 mod failure;
 mod overrides;
-mod pool;
 mod prove;
 mod report;
 mod space;
@@ -32,19 +31,20 @@ pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};
 pub use validator::{Opinion, Validator};
 
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use cause::{Causes, Failure, Ground};
 use dead::{Examined, Marked};
 use explore::{Exploration, Explorer, Source};
-use pool::Pool;
 use prove::{Proof, Subject, Task};
+use rayon::iter::{ParallelBridge, ParallelIterator};
 pub use space::Space;
 
 use super::compile::unknown_axis;
 use super::profile::TargetProfile;
 use super::render::Placement;
-use super::{Reflection, TemplateSet, codes};
+use super::{Reflection, TemplateSet, codes, wgsl};
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Diagnostics, Place, describe};
 use crate::source::FileId;
 
@@ -134,24 +134,63 @@ struct Proven {
     source: Option<Source>,
 }
 
-/// The bytes of text that wait for a proof at a time: the cache holds them, however many texts there are.
-const WAITING_BYTES: usize = 1 << 20;
+/// The most threads that are worth their stacks.
+const MAXIMUM_THREADS: usize = 256;
 
 /// The index of each distinct text among all tasks.
 type TextsByHash = HashMap<[u8; 32], usize>;
 
-/// Takes all paths of the requests, and proves each distinct text while others are still being found. Findings are those
-/// about requests that cannot be explored.
+/// Takes all paths of the requests, and proves each distinct text while others are still being found: whichever thread
+/// is free takes the paths up to the next new text, so that none waits in memory. What comes out is in the order of
+/// finding. Findings are those about requests that cannot be explored.
 fn explore_and_prove<'a>(
     templates: &'a TemplateSet,
     placement: &Placement<'_>,
     requests: &'a [Request],
     options: &Options<'_>,
 ) -> (Vec<Explored<'a>>, Vec<Diagnostic>, Vec<Proven>) {
+    let (mut explored, mut findings) = (Vec::new(), Vec::new());
+    // The distinct texts by hash, apart by what they are proven for.
+    let mut known: HashMap<(&str, Vec<&str>), TextsByHash> = HashMap::new();
+    let (found, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let mut rest = requests.iter();
+    let mut current: Option<Current<'_, '_>> = None;
+    let tasks = std::iter::from_fn(|| {
+        loop {
+            if let Some(Current { subject, explorer, tasks, request, .. }) = &mut current {
+                let profiles = request.profiles.iter().map(|profile| profile.name.as_str()).collect();
+                let known = known.entry((&request.template, profiles)).or_default();
+                while let Some(source) = explorer.next_text() {
+                    let text = explorer.exploration.texts.last()?;
+                    let new = found.load(Ordering::Relaxed);
+                    let index = *known.entry(text.hash).or_insert(new);
+                    tasks.push(index);
+                    if index == new {
+                        found.store(new + 1, Ordering::Relaxed);
+                        return Some((index, Task { source, subject: subject.clone() }));
+                    }
+                }
+            }
+            if let Some(Current { request, space, explorer, tasks, .. }) = current.take() {
+                explored.push(Explored { request, space, exploration: explorer.finish(), tasks });
+            }
+            let request = rest.next()?;
+            match (space_of(templates, request), templates.axes(&request.template)) {
+                (Ok(space), Some(axes)) => {
+                    let space = Arc::new(space);
+                    let subject = Arc::new(Subject::new(axes, &request.profiles));
+                    let explorer =
+                        Explorer::new(templates, placement, &request.template, &space, options.report_dead);
+                    current = Some(Current { request, space, subject, explorer, tasks: Vec::new() });
+                }
+                (refused, _) => findings.extend(refused.err().into_iter().flatten()),
+            }
+        }
+    });
     // Texts have few distinct reflections. Equal ones are found where they are made, so that nothing small stays behind
     // in the midst of what a proof frees.
     let reflections: Mutex<HashSet<Arc<Reflection>>> = Mutex::default();
-    let work = |task: Task<'a>| {
+    let work = |(index, task): (usize, Task<'a>)| {
         let mut proof = prove::prove(&task);
         if let Some(reflection) = &mut proof.reflection {
             let mut known = reflections.lock().unwrap_or_else(PoisonError::into_inner);
@@ -162,41 +201,30 @@ fn explore_and_prove<'a>(
         }
         let opinions = failure::judge(&task, &proof, options.external);
         let accepted = proof.refusals.is_empty() && opinions.iter().all(|each| *each == Opinion::Accepts);
-        Proven { proof, opinions, source: (!accepted).then_some(task.source) }
+        let proven = Proven { proof, opinions, source: (!accepted).then_some(task.source) };
+        (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, found.load(Ordering::Relaxed));
+        (index, proven)
     };
-    let explore = |pool: &Pool<'_, Task<'a>, Proven>| {
-        let (mut explored, mut findings) = (Vec::new(), Vec::new());
-        // The distinct texts by hash, apart by what they are proven for.
-        let mut known: HashMap<(&str, Vec<&str>), TextsByHash> = HashMap::new();
-        for request in requests {
-            let space = match space_of(templates, request) {
-                Ok(space) => Arc::new(space),
-                Err(found) => {
-                    findings.extend(found);
-                    continue;
-                }
-            };
-            let Some(axes) = templates.axes(&request.template) else { continue };
-            let subject = Arc::new(Subject::new(axes, &request.profiles));
-            let profiles = request.profiles.iter().map(|profile| profile.name.as_str()).collect();
-            let known = known.entry((&request.template, profiles)).or_default();
-            let mut explorer =
-                Explorer::new(templates, placement, &request.template, &space, options.report_dead);
-            let mut tasks = Vec::new();
-            while let Some(source) = explorer.next_text() {
-                if let Some(text) = explorer.exploration.texts.last() {
-                    tasks.push(*known.entry(text.hash).or_insert_with(|| {
-                        pool.add(source.wgsl.len(), Task { source, subject: subject.clone() })
-                    }));
-                }
-            }
-            explored.push(Explored { request, space, exploration: explorer.finish(), tasks });
-        }
-        (explored, findings)
+    let prove = || tasks.par_bridge().map(work).collect::<Vec<_>>();
+    let threads = options.threads.clamp(1, MAXIMUM_THREADS);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(wgsl::STACK_BYTES).build();
+    // Where no thread can be started, as in a browser, the caller does it alone.
+    let mut proven = match pool {
+        Ok(pool) => pool.install(prove),
+        Err(_) => prove(),
     };
-    let ((explored, findings), proven) =
-        Pool::run(options.threads, WAITING_BYTES, &work, options.progress, explore);
-    (explored, findings, proven)
+    proven.sort_unstable_by_key(|(index, _)| *index);
+    (explored, findings, proven.into_iter().map(|(_, proven)| proven).collect())
+}
+
+/// The request whose paths are being taken.
+struct Current<'a, 'p> {
+    request: &'a Request,
+    space: Arc<Space>,
+    subject: Arc<Subject<'a>>,
+    explorer: Explorer<'p>,
+    /// The index of each distinct text among all tasks.
+    tasks: Vec<usize>,
 }
 
 /// Proves every variant of the requests.
@@ -292,7 +320,6 @@ fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Dia
                         format!("{value} is no value of the axis \"{name}\""),
                     )
                     .help(format!("the values are {}", axis.kind.describe()))
-                    .related(axis.span, "declared here")
                 }));
             }
         }
