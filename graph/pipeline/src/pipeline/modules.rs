@@ -57,6 +57,8 @@ pub struct Modules {
     /// Those that some load did not have.
     pub absent: BTreeMap<Span, Absent>,
     proven_elsewhere: bool,
+    /// Variants of a template that declare a binding and a member of it, by what was asked.
+    declared: BTreeMap<(String, AxisValues, String, Option<String>), Option<AxisValues>>,
     /// What the schema says of the document, which is the same for every configuration.
     of_schema: Option<Diagnostics>,
 }
@@ -98,6 +100,21 @@ impl Modules {
             };
             self.absent.insert(entry.key_span, absent);
         }
+    }
+
+    /// The values with which some variant of a template in which these axes are fixed declares a binding, with a member
+    /// where one is given.
+    pub(super) fn declares(
+        &mut self,
+        templates: &TemplateSet,
+        template: &str,
+        fixed: &AxisValues,
+        binding: &str,
+        member: Option<&str>,
+    ) -> Option<AxisValues> {
+        let key = (template.to_owned(), fixed.clone(), binding.to_owned(), member.map(str::to_owned));
+        let search = || shader::permutations::declares(templates, template, fixed, binding, member);
+        self.declared.entry(key).or_insert_with(search).clone()
     }
 
     /// The module, or what is wrong with it; nothing is said of what the proof of all variants will say.

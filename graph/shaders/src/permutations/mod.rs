@@ -15,6 +15,7 @@ mod agree;
 mod blame;
 mod cause;
 mod dead;
+mod declared;
 mod diagram;
 mod explore;
 mod failure;
@@ -27,6 +28,7 @@ mod validator;
 
 pub use crate::diagnostic::Count;
 pub use dead::dead;
+pub use declared::declares;
 pub use report::{Permutations, TemplateReport, ValueBytes, VariantReport};
 pub use validator::{Opinion, Validator};
 
@@ -320,6 +322,7 @@ fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Dia
                         format!("{value} is no value of the axis \"{name}\""),
                     )
                     .help(format!("the values are {}", axis.kind.describe()))
+                    .related(axis.span, "declared here")
                 }));
             }
         }

@@ -13,7 +13,7 @@ impl PassBuilder<'_> {
     /// Expressions for the members of a block: for all of them, or for those that other values leave.
     pub(super) fn block_values(
         &mut self,
-        layout: &TypeLayout,
+        (binding, layout): (&str, &TypeLayout),
         values: &BTreeMap<String, Expr>,
         at: &str,
         template: &str,
@@ -32,17 +32,11 @@ impl PassBuilder<'_> {
         let mut unknown: Vec<&str> = Vec::new();
         for name in values.keys().filter(|name| !members.iter().any(|member| member.name == **name)) {
             let names: Vec<&str> = members.iter().map(|member| member.name.as_str()).collect();
-            // A member of another variant's block stands in the template; here it is merely not needed.
-            if self.shared.is_mentioned(template, name) {
-                continue;
+            let here = document::pointer_join(at, name);
+            if !self.is_of_another_variant(template, (binding, Some(name)), &here, &names) {
+                unknown.push(name);
+                fine = false;
             }
-            let message = format!("the block has no member \"{name}\"");
-            let place = document::pointer_join(at, name);
-            self.report_unknown(codes::UNKNOWN_BINDING, &place, message, name, &names, || {
-                format!("its members are {}", names.join(", "))
-            });
-            unknown.push(name);
-            fine = false;
         }
         let mut deferred = Vec::new();
         for member in members {

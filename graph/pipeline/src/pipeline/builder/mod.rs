@@ -22,6 +22,7 @@ use super::host_contract;
 use super::load::Shared;
 use crate::diagnostic::{Code, Diagnostic, codes};
 use crate::document;
+use crate::shader::AxisValues;
 use crate::source::Span;
 use crate::work::Work;
 
@@ -33,6 +34,8 @@ pub struct PassBuilder<'a> {
     /// The pointer of the settings in the document.
     pub(in crate::pipeline) pointer: String,
     pub(in crate::pipeline) environment: &'a Environment,
+    /// The axes of the pass's template that have the same value in every configuration.
+    pub(in crate::pipeline) fixed: AxisValues,
 }
 
 /// The proof that a pass said what it does; made by [`PassBuilder::produce`].

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::PassBuilder;
 use crate::diagnostic::codes;
 use crate::document;
-use crate::expression::Value;
+use crate::expression::{ExpressionKind, Value};
 use crate::language::Expr;
 use crate::pipeline::load::Shared;
 use crate::pipeline::modules::Chosen;
@@ -54,6 +54,9 @@ impl PassBuilder<'_> {
             match self.evaluate(expr) {
                 Ok(value) => match axis_value(&value) {
                     Some(value) => {
+                        if expr.parse().is_ok_and(|each| matches!(each.kind, ExpressionKind::Literal(_))) {
+                            self.fixed.insert(name.clone(), value.clone());
+                        }
                         values.insert(name.clone(), value);
                     }
                     None => {
@@ -90,6 +93,10 @@ impl PassBuilder<'_> {
                 })
                 .unwrap_or_default(),
         };
+        // What neither the pass nor the pipeline says has its default, whatever the configuration.
+        let said = |name: &String| values.contains_key(name) || properties.contains(name);
+        let unsaid = known.iter().filter(|axis| !said(&axis.name));
+        self.fixed.extend(unsaid.map(|axis| (axis.name.clone(), axis.default.clone())));
         if !fine {
             return None;
         }

@@ -8,6 +8,7 @@ use crate::diagnostic::{codes, did_you_mean};
 use crate::document;
 use crate::language::{TextureShape, Word};
 use crate::pipeline::{Bind, BindObject, Contents, Part, Program, ProgramBinding, Run, Usage};
+use crate::shader::{AxisValues, describe};
 use crate::work::{BoundSlot, BoundTexture, ProgramHandle, Sampler, SlotSource};
 
 impl PassBuilder<'_> {
@@ -25,13 +26,12 @@ impl PassBuilder<'_> {
         let mut fine = true;
         let mut unknown: Vec<&str> = Vec::new();
         for name in bind.keys() {
-            if program.binding(name).is_none() && !self.shared.is_mentioned(&program.template, name) {
-                let names: Vec<&str> = program.bindings.iter().map(|binding| binding.name.as_str()).collect();
-                let message = format!("{} has no binding \"{name}\"", program.template);
-                let place = document::pointer_join(&at, name);
-                self.report_unknown(codes::UNKNOWN_BINDING, &place, message, name, &names, || {
-                    format!("its bindings are {}", names.join(", "))
-                });
+            if program.binding(name).is_some() {
+                continue;
+            }
+            let names: Vec<&str> = program.bindings.iter().map(|binding| binding.name.as_str()).collect();
+            let here = document::pointer_join(&at, name);
+            if !self.is_of_another_variant(&program.template, (name, None), &here, &names) {
                 unknown.push(name);
                 fine = false;
             }
@@ -65,6 +65,50 @@ impl PassBuilder<'_> {
             fine &= host_contract::check(self, geometry, &program, pointer);
         }
         fine.then_some(slots)
+    }
+
+    /// Whether a variant that this pipeline reaches has a binding, or a member of its block, that this variant does not
+    /// have, so that it is merely not needed here; else reports it, with the `names` that there are.
+    pub(super) fn is_of_another_variant(
+        &mut self,
+        template: &str,
+        (binding, member): (&str, Option<&str>),
+        here: &str,
+        names: &[&str],
+    ) -> bool {
+        let templates = self.shared.programs.templates.clone();
+        let mut declares =
+            |fixed: &AxisValues| self.shared.programs.modules.declares(&templates, template, fixed, binding, member);
+        if declares(&self.fixed).is_some() {
+            return true;
+        }
+        let (what, known) = match member {
+            None => (format!("{template} has no binding \"{binding}\""), "bindings"),
+            Some(member) => (format!("the block has no member \"{member}\""), "members"),
+        };
+        let otherwise = || match names {
+            [] => format!("it has no {known}: remove this"),
+            names => format!("its {known} are {}", names.join(", ")),
+        };
+        if let Some(mut other) = declares(&AxisValues::new()) {
+            other.retain(|axis, value| self.fixed.get(axis).is_some_and(|fixed| fixed != value));
+            let own = self.fixed.iter().filter(|(axis, _)| other.contains_key(*axis));
+            let own: AxisValues = own.map(|(axis, value)| (axis.clone(), value.clone())).collect();
+            let message = format!("{what} with {}, as this pass always has", describe(&own));
+            let help =
+                format!("it has with {}: let the pass take these values, or remove this", describe(&other));
+            self.report(codes::UNKNOWN_BINDING, here, message, help);
+        } else {
+            self.report_unknown(
+                codes::UNKNOWN_BINDING,
+                here,
+                what,
+                member.unwrap_or(binding),
+                names,
+                otherwise,
+            );
+        }
+        false
     }
 
     pub(super) fn default_slot(
@@ -169,14 +213,15 @@ impl PassBuilder<'_> {
                 Bind::Object(BindObject::Values(values)) => {
                     let layout = binding.block.as_ref()?;
                     let at = format!("{here}/values");
-                    self.block_values(layout, values, &at, &program.template, true).map(SlotSource::Values)
+                    self.block_values((&binding.name, layout), values, &at, &program.template, true)
+                        .map(SlotSource::Values)
                 }
                 Bind::Object(BindObject::Data(data)) => {
                     let layout = binding.block.as_ref()?;
                     let at = format!("{here}/data");
                     let values_at = format!("{at}/values");
                     let values =
-                        self.block_values(layout, &data.values, &values_at, &program.template, false);
+                        self.block_values((&binding.name, layout), &data.values, &values_at, &program.template, false);
                     let data = self.data(&data.name, &format!("{at}/name"))?;
                     Some(SlotSource::Data { data, values: Some(values?) })
                 }

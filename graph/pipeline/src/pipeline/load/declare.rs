@@ -12,6 +12,7 @@ use crate::node::Registry;
 use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::expand::{Expander, Instance};
 use crate::pipeline::{Pass, Produced, Resource, Toggle, history, toggle};
+use crate::shader::AxisValues;
 
 /// The passes of a document, as far as they could be declared.
 pub(super) struct Passes<'a> {
@@ -175,6 +176,7 @@ fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared
         pointer: pointer.clone(),
         environment,
         shared,
+        fixed: AxisValues::new(),
     };
     let present = common.when.as_ref().map_or(Some(true), |when| builder.boolean(when, "/when"));
     builder.settings = &kind.value;

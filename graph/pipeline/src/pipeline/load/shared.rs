@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::programs::Programs;
 use super::settings::Settings;
-use super::{VIEWPORT, has_word};
+use super::VIEWPORT;
 use crate::data::ValueType;
 use crate::diagnostic::Diagnostics;
 use crate::document;
@@ -119,30 +119,6 @@ impl Shared {
                 self.diagnostics.push(finding);
             }
         }
-    }
-
-    /// Whether the text of a template, or of any that it could include, has the word: a binding that this variant does
-    /// not have, another may.
-    pub(in crate::pipeline) fn is_mentioned(&self, template: &str, word: &str) -> bool {
-        let text_of = |name: &str| {
-            let file = self.programs.templates.file(name).and_then(|file| self.sources.get(file));
-            file.map(|file| file.text().clone()).unwrap_or_else(|| "".into())
-        };
-        let mut reached = vec![template.to_owned()];
-        let mut at = 0;
-        while let Some(name) = reached.get(at) {
-            let text = text_of(name);
-            if has_word(&text, word) {
-                return true;
-            }
-            let quoted =
-                |name: &str| text.contains(&format!("\"{name}\"")) || text.contains(&format!("'{name}'"));
-            let included: Vec<String> =
-                self.programs.templates.names().filter(|name| quoted(name)).map(str::to_owned).collect();
-            reached.extend(included.into_iter().filter(|name| !reached.contains(name)).collect::<Vec<_>>());
-            at += 1;
-        }
-        false
     }
 
     /// The first name of a deferred expression that nothing will ever define.
