@@ -14,7 +14,7 @@ use crate::source::Span;
 /// The findings about a template with these axes.
 pub(super) fn check(template: &Template, axes: &Axes) -> Vec<Diagnostic> {
     let mut findings = Vec::new();
-    for tag in &template.tags {
+    for tag in &template.scan.tags {
         let words = Words { text: &template.text, tag };
         for at in 0..tag.words.len() {
             let Some(axis) = words.text(at).and_then(|name| axes.get(name)) else { continue };
@@ -38,28 +38,28 @@ struct Words<'t> {
 
 impl<'t> Words<'t> {
     fn text(&self, at: usize) -> Option<&'t str> {
-        self.text.get(self.tag.words.get(at)?.range.clone())
+        self.tag.word(self.text, at)
     }
 
     /// Whether a word beside another one makes them parts of a larger expression.
     fn is_part_of_more(&self, at: Option<usize>) -> bool {
-        let signs = [".", "|", "~", "+", "-", "*", "/", "%"];
+        let signs = [".", "|", "~", "+", "-", "*", "/", "//", "**", "%"];
         at.and_then(|at| self.text(at)).is_some_and(|word| signs.contains(&word))
     }
 
     fn is_comparison(&self, at: usize) -> bool {
-        matches!((self.text(at), self.text(at + 1)), (Some("=" | "!"), Some("=")))
+        matches!(self.text(at), Some("==" | "!="))
     }
 
     /// The literals that the word at an index is compared with.
     fn compared_with(&self, at: usize) -> Vec<&'t Word> {
         let literal = |at: usize| self.tag.words.get(at).filter(|word| word.kind != WordKind::Identifier);
         if self.is_comparison(at + 1) {
-            return literal(at + 3).filter(|_| !self.is_part_of_more(Some(at + 4))).into_iter().collect();
+            return literal(at + 2).filter(|_| !self.is_part_of_more(Some(at + 3))).into_iter().collect();
         }
-        if at >= 3 && self.is_comparison(at - 2) {
-            let alone = !self.is_part_of_more(Some(at + 1)) && !self.is_part_of_more(at.checked_sub(4));
-            return literal(at - 3).filter(|_| alone).into_iter().collect();
+        if at >= 2 && self.is_comparison(at - 1) {
+            let alone = !self.is_part_of_more(Some(at + 1)) && !self.is_part_of_more(at.checked_sub(3));
+            return literal(at - 2).filter(|_| alone).into_iter().collect();
         }
         let list = match (self.text(at + 1), self.text(at + 2)) {
             (Some("in"), Some("[" | "(")) => at + 3,
@@ -67,10 +67,11 @@ impl<'t> Words<'t> {
             _ => return Vec::new(),
         };
         let rest = self.tag.words.get(list..).unwrap_or_default();
-        let Some(end) = rest.iter().position(|word| matches!(word.kind, WordKind::Sign(b']' | b')'))) else {
+        let written = |word: &Word| self.text.get(word.range.clone()).unwrap_or_default();
+        let Some(end) = rest.iter().position(|word| matches!(written(word), "]" | ")")) else {
             return Vec::new();
         };
-        let elements = rest[..end].iter().filter(|word| word.kind != WordKind::Sign(b','));
+        let elements = rest[..end].iter().filter(|word| written(word) != ",");
         let plain = |word: &&Word| matches!(word.kind, WordKind::Text | WordKind::Number);
         if elements.clone().all(|word| plain(&word)) { elements.collect() } else { Vec::new() }
     }

@@ -4,8 +4,9 @@
 //! without bound: those of the engine that can (`format`, `list`, `batch`, ..) are left out, and `replace`, `join` and
 //! `indent` are own ones with a limit.
 
+use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Rest, Value, ValueKind};
-use minijinja::{Environment, Error, UndefinedBehavior, escape_formatter, filters, functions, syntax, tests};
+use minijinja::{Environment, Error, UndefinedBehavior, escape_formatter, filters, functions, tests};
 
 use super::guard;
 
@@ -22,16 +23,19 @@ pub(crate) const FILTERS: &[&str] = &[
 pub(crate) const TESTS: &[&str] =
     &["defined", "divisibleby", "even", "in", "integer", "none", "number", "odd", "string", "undefined"];
 
+/// How tags take white space away.
+pub(crate) fn syntax() -> SyntaxConfig {
+    let mut builder = SyntaxConfig::builder();
+    // The default delimiters, so building cannot fail.
+    builder.trim_blocks(true).lstrip_blocks(true).keep_trailing_newline(true).build().unwrap_or_default()
+}
+
 /// An environment without templates.
 pub(crate) fn environment() -> Environment<'static> {
     let mut environment = Environment::empty();
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_debug(true);
-    // The default delimiters, so building cannot fail.
-    let mut builder = syntax::SyntaxConfig::builder();
-    if let Ok(syntax) = builder.trim_blocks(true).lstrip_blocks(true).keep_trailing_newline(true).build() {
-        environment.set_syntax(syntax);
-    }
+    environment.set_syntax(syntax());
     environment.set_formatter(|out, state, value| {
         if value.kind() == ValueKind::Bool {
             return out.write_str(if value.is_true() { "true" } else { "false" }).map_err(Error::from);

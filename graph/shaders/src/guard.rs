@@ -10,14 +10,13 @@
 //! Limit: one expression can still build a value that grows with the length of its text times 100 MB, the engine's own
 //! bound for `"x" * n`.
 
-use std::borrow::Cow;
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use minijinja::value::{Rest, Value, ValueKind};
 use minijinja::{Error, ErrorKind};
 
-use super::scan::{Tag, Word, WordKind};
+use super::scan::{Tag, WordKind};
 
 /// The largest value that may be kept in a variable, in bytes of text or in elements.
 pub(crate) const MAXIMUM_VALUE: usize = 1 << 20;
@@ -58,38 +57,41 @@ impl Prepared {
 pub(crate) fn prepare(text: &str, tags: &[Tag]) -> Prepared {
     let mut prepared = Prepared { text: String::with_capacity(text.len() + 256), insertions: Vec::new() };
     let mut copied = 0;
-    let mut open_sets: Vec<Vec<Cow<'_, str>>> = Vec::new();
+    let mut open_sets: Vec<Vec<String>> = Vec::new();
     for tag in tags {
+        let words: Vec<(&str, WordKind)> =
+            tag.words.iter().filter_map(|word| Some((text.get(word.range.clone())?, word.kind))).collect();
         let names = match tag.keyword(text) {
             Some("set") => {
-                let (names, block) = set_targets(text, &tag.words[1..]);
+                let (names, block) = set_targets(&words[1..]);
                 if block {
                     open_sets.push(names);
                     continue;
                 }
-                if is_literal(&tag.words[1..]) {
+                if is_literal(&words[1..]) {
                     continue;
                 }
                 names
             }
             Some("endset") => open_sets.pop().unwrap_or_default(),
             Some("for") => {
-                let at = tag.words.iter().position(|word| slice(text, word) == "in");
-                let at = at.unwrap_or(tag.words.len());
-                if is_bound(tag.words.get(at + 1..).unwrap_or_default()) {
+                let at = words.iter().position(|(word, _)| *word == "in").unwrap_or(words.len());
+                // What has a name was looked at when it was bound, elements included.
+                if matches!(words.get(at + 1..), Some([(_, WordKind::Identifier)])) {
                     continue;
                 }
-                identifiers(text, &tag.words[1..at])
+                let names = words[1..at].iter().filter(|(_, kind)| *kind == WordKind::Identifier);
+                names.map(|(name, _)| (*name).to_owned()).collect()
             }
-            Some("macro") => parameters(text, tag.words.get(2..).unwrap_or_default()),
-            Some("call") => parameters(text, &tag.words[1..]),
-            Some("with") => assigned(text, &tag.words[1..]),
+            Some("macro") => parameters(words.get(2..).unwrap_or_default()),
+            Some("call") => parameters(&words[1..]),
+            Some("with") => assigned(&words[1..]),
             _ => continue,
         };
-        let closing = &text.as_bytes()[..tag.range.end];
-        if names.is_empty() || !closing.ends_with(b"%}") {
+        if names.is_empty() || tag.is_open {
             continue;
         }
+        let closing = &text.as_bytes()[..tag.range.end];
         let control = match closing.get(closing.len().wrapping_sub(3)) {
             Some(b'-') => "-",
             Some(b'+') => "+",
@@ -105,112 +107,73 @@ pub(crate) fn prepare(text: &str, tags: &[Tag]) -> Prepared {
     prepared
 }
 
-fn slice<'t>(text: &'t str, word: &Word) -> &'t str {
-    text.get(word.range.clone()).unwrap_or_default()
-}
-
-fn identifiers<'t>(text: &'t str, words: &[Word]) -> Vec<Cow<'t, str>> {
-    words
-        .iter()
-        .filter(|word| word.kind == WordKind::Identifier)
-        .map(|word| Cow::Borrowed(slice(text, word)))
-        .collect()
-}
-
 /// Whether what a `set` binds is written out in the template: it is no larger than the text of the tag, and a table of
 /// numbers need not be looked through in every rendering.
-fn is_literal(words: &[Word]) -> bool {
-    let is_equals = |word: &Word| word.kind == WordKind::Sign(b'=');
-    let Some(equals) = words.iter().position(is_equals) else { return false };
-    words[equals + 1..].iter().all(|word| match word.kind {
+fn is_literal(words: &[(&str, WordKind)]) -> bool {
+    let Some(equals) = words.iter().position(|(word, _)| *word == "=") else { return false };
+    words[equals + 1..].iter().all(|(word, kind)| match kind {
         WordKind::Identifier => false,
         WordKind::Text | WordKind::Number => true,
-        WordKind::Sign(sign) => {
-            matches!(sign, b'[' | b']' | b'{' | b'}' | b'(' | b')' | b',' | b':' | b'.' | b'-')
-        }
+        WordKind::Sign => matches!(*word, "[" | "]" | "{" | "}" | "(" | ")" | "," | ":" | "." | "-"),
     })
 }
 
-/// Whether what a `for` goes through has a name: it was looked at when it was bound, elements included.
-fn is_bound(words: &[Word]) -> bool {
-    matches!(words, [Word { kind: WordKind::Identifier, .. }])
-}
-
 /// The targets of a `set`, attributes included, and whether it is the form with a block.
-fn set_targets<'t>(text: &'t str, words: &[Word]) -> (Vec<Cow<'t, str>>, bool) {
-    let equals = words.iter().position(|word| word.kind == WordKind::Sign(b'='));
-    let filter = words.iter().position(|word| word.kind == WordKind::Sign(b'|'));
-    let end = equals.or(filter).unwrap_or(words.len());
-    let mut names: Vec<Cow<'t, str>> = Vec::new();
+fn set_targets(words: &[(&str, WordKind)]) -> (Vec<String>, bool) {
+    let position = |sign: &str| words.iter().position(|(word, _)| *word == sign);
+    let equals = position("=");
+    let mut names: Vec<String> = Vec::new();
     let mut attribute = false;
-    for word in &words[..end] {
-        match word.kind {
-            WordKind::Identifier if attribute => {
-                if let Some(name) = names.last_mut() {
-                    *name = Cow::Owned(format!("{name}.{}", slice(text, word)));
-                }
-                attribute = false;
-            }
-            WordKind::Identifier => names.push(Cow::Borrowed(slice(text, word))),
-            WordKind::Sign(b'.') => attribute = true,
+    for (word, kind) in &words[..equals.or_else(|| position("|")).unwrap_or(words.len())] {
+        match (kind, names.last_mut()) {
+            (WordKind::Identifier, Some(name)) if attribute => name.extend([".", word]),
+            (WordKind::Identifier, _) => names.push((*word).to_owned()),
             _ => {}
         }
+        attribute = *word == ".";
     }
     (names, equals.is_none())
 }
 
 /// The names in the first pair of parentheses that stand at the start of a parameter.
-fn parameters<'t>(text: &'t str, words: &[Word]) -> Vec<Cow<'t, str>> {
-    if words.first().is_none_or(|word| word.kind != WordKind::Sign(b'(')) {
-        return Vec::new();
-    }
+fn parameters(words: &[(&str, WordKind)]) -> Vec<String> {
     let mut depth = 0_usize;
     let mut names = Vec::new();
     let mut start = false;
-    for word in words {
-        match word.kind {
-            WordKind::Sign(b'(' | b'[' | b'{') => {
-                depth += 1;
-                start = depth == 1;
-                continue;
-            }
-            WordKind::Sign(b')' | b']' | b'}') => {
-                depth = depth.saturating_sub(1);
-                if depth == 0 {
-                    break;
-                }
-            }
-            WordKind::Sign(b',') if depth == 1 => {
-                start = true;
-                continue;
-            }
-            WordKind::Identifier if start => names.push(Cow::Borrowed(slice(text, word))),
-            _ => {}
+    for (word, kind) in words {
+        depth = depth_after(depth, word);
+        if depth == 0 {
+            break;
         }
-        start = false;
+        if start && *kind == WordKind::Identifier {
+            names.push((*word).to_owned());
+        }
+        start = depth == 1 && matches!(*word, "(" | ",");
     }
     names
 }
 
-/// The names that a `with` binds: those before a single `=` outside of brackets.
-fn assigned<'t>(text: &'t str, words: &[Word]) -> Vec<Cow<'t, str>> {
+/// The names that a `with` binds: those before an `=` outside of brackets.
+fn assigned(words: &[(&str, WordKind)]) -> Vec<String> {
     let mut depth = 0_usize;
     let mut names = Vec::new();
-    for (at, word) in words.iter().enumerate() {
-        match word.kind {
-            WordKind::Sign(b'(' | b'[' | b'{') => depth += 1,
-            WordKind::Sign(b')' | b']' | b'}') => depth = depth.saturating_sub(1),
-            WordKind::Identifier if depth == 0 => {
-                let is =
-                    |at: usize, sign: u8| words.get(at).is_some_and(|word| word.kind == WordKind::Sign(sign));
-                if is(at + 1, b'=') && !is(at + 2, b'=') {
-                    names.push(Cow::Borrowed(slice(text, word)));
-                }
-            }
-            _ => {}
+    for (at, (word, kind)) in words.iter().enumerate() {
+        depth = depth_after(depth, word);
+        let is_bound = words.get(at + 1).is_some_and(|(next, _)| *next == "=");
+        if depth == 0 && *kind == WordKind::Identifier && is_bound {
+            names.push((*word).to_owned());
         }
     }
     names
+}
+
+/// How many brackets are open behind a word.
+fn depth_after(depth: usize, word: &str) -> usize {
+    match word {
+        "(" | "[" | "{" => depth + 1,
+        ")" | "]" | "}" => depth.saturating_sub(1),
+        _ => depth,
+    }
 }
 
 thread_local! {
@@ -297,7 +260,7 @@ mod tests {
     use crate::scan::scan;
 
     fn prepared(text: &str) -> Prepared {
-        prepare(text, &scan(text))
+        prepare(text, &scan(text).tags)
     }
 
     #[test]

@@ -9,7 +9,7 @@
 use std::sync::Arc;
 
 use super::render::fixed_context;
-use super::scan::{TagKind, scan};
+use super::scan::{Piece, TagKind, scan};
 use super::text_map::{Origin, Segment, TextMap};
 use super::wgsl_error::Refusal;
 use super::{TemplateSet, filters, guard};
@@ -87,7 +87,7 @@ impl MarkedTemplates {
             // fails to render, and the plain map stays.
             if !template.text.contains([OPEN, CLOSE]) {
                 let text = marked.mark(template.file, &template.text);
-                let prepared = guard::prepare(&text, &scan(&text));
+                let prepared = guard::prepare(&text, &scan(&text).tags);
                 let _ = marked.environment.add_template_owned(name.clone(), prepared.text);
             }
         }
@@ -115,9 +115,18 @@ impl MarkedTemplates {
     fn mark(&mut self, file: FileId, source: &str) -> String {
         let mut text = String::with_capacity(source.len() * 5 / 4);
         let mut copied = 0;
-        for tag in scan(source) {
-            self.mark_literal(file, source, copied..tag.range.start, &mut text);
-            copied = tag.range.end;
+        for piece in scan(source).pieces() {
+            let range = match piece {
+                Piece::Literal(range) => range.clone(),
+                Piece::Tag(tag) => tag.range.clone(),
+            };
+            // Comments, and white space that tags take away.
+            text.push_str(&source[copied..range.start]);
+            copied = range.end;
+            let Piece::Tag(tag) = piece else {
+                self.mark_literal(file, source, range, &mut text);
+                continue;
+            };
             let inner = source[tag.range.clone()].as_bytes();
             let span = Span::new(file, tag.range.clone());
             let trims_after = inner.len() > 5 && inner[inner.len() - 3] == b'-';
@@ -134,7 +143,7 @@ impl MarkedTemplates {
                 self.push(&mut text, Mark::End);
             }
         }
-        self.mark_literal(file, source, copied..source.len(), &mut text);
+        text.push_str(&source[copied..]);
         text
     }
 

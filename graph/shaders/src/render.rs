@@ -226,9 +226,9 @@ impl<'p> Sink<'p> {
         let (at, offset) = self.last?;
         let template = self.placement.0[at].template;
         let offset = template.prepared.original(offset);
-        let first = template.tags.partition_point(|tag| tag.range.start < offset);
+        let first = template.scan.tags.partition_point(|tag| tag.range.start < offset);
         let expressions =
-            template.tags[first..].iter().filter(|tag| tag.kind == super::scan::TagKind::Expression);
+            template.scan.tags[first..].iter().filter(|tag| tag.kind == super::scan::TagKind::Expression);
         let tag = expressions.clone().nth(self.written).or_else(|| expressions.clone().next());
         self.written += 1;
         Some(Origin::Tag(match tag {
@@ -369,17 +369,15 @@ struct NameUse {
 fn find_name(template: &Template, name: &str) -> Option<NameUse> {
     const BINDING: &[&str] = &["set", "for", "macro", "call", "with", "import", "from"];
     let mut found = NameUse { file: template.file, uses: Vec::new(), bound: false };
-    for tag in &template.tags {
+    for tag in &template.scan.tags {
         let binds = tag.keyword(&template.text).is_some_and(|keyword| BINDING.contains(&keyword));
-        let word = |at: usize| tag.words.get(at).and_then(|word| template.text.get(word.range.clone()));
+        let word = |at: usize| tag.word(&template.text, at);
         for at in 0..tag.words.len() {
             if word(at) != Some(name) || (at > 0 && word(at - 1) == Some(".")) {
                 continue;
             }
             // The name of an argument is no use of a variable.
-            let is_argument = tag.keyword(&template.text) != Some("set")
-                && word(at + 1) == Some("=")
-                && word(at + 2) != Some("=");
+            let is_argument = tag.keyword(&template.text) != Some("set") && word(at + 1) == Some("=");
             if binds && is_target(at, &word) {
                 found.bound = true;
             } else if !is_argument {
@@ -395,7 +393,7 @@ fn is_target<'t>(at: usize, word: &impl Fn(usize) -> Option<&'t str>) -> bool {
     match word(0) {
         Some("set") => (1..at).all(|before| word(before) != Some("=")),
         Some("for") => (1..at).all(|before| word(before) != Some("in")),
-        Some("with") => word(at + 1) == Some("=") && word(at + 2) != Some("="),
+        Some("with") => word(at + 1) == Some("="),
         Some("macro") => at == 1 || matches!(word(at - 1), Some("(" | ",")),
         Some("call") => (1..at).all(|before| word(before) != Some(")")) && word(1) == Some("("),
         _ => matches!(word(at - 1), Some("as" | "import" | ",")),

@@ -1,22 +1,26 @@
-//! Where the tags of a template are, and the words in them.
+//! The tags and the literal text of a template, and the words in its tags.
 //!
-//! minijinja keeps its lexer to itself, and three things need to know a template's tags: the map from generated text to
-//! templates (which tag wrote this value?), the search for undeclared names (where does the name stand?), and the guard
-//! against explosions (which names does a tag bind?). This scanner knows as much of the syntax as these need: comments,
-//! `raw` blocks, strings, brackets, identifiers. It never fails; on a template that minijinja refuses, its answer is
-//! merely useless.
+//! The template engine's own tokenizer says where they are, so that what is read here is what the engine reads. Four
+//! things need it: the map from generated text to templates (which tag wrote this value?), the search for undeclared
+//! names and for comparisons that never hold, the guard against explosions (which names does a tag bind?), and the
+//! findings of syntax (which block is open here?). Comments and the tags of `raw` blocks are no tokens; the body of a
+//! `raw` block is literal text.
+//!
+//! Limits: of a template that the engine refuses, what stands behind the place at which the tokenizer stops is not seen.
 
 use std::ops::Range;
+
+use minijinja::machinery::{Token, Tokenizer};
+
+use super::filters;
 
 /// What a tag is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TagKind {
     /// `{{ .. }}`
     Expression,
-    /// `{% .. %}`, with `raw` and `endraw` each on their own.
+    /// `{% .. %}`
     Block,
-    /// `{# .. #}`
-    Comment,
 }
 
 /// One tag.
@@ -25,8 +29,9 @@ pub(crate) struct Tag {
     /// Its bytes, with the delimiters.
     pub(crate) range: Range<usize>,
     pub(crate) kind: TagKind,
-    /// The words in it; none in a comment.
     pub(crate) words: Vec<Word>,
+    /// Whether the text ends before it does.
+    pub(crate) is_open: bool,
 }
 
 /// One word of a tag.
@@ -45,8 +50,37 @@ pub(crate) enum WordKind {
     Text,
     /// A number.
     Number,
-    /// One character of punctuation.
-    Sign(u8),
+    /// An operator or a bracket.
+    Sign,
+}
+
+/// A template in pieces, both lists in the order of the text.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Scan {
+    pub(crate) tags: Vec<Tag>,
+    /// Literal text, without the white space that tags take away.
+    pub(crate) literals: Vec<Range<usize>>,
+}
+
+/// A piece of a template.
+#[derive(Clone, Copy)]
+pub(crate) enum Piece<'s> {
+    Literal(&'s Range<usize>),
+    Tag(&'s Tag),
+}
+
+impl Scan {
+    /// The literal pieces and tags in the order of the text.
+    pub(crate) fn pieces(&self) -> impl Iterator<Item = Piece<'_>> {
+        let (mut tags, mut literals) = (self.tags.iter().peekable(), self.literals.iter().peekable());
+        std::iter::from_fn(move || match (tags.peek(), literals.peek()) {
+            (Some(tag), Some(literal)) if literal.start < tag.range.start => {
+                literals.next().map(Piece::Literal)
+            }
+            (Some(_), _) => tags.next().map(Piece::Tag),
+            (None, _) => literals.next().map(Piece::Literal),
+        })
+    }
 }
 
 impl Tag {
@@ -55,112 +89,53 @@ impl Tag {
         let first = self.words.first().filter(|word| word.kind == WordKind::Identifier)?;
         (self.kind == TagKind::Block).then(|| text.get(first.range.clone())).flatten()
     }
-}
 
-/// Finds all tags in the order of the text.
-pub(crate) fn scan(text: &str) -> Vec<Tag> {
-    let bytes = text.as_bytes();
-    let mut tags = Vec::new();
-    let mut at = 0;
-    while let Some((start, kind)) = next_start(bytes, at) {
-        let tag = match kind {
-            TagKind::Comment => {
-                let end = find(bytes, start + 2, b"#}").map_or(bytes.len(), |end| end + 2);
-                Tag { range: start..end, kind, words: Vec::new() }
-            }
-            TagKind::Expression => scan_tag(bytes, start, kind, b"}}"),
-            TagKind::Block => scan_tag(bytes, start, kind, b"%}"),
-        };
-        at = tag.range.end;
-        let raw = tag.keyword(text) == Some("raw");
-        tags.push(tag);
-        if raw {
-            at = raw_end(text, at, &mut tags);
-        }
+    /// The word at an index, as it is written.
+    pub(crate) fn word<'t>(&self, text: &'t str, at: usize) -> Option<&'t str> {
+        text.get(self.words.get(at)?.range.clone())
     }
-    tags
 }
 
-fn next_start(bytes: &[u8], from: usize) -> Option<(usize, TagKind)> {
-    (from..bytes.len().saturating_sub(1)).filter(|at| bytes[*at] == b'{').find_map(|at| match bytes[at + 1] {
-        b'{' => Some((at, TagKind::Expression)),
-        b'%' => Some((at, TagKind::Block)),
-        b'#' => Some((at, TagKind::Comment)),
-        _ => None,
-    })
-}
-
-fn find(bytes: &[u8], from: usize, needle: &[u8; 2]) -> Option<usize> {
-    bytes.get(from..)?.windows(2).position(|pair| pair == needle).map(|at| at + from)
-}
-
-/// Skips the body of a `raw` block; its closing tag is added to `tags`.
-fn raw_end(text: &str, from: usize, tags: &mut Vec<Tag>) -> usize {
-    let bytes = text.as_bytes();
-    let mut at = from;
-    while let Some(start) = find(bytes, at, b"{%") {
-        let tag = scan_tag(bytes, start, TagKind::Block, b"%}");
-        if tag.keyword(text) == Some("endraw") {
-            let end = tag.range.end;
-            tags.push(tag);
-            return end;
-        }
-        at = start + 2;
-    }
-    bytes.len()
-}
-
-fn scan_tag(bytes: &[u8], start: usize, kind: TagKind, close: &[u8; 2]) -> Tag {
-    let mut words = Vec::new();
-    let mut depth = 0_usize;
-    let mut at = start + 2;
-    if matches!(bytes.get(at), Some(b'-' | b'+')) {
-        at += 1;
-    }
-    while at < bytes.len() {
-        let rest = &bytes[at..];
-        if depth == 0 {
-            let trim = usize::from(matches!(rest[0], b'-' | b'+'));
-            if rest[trim..].starts_with(close) {
-                return Tag { range: start..at + trim + 2, kind, words };
-            }
-        }
-        let (length, word) = match rest[0] {
-            byte if byte.is_ascii_whitespace() => (1, None),
-            quote @ (b'"' | b'\'') => (text_length(rest, quote), Some(WordKind::Text)),
-            byte if byte == b'_' || byte.is_ascii_alphabetic() => {
-                let tail = |byte: &&u8| **byte == b'_' || byte.is_ascii_alphanumeric();
-                (rest.iter().take_while(tail).count(), Some(WordKind::Identifier))
-            }
-            byte if byte.is_ascii_digit() => {
-                let tail = |byte: &&u8| **byte == b'_' || byte.is_ascii_alphanumeric();
-                (rest.iter().take_while(tail).count(), Some(WordKind::Number))
-            }
-            byte => {
-                match byte {
-                    b'(' | b'[' | b'{' => depth += 1,
-                    b')' | b']' | b'}' => depth = depth.saturating_sub(1),
-                    _ => {}
+/// Takes a template apart.
+pub(crate) fn scan(text: &str) -> Scan {
+    let mut found = Scan::default();
+    let mut tokenizer = Tokenizer::new(text, "", false, filters::syntax());
+    loop {
+        let (token, span) = match tokenizer.next_token() {
+            Ok(Some(token)) => token,
+            Ok(None) => return found,
+            Err(error) => {
+                let is_at_the_end = error.detail().is_some_and(|detail| detail.starts_with("unexpected end"));
+                if let Some(tag) = found.tags.last_mut() {
+                    tag.is_open &= is_at_the_end;
                 }
-                (1, Some(WordKind::Sign(byte)))
+                return found;
             }
         };
-        words.extend(word.map(|kind| Word { range: at..at + length, kind }));
-        at += length;
-    }
-    Tag { range: start..bytes.len(), kind, words }
-}
-
-fn text_length(rest: &[u8], quote: u8) -> usize {
-    let mut at = 1;
-    while at < rest.len() {
-        match rest[at] {
-            b'\\' => at += 2,
-            byte if byte == quote => return at + 1,
-            _ => at += 1,
+        let range = span.start_offset as usize..span.end_offset as usize;
+        let kind = match token {
+            Token::TemplateData(_) => {
+                found.literals.push(range);
+                continue;
+            }
+            Token::VariableStart | Token::BlockStart => {
+                let is_block = matches!(token, Token::BlockStart);
+                let kind = if is_block { TagKind::Block } else { TagKind::Expression };
+                let range = range.start..text.len();
+                found.tags.push(Tag { range, kind, words: Vec::new(), is_open: true });
+                continue;
+            }
+            Token::Ident(_) => WordKind::Identifier,
+            Token::Str(_) | Token::String(_) => WordKind::Text,
+            Token::Int(_) | Token::Int128(_) | Token::Float(_) => WordKind::Number,
+            _ => WordKind::Sign,
+        };
+        let Some(tag) = found.tags.last_mut() else { continue };
+        match token {
+            Token::VariableEnd | Token::BlockEnd => (tag.range.end, tag.is_open) = (range.end, false),
+            _ => tag.words.push(Word { range, kind }),
         }
     }
-    rest.len()
 }
 
 #[cfg(test)]
@@ -168,28 +143,43 @@ mod tests {
     use super::*;
 
     fn tags(text: &str) -> Vec<&str> {
-        scan(text).into_iter().map(|tag| &text[tag.range]).collect()
+        scan(text).tags.into_iter().map(|tag| &text[tag.range]).collect()
     }
 
     #[test]
     fn strings_brackets_raw_and_comments_do_not_end_a_tag() {
         assert_eq!(tags("a {{ '}}' }} b"), ["{{ '}}' }}"]);
         assert_eq!(tags("{{ {'a': {}} }}"), ["{{ {'a': {}} }}"]);
-        assert_eq!(tags("{# {{ x }} #}{%- if a -%}"), ["{# {{ x }} #}", "{%- if a -%}"]);
-        assert_eq!(tags("{% raw %}{{ x }}{% if %}{% endraw %}{{y}}"), ["{% raw %}", "{% endraw %}", "{{y}}"]);
+        assert_eq!(tags("{# {{ x }} #}{%- if a -%}"), ["{%- if a -%}"]);
+        assert_eq!(tags("{% raw %}{{ x }}{% if %}{% endraw %}{{y}}"), ["{{y}}"]);
         assert_eq!(tags("ä{{ 'ö' }}ü {{"), ["{{ 'ö' }}", "{{"]);
         assert_eq!(tags("{"), [""; 0]);
     }
 
     #[test]
+    fn literal_text_is_what_stands_between_tags_and_comments() {
+        let text = "a {# b #}c\n{% if d %}{% raw %}{{ e }}{% endraw %} {{- f }}g";
+        let literals: Vec<&str> = scan(text).literals.into_iter().map(|range| &text[range]).collect();
+        assert_eq!(literals, ["a ", "c\n", "{{ e }}", "g"]);
+    }
+
+    #[test]
     fn words_are_told_apart() {
-        let text = "{% set a = b.c|f('x', 12) %}";
-        let kinds: Vec<_> =
-            scan(text)[0].words.iter().map(|word| (&text[word.range.clone()], word.kind)).collect();
-        assert_eq!(kinds[0], ("set", WordKind::Identifier));
-        assert_eq!(kinds[2], ("=", WordKind::Sign(b'=')));
-        assert_eq!(kinds[9], ("'x'", WordKind::Text));
-        assert_eq!(kinds[11], ("12", WordKind::Number));
-        assert_eq!(scan(text)[0].keyword(text), Some("set"));
+        let text = "{% set a = b.c|f('x', 12) == 1 %}";
+        let tag = &scan(text).tags[0];
+        let word = |at: usize| (tag.word(text, at).unwrap(), tag.words[at].kind);
+        assert_eq!(word(0), ("set", WordKind::Identifier));
+        assert_eq!(word(2), ("=", WordKind::Sign));
+        assert_eq!(word(9), ("'x'", WordKind::Text));
+        assert_eq!(word(11), ("12", WordKind::Number));
+        assert_eq!(word(13), ("==", WordKind::Sign));
+        assert_eq!(tag.keyword(text), Some("set"));
+    }
+
+    #[test]
+    fn a_tag_without_an_end_is_told_from_one_with_a_fault() {
+        let is_open = |text: &str| scan(text).tags.last().unwrap().is_open;
+        assert!(is_open("{{ a") && is_open("{{ 'a }}"));
+        assert!(!is_open("{{ a }}") && !is_open("{{ a ? b }}"));
     }
 }

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::codes;
-use super::scan::{Tag, TagKind, WordKind};
+use super::scan::{Tag, TagKind};
 use super::templates::Template;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
@@ -61,7 +61,7 @@ pub(super) fn finding(template: &Template, detail: &str, place: Option<Range<usi
     let text = &template.text;
     let end = text.trim_end().len();
     let is_at_the_end = detail.starts_with("unexpected end of input");
-    if let Some((tag, closer)) = unclosed_tag(template)
+    if let Some((tag, closer)) = unclosed_tag(template, detail)
         && (is_at_the_end || place.as_ref().is_some_and(|place| tag.start <= place.start))
     {
         let opener = &text[tag.start..tag.start + 2];
@@ -128,28 +128,26 @@ fn statement(
     }
 }
 
-/// The last tag, where it has no end.
-fn unclosed_tag(template: &Template) -> Option<(Range<usize>, &'static str)> {
-    let tag = template.tags.last()?;
-    let closer = match tag.kind {
-        TagKind::Expression => "}}",
-        TagKind::Block => "%}",
-        TagKind::Comment => "#}",
-    };
-    let inside = template.text.get(tag.range.start + 2..tag.range.end)?;
-    (!inside.ends_with(closer)).then(|| (tag.range.clone(), closer))
+/// The last tag or comment, where it has no end.
+fn unclosed_tag(template: &Template, detail: &str) -> Option<(Range<usize>, &'static str)> {
+    if detail == "unexpected end of comment" {
+        let start = template.text.rfind("#}").map_or(0, |end| end + 2);
+        return Some((start + template.text[start..].find("{#")?..template.text.len(), "#}"));
+    }
+    let tag = template.scan.tags.last().filter(|tag| tag.is_open)?;
+    Some((tag.range.clone(), if tag.kind == TagKind::Block { "%}" } else { "}}" }))
 }
 
 /// The blocks that are open before a place, the outermost first.
 fn open_blocks(template: &Template, before: usize) -> Vec<Open<'_>> {
     let mut open: Vec<Open<'_>> = Vec::new();
-    for tag in template.tags.iter().take_while(|tag| tag.range.end <= before) {
+    for tag in template.scan.tags.iter().take_while(|tag| tag.range.end <= before) {
         let Some(keyword) = tag.keyword(&template.text) else { continue };
         match keyword {
             "autoescape" | "block" | "call" | "filter" | "for" | "if" | "macro" | "raw" | "with" => {
                 open.push(Open { keyword, tag: tag.range.clone() });
             }
-            "set" if !assigns(tag) => open.push(Open { keyword, tag: tag.range.clone() }),
+            "set" if !assigns(template, tag) => open.push(Open { keyword, tag: tag.range.clone() }),
             _ => {
                 if open.last().is_some_and(|last| last.end() == keyword) {
                     open.pop();
@@ -161,6 +159,6 @@ fn open_blocks(template: &Template, before: usize) -> Vec<Open<'_>> {
 }
 
 /// Whether a `set` has its value in the tag, and no block.
-fn assigns(tag: &Tag) -> bool {
-    tag.words.iter().any(|word| word.kind == WordKind::Sign(b'='))
+fn assigns(template: &Template, tag: &Tag) -> bool {
+    (0..tag.words.len()).any(|at| tag.word(&template.text, at) == Some("="))
 }

@@ -52,17 +52,19 @@ pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option
     };
     let mut finding = Diagnostic::error(code, place, message);
     finding.help = help;
+    let written = |kind: WordKind, name: &str| {
+        let (error, span) = placed.last()?;
+        word(set.templates.get(error.name()?)?, *span, kind, name)
+    };
     if let Some(name) = missing(innermost) {
-        let written =
-            placed.last().and_then(|(error, span)| string(set.templates.get(error.name()?)?, *span, name));
+        let written = written(WordKind::Text, name);
         finding = finding
             .meant(name, set.names(), written, |names| format!("the templates are {}", names.join(", ")));
     }
     if let Some((name, known)) = unknown_function(innermost) {
-        let word =
-            placed.last().and_then(|(error, span)| word(set.templates.get(error.name()?)?, *span, name));
+        let written = written(WordKind::Identifier, name);
         finding = finding
-            .meant(name, known.iter().copied(), word, |names| format!("there are {}", names.join(", ")));
+            .meant(name, known.iter().copied(), written, |names| format!("there are {}", names.join(", ")));
     }
     for (_, span) in placed.iter().rev().skip(1).take(8) {
         finding = finding.related(*span, "included from here");
@@ -128,22 +130,13 @@ fn unknown_function(error: &Error) -> Option<(&str, &'static [&'static str])> {
     Some((detail.rsplit(' ').next()?, known))
 }
 
-/// Where a name stands as the only such word of the tags at a place.
-fn word(template: &Template, place: Span, name: &str) -> Option<Span> {
+/// Where a name, or a text in quotes, stands as the only such word of the tags at a place.
+fn word(template: &Template, place: Span, kind: WordKind, text: &str) -> Option<Span> {
     let at = place.range();
-    let tags = template.tags.iter().filter(|tag| tag.range.start <= at.end && at.start < tag.range.end);
-    let words = tags.flat_map(|tag| &tag.words).filter(|word| word.kind == WordKind::Identifier);
-    let mut found = words.filter(|word| template.text.get(word.range.clone()) == Some(name));
-    let first = found.next()?.range.clone();
-    found.next().is_none().then(|| Span::new(template.file, first))
-}
-
-/// Where a text stands, without its quotes, as the only such string of the tags at a place.
-fn string(template: &Template, place: Span, text: &str) -> Option<Span> {
-    let at = place.range();
-    let tags = template.tags.iter().filter(|tag| tag.range.start <= at.end && at.start < tag.range.end);
-    let words = tags.flat_map(|tag| &tag.words).filter(|word| word.kind == WordKind::Text);
-    let inside = words.map(|word| word.range.start + 1..word.range.end.saturating_sub(1));
+    let tags = template.scan.tags.iter().filter(|tag| tag.range.start <= at.end && at.start < tag.range.end);
+    let words = tags.flat_map(|tag| &tag.words).filter(|word| word.kind == kind);
+    let quote = usize::from(kind == WordKind::Text);
+    let inside = words.map(|word| word.range.start + quote..word.range.end - quote);
     let mut found = inside.filter(|range| template.text.get(range.clone()) == Some(text));
     let first = found.next()?;
     found.next().is_none().then(|| Span::new(template.file, first))

@@ -9,13 +9,14 @@
 //! it.
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::sync::Arc;
 
 use minijinja::Environment;
 
 use super::axes::{self, Axes};
 use super::permutations::Space;
-use super::scan::{Tag, scan};
+use super::scan::{Scan, scan};
 use super::{codes, comparisons, filters, guard, render, template_error};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::{FileId, Sources, Span};
@@ -35,7 +36,7 @@ pub struct TemplateSet {
 pub(crate) struct Template {
     pub(crate) file: FileId,
     pub(crate) text: Arc<str>,
-    pub(crate) tags: Vec<Tag>,
+    pub(crate) scan: Scan,
     pub(crate) prepared: guard::Prepared,
     /// Why it cannot be used at all.
     pub(crate) broken: Option<Diagnostic>,
@@ -125,25 +126,20 @@ impl TemplateSet {
             let declaration = axes::Declaration::unreadable(finding);
             self.declarations.entry(stem.to_owned()).or_insert(Declared { file, declaration });
         } else if !self.templates.contains_key(name) {
-            let (text, tags): (Arc<str>, _) = ("".into(), Vec::new());
-            let prepared = guard::prepare(&text, &tags);
-            let template = Template { file, text, tags, prepared, broken: Some(finding) };
+            let (text, scan): (Arc<str>, _) = ("".into(), Scan::default());
+            let prepared = guard::prepare(&text, &scan.tags);
+            let template = Template { file, text, scan, prepared, broken: Some(finding) };
             self.templates.insert(name.to_owned(), template);
         }
         self.resolve();
     }
 
     fn prepare(&mut self, file: FileId, name: &str, text: &Arc<str>) -> Template {
-        let tags = scan(text);
-        let gaps = tags.windows(2).map(|pair| pair[1].range.start - pair[0].range.end);
-        let ends = [
-            tags.first().map_or(text.len(), |tag| tag.range.start),
-            tags.last().map_or(0, |tag| text.len() - tag.range.end),
-        ];
-        self.longest_literal = gaps.chain(ends).fold(self.longest_literal, usize::max);
+        let scan = scan(text);
+        self.longest_literal = scan.literals.iter().map(Range::len).fold(self.longest_literal, usize::max);
         self.environment.set_fuel(Some(render::fuel(self.longest_literal)));
-        let prepared = guard::prepare(text, &tags);
-        let mut template = Template { file, text: text.clone(), tags, prepared, broken: None };
+        let prepared = guard::prepare(text, &scan.tags);
+        let mut template = Template { file, text: text.clone(), scan, prepared, broken: None };
         if let Err(error) =
             self.environment.add_template_owned(name.to_owned(), template.prepared.text.clone())
         {

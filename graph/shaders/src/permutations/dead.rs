@@ -12,7 +12,7 @@ use crate::axes::AxisMode;
 use crate::diagnostic::{AxisValue, Diagnostic};
 use crate::markers::MarkedTemplates;
 use crate::render::Placement;
-use crate::scan::TagKind;
+use crate::scan::{Piece, TagKind};
 use crate::source::{FileId, Span};
 use crate::text_map::Origin;
 use crate::{Axes, TemplateSet, codes};
@@ -215,12 +215,16 @@ impl<'s> Coverage<'s> {
         let mut dead = Vec::new();
         for template in set.templates.values().filter(|template| touched.contains(&template.file)) {
             let written = offsets.get(&template.file).map_or(&[][..], Vec::as_slice);
-            let ends = template.tags.iter().map(|tag| tag.range.end);
-            let starts = template.tags.iter().map(|tag| (tag.range.start, Some(tag.kind)));
             let mut run: Option<Span> = None;
-            for (start, (end, next)) in
-                [0].into_iter().chain(ends).zip(starts.chain([(template.text.len(), None)]))
-            {
+            for piece in template.scan.pieces() {
+                let (start, end) = match piece {
+                    Piece::Literal(range) => (range.start, range.end),
+                    // A block tag after dead text may begin another branch.
+                    Piece::Tag(tag) => {
+                        dead.extend(run.take_if(|_| tag.kind == TagKind::Block));
+                        continue;
+                    }
+                };
                 let Some(piece) = template.text.get(start..end) else { continue };
                 let blank = piece.trim().is_empty();
                 let first = written.partition_point(|offset| *offset < start);
@@ -231,10 +235,6 @@ impl<'s> Coverage<'s> {
                     let begin = run.map_or(text_start, |run| run.start as usize);
                     run = Some(Span::new(template.file, begin..text_end));
                 } else if !blank {
-                    dead.extend(run.take());
-                }
-                // A block tag after dead text may begin another branch.
-                if next == Some(TagKind::Block) {
                     dead.extend(run.take());
                 }
             }

@@ -144,7 +144,7 @@ crate::codes! {
         "A pass chooses a value for an axis that the template does not declare. Axes stand in `NAME.axes.json` beside the template.";
     /// A binding that the shader does not have.
     UNKNOWN_BINDING = "UG0603", "unknown binding",
-        "`bind` has a name that the shader does not declare, or `values` one that the block does not have.";
+        "`bind` has a name that no variant of the shader declares, or `values` one that the block has in none of them. What another variant has that the pipeline can reach is merely not needed in this one. What only variants have that the pass never takes, since its axes are fixed to other values, is an error too: nothing would ever read it.";
     /// A binding that nothing fills.
     UNBOUND = "UG0604", "binding without a value",
         "The shader declares a binding, or a member of a block, for which the pass gives nothing.";

@@ -8,7 +8,7 @@ use crate::diagnostic::{codes, did_you_mean};
 use crate::document;
 use crate::language::{TextureShape, Word};
 use crate::pipeline::{Bind, BindObject, Contents, Part, Program, ProgramBinding, Run, Usage};
-use crate::shader::{AxisValues, describe};
+use crate::shader::{AxisValue, AxisValues, describe};
 use crate::work::{BoundSlot, BoundTexture, ProgramHandle, Sampler, SlotSource};
 
 impl PassBuilder<'_> {
@@ -91,7 +91,20 @@ impl PassBuilder<'_> {
             names => format!("its {known} are {}", names.join(", ")),
         };
         if let Some(mut other) = declares(&AxisValues::new()) {
-            other.retain(|axis, value| self.fixed.get(axis).is_some_and(|fixed| fixed != value));
+            // Of the axes in which that variant differs, those that it takes.
+            let is_other = |fixed: &AxisValues, axis: &String, value: &AxisValue| {
+                fixed.get(axis).is_some_and(|fixed| fixed != value)
+            };
+            let mut free = self.fixed.clone();
+            free.retain(|axis, value| !is_other(&other, axis, value));
+            for (axis, value) in &self.fixed {
+                let mut fewer = free.clone();
+                fewer.insert(axis.clone(), value.clone());
+                if let Some(found) = declares(&fewer) {
+                    (free, other) = (fewer, found);
+                }
+            }
+            other.retain(|axis, value| is_other(&self.fixed, axis, value));
             let own = self.fixed.iter().filter(|(axis, _)| other.contains_key(*axis));
             let own: AxisValues = own.map(|(axis, value)| (axis.clone(), value.clone())).collect();
             let message = format!("{what} with {}, as this pass always has", describe(&own));
