@@ -51,6 +51,7 @@ fn numbers(path: &Path, covered: &Covered) -> serde_json::Value {
         "reachable": whole(configurations.number.number),
         "cover": match configurations.cover {
             Cover::All => "all",
+            Cover::Passes => "passes",
             Cover::Pairs => "pairs",
             Cover::Some => "some",
         },
@@ -82,10 +83,9 @@ fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
         (_, cover) => {
             let Count { number, exact } = covered.configurations.number;
             let least = if exact { "" } else { "at least " };
-            let what = if cover == Cover::Pairs {
-                "every value of a feature with every value of each other"
-            } else {
-                "not every pair of values"
+            let what = match cover {
+                Cover::Some => "not every pair of values",
+                _ => "every value of a feature with every value of each other",
             };
             format!(
                 "{checked} configurations of {least}{number} (more than {MAXIMUM_CONFIGURATIONS}, so {what})"

@@ -9,7 +9,7 @@ use umbragraph::compose::{Composed, Files as _};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, Document, Value};
 use umbragraph::node::Registry;
-use umbragraph::pipeline::{self, Choice, FeatureConfigurations, ParameterFile, Setting};
+use umbragraph::pipeline::{self, Choice, Configurations, ParameterFile, Setting};
 use umbragraph::scene::interface;
 use umbragraph::shader::permutations::{self, Request};
 use umbragraph::shader::{AxisValues, TargetProfile, TemplateSet};
@@ -64,7 +64,7 @@ struct Configured {
 /// What the configurations of a pipeline came to.
 pub(crate) struct Covered {
     pub(crate) coverage: Coverage,
-    pub(crate) configurations: FeatureConfigurations,
+    pub(crate) configurations: Configurations,
     /// The names of the profiles.
     pub(crate) profiles: Vec<String>,
 }
@@ -200,13 +200,13 @@ impl Session {
         verified: bool,
     ) -> Option<Covered> {
         let Configured { composed, choice, profiles } = self.configured(path, choices)?;
-        let mut most = FeatureConfigurations::default();
+        let mut most = Configurations::default();
         let mut first: Option<Coverage> = None;
         for profile in &profiles {
             let configurations = if only_one {
-                FeatureConfigurations::one(&choice)
+                Configurations::one(&choice)
             } else {
-                pipeline::feature_configurations(&composed.document, &choice, profile)
+                Configurations::of_features(&composed.document, &choice, profile)
             };
             let job = Job {
                 registry: &self.registry,

@@ -47,13 +47,13 @@ pub mod draw {
 
 /// One typed configuration of a pipeline, and which configurations there are.
 ///
-/// [`load`](pipeline::load) makes one of a document; [`feature_configurations`](pipeline::feature_configurations) and
+/// [`load`](pipeline::load) makes one of a document; [`Configurations`](pipeline::Configurations) and
 /// [`reach`](pipeline::reach) say which there are, and what they reach.
 pub mod pipeline {
     pub use umbragraph_pipeline::pipeline::*;
     pub use umbragraph_tools::{
-        AxisProduct, Configuration, Configured, Cover, FeatureConfigurations, MAXIMUM_CONFIGURATIONS,
-        Reached, ReachedProgram, feature_configurations, reach,
+        AxisProduct, Configuration, Configurations, Configured, Cover, MAXIMUM_CONFIGURATIONS, Reached,
+        ReachedProgram, reach,
     };
 }
 

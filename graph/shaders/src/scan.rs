@@ -107,7 +107,8 @@ pub(crate) fn scan(text: &str) -> Scan {
             Err(error) => {
                 let is_at_the_end = error.detail().is_some_and(|detail| detail.starts_with("unexpected end"));
                 if let Some(tag) = found.tags.last_mut() {
-                    tag.is_open &= is_at_the_end;
+                    let closer = if tag.kind == TagKind::Block { "%}" } else { "}}" };
+                    tag.is_open &= is_at_the_end || !text[tag.range.start..].contains(closer);
                 }
                 return found;
             }
@@ -179,7 +180,7 @@ mod tests {
     #[test]
     fn a_tag_without_an_end_is_told_from_one_with_a_fault() {
         let is_open = |text: &str| scan(text).tags.last().unwrap().is_open;
-        assert!(is_open("{{ a") && is_open("{{ 'a }}"));
+        assert!(is_open("{{ a") && is_open("{{ 'a }}") && is_open("{{ a; b"));
         assert!(!is_open("{{ a }}") && !is_open("{{ a ? b }}"));
     }
 }

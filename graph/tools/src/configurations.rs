@@ -1,38 +1,45 @@
-//! The configurations of a pipeline that can differ in their shaders or passes.
+//! The configurations of a pipeline, enumerated.
 //!
-//! Features and parameters that are booleans or enumerations are varied where anything outside of `bind` mentions them,
-//! or an axis has their name. Numbers and lists are varied where they can decide about passes or axes (`when`,
-//! `for_each`, `axes`, and what subgraphs are given): a range of up to 256 whole numbers in full (of up to 16 where there
-//! are more than 4,096 configurations otherwise), lists in every length, else the least, the default and the greatest
-//! value and those at which the expressions change ([`thresholds`](super::thresholds)). Axes that depend on a number of
-//! which not all values are tried are free: they have the values that their expressions yield, of which up to 4,096
-//! are evaluated, or all of their own, whatever values the other axes have.
-//! Configurations that the features' `requires` and `excludes` forbid are left out.
+//! A configuration gives each setting one of its values, so that `requires`, `excludes` and `one_of` hold. There are two
+//! wishes, and one way to fulfil them:
 //!
-//! Up to 4,096 configurations are enumerated in full. Of more, those settings that no pass depends on together factor
-//! out: for each pass, every combination of the settings on which it depends ([`dependence`](super::dependence)), the
-//! others at their defaults, and every single change and pair of changes besides. So each pass is seen in all its states,
-//! and the number of configurations is counted exactly without going through them. A pass with over 4,096 states, or
-//! over 16,384 for all passes together, is the limit: then it is single changes and pairs alone, as far as they fit, and
-//! for each condition configurations in which it holds and in which it does not ([`witness`](super::witness)); the
-//! number is a lower bound. Where not everything is gone through, the presets are configurations too.
+//! - the configurations of the features, around values that a caller gives: all up to 256, or else a pairwise cover
+//!   ([`cover`](super::cover));
+//! - those that can differ in their shaders or passes ([`varied`](super::varied)): all up to 4,096, or else a pairwise
+//!   cover and for each pass every combination of the settings on which it depends ([`dependence`](super::dependence)),
+//!   the others at their defaults. So each pass is seen in all its states, and the number of configurations is counted
+//!   exactly without going through them. A pass with over 4,096 states, or over 16,384 for all passes together, is the
+//!   limit: then there are, for each condition, configurations in which it holds and in which it does not
+//!   ([`witness`](super::witness)), and the number is a lower bound.
+//!
+//! Ranges of up to 256 whole numbers are gone through (of up to 16 where there are more than 4,096 configurations
+//! otherwise). Axes that depend on a number of which not all values are tried are free: they have the values that their
+//! expressions yield, of which up to 4,096 are evaluated, or all of their own, whatever values the other axes have.
+//!
+//! Each preset is one configuration more, with its own parameters; of the second wish, where not everything is gone
+//! through anyway.
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::collections::{BTreeSet, HashSet};
 
-use super::dependence;
-use super::thresholds::{Number, visit};
-use super::witness::{Settings, Witness, value_of};
-use crate::diagnostic::Diagnostics;
-use crate::document::{Document, Entry, Kind, Value};
-use crate::expression::{self, BinaryOperator, Expression, ExpressionKind, UnaryOperator};
-use crate::language::{FeatureDeclaration, Order, ParameterDeclaration, ParameterType};
-use crate::pipeline::{Choice, Setting, axis_value, has_word, lacking, of_preset, off};
-use crate::shader::axes::{Condition, Constraint, Rule};
-use crate::shader::permutations::{Count, Space};
-use crate::shader::{AxisValue, AxisValues, TargetProfile, TemplateSet};
+use crate::check::Job;
+use crate::cover::{Cover, MAXIMUM_PAIRED, Rules, picks};
+use crate::dependence;
+use crate::diagnostic::{AxisValue, Count, Diagnostics};
+use crate::document::{Document, Value};
+use crate::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperator};
+use crate::pipeline::{Choice, Modules, Pipeline, Setting, axis_value, load_sharing, of_preset};
+use crate::shader::{TargetProfile, TemplateSet};
+use crate::source::Sources;
+use crate::thresholds::visit;
+use crate::varied::{FEW_VALUES, Mention, Varied, axes_of, defaults, features, mentions_of, parse, varied};
+use crate::witness::{Settings, Witness};
 
-/// The most configurations that are enumerated in full: of a pipeline, or of the settings of one of its passes.
-const MAXIMUM: usize = 1 << 12;
+/// The most configurations of features that are listed one by one.
+pub const MAXIMUM: usize = 256;
+
+/// The most configurations that are enumerated in full where shaders or passes differ: of a pipeline, or of the settings
+/// of one of its passes.
+const MAXIMUM_STATES: usize = 1 << 12;
 
 /// The most configurations that are enumerated for all passes together.
 const MAXIMUM_TOGETHER: usize = 1 << 14;
@@ -40,28 +47,36 @@ const MAXIMUM_TOGETHER: usize = 1 << 14;
 /// The most whole numbers of a range that are tried one by one.
 const MAXIMUM_VALUES: usize = 256;
 
-/// The same where there are too many configurations otherwise, and the most lengths of a list.
-const FEW_VALUES: usize = 16;
+/// One configuration.
+#[derive(Clone, Debug)]
+pub struct Configuration {
+    /// The values, with those that the caller gives.
+    pub choice: Choice,
+    /// The preset that it is.
+    pub preset: Option<String>,
+    /// The index of each setting's value; 0 is the default, or what the caller gives.
+    pick: Vec<usize>,
+}
 
-/// Keys under which a value decides about passes and axes.
-const DECIDING: &[&str] = &["when", "for_each", "axes", "with", "use", "shader"];
-
-/// The configurations, the default first.
-#[derive(Debug, Default)]
-pub(super) struct Configurations {
-    pub(super) choices: Vec<Choice>,
-    /// How many there are.
-    pub(super) number: Count,
-    /// Whether passes have states that none of these shows.
-    pub(super) sampled: bool,
+/// The configurations of a document: the caller's own or the default first, then by the number of settings that differ
+/// from it.
+#[derive(Clone, Debug, Default)]
+pub struct Configurations {
+    /// The configurations.
+    pub list: Vec<Configuration>,
+    /// How many there are, presets not counted.
+    pub number: Count,
+    /// How much of them the list holds.
+    pub cover: Cover,
     /// Whether there is no configuration of which these do not show everything.
     pub(super) exact: bool,
     /// Axes that can have values which no configuration here gives them.
     pub(super) free: Vec<FreeAxis>,
+    varied: Vec<Varied>,
 }
 
 /// An axis that can have values which no tried configuration gives it.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct FreeAxis {
     pub(super) name: String,
     /// The pass that says so, by its name in the document; all where it is said in a subgraph, or by a name alone.
@@ -72,54 +87,181 @@ pub(super) struct FreeAxis {
     pub(super) reason: String,
 }
 
-/// A feature or parameter with the values that are tried, the default first.
-pub(super) struct Varied {
-    pub(super) name: String,
-    pub(super) feature: Option<FeatureDeclaration>,
-    pub(super) values: Vec<Value>,
-    pub(super) exhaustive: bool,
+impl Configurations {
+    /// The caller's configuration alone.
+    pub fn one(base: &Choice) -> Self {
+        let only = Configuration { choice: base.clone(), preset: None, pick: Vec::new() };
+        Self { list: vec![only], number: Count { number: 1, exact: true }, ..Self::default() }
+    }
+
+    /// Those that the features of a document can reach on a profile where the caller gives the values `base`.
+    pub fn of_features(document: &Document, base: &Choice, profile: &TargetProfile) -> Self {
+        let varied = features(document, base, profile);
+        let rules = Rules::new(&varied);
+        let (picks, cover) = picks(&rules, MAXIMUM);
+        let mut found = Self::of(document, base, varied, picks, cover);
+        found.list.extend(presets(document, base));
+        found
+    }
+
+    /// Those that can differ in their shaders or passes.
+    pub fn all(document: &Document, templates: &TemplateSet, profile: &TargetProfile) -> Self {
+        let mentions = mentions_of(document);
+        let axes = axes_of(&mentions, templates);
+        let defaults = defaults(document);
+        let with = |most: usize| varied(document, &mentions, &axes, profile, &defaults, most);
+        let mut varied = with(MAXIMUM_VALUES);
+        if product(&varied, &(0..varied.len()).collect()).is_none() {
+            varied = with(FEW_VALUES);
+        }
+        let settings = Settings::new(&varied, &defaults);
+        let (mut picks, mut cover) = picks(&settings.rules, MAXIMUM_STATES);
+        if cover != Cover::All {
+            let groups =
+                dependence::groups(document, varied.iter().map(|each| each.name.as_str()), templates);
+            cover = add_states(&settings, groups, &mut picks);
+            if cover != Cover::Passes {
+                add_witnesses(&settings, &conditions(document, &mentions, &settings), &mut picks);
+            }
+        }
+        let is_sampled = matches!(cover, Cover::Pairs | Cover::Some);
+        let exact = !is_sampled && varied.iter().all(|each| each.exhaustive);
+        let mut free = Vec::new();
+        if !exact {
+            let wide = with(MAXIMUM_STATES);
+            free = free_axes(
+                document,
+                &mentions,
+                &axes,
+                &settings,
+                &Settings::new(&wide, &defaults),
+                is_sampled,
+            );
+        }
+        let mut found = Self::of(document, &Choice::default(), varied, picks, cover);
+        found.number.exact &= exact;
+        if !exact {
+            found.list.extend(presets(document, &Choice::default()));
+        }
+        Self { exact, free, ..found }
+    }
+
+    /// Whether passes may have states that none of these shows.
+    pub(super) fn is_sampled(&self) -> bool {
+        matches!(self.cover, Cover::Pairs | Cover::Some)
+    }
+
+    /// Loads one after the other, with the shader modules of those before.
+    ///
+    /// # Errors
+    /// What is wrong with a document that is too broken to have passes at all, whatever the configuration.
+    pub(super) fn load(
+        &self,
+        document: &Document,
+        job: &Job<'_>,
+        sources: &Sources,
+        modules: &mut Modules,
+        mut each: impl FnMut(usize, &Choice, Pipeline, Diagnostics, &mut Modules),
+    ) -> Result<(), Diagnostics> {
+        let Job { registry, templates, profile, .. } = job;
+        for (at, Configuration { choice, .. }) in self.list.iter().enumerate() {
+            let mut own = Diagnostics::new();
+            let loaded =
+                load_sharing(document, registry, templates, profile, choice, sources, &mut own, modules);
+            match loaded {
+                Some(pipeline) => each(at, choice, pipeline, own, modules),
+                None => return Err(own),
+            }
+        }
+        Ok(())
+    }
+
+    fn of(
+        document: &Document,
+        base: &Choice,
+        varied: Vec<Varied>,
+        picks: Vec<Vec<usize>>,
+        cover: Cover,
+    ) -> Self {
+        let configuration = |pick: Vec<usize>| Configuration {
+            choice: base.clone().under(choice(&varied, &pick)),
+            preset: None,
+            pick,
+        };
+        let list = picks.into_iter().map(configuration).collect();
+        let number = Rules::new(&varied).count(document.root.span);
+        Self { list, number, cover, varied, ..Self::default() }
+    }
+
+    /// Which configurations those at these (increasing) positions are, in words; `None` where they are all.
+    pub fn describe(&self, found: &[usize]) -> Option<String> {
+        let all = self.list.len();
+        let first = found.first().filter(|_| found.len() < all).and_then(|first| self.list.get(*first))?;
+        let checked = if self.cover == Cover::All { "" } else { "checked " };
+        let text = format!("in {} of {all} {checked}configurations", found.len());
+        if let Some(preset) = &first.preset {
+            return Some(format!("{text}: with --preset {preset}"));
+        }
+        let changes: Vec<String> = first
+            .pick
+            .iter()
+            .enumerate()
+            .filter(|(_, value)| **value > 0)
+            .map(|(at, value)| self.write(at, *value))
+            .collect();
+        Some(match (changes.as_slice(), self.cause(found)) {
+            ([], None) => format!("{text}, the default one among them"),
+            ([], Some(cause)) => format!("{text}: with {cause}, which are the defaults"),
+            (changes, _) => format!("{text}; the fewest choices that show it: {}", changes.join(", ")),
+        })
+    }
+
+    fn write(&self, at: usize, value: usize) -> String {
+        let value = self.varied.get(at).and_then(|each| each.values.get(value)).map(Value::to_json);
+        let text = match value {
+            Some(serde_json::Value::String(word)) => word,
+            Some(value) => value.to_string(),
+            None => String::new(),
+        };
+        format!("{}={text}", self.varied.get(at).map_or("", |each| each.name.as_str()))
+    }
+
+    /// One or two default values that are in these configurations and in no others.
+    fn cause(&self, found: &[usize]) -> Option<String> {
+        let found: BTreeSet<usize> = found.iter().copied().collect();
+        let explains = |features: &[usize]| {
+            let mut picked = self.list.iter().enumerate().filter(|(_, one)| !one.pick.is_empty());
+            picked.all(|(at, one)| {
+                let holds = features.iter().all(|feature| one.pick.get(*feature) == Some(&0));
+                holds == found.contains(&at)
+            })
+        };
+        let count = self.varied.len().min(MAXIMUM_PAIRED);
+        let single = (0..count).find(|feature| explains(&[*feature])).map(|feature| vec![feature]);
+        let pair = || {
+            (0..count)
+                .flat_map(|one| (one + 1..count).map(move |two| vec![one, two]))
+                .find(|pair| explains(pair))
+        };
+        let names = single.or_else(pair)?;
+        Some(names.into_iter().map(|at| self.write(at, 0)).collect::<Vec<_>>().join(", "))
+    }
 }
 
-/// Where a text stands among passes.
-struct Mention<'a> {
-    text: &'a str,
-    /// The pass of the document in which it stands.
-    pass: Option<&'a str>,
-    /// The key of the axis that the text is about.
-    axis: Option<&'a str>,
-    deciding: bool,
-}
-
-/// Enumerates the configurations of a document.
-pub(super) fn enumerate(
-    document: &Document,
-    templates: &TemplateSet,
-    profile: &TargetProfile,
-) -> Configurations {
-    let mentions = mentions_of(document);
-    let axes = axes_of(&mentions, templates);
-    let defaults = defaults(document);
-    let with = |most: usize| varied(document, &mentions, &axes, profile, &defaults, most);
-    let mut varied = with(MAXIMUM_VALUES);
-    let everything: BTreeSet<usize> = (0..varied.len()).collect();
-    if product(&varied, &everything).is_none() {
-        varied = with(FEW_VALUES);
-    }
-    let groups = || dependence::groups(document, varied.iter().map(|each| each.name.as_str()), templates);
-    let settings = Settings { varied: &varied, defaults: &defaults };
-    let (picks, sampled) = choose(&varied, groups, &settings, || conditions(document, &mentions, &settings));
-    let mut choices: Vec<Choice> = picks.iter().map(|pick| choice(&varied, pick)).collect();
-    let exact = !sampled && varied.iter().all(|each| each.exhaustive);
-    let mut free = Vec::new();
-    if !exact {
-        let wide = with(MAXIMUM);
-        let wide = Settings { varied: &wide, defaults: &defaults };
-        free = free_axes(document, &mentions, &axes, &settings, &wide, sampled);
-        choices.extend(presets(document));
-    }
-    let number = count(&varied);
-    let number = Count { exact: exact && number.exact, ..number };
-    Configurations { choices, number, sampled, exact, free }
+/// The configuration of each preset that gives values.
+fn presets(document: &Document, base: &Choice) -> Vec<Configuration> {
+    let presets = document.root.get("presets").and_then(Value::entries).unwrap_or_default();
+    let values = presets
+        .iter()
+        .map(|preset| (preset, of_preset(document, &preset.key, preset.key_span, &mut Diagnostics::new())));
+    values
+        .filter(|(_, values)| !values.parameters.is_empty() || !values.features.is_empty())
+        .map(|(preset, values)| Configuration {
+            choice: values.under(base.clone()),
+            preset: Some(preset.key.clone()),
+            pick: Vec::new(),
+        })
+        .collect()
 }
 
 /// Whether a condition at the top of a document holds with no values that its settings can have.
@@ -132,52 +274,11 @@ pub(super) fn cannot_hold(
     let mentions = mentions_of(document);
     let axes = axes_of(&mentions, templates);
     let defaults = defaults(document);
-    let varied = varied(document, &mentions, &axes, profile, &defaults, MAXIMUM);
-    let settings = Settings { varied: &varied, defaults: &defaults };
+    let varied = varied(document, &mentions, &axes, profile, &defaults, MAXIMUM_STATES);
+    let settings = Settings::new(&varied, &defaults);
     let Some(condition) = parse(condition) else { return false };
     settings.named(&condition).into_iter().all(|at| varied[at].exhaustive)
         && settings.witness(&condition, true) == Witness::Nowhere
-}
-
-fn mentions_of(document: &Document) -> Vec<Mention<'_>> {
-    let mut mentions = Vec::new();
-    let entries = |section: &str| document.root.get(section).and_then(Value::entries).unwrap_or_default();
-    for entry in entries("passes") {
-        collect(&entry.value, Some(&entry.key), None, false, &mut mentions);
-    }
-    for entry in entries("subgraphs") {
-        collect(&entry.value, None, None, false, &mut mentions);
-    }
-    mentions
-}
-
-/// The axes of all templates that are named.
-fn axes_of<'t>(mentions: &[Mention<'_>], templates: &'t TemplateSet) -> BTreeSet<&'t str> {
-    let is_named = |template: &&str| {
-        let computed = |text: &str| text.contains('{');
-        mentions
-            .iter()
-            .any(|mention| mention.text == *template || (mention.deciding && computed(mention.text)))
-    };
-    templates
-        .names()
-        .filter(is_named)
-        .filter_map(|name| templates.axes(name))
-        .flat_map(crate::shader::Axes::names)
-        .collect()
-}
-
-/// The declared defaults of features and parameters.
-fn defaults(document: &Document) -> BTreeMap<String, expression::Value> {
-    let sections = ["features", "parameters"].into_iter();
-    let entries =
-        sections.flat_map(|name| document.root.get(name).and_then(Value::entries).unwrap_or_default());
-    entries.filter_map(|entry| Some((entry.key.clone(), value_of(entry.value.get("default")?)?))).collect()
-}
-
-/// The expression of a text; an equals sign in front of a computed word is not part of it.
-fn parse(text: &str) -> Option<Expression> {
-    expression::parse(text.strip_prefix('=').unwrap_or(text)).ok()
 }
 
 /// The conditions that decide about passes and axes: those of passes, those within expressions, and the latter together
@@ -286,13 +387,7 @@ fn values_yielded(
     let total = product(settings.varied, &named)?;
     let mut found = BTreeSet::new();
     for number in 0..total {
-        let mut pick = vec![None; settings.varied.len()];
-        let mut rest = number;
-        for at in &named {
-            let count = settings.varied[*at].values.len().max(1);
-            pick[*at] = Some(rest % count);
-            rest /= count;
-        }
+        let pick = combination(settings.varied, &named, number);
         if condition.is_none_or(|condition| settings.holds(condition, &pick) != Some(false)) {
             found.extend(settings.value(expression, &pick).as_ref().and_then(axis_value));
         }
@@ -301,450 +396,68 @@ fn values_yielded(
     (!found.is_empty()).then_some(found)
 }
 
-/// The values of each preset.
-fn presets(document: &Document) -> Vec<Choice> {
-    let presets = document.root.get("presets").and_then(Value::entries).unwrap_or_default();
-    let of = |preset: &Entry| of_preset(document, &preset.key, preset.key_span, &mut Diagnostics::new());
-    presets.iter().map(of).collect()
-}
-
 /// The number of combinations of the values of a group, unless it is too large.
 fn product(varied: &[Varied], group: &BTreeSet<usize>) -> Option<usize> {
     let size = |total: usize, at: &usize| total.checked_mul(varied[*at].values.len().max(1));
-    group.iter().try_fold(1_usize, size).filter(|total| *total <= MAXIMUM)
+    group.iter().try_fold(1_usize, size).filter(|total| *total <= MAXIMUM_STATES)
 }
 
-/// The number of all combinations of values that the features allow.
-pub(super) fn count(varied: &[Varied]) -> Count {
-    let name_of = |at: usize| AxisValue::Integer(at as i64);
-    let values = varied
-        .iter()
-        .map(|each| (each.name.clone(), (0..each.values.len().max(1)).map(name_of).collect::<Vec<_>>()));
-    let mut constraints = Vec::new();
-    for (each, declaration) in varied.iter().filter_map(|each| Some((each, each.feature.as_ref()?))) {
-        let is_on = |name: &str, equal: bool| {
-            let other = varied.iter().find(|other| other.feature.is_some() && other.name == name)?;
-            let off = other.values.iter().position(|value| !other.is_on(value))?;
-            Some(Condition { axis: name.to_owned(), value: name_of(off), equal: !equal })
-        };
-        let Some(span) = each.values.first().map(|value| value.span) else { continue };
-        let when = is_on(&each.name, true);
-        let never = is_on(&each.name, false);
-        // What is not declared is never on.
-        let all = declaration.requires.iter().map(|other| is_on(other, true).or_else(|| never.clone()));
-        let none = declaration.excludes.iter().filter_map(|other| is_on(other, true)).collect();
-        constraints.push(Constraint {
-            rule: Rule::Requires { when: when.clone(), all: all.flatten().collect() },
-            span,
-        });
-        constraints.push(Constraint { rule: Rule::Excludes { when, none }, span });
-    }
-    let mut groups: BTreeMap<&str, Vec<&Varied>> = BTreeMap::new();
-    for each in varied {
-        if let Some(group) = each.group() {
-            groups.entry(group).or_default().push(each);
-        }
-    }
-    for members in groups.into_values() {
-        let on = |each: &&Varied| {
-            let off = each.values.iter().position(|value| !each.is_on(value));
-            // What has no value with which it is off is on.
-            let value = name_of(off.unwrap_or(each.values.len()));
-            Condition { axis: each.name.clone(), value, equal: false }
-        };
-        let span = members.first().and_then(|each| each.values.first()).map(|value| value.span);
-        let Some(span) = span else { continue };
-        constraints.push(Constraint { rule: Rule::OneOf(members.iter().map(on).collect()), span });
-    }
-    Space::of(values.collect(), constraints).count(&AxisValues::new())
-}
-
-fn collect<'a>(
-    value: &'a Value,
-    pass: Option<&'a str>,
-    axis: Option<&'a str>,
-    deciding: bool,
-    mentions: &mut Vec<Mention<'a>>,
-) {
-    match &value.kind {
-        Kind::Text(text) => mentions.push(Mention { text, pass, axis, deciding }),
-        Kind::Array(elements) => {
-            elements.iter().for_each(|element| collect(element, pass, axis, deciding, mentions));
-        }
-        Kind::Object(entries) => {
-            for entry in entries.iter().filter(|entry| entry.key != "bind") {
-                let deciding = deciding || DECIDING.contains(&entry.key.as_str());
-                if entry.key == "axes" {
-                    for axis in entry.value.entries().unwrap_or_default() {
-                        collect(&axis.value, pass, Some(&axis.key), true, mentions);
-                    }
-                } else {
-                    collect(&entry.value, pass, axis, deciding, mentions);
-                }
-            }
-        }
-        Kind::Null | Kind::Bool(_) | Kind::Number(_) => {}
-    }
-}
-
-fn varied(
-    document: &Document,
-    mentions: &[Mention<'_>],
-    axes: &BTreeSet<&str>,
-    profile: &TargetProfile,
-    defaults: &BTreeMap<String, expression::Value>,
-    most: usize,
-) -> Vec<Varied> {
-    let entries = |name: &str| document.root.get(name).and_then(Value::entries).unwrap_or_default();
-    let mut features: BTreeMap<&str, (FeatureDeclaration, &Entry)> = BTreeMap::new();
-    for entry in entries("features") {
-        if let Ok(declaration) = entry.value.decode() {
-            features.insert(&entry.key, (declaration, entry));
-        }
-    }
-    let is_mentioned =
-        |name: &str| axes.contains(name) || mentions.iter().any(|mention| has_word(mention.text, name));
-    let mut groups: BTreeMap<String, Vec<&str>> = BTreeMap::new();
-    for (name, (declaration, _)) in &features {
-        if let Some(group) = &declaration.one_of {
-            groups.entry(group.clone()).or_default().push(name);
-        }
-    }
-    // What a varied feature requires or excludes, and its group, decide about it, so they vary too.
-    let mut wanted: BTreeSet<&str> = features.keys().copied().filter(|name| is_mentioned(name)).collect();
-    loop {
-        let before = wanted.len();
-        for (name, (declaration, _)) in &features {
-            let group =
-                declaration.one_of.as_ref().map(|group| groups.get(group).into_iter().flatten().copied());
-            let others = || {
-                let named = declaration.requires.iter().chain(&declaration.excludes).map(String::as_str);
-                named.chain(group.clone().into_iter().flatten())
-            };
-            if wanted.contains(name) || others().any(|other| wanted.contains(other)) {
-                wanted.insert(name);
-                wanted.extend(others().filter(|other| features.contains_key(other)));
-            }
-        }
-        if wanted.len() == before {
-            break;
-        }
-    }
-    let mut varied = Vec::new();
-    for (name, (declaration, entry)) in features.iter().filter(|(name, _)| wanted.contains(**name)) {
-        varied.push(Varied {
-            name: (*name).to_owned(),
-            values: feature_values(declaration, entry, entries("features"), profile),
-            feature: Some(declaration.clone()),
-            exhaustive: true,
-        });
-    }
-    let decides = |name: &str| {
-        axes.contains(name) || mentions.iter().any(|mention| mention.deciding && has_word(mention.text, name))
-    };
-    let deciding: Vec<Expression> = mentions
-        .iter()
-        .filter(|mention| mention.deciding)
-        .filter_map(|mention| parse(mention.text))
-        .collect();
-    for entry in entries("parameters") {
-        let Ok(declaration) = entry.value.decode::<ParameterDeclaration>() else {
-            continue;
-        };
-        let is_small = matches!(declaration.parameter_type, ParameterType::Bool | ParameterType::Enum);
-        if !(if is_small { is_mentioned(&entry.key) } else { decides(&entry.key) }) {
-            continue;
-        }
-        let is_indexed = mentions.iter().any(|mention| mention.text.contains(&format!("{}[", entry.key)));
-        let number = Number {
-            name: &entry.key,
-            default: defaults.get(&entry.key).and_then(expression::Value::number).unwrap_or_default(),
-            min: declaration.min,
-            max: declaration.max,
-            defaults,
-        };
-        let (values, exhaustive) = values_of(&declaration, &entry.value, &number, &deciding, most);
-        varied.push(Varied {
-            name: entry.key.clone(),
-            feature: None,
-            values: default_first(entry.value.get("default"), values),
-            exhaustive: exhaustive && !is_indexed,
-        });
-    }
-    varied
-}
-
-/// The values that a feature can have on a profile, the default first.
-pub(super) fn feature_values(
-    declaration: &FeatureDeclaration,
-    entry: &Entry,
-    features: &[Entry],
-    profile: &TargetProfile,
-) -> Vec<Value> {
-    let value = &entry.value;
-    if let Some(lacking) = lacking(entry, features, profile) {
-        return vec![off(declaration, lacking.place)];
-    }
-    let words = words(&declaration.values, value);
-    default_first(value.get("default"), if words.is_empty() { booleans(value) } else { words })
-}
-
-fn words(words: &[String], declaration: &Value) -> Vec<Value> {
-    words.iter().map(|word| at(declaration, Kind::Text(word.clone()))).collect()
-}
-
-fn booleans(declaration: &Value) -> Vec<Value> {
-    [false, true].into_iter().map(|value| at(declaration, Kind::Bool(value))).collect()
-}
-
-fn at(declaration: &Value, kind: Kind) -> Value {
-    Value { span: declaration.span, kind }
-}
-
-fn default_first(default: Option<&Value>, values: Vec<Value>) -> Vec<Value> {
-    let Some(default) = default else { return values };
-    let json = default.to_json();
-    std::iter::once(default.clone())
-        .chain(values.into_iter().filter(|value| value.to_json() != json))
-        .collect()
-}
-
-/// The values that are tried, and whether these are all that can make a difference.
-fn values_of(
-    declaration: &ParameterDeclaration,
-    value: &Value,
-    range: &Number<'_>,
-    deciding: &[Expression],
-    most: usize,
-) -> (Vec<Value>, bool) {
-    use ParameterType as T;
-    let number = |number: f64| at(value, number_kind(number));
-    match declaration.parameter_type {
-        T::Bool => (booleans(value), true),
-        T::Enum => (words(&declaration.values, value), true),
-        T::U32 | T::I32 => match (declaration.min, declaration.max) {
-            (Some(min), Some(max)) if max - min < most as f64 && min.fract() == 0.0 => {
-                let count = (max - min).max(0.0) as usize + 1;
-                ((0..count).map(|step| number(min + step as f64)).collect(), true)
-            }
-            _ => {
-                // A number without a sign has a least value anyway.
-                let least = if declaration.parameter_type == T::U32 { Some(0.0) } else { None };
-                let min = range.min.into_iter().chain(least).reduce(f64::max);
-                let range = Number { min, ..*range };
-                (range.whole_values(deciding).into_iter().map(number).collect(), false)
-            }
-        },
-        T::F32 => (range.real_values(deciding).into_iter().map(number).collect(), false),
-        T::F32List | T::U32List => {
-            let defaults: Vec<f64> = value
-                .get("default")
-                .and_then(Value::elements)
-                .unwrap_or_default()
-                .iter()
-                .filter_map(|element| element.to_json().as_f64())
-                .collect();
-            let least = declaration.min_length.unwrap_or(0) as usize;
-            let most = declaration.max_length.map_or(defaults.len(), |most| most as usize);
-            let last = most.min(least + FEW_VALUES);
-            let lists: Vec<Value> = (least..=last)
-                .filter_map(|length| list_of(length, &defaults, declaration))
-                .map(|list| at(value, Kind::Array(list.into_iter().map(number).collect())))
-                .collect();
-            let all = declaration.max_length.is_some() && last == most && lists.len() == most + 1 - least;
-            (lists, all)
-        }
-    }
-}
-
-/// The default cut, or continued within the declared range and order, to a length.
-fn list_of(length: usize, defaults: &[f64], declaration: &ParameterDeclaration) -> Option<Vec<f64>> {
-    let mut list: Vec<f64> = defaults.iter().copied().take(length).collect();
-    while list.len() < length {
-        let last = list.last().copied().or(declaration.min).unwrap_or(0.0);
-        list.push(match declaration.order {
-            _ if list.is_empty() => last,
-            None => last,
-            Some(Order::StrictlyIncreasing) => last + 1.0,
-            Some(Order::StrictlyDecreasing) => last - 1.0,
-        });
-    }
-    let in_range = |number: &f64| {
-        declaration.min.is_none_or(|min| *number >= min) && declaration.max.is_none_or(|max| *number <= max)
-    };
-    list.iter().all(in_range).then_some(list)
-}
-
-fn number_kind(number: f64) -> Kind {
-    let whole =
-        (number.fract() == 0.0 && number.abs() < 9.0e15).then(|| serde_json::Number::from(number as i64));
-    whole.or_else(|| serde_json::Number::from_f64(number)).map_or(Kind::Null, Kind::Number)
-}
-
-/// The configurations as the index of each setting's value, and whether they leave out states of passes.
-fn choose(
-    varied: &[Varied],
-    groups: impl Fn() -> Vec<BTreeSet<usize>>,
-    settings: &Settings<'_>,
-    conditions: impl Fn() -> Vec<Expression>,
-) -> (Vec<Vec<usize>>, bool) {
-    let plain = vec![0; varied.len()];
-    let everything: BTreeSet<usize> = (0..varied.len()).collect();
-    let mut picks = Picks { varied, seen: HashSet::new(), list: Vec::new() };
-    if let Some(total) = product(varied, &everything) {
-        picks.add_product(&plain, &everything, total);
-        return (picks.list, false);
-    }
-    let changes: Vec<(usize, usize)> = varied
-        .iter()
-        .enumerate()
-        .flat_map(|(at, each)| (1..each.values.len()).map(move |pick| (at, pick)))
-        .collect();
-    picks.add(plain.clone());
-    let pairs =
-        changes.iter().enumerate().flat_map(|(at, one)| changes[at + 1..].iter().map(move |two| (one, two)));
-    for (one, two) in changes.iter().map(|one| (one, one)).chain(pairs) {
-        if picks.list.len() >= MAXIMUM {
-            break;
-        }
-        // Two values of one setting are no pair of changes.
-        if one.0 != two.0 || one.1 == two.1 {
-            let mut pick = plain.clone();
-            pick[one.0] = one.1;
-            pick[two.0] = two.1;
-            picks.add(pick);
-        }
-    }
-    let mut groups: Vec<BTreeSet<usize>> =
-        groups().into_iter().map(|group| with_constraints(varied, group)).collect();
-    groups.sort();
-    groups.dedup();
-    let mut sampled = false;
+/// Adds, for each pass, every combination of the settings on which it depends, the others at their defaults; whether that
+/// is possible.
+fn add_states(settings: &Settings<'_>, groups: Vec<BTreeSet<usize>>, picks: &mut Vec<Vec<usize>>) -> Cover {
+    let groups: BTreeSet<BTreeSet<usize>> =
+        groups.into_iter().map(|group| settings.rules.with_tied(group)).collect();
+    let mut seen: HashSet<Vec<usize>> = picks.iter().cloned().collect();
+    let mut cover = Cover::Passes;
     for group in &groups {
-        match product(varied, group).filter(|total| picks.list.len() + total <= MAXIMUM_TOGETHER) {
-            Some(total) => picks.add_product(&plain, group, total),
-            None => sampled = true,
-        }
-    }
-    if sampled {
-        for condition in conditions() {
-            picks.add_witnesses(settings, &condition);
-        }
-    }
-    (picks.list, sampled)
-}
-
-/// Distinct configurations that the features allow.
-struct Picks<'v> {
-    varied: &'v [Varied],
-    seen: HashSet<Vec<usize>>,
-    list: Vec<Vec<usize>>,
-}
-
-impl Picks<'_> {
-    fn add(&mut self, pick: Vec<usize>) {
-        if is_allowed(self.varied, &pick) && self.seen.insert(pick.clone()) {
-            self.list.push(pick);
-        }
-    }
-
-    /// Configurations in which a condition holds and in which it does not, where none is there.
-    fn add_witnesses(&mut self, settings: &Settings<'_>, condition: &Expression) {
-        for wanted in [true, false] {
-            let shows = |pick: &Vec<usize>| {
-                let pick: Vec<Option<usize>> = pick.iter().copied().map(Some).collect();
-                settings.holds(condition, &pick) == Some(wanted)
-            };
-            if self.list.len() < MAXIMUM_TOGETHER
-                && !self.list.iter().any(shows)
-                && let Witness::Found(pick) = settings.witness(condition, wanted)
-            {
-                self.add(pick);
-            }
-        }
-    }
-
-    /// Every combination of the values of a group, which are `total`; the other settings as in `plain`.
-    fn add_product(&mut self, plain: &[usize], group: &BTreeSet<usize>, total: usize) {
+        let total = product(settings.varied, group).filter(|total| picks.len() + total <= MAXIMUM_TOGETHER);
+        let Some(total) = total else {
+            cover = Cover::Some;
+            continue;
+        };
         for number in 0..total {
-            let mut pick = plain.to_vec();
-            let mut rest = number;
-            for at in group {
-                let count = self.varied[*at].values.len().max(1);
-                pick[*at] = rest % count;
-                rest /= count;
+            let pick: Vec<usize> = combination(settings.varied, group, number)
+                .into_iter()
+                .map(Option::unwrap_or_default)
+                .collect();
+            if settings.rules.allow(&pick) && seen.insert(pick.clone()) {
+                picks.push(pick);
             }
-            self.add(pick);
+        }
+    }
+    cover
+}
+
+/// Adds configurations in which each condition holds and in which it does not, where none is there.
+fn add_witnesses(settings: &Settings<'_>, conditions: &[Expression], picks: &mut Vec<Vec<usize>>) {
+    for (condition, wanted) in conditions.iter().flat_map(|each| [(each, true), (each, false)]) {
+        let shows = |pick: &Vec<usize>| {
+            let pick: Vec<Option<usize>> = pick.iter().copied().map(Some).collect();
+            settings.holds(condition, &pick) == Some(wanted)
+        };
+        if picks.len() < MAXIMUM_TOGETHER
+            && !picks.iter().any(shows)
+            && let Witness::Found(pick) = settings.witness(condition, wanted)
+        {
+            picks.push(pick);
         }
     }
 }
 
-/// A group of settings with every feature that its features require or exclude, and so on.
-pub(super) fn with_constraints(varied: &[Varied], mut group: BTreeSet<usize>) -> BTreeSet<usize> {
-    let others = |at: usize| {
-        let declaration = varied[at].feature.as_ref();
-        declaration.into_iter().flat_map(|each| each.requires.iter().chain(&each.excludes))
-    };
-    let tied = |one: usize, two: usize| {
-        others(one).any(|name| *name == varied[two].name)
-            || (varied[one].group().is_some() && varied[one].group() == varied[two].group())
-    };
-    loop {
-        let more: Vec<usize> = (0..varied.len())
-            .filter(|at| {
-                !group.contains(at) && group.iter().any(|member| tied(*member, *at) || tied(*at, *member))
-            })
-            .collect();
-        if more.is_empty() {
-            return group;
-        }
-        group.extend(more);
+/// One of the combinations of the values of a group, by its number.
+fn combination(varied: &[Varied], group: &BTreeSet<usize>, number: usize) -> Vec<Option<usize>> {
+    let mut pick = vec![None; varied.len()];
+    let mut rest = number;
+    for at in group {
+        let count = varied[*at].values.len().max(1);
+        pick[*at] = Some(rest % count);
+        rest /= count;
     }
+    pick
 }
 
-impl Varied {
-    /// The group of features to which it belongs.
-    pub(super) fn group(&self) -> Option<&str> {
-        self.feature.as_ref()?.one_of.as_deref()
-    }
-
-    /// Whether a feature is on with this value; an enumeration is off with its first word.
-    pub(super) fn is_on(&self, value: &Value) -> bool {
-        let first = self.feature.as_ref().and_then(|declaration| declaration.values.first());
-        match &value.kind {
-            Kind::Bool(on) => *on,
-            Kind::Text(word) => first != Some(word),
-            _ => false,
-        }
-    }
-}
-
-/// Whether the features agree with what they require and exclude of one another.
-pub(super) fn is_allowed(varied: &[Varied], pick: &[usize]) -> bool {
-    let is_on = |name: &str| {
-        varied
-            .iter()
-            .zip(pick)
-            .find(|(each, _)| each.feature.is_some() && each.name == name)
-            .is_some_and(|(each, at)| each.values.get(*at).is_some_and(|value| each.is_on(value)))
-    };
-    let mut groups: BTreeMap<&str, usize> = BTreeMap::new();
-    for each in varied {
-        if let Some(group) = each.group() {
-            *groups.entry(group).or_default() += usize::from(is_on(&each.name));
-        }
-    }
-    if groups.into_values().any(|on| on != 1) {
-        return false;
-    }
-    varied.iter().filter_map(|each| Some((&each.name, each.feature.as_ref()?))).all(|(name, declaration)| {
-        !is_on(name)
-            || (declaration.requires.iter().all(|other| is_on(other))
-                && !declaration.excludes.iter().any(|other| is_on(other)))
-    })
-}
-
-pub(super) fn choice(varied: &[Varied], pick: &[usize]) -> Choice {
+/// The values of a pick that are no defaults.
+fn choice(varied: &[Varied], pick: &[usize]) -> Choice {
     let mut choice = Choice::default();
     for (each, at) in varied.iter().zip(pick).filter(|(_, at)| **at > 0) {
         let Some(value) = each.values.get(*at) else { continue };
@@ -755,4 +468,102 @@ pub(super) fn choice(varied: &[Varied], pick: &[usize]) -> Choice {
         }
     }
     choice
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::Sources;
+
+    #[test]
+    fn what_the_profile_has_no_room_for_is_off_with_all_that_requires_it() {
+        let features = |most: u32| {
+            format!(
+                "\"big\": {{ \"type\": \"bool\", \"default\": true, \
+                   \"required_limits\": {{ \"max_texture_dimension_2d\": {most} }} }}, \
+                 \"bigger\": {{ \"type\": \"enum\", \"values\": [\"x\", \"y\"], \"default\": \"y\", \"requires\": [\"big\"] }}, \
+                 \"other\": {{ \"type\": \"bool\", \"default\": false }}"
+            )
+        };
+        let there = configurations(&features(8192));
+        assert_eq!((there.list.len(), there.number.number), (6, 6));
+        let lacking = configurations(&features(8193));
+        assert_eq!((lacking.list.len(), lacking.number.number), (2, 2));
+        assert_eq!(lacking.varied[0].values.iter().map(Value::to_json).collect::<Vec<_>>(), [false]);
+        assert_eq!(lacking.varied[1].values.iter().map(Value::to_json).collect::<Vec<_>>(), ["x"]);
+    }
+
+    fn configurations(features: &str) -> Configurations {
+        let mut sources = Sources::new();
+        let file = sources.add("t", format!("{{ \"features\": {{ {features} }} }}"));
+        let document = crate::document::parse(&sources, file).unwrap();
+        Configurations::of_features(&document, &Choice::default(), &TargetProfile::webgpu())
+    }
+
+    fn switches(count: usize) -> String {
+        let one = |at: usize| format!("\"f{at:02}\": {{ \"type\": \"bool\", \"default\": false }}");
+        (0..count).map(one).collect::<Vec<_>>().join(", ")
+    }
+
+    #[test]
+    fn few_features_are_combined_in_full_and_the_forbidden_is_left_out() {
+        assert_eq!(configurations(&switches(3)).list.len(), 8);
+        let tied = configurations(
+            "\"a\": { \"type\": \"bool\", \"default\": true }, \
+             \"b\": { \"type\": \"bool\", \"default\": false, \"requires\": [\"a\"] }, \
+             \"c\": { \"type\": \"enum\", \"values\": [\"x\", \"y\"], \"default\": \"x\", \"excludes\": [\"b\"] }",
+        );
+        assert_eq!((tied.list.len(), tied.cover), (5, Cover::All));
+        assert_eq!(tied.number, Count { number: 5, exact: true });
+    }
+
+    #[test]
+    fn of_a_group_exactly_one_feature_is_on() {
+        let member = |name: &str, on: bool| {
+            format!("\"{name}\": {{ \"type\": \"bool\", \"default\": {on}, \"one_of\": \"g\" }}")
+        };
+        let text = [member("a", true), member("b", false), member("c", false), switches(1)].join(", ");
+        let grouped = configurations(&text);
+        assert_eq!((grouped.list.len(), grouped.number), (6, Count { number: 6, exact: true }));
+        let text = [text, switches(12).replace("\"f", "\"g")].join(", ");
+        let grouped = configurations(&text);
+        assert_eq!(grouped.cover, Cover::Pairs);
+        let ons = |each: &Configuration| {
+            each.pick[..3].iter().zip([1, 0, 0]).filter(|(a, b)| (**a == 0) == (*b == 1)).count()
+        };
+        assert!(grouped.list.iter().all(|each| ons(each) == 1));
+    }
+
+    #[test]
+    fn many_features_are_covered_pair_by_pair() {
+        let many = configurations(&switches(20));
+        assert_eq!(many.cover, Cover::Pairs);
+        assert_eq!(many.number.number, 1 << 20);
+        assert!(many.list.len() <= 40, "{}", many.list.len());
+        for one in 0..20 {
+            for two in one + 1..20 {
+                for values in [[0, 0], [0, 1], [1, 0], [1, 1]] {
+                    let shown = many.list.iter().any(|each| [each.pick[one], each.pick[two]] == values);
+                    assert!(shown, "features {one} and {two} are never {values:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_some_configurations_show_is_told_with_the_fewest_choices() {
+        let three = configurations(&switches(3));
+        let with = |wanted: &dyn Fn(&[usize]) -> bool| -> Vec<usize> {
+            (0..8).filter(|at| wanted(&three.list[*at].pick)).collect()
+        };
+        assert_eq!(three.describe(&with(&|_| true)), None);
+        assert_eq!(
+            three.describe(&with(&|pick| pick[0] == 1 && pick[2] == 1)).unwrap(),
+            "in 2 of 8 configurations; the fewest choices that show it: f00=true, f02=true"
+        );
+        assert_eq!(
+            three.describe(&with(&|pick| pick[1] == 0)).unwrap(),
+            "in 4 of 8 configurations: with f01=false, which are the defaults"
+        );
+    }
 }

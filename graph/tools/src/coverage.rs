@@ -8,10 +8,10 @@ use std::sync::Arc;
 
 use crate::check::{Checked, Job};
 use crate::compiler;
+use crate::configurations::Configurations;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
 use crate::document::Document;
-use crate::feature_configurations::FeatureConfigurations;
-use crate::pipeline::{Modules, as_written, load_sharing};
+use crate::pipeline::{Modules, as_written};
 use crate::shader::AxisValues;
 use crate::source::Sources;
 use crate::unused::unused;
@@ -34,47 +34,43 @@ pub struct Coverage {
 pub fn check_configurations(
     document: &Document,
     job: &Job<'_>,
-    configurations: &FeatureConfigurations,
+    configurations: &Configurations,
     verified: bool,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Coverage {
-    let Job { registry, templates, profile, options, .. } = job;
+    let Job { templates, options, .. } = job;
     let mut coverage = Coverage::default();
     let mut modules = Modules::default();
     let mut found = Found::default();
     let mut faults: BTreeMap<String, Vec<usize>> = BTreeMap::new();
-    for (at, configuration) in configurations.list.iter().enumerate() {
-        let mut own = Diagnostics::new();
-        let choice = &configuration.choice;
-        let loaded =
-            load_sharing(document, registry, templates, profile, choice, sources, &mut own, &mut modules);
-        let Some(mut pipeline) = loaded else {
-            // Too broken to have passes at all, whatever the features.
-            diagnostics.extend(as_written(document, own));
-            return coverage;
-        };
-        compiler::set_aside(&mut pipeline, options, sources, &mut own);
-        let pipeline = Arc::new(pipeline);
-        for program in &pipeline.programs {
-            let variants = program.variants.iter();
-            coverage
-                .variants
-                .extend(variants.map(|variant| (program.template.clone(), variant.module.axes.clone())));
-        }
-        let graph = compiler::build(&pipeline, &mut own);
-        let plan =
-            graph.as_ref().and_then(|graph| compiler::plan(&pipeline, graph, options, sources, &mut own));
-        // A plan that is made in spite of errors shows what else is wrong; it promises nothing that could be verified.
-        if let Some(plan) = plan.as_ref().filter(|_| verified && !own.has_errors()) {
-            for fault in verify(plan, options) {
-                faults.entry(fault.to_string()).or_default().push(at);
+    let checked =
+        configurations.load(document, job, sources, &mut modules, |at, _, mut pipeline, mut own, _| {
+            compiler::set_aside(&mut pipeline, options, sources, &mut own);
+            let pipeline = Arc::new(pipeline);
+            for program in &pipeline.programs {
+                let variants = program.variants.iter();
+                coverage
+                    .variants
+                    .extend(variants.map(|variant| (program.template.clone(), variant.module.axes.clone())));
             }
-        }
-        found.add(as_written(document, own), at);
-        if at == 0 {
-            coverage.first = Checked { pipeline: Some(pipeline), graph, plan };
-        }
+            let graph = compiler::build(&pipeline, &mut own);
+            let plan =
+                graph.as_ref().and_then(|graph| compiler::plan(&pipeline, graph, options, sources, &mut own));
+            // A plan that is made in spite of errors shows what else is wrong; it promises nothing that could be verified.
+            if let Some(plan) = plan.as_ref().filter(|_| verified && !own.has_errors()) {
+                for fault in verify(plan, options) {
+                    faults.entry(fault.to_string()).or_default().push(at);
+                }
+            }
+            found.add(as_written(document, own), at);
+            if at == 0 {
+                coverage.first = Checked { pipeline: Some(pipeline), graph, plan };
+            }
+        });
+    if let Err(findings) = checked {
+        diagnostics.extend(as_written(document, findings));
+        return coverage;
     }
     let with = |text: String, places: &[usize]| match configurations.describe(places) {
         Some(which) => format!("{text} ({which})"),
@@ -118,7 +114,7 @@ impl Found {
         }
     }
 
-    fn findings(self, configurations: &FeatureConfigurations) -> impl Iterator<Item = Diagnostic> {
+    fn findings(self, configurations: &Configurations) -> impl Iterator<Item = Diagnostic> {
         let Self { list, sound, .. } = self;
         list.into_iter()
             .filter(move |(finding, places)| {

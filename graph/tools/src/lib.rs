@@ -1,7 +1,7 @@
 //! The tools of umbragraph: what looks at pipelines and plans, and makes neither.
 //!
 //! - [`check`], [`check_document`], [`check_path`]: the whole way from a text to a plan in one call;
-//! - [`check_configurations`], [`feature_configurations`], [`reach`]: the configurations of a pipeline, chosen, checked
+//! - [`Configurations`], [`check_configurations`], [`reach`]: the configurations of a pipeline, chosen, checked
 //!   and proven;
 //! - [`verify`](verify::verify): a second opinion on a plan, which shares no code with what made it;
 //! - [`report`] and [`why`]: a plan shown, and the reasons for it;
@@ -15,9 +15,9 @@ use umbragraph_pipeline::{
 pub mod capture;
 mod check;
 mod configurations;
+mod cover;
 mod coverage;
 mod dependence;
-mod feature_configurations;
 #[cfg(test)]
 mod property_tests;
 #[cfg(test)]
@@ -30,13 +30,13 @@ mod reach;
 pub mod report;
 mod thresholds;
 mod unused;
+mod varied;
 pub mod verify;
 pub mod why;
 mod witness;
 
 pub use check::{Checked, Job, check, check_document, check_path};
+pub use configurations::{Configuration, Configurations, MAXIMUM as MAXIMUM_CONFIGURATIONS};
+pub use cover::Cover;
 pub use coverage::{Coverage, check_configurations};
-pub use feature_configurations::{
-    Configuration, Cover, FeatureConfigurations, MAXIMUM as MAXIMUM_CONFIGURATIONS, feature_configurations,
-};
 pub use reach::{AxisProduct, Configured, Reached, ReachedProgram, reach};

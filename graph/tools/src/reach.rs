@@ -6,11 +6,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::configurations::{self, Configurations, FreeAxis};
+use super::configurations::{Configurations, FreeAxis, cannot_hold};
 use crate::check::Job;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use crate::document::{self, Document};
-use crate::pipeline::{Absent, Choice, Modules, lacking, load_sharing};
+use crate::pipeline::{Absent, Choice, Modules, lacking};
 use crate::shader::permutations::Count;
 use crate::shader::{self, AxisValue, AxisValues};
 use crate::source::{Sources, Span};
@@ -73,28 +73,17 @@ pub fn reach(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Reached {
-    let Configurations { choices, number, sampled, exact, free } = match configured {
-        Configured::All => configurations::enumerate(document, job.templates, job.profile),
-        Configured::One(choice) => {
-            let number = Count { number: 1, exact: true };
-            Configurations { choices: vec![choice.clone()], number, ..Configurations::default() }
-        }
+    let configurations = match configured {
+        Configured::All => Configurations::all(document, job.templates, job.profile),
+        Configured::One(choice) => Configurations::one(choice),
     };
     let mut modules = Modules::proven_elsewhere();
     let mut known = BTreeSet::new();
     let mut refused = Refused::default();
     let mut present = BTreeSet::new();
-    for (at, choice) in choices.iter().enumerate() {
-        let wanted = modules.wanted.len();
-        let mut own = Diagnostics::new();
-        let Job { registry, templates, profile, .. } = job;
-        modules.present.clear();
-        let loaded =
-            load_sharing(document, registry, templates, profile, choice, sources, &mut own, &mut modules);
-        if loaded.is_none() {
-            diagnostics.extend(own);
-            return Reached::default();
-        }
+    let mut wanted = 0;
+    let loaded = configurations.load(document, job, sources, &mut modules, |at, choice, _, own, modules| {
+        let mut here = std::mem::take(&mut modules.present);
         let key = |finding: &Diagnostic| (finding.code, finding.place.clone(), finding.message.clone());
         // What is known already is no matter of these values.
         let new: Vec<Diagnostic> = own.into_iter().filter(|finding| !known.contains(&key(finding))).collect();
@@ -102,12 +91,13 @@ pub fn reach(
         if do_not_fit {
             modules.wanted.truncate(wanted);
         }
+        wanted = modules.wanted.len();
         // The first is the default, or what the caller asked for: that has to work.
         if do_not_fit && at > 0 && !choice.parameters.is_empty() {
             refused.add(new, choice);
-            continue;
+            return;
         }
-        present.append(&mut modules.present);
+        present.append(&mut here);
         for mut finding in new {
             if known.insert(key(&finding)) {
                 if let (Configured::All, Some(settings)) = (configured, describe(choice)) {
@@ -116,14 +106,19 @@ pub fn reach(
                 diagnostics.push(finding);
             }
         }
+    });
+    if let Err(findings) = loaded {
+        diagnostics.extend(findings);
+        return Reached::default();
     }
     modules.absent.retain(|entry, _| !present.contains(entry));
     if matches!(configured, Configured::All) {
-        diagnostics.extend(unproven(document, job, &modules, exact));
+        diagnostics.extend(unproven(document, job, &modules, configurations.exact));
     }
-    let programs = programs(job, &modules, &free, sampled);
-    let (loaded, number_refused) = (choices.len(), refused.configurations);
+    let programs = programs(job, &modules, &configurations.free, configurations.is_sampled());
+    let number_refused = refused.configurations;
     diagnostics.extend(refused.notes());
+    let (number, loaded) = (configurations.number, configurations.list.len());
     Reached { programs, configurations: number, loaded, refused: number_refused }
 }
 
@@ -142,7 +137,7 @@ fn unproven<'a>(
         let Absent { name, decided_by, condition, pointer } = absent;
         let never = exact
             || condition.as_ref().is_some_and(|condition| {
-                configurations::cannot_hold(document, job.templates, job.profile, condition)
+                cannot_hold(document, job.templates, job.profile, condition)
             });
         let code = shader::codes::PASS_UNPROVEN;
         let finding = if never {

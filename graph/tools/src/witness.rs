@@ -9,10 +9,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::configurations::{Varied, is_allowed, with_constraints};
-use super::thresholds::visit;
+use crate::cover::Rules;
 use crate::document;
 use crate::expression::{BinaryOperator, Expression, ExpressionKind, Scope, UnaryOperator, Value, evaluate};
+use crate::thresholds::visit;
+use crate::varied::Varied;
 
 /// The most values that one condition's settings get.
 const MAXIMUM_STEPS: usize = 20_000;
@@ -20,7 +21,8 @@ const MAXIMUM_STEPS: usize = 20_000;
 /// Settings that vary, and the defaults of all.
 pub(super) struct Settings<'a> {
     pub(super) varied: &'a [Varied],
-    pub(super) defaults: &'a BTreeMap<String, Value>,
+    pub(super) rules: Rules,
+    defaults: &'a BTreeMap<String, Value>,
 }
 
 /// What a search comes to.
@@ -52,7 +54,11 @@ impl Scope for Trial<'_> {
     }
 }
 
-impl Settings<'_> {
+impl<'a> Settings<'a> {
+    pub(super) fn new(varied: &'a [Varied], defaults: &'a BTreeMap<String, Value>) -> Self {
+        Self { varied, rules: Rules::new(varied), defaults }
+    }
+
     fn position(&self, name: &str) -> Option<usize> {
         self.varied.iter().position(|each| each.name == name)
     }
@@ -100,7 +106,7 @@ impl Settings<'_> {
     /// Values, of settings that features allow together, with which a condition is as wanted.
     pub(super) fn witness(&self, condition: &Expression, wanted: bool) -> Witness {
         let mut order: Vec<usize> = self.named(condition).into_iter().collect();
-        let tied = with_constraints(self.varied, order.iter().copied().collect());
+        let tied = self.rules.with_tied(order.iter().copied().collect());
         order.extend(tied.into_iter().filter(|at| !order.contains(at)).collect::<Vec<_>>());
         let mut search = Search { settings: self, condition, wanted, order, steps: 0, is_decided: true };
         let mut pick = vec![None; self.varied.len()];
@@ -131,7 +137,7 @@ impl Search<'_> {
         let Some(at) = self.order.get(depth).copied() else {
             self.is_decided &= holds.is_some();
             let whole: Vec<usize> = pick.iter().map(|value| value.unwrap_or_default()).collect();
-            return holds.is_some() && is_allowed(self.settings.varied, &whole);
+            return holds.is_some() && self.settings.rules.allow(&whole);
         };
         for value in 0..self.settings.varied[at].values.len().max(1) {
             self.steps += 1;

@@ -14,8 +14,8 @@ use naga::{Module, TypeInner};
 
 use super::Space;
 use super::explore::Explorer;
-use crate::render::Placement;
 use crate::diagnostic::AxisValues;
+use crate::render::Placement;
 use crate::{TemplateSet, wgsl};
 
 /// The values with which some variant of a template in which these axes are `fixed` declares a binding, with a member of

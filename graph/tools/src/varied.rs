@@ -1,0 +1,306 @@
+//! The settings that vary between configurations, and the values of each.
+//!
+//! Features and parameters that are booleans or enumerations are varied where anything outside of `bind` mentions them,
+//! or an axis has their name. Numbers and lists are varied where they can decide about passes or axes (`when`,
+//! `for_each`, `axes`, and what subgraphs are given): whole numbers in full up to a given count, lists in every length,
+//! else the least, the default and the greatest value and those at which the expressions change
+//! ([`thresholds`](super::thresholds)).
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use crate::cover::Rules;
+use crate::document::{Document, Entry, Kind, Value};
+use crate::expression::{self, Expression};
+use crate::language::{FeatureDeclaration, Order, ParameterDeclaration, ParameterType};
+use crate::pipeline::{Choice, has_word, lacking, off};
+use crate::shader::{TargetProfile, TemplateSet};
+use crate::thresholds::Number;
+use crate::witness::value_of;
+
+/// The most lengths of a list.
+pub(super) const FEW_VALUES: usize = 16;
+
+/// Keys under which a value decides about passes and axes.
+const DECIDING: &[&str] = &["when", "for_each", "axes", "with", "use", "shader"];
+
+/// A feature or parameter with the values that are tried, the default first.
+#[derive(Clone, Debug)]
+pub(super) struct Varied {
+    pub(super) name: String,
+    pub(super) feature: Option<FeatureDeclaration>,
+    pub(super) values: Vec<Value>,
+    pub(super) exhaustive: bool,
+}
+
+/// Where a text stands among passes.
+pub(super) struct Mention<'a> {
+    pub(super) text: &'a str,
+    /// The pass of the document in which it stands.
+    pub(super) pass: Option<&'a str>,
+    /// The key of the axis that the text is about.
+    pub(super) axis: Option<&'a str>,
+    pub(super) deciding: bool,
+}
+
+/// The features of a document, each with the value that `base` gives it or all that it can have, by name.
+pub(super) fn features(document: &Document, base: &Choice, profile: &TargetProfile) -> Vec<Varied> {
+    let entries = document.root.get("features").and_then(Value::entries).unwrap_or_default();
+    let mut varied: BTreeMap<&str, Varied> = BTreeMap::new();
+    for entry in entries {
+        let Ok(declaration) = entry.value.decode::<FeatureDeclaration>() else { continue };
+        let given = base.features.iter().rev().find(|setting| setting.name == entry.key);
+        let values = match given {
+            Some(setting) => vec![setting.value.clone()],
+            None => feature_values(&declaration, entry, entries, profile),
+        };
+        let name = entry.key.clone();
+        varied.insert(&entry.key, Varied { name, values, feature: Some(declaration), exhaustive: true });
+    }
+    varied.into_values().collect()
+}
+
+impl Varied {
+    /// The group of features to which it belongs.
+    pub(super) fn group(&self) -> Option<&str> {
+        self.feature.as_ref()?.one_of.as_deref()
+    }
+
+    /// Whether a feature is on with this value; an enumeration is off with its first word.
+    pub(super) fn is_on(&self, value: &Value) -> bool {
+        let first = self.feature.as_ref().and_then(|declaration| declaration.values.first());
+        match &value.kind {
+            Kind::Bool(on) => *on,
+            Kind::Text(word) => first != Some(word),
+            _ => false,
+        }
+    }
+}
+
+/// The texts of passes and subgraphs, outside of `bind`.
+pub(super) fn mentions_of(document: &Document) -> Vec<Mention<'_>> {
+    let mut mentions = Vec::new();
+    let entries = |section: &str| document.root.get(section).and_then(Value::entries).unwrap_or_default();
+    for entry in entries("passes") {
+        collect(&entry.value, Some(&entry.key), None, false, &mut mentions);
+    }
+    for entry in entries("subgraphs") {
+        collect(&entry.value, None, None, false, &mut mentions);
+    }
+    mentions
+}
+
+/// The axes of all templates that are named.
+pub(super) fn axes_of<'t>(mentions: &[Mention<'_>], templates: &'t TemplateSet) -> BTreeSet<&'t str> {
+    let is_named = |template: &&str| {
+        let computed = |text: &str| text.contains('{');
+        mentions
+            .iter()
+            .any(|mention| mention.text == *template || (mention.deciding && computed(mention.text)))
+    };
+    templates
+        .names()
+        .filter(is_named)
+        .filter_map(|name| templates.axes(name))
+        .flat_map(crate::shader::Axes::names)
+        .collect()
+}
+
+/// The declared defaults of features and parameters.
+pub(super) fn defaults(document: &Document) -> BTreeMap<String, expression::Value> {
+    let sections = ["features", "parameters"].into_iter();
+    let entries =
+        sections.flat_map(|name| document.root.get(name).and_then(Value::entries).unwrap_or_default());
+    entries.filter_map(|entry| Some((entry.key.clone(), value_of(entry.value.get("default")?)?))).collect()
+}
+
+/// The expression of a text; an equals sign in front of a computed word is not part of it.
+pub(super) fn parse(text: &str) -> Option<Expression> {
+    expression::parse(text.strip_prefix('=').unwrap_or(text)).ok()
+}
+
+fn collect<'a>(
+    value: &'a Value,
+    pass: Option<&'a str>,
+    axis: Option<&'a str>,
+    deciding: bool,
+    mentions: &mut Vec<Mention<'a>>,
+) {
+    match &value.kind {
+        Kind::Text(text) => mentions.push(Mention { text, pass, axis, deciding }),
+        Kind::Array(elements) => {
+            elements.iter().for_each(|element| collect(element, pass, axis, deciding, mentions));
+        }
+        Kind::Object(entries) => {
+            for entry in entries.iter().filter(|entry| entry.key != "bind") {
+                let deciding = deciding || DECIDING.contains(&entry.key.as_str());
+                if entry.key == "axes" {
+                    for axis in entry.value.entries().unwrap_or_default() {
+                        collect(&axis.value, pass, Some(&axis.key), true, mentions);
+                    }
+                } else {
+                    collect(&entry.value, pass, axis, deciding, mentions);
+                }
+            }
+        }
+        Kind::Null | Kind::Bool(_) | Kind::Number(_) => {}
+    }
+}
+
+/// The settings that decide about shaders and passes; a range of over `most` whole numbers is not gone through.
+pub(super) fn varied(
+    document: &Document,
+    mentions: &[Mention<'_>],
+    axes: &BTreeSet<&str>,
+    profile: &TargetProfile,
+    defaults: &BTreeMap<String, expression::Value>,
+    most: usize,
+) -> Vec<Varied> {
+    let is_mentioned =
+        |name: &str| axes.contains(name) || mentions.iter().any(|mention| has_word(mention.text, name));
+    let mut varied = features(document, &Choice::default(), profile);
+    // What a varied feature requires or excludes, and its group, decide about it, so they vary too.
+    let mentioned = (0..varied.len()).filter(|at| is_mentioned(&varied[*at].name)).collect();
+    let wanted = Rules::new(&varied).with_tied(mentioned);
+    let mut at = 0..;
+    varied.retain(|_| at.next().is_some_and(|at| wanted.contains(&at)));
+    let decides = |name: &str| {
+        axes.contains(name) || mentions.iter().any(|mention| mention.deciding && has_word(mention.text, name))
+    };
+    let deciding: Vec<Expression> = mentions
+        .iter()
+        .filter(|mention| mention.deciding)
+        .filter_map(|mention| parse(mention.text))
+        .collect();
+    for entry in document.root.get("parameters").and_then(Value::entries).unwrap_or_default() {
+        let Ok(declaration) = entry.value.decode::<ParameterDeclaration>() else {
+            continue;
+        };
+        let is_small = matches!(declaration.parameter_type, ParameterType::Bool | ParameterType::Enum);
+        if !(if is_small { is_mentioned(&entry.key) } else { decides(&entry.key) }) {
+            continue;
+        }
+        let is_indexed = mentions.iter().any(|mention| mention.text.contains(&format!("{}[", entry.key)));
+        let number = Number {
+            name: &entry.key,
+            default: defaults.get(&entry.key).and_then(expression::Value::number).unwrap_or_default(),
+            min: declaration.min,
+            max: declaration.max,
+            defaults,
+        };
+        let (values, exhaustive) = values_of(&declaration, &entry.value, &number, &deciding, most);
+        varied.push(Varied {
+            name: entry.key.clone(),
+            feature: None,
+            values: default_first(entry.value.get("default"), values),
+            exhaustive: exhaustive && !is_indexed,
+        });
+    }
+    varied
+}
+
+/// The values that a feature can have on a profile, the default first.
+fn feature_values(
+    declaration: &FeatureDeclaration,
+    entry: &Entry,
+    features: &[Entry],
+    profile: &TargetProfile,
+) -> Vec<Value> {
+    let value = &entry.value;
+    if let Some(lacking) = lacking(entry, features, profile) {
+        return vec![off(declaration, lacking.place)];
+    }
+    let words = words(&declaration.values, value);
+    default_first(value.get("default"), if words.is_empty() { booleans(value) } else { words })
+}
+
+fn words(words: &[String], declaration: &Value) -> Vec<Value> {
+    words.iter().map(|word| at(declaration, Kind::Text(word.clone()))).collect()
+}
+
+fn booleans(declaration: &Value) -> Vec<Value> {
+    [false, true].into_iter().map(|value| at(declaration, Kind::Bool(value))).collect()
+}
+
+fn at(declaration: &Value, kind: Kind) -> Value {
+    Value { span: declaration.span, kind }
+}
+
+fn default_first(default: Option<&Value>, values: Vec<Value>) -> Vec<Value> {
+    let Some(default) = default else { return values };
+    let json = default.to_json();
+    std::iter::once(default.clone())
+        .chain(values.into_iter().filter(|value| value.to_json() != json))
+        .collect()
+}
+
+/// The values that are tried, and whether these are all that can make a difference.
+fn values_of(
+    declaration: &ParameterDeclaration,
+    value: &Value,
+    range: &Number<'_>,
+    deciding: &[Expression],
+    most: usize,
+) -> (Vec<Value>, bool) {
+    use ParameterType as T;
+    let number = |number: f64| at(value, number_kind(number));
+    match declaration.parameter_type {
+        T::Bool => (booleans(value), true),
+        T::Enum => (words(&declaration.values, value), true),
+        T::U32 | T::I32 => match (declaration.min, declaration.max) {
+            (Some(min), Some(max)) if max - min < most as f64 && min.fract() == 0.0 => {
+                let count = (max - min).max(0.0) as usize + 1;
+                ((0..count).map(|step| number(min + step as f64)).collect(), true)
+            }
+            _ => {
+                // A number without a sign has a least value anyway.
+                let least = if declaration.parameter_type == T::U32 { Some(0.0) } else { None };
+                let min = range.min.into_iter().chain(least).reduce(f64::max);
+                let range = Number { min, ..*range };
+                (range.whole_values(deciding).into_iter().map(number).collect(), false)
+            }
+        },
+        T::F32 => (range.real_values(deciding).into_iter().map(number).collect(), false),
+        T::F32List | T::U32List => {
+            let defaults: Vec<f64> = value
+                .get("default")
+                .and_then(Value::elements)
+                .unwrap_or_default()
+                .iter()
+                .filter_map(|element| element.to_json().as_f64())
+                .collect();
+            let least = declaration.min_length.unwrap_or(0) as usize;
+            let most = declaration.max_length.map_or(defaults.len(), |most| most as usize);
+            let last = most.min(least + FEW_VALUES);
+            let lists: Vec<Value> = (least..=last)
+                .filter_map(|length| list_of(length, &defaults, declaration))
+                .map(|list| at(value, Kind::Array(list.into_iter().map(number).collect())))
+                .collect();
+            let all = declaration.max_length.is_some() && last == most && lists.len() == most + 1 - least;
+            (lists, all)
+        }
+    }
+}
+
+/// The default cut, or continued within the declared range and order, to a length.
+fn list_of(length: usize, defaults: &[f64], declaration: &ParameterDeclaration) -> Option<Vec<f64>> {
+    let mut list: Vec<f64> = defaults.iter().copied().take(length).collect();
+    while list.len() < length {
+        let last = list.last().copied().or(declaration.min).unwrap_or(0.0);
+        list.push(match declaration.order {
+            _ if list.is_empty() => last,
+            None => last,
+            Some(Order::StrictlyIncreasing) => last + 1.0,
+            Some(Order::StrictlyDecreasing) => last - 1.0,
+        });
+    }
+    let in_range = |number: &f64| {
+        declaration.min.is_none_or(|min| *number >= min) && declaration.max.is_none_or(|max| *number <= max)
+    };
+    list.iter().all(in_range).then_some(list)
+}
+
+fn number_kind(number: f64) -> Kind {
+    let whole =
+        (number.fract() == 0.0 && number.abs() < 9.0e15).then(|| serde_json::Number::from(number as i64));
+    whole.or_else(|| serde_json::Number::from_f64(number)).map_or(Kind::Null, Kind::Number)
+}
