@@ -17,6 +17,9 @@ use crate::varied::Varied;
 /// The most settings of which pairs are covered.
 pub(super) const MAXIMUM_PAIRED: usize = 128;
 
+/// The most values beside the given ones of which pairs are covered.
+const MAXIMUM_CHANGES: usize = 512;
+
 /// The most steps of one search for values that fit together.
 const MAXIMUM_STEPS: usize = 1 << 16;
 
@@ -172,15 +175,26 @@ pub(super) fn picks(rules: &Rules, most: usize) -> (Vec<Vec<usize>>, Cover) {
     }
     let mut list = vec![plain.clone()];
     let mut seen = BTreeSet::from([plain.clone()]);
-    let singles = (0..rules.len()).flat_map(|at| (1..rules.on[at].len()).map(move |value| (at, value)));
-    for (at, value) in singles {
+    let single = |at: usize| (1..rules.on[at].len()).map(move |value| (at, value));
+    let singles: Vec<Chosen> = (0..rules.len()).flat_map(single).collect();
+    let is_open = rules.len() <= MAXIMUM_PAIRED && singles.len() <= MAXIMUM_CHANGES;
+    let around = |(at, one): (usize, &Chosen)| {
+        let others = singles[at + 1..].iter().filter(|two| !is_open && two.0 != one.0);
+        others.map(|two| [*one, *two]).collect::<Vec<_>>()
+    };
+    // Where there are too many pairs to look for a cover, those of changes of the given values, as far as they fit.
+    let alone = singles.iter().map(|one| [*one, *one]);
+    for changes in alone.chain(singles.iter().enumerate().flat_map(around)) {
+        if list.len() >= most {
+            break;
+        }
         let mut pick = plain.clone();
-        pick[at] = value;
-        if list.len() < most && rules.allow(&pick) && seen.insert(pick.clone()) {
+        changes.into_iter().for_each(|(at, value)| pick[at] = value);
+        if rules.allow(&pick) && seen.insert(pick.clone()) {
             list.push(pick);
         }
     }
-    if rules.len() > MAXIMUM_PAIRED {
+    if !is_open {
         return (list, Cover::Some);
     }
     let mut pairs = Pairs::new(rules);
