@@ -77,8 +77,9 @@ impl PassBuilder<'_> {
         names: &[&str],
     ) -> bool {
         let templates = self.shared.programs.templates.clone();
-        let mut declares =
-            |fixed: &AxisValues| self.shared.programs.modules.declares(&templates, template, fixed, binding, member);
+        let mut declares = |fixed: &AxisValues| {
+            self.shared.programs.modules.declares(&templates, template, fixed, binding, member)
+        };
         if declares(&self.fixed).is_some() {
             return true;
         }
@@ -233,8 +234,13 @@ impl PassBuilder<'_> {
                     let layout = binding.block.as_ref()?;
                     let at = format!("{here}/data");
                     let values_at = format!("{at}/values");
-                    let values =
-                        self.block_values((&binding.name, layout), &data.values, &values_at, &program.template, false);
+                    let values = self.block_values(
+                        (&binding.name, layout),
+                        &data.values,
+                        &values_at,
+                        &program.template,
+                        false,
+                    );
                     let data = self.data(&data.name, &format!("{at}/name"))?;
                     Some(SlotSource::Data { data, values: Some(values?) })
                 }

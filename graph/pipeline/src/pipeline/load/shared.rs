@@ -4,9 +4,9 @@ use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
 use std::sync::Arc;
 
+use super::VIEWPORT;
 use super::programs::Programs;
 use super::settings::Settings;
-use super::VIEWPORT;
 use crate::data::ValueType;
 use crate::diagnostic::Diagnostics;
 use crate::document;
