@@ -17,7 +17,7 @@ fn match_their_references(cases: &[Case]) {
     let folder = GoldenFolder::new(pictures::folder());
     let mut failures = Vec::new();
     for case in cases {
-        let picture = case.render(&gpu, &case.check(&[]), &case.scene());
+        let picture = case.render(&gpu, &case.check(&[]));
         let verdict = folder.check(&case.name, &picture, &pictures::tolerance(&gpu));
         if !verdict.is_success() {
             failures.push(format!("{verdict:?}"));
@@ -64,6 +64,11 @@ macro_rules! pictures_of {
 }
 
 pictures_of!(nebula, mantis, caracal, awsm);
+
+#[test]
+fn lessons() {
+    match_their_references(&pictures::of_lessons());
+}
 
 #[test]
 fn no_pipeline_no_scene_and_no_reference_is_left_out() {

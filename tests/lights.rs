@@ -6,6 +6,7 @@ mod common;
 use std::sync::Arc;
 
 use common::gpu::{Host, read, scene};
+use common::host::{published, quiet_frame};
 use common::{Outcome, With, check_file, root};
 use glam::{DVec3, Vec3};
 use umbragraph::executor::Executor;
@@ -246,6 +247,20 @@ fn wide_filters_see_nothing_of_the_neighbouring_tile() {
         let (full, empty) = (picture(DVec3::NEG_Y), picture(DVec3::Y));
         assert_eq!(differing(&full, &empty, 0), 0, "{filter}");
     }
+}
+
+#[test]
+fn two_texels_around_a_spots_cone_stay_free_for_taps() {
+    let frame = quiet_frame();
+    let LightKind::Spot { outer_angle, .. } = frame.lights[1].kind else { panic!("a spot") };
+    let data = published(small(&[], &[]).plan(), "spots", &frame);
+    let view = &data.views()[0];
+    let side = f64::from(view.viewport.map_or(256, |viewport| viewport[2]));
+    let right = view.view_from_world.inverse().transform_vector3(DVec3::X);
+    let edge = view.position + view.forward + right * f64::from(outer_angle).tan();
+    let clip = view.clip_from_world * edge.extend(1.0);
+    let texels = (1.0 - clip.x / clip.w) * 0.5 * side;
+    assert!((texels - 2.0).abs() < 1e-3, "{texels} of {side} texels");
 }
 
 #[test]

@@ -269,6 +269,15 @@ mod tests {
     }
 
     #[test]
+    fn a_light_counts_half_at_ten_metres_and_less_beyond() {
+        for (gap, wanted) in [(-1.0, 1.0), (0.0, 1.0), (10.0, 0.5), (30.0, 0.25), (90.0, 0.1)] {
+            let seen = seen_at(DVec3::new(0.0, 0.0, -4.0 - gap), 4.0);
+            let found = Importance::of(&seen, &camera()).proximity;
+            assert!((found - wanted).abs() < 1e-9, "{found} at {gap} m");
+        }
+    }
+
+    #[test]
     fn a_light_comes_into_view_without_a_jump() {
         let mut before = 0.0;
         for step in 0..4_000 {

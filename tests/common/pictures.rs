@@ -5,11 +5,10 @@
 
 use std::path::PathBuf;
 
-use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::Gpu;
 use umbragraph_test_support::image::{Picture, Tolerance};
 
-use super::gpu::{Host, scene};
+use super::gpu::{Host, picture, scene};
 use super::{Outcome, With, check_file, root};
 
 /// Width and height of all pictures.
@@ -113,11 +112,14 @@ pub const VARIANTS: &[Variant] = &[
     ),
 ];
 
+/// Lessons that draw with templates of their own, without a scene.
+const LESSONS: &[&str] = &["01-smallest", "09-loops-and-mips", "18-mesh"];
+
 /// One reference picture.
 pub struct Case {
     /// The name of its file.
     pub name: String,
-    pub scene: &'static str,
+    scene: Option<&'static str>,
     pipeline: String,
     parameters: Vec<(&'static str, String)>,
     features: Settings,
@@ -130,6 +132,18 @@ pub fn of_scene(pipeline: &'static str, scene: &'static str) -> Vec<Case> {
         .iter()
         .map(|view| case(&format!("{pipeline}_{scene}_{view}"), pipeline, scene, view, &[], &[]))
         .collect()
+}
+
+/// The pictures of lessons.
+pub fn of_lessons() -> Vec<Case> {
+    let of = |lesson: &&str| Case {
+        name: format!("learn_{lesson}"),
+        scene: None,
+        pipeline: format!("pipelines/learn/{lesson}.json"),
+        parameters: Vec::new(),
+        features: &[],
+    };
+    LESSONS.iter().map(of).collect()
 }
 
 /// The pictures of a pipeline's variants.
@@ -163,7 +177,7 @@ fn case(
     }
     Case {
         name: name.to_owned(),
-        scene,
+        scene: Some(scene),
         pipeline: format!("pipelines/{pipeline}.json"),
         parameters,
         features,
@@ -186,16 +200,10 @@ pub fn all() -> Vec<Case> {
         let scenes = SCENES.iter().flat_map(|scene| of_scene(row.0, scene.0));
         scenes.chain(of_variants(row.0)).collect::<Vec<_>>()
     };
-    PIPELINES.iter().flat_map(of).collect()
+    PIPELINES.iter().flat_map(of).chain(of_lessons()).collect()
 }
 
 impl Case {
-    /// The scene that is drawn.
-    #[track_caller]
-    pub fn scene(&self) -> Scene {
-        scene(&root().join("examples/scenes").join(self.scene).with_extension("glb"))
-    }
-
     /// The case as it is drawn with some templates in place of the project's.
     pub fn check(&self, templates: &[(&str, &str)]) -> Outcome {
         let parameters: Vec<_> =
@@ -212,9 +220,11 @@ impl Case {
 
     /// The picture of what was checked.
     #[track_caller]
-    pub fn render(&self, gpu: &Gpu, outcome: &Outcome, scene: &Scene) -> Picture {
+    pub fn render(&self, gpu: &Gpu, outcome: &Outcome) -> Picture {
+        let Some(name) = self.scene else { return picture(gpu, outcome) };
+        let scene = scene(&root().join("examples/scenes").join(name).with_extension("glb"));
         let input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
-        Host::new(gpu, outcome, scene).picture(&input)
+        Host::new(gpu, outcome, &scene).picture(&input)
     }
 }
 

@@ -1,4 +1,4 @@
-//! The project's own commands: `cargo xtask demo`, `cargo xtask test` and `cargo xtask scenes`.
+//! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `soak` and `mutants`.
 //!
 //! They work on a fresh clone with nothing but cargo: what else is needed is installed where that is possible, and
 //! named where it is not. There are no dependencies, so that the command itself is built in a second.
@@ -9,9 +9,11 @@ mod adapter;
 mod demo;
 mod distribution;
 mod driver_search;
+mod mutants;
 mod process;
 mod scenes;
 mod skips;
+mod soak;
 mod steps;
 mod summary;
 mod test;
@@ -28,6 +30,12 @@ usage: cargo xtask COMMAND
   test   check formatting and lints, run all tests and doc tests, build the documentation
   scenes [--check]
          write the scenes in examples/scenes again, or compare them with what their programs write
+  soak [--seconds N] [--cases N] [--seed N]
+         run all tests of random cases with fresh seeds, N times as many cases as in ordinary tests (10), for N seconds
+         or once; and what is too long for ordinary tests
+  mutants [--sample N] [--seed N] [--in NAME] [--rust]
+         plant faults in the shader templates, all or N of them, and say which the reference pictures do not show;
+         with --rust in node kinds, scenes and engine, by cargo-mutants
   help   print this
 
 demo and test need a graphics adapter. On Linux without a Vulkan driver they install Mesa's software driver (Debian and
@@ -38,6 +46,8 @@ environment:
   UMBRAGRAPH_ADAPTER=TEXT    the adapter whose name contains the text
   UMBRAGRAPH_BLESS=1         accept pictures that differ from their references
   UMBRAGRAPH_TRUTH=FOLDER    the ray-traced truth, in place of ../shared/truth
+  UMBRAGRAPH_SEED=N          another seed for tests of random cases, and
+  UMBRAGRAPH_TIMES=N         N times as many of them: what `soak` sets and prints
 ";
 
 /// What the command line asks for.
@@ -46,6 +56,8 @@ enum Command {
     Demo,
     Test,
     Scenes { check: bool },
+    Soak(soak::Options),
+    Mutants(mutants::Options),
     Help,
 }
 
@@ -55,6 +67,8 @@ fn main() -> ExitCode {
         Ok(Command::Demo) => demo::run(),
         Ok(Command::Test) => test::run(),
         Ok(Command::Scenes { check }) => scenes::run(check),
+        Ok(Command::Soak(options)) => soak::run(&options),
+        Ok(Command::Mutants(options)) => mutants::run(&options),
         Ok(Command::Help) => {
             print!("{HELP}");
             ExitCode::SUCCESS
@@ -72,6 +86,8 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         "demo" => Command::Demo,
         "test" => Command::Test,
         "scenes" => Command::Scenes { check: false },
+        "soak" => return soak_options(rest),
+        "mutants" => return mutants_options(rest),
         "help" | "--help" | "-h" => return Ok(Command::Help),
         other => return Err(format!("there is no command `{other}`")),
     };
@@ -81,6 +97,42 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         [help] if help == "--help" || help == "-h" => Ok(Command::Help),
         [extra, ..] => Err(format!("`{name}` takes no argument `{extra}`")),
     }
+}
+
+fn soak_options(rest: &[String]) -> Result<Command, String> {
+    let mut options = soak::Options::default();
+    let mut rest = rest.iter();
+    while let Some(name) = rest.next() {
+        match name.as_str() {
+            "--seconds" => options.seconds = Some(number(name, rest.next())?),
+            "--cases" => options.times = Some(number(name, rest.next())?),
+            "--seed" => options.seed = Some(number(name, rest.next())?),
+            "--help" | "-h" => return Ok(Command::Help),
+            extra => return Err(format!("`soak` takes no argument `{extra}`")),
+        }
+    }
+    Ok(Command::Soak(options))
+}
+
+fn mutants_options(rest: &[String]) -> Result<Command, String> {
+    let mut options = mutants::Options::default();
+    let mut rest = rest.iter();
+    while let Some(name) = rest.next() {
+        match name.as_str() {
+            "--rust" => options.rust = true,
+            "--sample" => options.sample = Some(number(name, rest.next())?),
+            "--seed" => options.seed = Some(number(name, rest.next())?),
+            "--in" => options.within = Some(rest.next().ok_or("`--in` needs a name")?.clone()),
+            "--help" | "-h" => return Ok(Command::Help),
+            extra => return Err(format!("`mutants` takes no argument `{extra}`")),
+        }
+    }
+    Ok(Command::Mutants(options))
+}
+
+fn number<T: std::str::FromStr>(name: &str, value: Option<&String>) -> Result<T, String> {
+    let value = value.ok_or_else(|| format!("`{name}` needs a number"))?;
+    value.parse().map_err(|_| format!("`{name}` needs a number, not `{value}`"))
 }
 
 #[cfg(test)]
@@ -97,6 +149,10 @@ mod tests {
         assert_eq!(parsed("test"), Ok(Command::Test));
         assert_eq!(parsed("scenes"), Ok(Command::Scenes { check: false }));
         assert_eq!(parsed("scenes --check"), Ok(Command::Scenes { check: true }));
+        let soak = soak::Options { seconds: Some(60), times: Some(100), seed: None };
+        assert_eq!(parsed("soak --seconds 60 --cases 100"), Ok(Command::Soak(soak)));
+        let mutants = mutants::Options { rust: true, sample: Some(9), ..mutants::Options::default() };
+        assert_eq!(parsed("mutants --rust --sample 9"), Ok(Command::Mutants(mutants)));
         for help in ["help", "--help", "-h", "test --help"] {
             assert_eq!(parsed(help), Ok(Command::Help), "{help}");
         }
@@ -108,5 +164,7 @@ mod tests {
         assert!(parsed("tset").unwrap_err().contains("`tset`"));
         assert!(parsed("test --fast").unwrap_err().contains("`--fast`"));
         assert!(parsed("test --check").unwrap_err().contains("`--check`"));
+        assert!(parsed("soak --cases many").unwrap_err().contains("`many`"));
+        assert!(parsed("mutants --sample").unwrap_err().contains("`--sample`"));
     }
 }

@@ -1,0 +1,107 @@
+//! `cargo xtask soak`: the tests of random cases with fresh seeds, and what is too long for ordinary tests.
+//!
+//! The tests are those of every file that asks the shared helper (`tests/support/src/property.rs`) for cases or seeds, so
+//! that a new property needs no line here. They run in rounds, each from a seed of its own that is printed, until the
+//! time is over or a test fails.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
+
+use crate::process;
+
+/// How many times as many cases as ordinarily a round has, where only the time is given.
+const TIMES: u32 = 10;
+
+/// How long to go on, and from where.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Options {
+    /// New rounds begin for so many seconds; without it there is one round.
+    pub(crate) seconds: Option<u64>,
+    /// So many times as many cases as ordinarily.
+    pub(crate) times: Option<u32>,
+    /// The seed of the first round; the time without it.
+    pub(crate) seed: Option<u64>,
+}
+
+/// Runs the command.
+pub(crate) fn run(options: &Options) -> ExitCode {
+    let mut tests = BTreeSet::new();
+    collect(&process::workspace_root(), &mut tests);
+    println!("{} tests", tests.len());
+    let start = Instant::now();
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let mut seed = options.seed.unwrap_or(since.as_secs());
+    let times = options.times.unwrap_or(TIMES).to_string();
+    loop {
+        println!("\n==> UMBRAGRAPH_SEED={seed} UMBRAGRAPH_TIMES={times}");
+        let mut command = process::program("cargo");
+        command.args(["test", "--quiet", "--workspace", "--lib", "--tests", "--no-fail-fast", "--"]);
+        command.args(&tests).env("UMBRAGRAPH_SEED", seed.to_string()).env("UMBRAGRAPH_TIMES", &times);
+        match command.status() {
+            Ok(status) if status.success() => {}
+            Ok(_) => {
+                eprintln!(
+                    "to repeat: UMBRAGRAPH_SEED={seed} UMBRAGRAPH_TIMES={times} cargo test --workspace NAME"
+                );
+                eprintln!("keep what failed as a test of its own, by name");
+                return ExitCode::from(1);
+            }
+            Err(error) => {
+                eprintln!("cargo could not be started: {error}");
+                return ExitCode::from(1);
+            }
+        }
+        let goes_on = options.seconds.is_some_and(|seconds| start.elapsed() < Duration::from_secs(seconds));
+        if !goes_on {
+            return ExitCode::SUCCESS;
+        }
+        seed = seed.wrapping_add(1);
+    }
+}
+
+/// The names of the tests in the files below a folder that ask the helper for something.
+fn collect(folder: &Path, tests: &mut BTreeSet<String>) {
+    for path in std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        if path.is_dir() && name != "target" && !name.starts_with('.') {
+            collect(&path, tests);
+        } else if path.extension().is_some_and(|extension| extension == "rs")
+            && let Ok(text) = std::fs::read_to_string(&path)
+        {
+            tests.extend(names(&text));
+        }
+    }
+}
+
+/// The names of the tests of a file that asks the helper for something.
+fn names(text: &str) -> Vec<String> {
+    let asks = ["config(", "seed()", "times()"].map(|call| format!("property::{call}"));
+    if !asks.iter().any(|call| text.contains(call)) {
+        return Vec::new();
+    }
+    let behind = text.split("#[test]").skip(1);
+    let name = |text: &str| Some(text.split_once("fn ")?.1.split('(').next()?.trim().to_owned());
+    behind.filter_map(name).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_tests_of_files_that_use_the_helper_are_run_and_no_others() {
+        let text = "proptest! {\n    #![proptest_config(property::config(9))]\n    #[test]\n    fn one(a in 0..2) {}\n}\n#[test]\nfn two() {}\nfn three() {}\n";
+        assert_eq!(names(text), ["one", "two"]);
+        assert!(names("#[test]\nfn two() {}\n").is_empty());
+    }
+
+    #[test]
+    fn every_property_of_the_workspace_is_among_them() {
+        let mut tests = BTreeSet::new();
+        collect(&process::workspace_root(), &mut tests);
+        assert!(tests.contains("just_the_reads_of_pieces_that_nothing_writes_are_refused_and_faults"));
+        assert!(tests.contains("changed_bytes_give_findings_or_a_usable_scene"));
+    }
+}
