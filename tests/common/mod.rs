@@ -156,7 +156,7 @@ fn choice(document: &Document, with: &With<'_>, sources: &mut Sources, findings:
     })
 }
 
-/// The project's templates and some of the test's own.
+/// The project's templates and some of the test's own, which may stand in place of the project's.
 pub fn templates(
     own: &[(&str, &str)],
     sources: &mut Sources,
@@ -166,6 +166,7 @@ pub fn templates(
     let folder = root().join("shaders-templates");
     let mut names = Vec::new();
     collect(&folder, &folder, &mut names);
+    names.retain(|name| own.iter().all(|(other, _)| other != name));
     for name in names {
         let text = std::fs::read_to_string(folder.join(&name)).expect("a template");
         set.add(sources, &name, &text, findings);
