@@ -29,7 +29,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 23, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 25, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -114,6 +114,41 @@ fn each_use_of_a_subgraph_has_resources_and_parameters_of_its_own() {
         ["paint", "soft.down", "soft.up", "coarse.down", "coarse.up", "brighter.add"]
     );
     assert_eq!((size(&outcome, "soft.small"), size(&outcome, "coarse.small")), ((320, 240), (40, 30)));
+}
+
+#[test]
+fn derived_values_follow_from_parameters() {
+    let outcome = lesson("24-derived");
+    assert_eq!(outcome.order(), ["paint", "shrink", "show"]);
+    assert_eq!((size(&outcome, "small"), size(&outcome, "smaller")), ((320, 240), (160, 120)));
+    let low = With { parameters: &[("quality", "\"low\"")], ..With::default() };
+    let low = check_file("pipelines/learn/24-derived.json", &low);
+    assert_eq!(low.order(), ["paint", "show_coarse"]);
+    assert_eq!(size(&low, "small"), (80, 60));
+    let set = With { parameters: &[("divisor", "4")], ..With::default() };
+    assert_eq!(check_file("pipelines/learn/24-derived.json", &set).codes(), ["UG0202"]);
+}
+
+#[test]
+fn passes_are_laid_over_the_settings_that_they_share() {
+    use umbragraph::work::{Address, Filter, SlotSource, Work};
+    let outcome = lesson("25-shared-settings");
+    assert_eq!(outcome.order(), ["paint", "show", "veil", "again"]);
+    let pipeline = &outcome.plan().pipeline;
+    let sampler = |name: &str| {
+        let Work::Render(render) = pipeline.pass(pipeline.find_pass(name).unwrap()).work() else {
+            panic!("{name}")
+        };
+        let (_, slots) = render.draw.bound();
+        let samplers = slots.iter().filter_map(|slot| match &slot.source {
+            SlotSource::Sampler(sampler) => Some((sampler.filter, sampler.address)),
+            _ => None,
+        });
+        samplers.collect::<Vec<_>>()
+    };
+    assert_eq!(sampler("show"), [(Filter::Nearest, Address::Repeat)]);
+    assert_eq!(sampler("veil"), [(Filter::Linear, Address::ClampToEdge)]);
+    assert_eq!(sampler("again"), [(Filter::Linear, Address::Repeat)]);
 }
 
 #[test]

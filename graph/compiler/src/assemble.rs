@@ -54,6 +54,7 @@ impl Assembly {
             profile: TargetProfile::webgpu(),
             parameters: Default::default(),
             features: Default::default(),
+            derived: Default::default(),
             toggles: Vec::new(),
             bypasses: Default::default(),
             geometry: Default::default(),

@@ -58,7 +58,10 @@ pub struct Job<'a> {
 /// Takes a registered text, which stands alone, all the way to a plan. Every finding goes to `diagnostics`.
 pub fn check(file: FileId, job: &Job<'_>, sources: &Sources, diagnostics: &mut Diagnostics) -> Checked {
     match document::parse(sources, file) {
-        Ok(document) => check_document(&document, job, sources, diagnostics),
+        Ok(mut document) => {
+            compose::share(&mut document, diagnostics);
+            check_document(&document, job, sources, diagnostics)
+        }
         Err(findings) => {
             diagnostics.extend(findings);
             Checked::default()
@@ -95,7 +98,7 @@ pub fn check_document(
 ) -> Checked {
     let mut own = Diagnostics::new();
     let checked = check_own(document, job, sources, &mut own);
-    diagnostics.extend(pipeline::as_written(document, own));
+    diagnostics.extend(pipeline::as_written(document, compose::with_users(document, own)));
     checked
 }
 

@@ -27,11 +27,10 @@ use crate::dependence;
 use crate::diagnostic::{AxisValue, Count, Diagnostics};
 use crate::document::{Document, Value};
 use crate::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperator};
-use crate::pipeline::{Choice, Modules, Pipeline, Setting, axis_value, load_sharing, of_preset};
+use crate::pipeline::{Choice, Modules, Pipeline, Setting, axis_value, inlined, load_sharing, of_preset};
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::Sources;
-use crate::thresholds::visit;
-use crate::varied::{FEW_VALUES, Mention, Varied, axes_of, defaults, features, mentions_of, parse, varied};
+use crate::varied::{FEW_VALUES, Mention, Varied, defaults, features, mentions_of, parse, varied};
 use crate::witness::{Settings, Witness};
 
 /// The most configurations of features that are listed one by one.
@@ -106,8 +105,9 @@ impl Configurations {
 
     /// Those that can differ in their shaders or passes.
     pub fn all(document: &Document, templates: &TemplateSet, profile: &TargetProfile) -> Self {
-        let mentions = mentions_of(document);
-        let axes = axes_of(&mentions, templates);
+        let written = document;
+        let document = &*inlined(document);
+        let (mentions, axes) = mentions_of(document, templates);
         let defaults = defaults(document);
         let with = |most: usize| varied(document, &mentions, &axes, profile, &defaults, most);
         let mut varied = with(MAXIMUM_VALUES);
@@ -138,10 +138,10 @@ impl Configurations {
                 is_sampled,
             );
         }
-        let mut found = Self::of(document, &Choice::default(), varied, picks, cover);
+        let mut found = Self::of(written, &Choice::default(), varied, picks, cover);
         found.number.exact &= exact;
         if !exact {
-            found.list.extend(presets(document, &Choice::default()));
+            found.list.extend(presets(written, &Choice::default()));
         }
         Self { exact, free, ..found }
     }
@@ -264,19 +264,19 @@ fn presets(document: &Document, base: &Choice) -> Vec<Configuration> {
         .collect()
 }
 
-/// Whether a condition at the top of a document holds with no values that its settings can have.
+/// Whether the condition at a pointer, of a pass at the top of a document, holds with no values that its settings can have.
 pub(super) fn cannot_hold(
     document: &Document,
     templates: &TemplateSet,
     profile: &TargetProfile,
-    condition: &str,
+    pointer: &str,
 ) -> bool {
-    let mentions = mentions_of(document);
-    let axes = axes_of(&mentions, templates);
+    let document = &*inlined(document);
+    let (mentions, axes) = mentions_of(document, templates);
     let defaults = defaults(document);
     let varied = varied(document, &mentions, &axes, profile, &defaults, MAXIMUM_STATES);
     let settings = Settings::new(&varied, &defaults);
-    let Some(condition) = parse(condition) else { return false };
+    let Some(condition) = document.root.nearest(pointer).text().and_then(parse) else { return false };
     settings.named(&condition).into_iter().all(|at| varied[at].exhaustive)
         && settings.witness(&condition, true) == Witness::Nowhere
 }
@@ -308,7 +308,7 @@ fn conditions(document: &Document, mentions: &[Mention<'_>], settings: &Settings
         if is_condition(&expression) {
             add(&expression);
         }
-        visit(&expression, &mut |inner| {
+        expression.visit(&mut |inner| {
             if let ExpressionKind::Conditional(condition, _, _) = &inner.kind
                 && is_condition(condition)
             {

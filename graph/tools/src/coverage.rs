@@ -8,6 +8,7 @@ use std::sync::Arc;
 
 use crate::check::{Checked, Job};
 use crate::compiler;
+use crate::compose::with_users;
 use crate::configurations::Configurations;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
 use crate::document::Document;
@@ -63,13 +64,13 @@ pub fn check_configurations(
                     faults.entry(fault.to_string()).or_default().push(at);
                 }
             }
-            found.add(as_written(document, own), at);
+            found.add(as_written(document, with_users(document, own)), at);
             if at == 0 {
                 coverage.first = Checked { pipeline: Some(pipeline), graph, plan };
             }
         });
     if let Err(findings) = checked {
-        diagnostics.extend(as_written(document, findings));
+        diagnostics.extend(as_written(document, with_users(document, findings)));
         return coverage;
     }
     let with = |text: String, places: &[usize]| match configurations.describe(places) {

@@ -5,6 +5,9 @@
 //! pass that it names, or with which it shares the name of data that one of them publishes. Data passes through host
 //! passes, those without a shader, however many.
 //!
+//! The document is one in which derived values are inlined ([`crate::pipeline::inlined`]): a template with an axis of the
+//! name of one makes the pass depend on what that follows from.
+//!
 //! Names are looked for as words, without asking what they mean, so a pass may count as depending on more than it does.
 //! Limits: data that passes on from a pass with a shader to a second and a third is followed one step only.
 
@@ -37,7 +40,7 @@ pub(super) fn groups<'a>(
     for section in ["passes", "resources", "subgraphs"] {
         for entry in entries(section) {
             names.entry(&entry.key).or_default().push(nodes.len());
-            let node = node(entry, &settings, templates, section != "passes");
+            let node = node(entry, &settings, templates, entries("derived"), section != "passes");
             if section == "passes" {
                 for text in node.texts.iter().filter(|text| is_name(text)) {
                     data.entry(text).or_default().push(nodes.len());
@@ -76,7 +79,13 @@ pub(super) fn groups<'a>(
         .collect()
 }
 
-fn node<'a>(entry: &'a Entry, settings: &[&str], templates: &TemplateSet, is_definition: bool) -> Node<'a> {
+fn node<'a>(
+    entry: &'a Entry,
+    settings: &[&str],
+    templates: &TemplateSet,
+    derived: &'a [Entry],
+    is_definition: bool,
+) -> Node<'a> {
     let mut texts = Vec::new();
     entry.value.for_each_text(&mut |text| texts.push(text));
     let mut deciding = Vec::new();
@@ -88,6 +97,8 @@ fn node<'a>(entry: &'a Entry, settings: &[&str], templates: &TemplateSet, is_def
         .filter_map(|name| templates.axes(name))
         .flat_map(Axes::names)
         .collect();
+    let axes_derived = derived.iter().filter(|entry| axes.contains(entry.key.as_str()));
+    axes_derived.for_each(|entry| collect(&entry.value, &mut deciding));
     let depends = |name: &str| axes.contains(name) || deciding.iter().any(|text| has_word(text, name));
     let own = settings.iter().enumerate().filter(|(_, name)| depends(name)).map(|(at, _)| at).collect();
     let has_shader = texts.iter().any(|text| text.contains(".jinja"));

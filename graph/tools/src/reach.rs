@@ -8,6 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::configurations::{Configurations, FreeAxis, cannot_hold};
 use crate::check::Job;
+use crate::compose::with_users;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use crate::document::{self, Document};
 use crate::pipeline::{Absent, Choice, Modules, lacking};
@@ -86,6 +87,7 @@ pub fn reach(
         let mut here = std::mem::take(&mut modules.present);
         let key = |finding: &Diagnostic| (finding.code, finding.place.clone(), finding.message.clone());
         // What is known already is no matter of these values.
+        let own = with_users(document, own);
         let new: Vec<Diagnostic> = own.into_iter().filter(|finding| !known.contains(&key(finding))).collect();
         let do_not_fit = new.iter().any(is_about_values);
         if do_not_fit {
@@ -108,7 +110,7 @@ pub fn reach(
         }
     });
     if let Err(findings) = loaded {
-        diagnostics.extend(findings);
+        diagnostics.extend(with_users(document, findings));
         return Reached::default();
     }
     modules.absent.retain(|entry, _| !present.contains(entry));
@@ -134,11 +136,8 @@ fn unproven<'a>(
     // What one profile has no room for, another may have.
     let is_less = features.iter().any(|entry| lacking(entry, features, job.profile).is_some());
     modules.absent.values().filter_map(move |absent| {
-        let Absent { name, decided_by, condition, pointer } = absent;
-        let never = exact
-            || condition.as_ref().is_some_and(|condition| {
-                cannot_hold(document, job.templates, job.profile, condition)
-            });
+        let Absent { name, decided_by, is_top, pointer } = absent;
+        let never = exact || *is_top && cannot_hold(document, job.templates, job.profile, pointer);
         let code = shader::codes::PASS_UNPROVEN;
         let finding = if never {
             let message = format!("no configuration has the pass \"{name}\"");

@@ -82,7 +82,7 @@ impl Number<'_> {
     fn bounds(&self, expressions: &[Expression]) -> Vec<f64> {
         let mut found = Vec::new();
         for expression in expressions.iter().filter(|expression| mentions(expression, self.name)) {
-            visit(expression, &mut |inner| match &inner.kind {
+            expression.visit(&mut |inner| match &inner.kind {
                 ExpressionKind::Literal(Value::Number(number)) => found.push(*number),
                 ExpressionKind::Binary(operator, left, right)
                     if is_comparison(*operator) && mentions(inner, self.name) =>
@@ -148,33 +148,12 @@ fn is_comparison(operator: BinaryOperator) -> bool {
 /// Whether an expression has a name, or a member of it.
 pub(super) fn mentions(expression: &Expression, name: &str) -> bool {
     let mut found = false;
-    visit(expression, &mut |inner| {
+    expression.visit(&mut |inner| {
         if let ExpressionKind::Name(other) = &inner.kind {
             found |= other == name || other.split('.').next() == Some(name);
         }
     });
     found
-}
-
-/// Goes through an expression and all of its parts.
-pub(super) fn visit<'e>(expression: &'e Expression, each: &mut dyn FnMut(&'e Expression)) {
-    each(expression);
-    match &expression.kind {
-        ExpressionKind::Literal(_) | ExpressionKind::Name(_) => {}
-        ExpressionKind::Unary(_, a) => visit(a, each),
-        ExpressionKind::Binary(_, a, b) | ExpressionKind::Index(a, b) => {
-            visit(a, each);
-            visit(b, each);
-        }
-        ExpressionKind::Conditional(a, b, c) => {
-            visit(a, each);
-            visit(b, each);
-            visit(c, each);
-        }
-        ExpressionKind::Call(_, list) | ExpressionKind::List(list) => {
-            list.iter().for_each(|item| visit(item, each));
-        }
-    }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Parameters and features that nothing uses.
+//! Parameters, features, derived values and shared settings that nothing uses.
 //!
 //! A setting is used if an expression mentions it, or if a template that some pass names has an axis of its name. Names
 //! are looked for as words, without asking what they mean, so that one that is only spelt like something else counts as
@@ -52,38 +52,46 @@ impl<'a> Mentioned<'a> {
     }
 }
 
-/// Finds the parameters and features that nothing uses.
+/// Finds the parameters, features, derived values and shared settings that nothing uses.
 pub(crate) fn unused(document: &Document, templates: &TemplateSet, diagnostics: &mut Diagnostics) {
     let root = &document.root;
     let mut all = Mentioned::default();
-    for name in ["resources", "passes", "geometry", "profiles"] {
+    for name in ["resources", "passes", "derived", "geometry", "profiles"] {
         root.get(name).into_iter().for_each(|section| all.read(section));
     }
     for subgraph in entries(root, "subgraphs") {
         let mut own = Mentioned::default();
-        for name in ["resources", "passes"] {
+        for name in ["resources", "passes", "derived"] {
             subgraph.value.get(name).into_iter().for_each(|section| own.read(section));
         }
         let is_file = is_path(&subgraph.key);
         let axes = if is_file { own.axes(templates) } else { BTreeSet::new() };
         let above = pointer_join("/subgraphs", &subgraph.key);
-        for parameter in entries(&subgraph.value, "parameters") {
-            let name = parameter.key.as_str();
-            if !own.words.contains(name) && !axes.contains(name) {
-                diagnostics.push(note("parameter", parameter, &format!("{above}/parameters")));
+        for (section, what) in [("parameters", "parameter"), ("derived", "derived value")] {
+            for entry in entries(&subgraph.value, section) {
+                let name = entry.key.as_str();
+                if !own.words.contains(name) && !axes.contains(name) {
+                    diagnostics.push(note(what, entry, &format!("{above}/{section}")));
+                }
             }
         }
         if is_file {
             continue;
         }
-        let of_its_own = ["inputs", "parameters"].into_iter().flat_map(|name| entries(&subgraph.value, name));
+        let of_its_own =
+            ["inputs", "parameters", "derived"].into_iter().flat_map(|name| entries(&subgraph.value, name));
         let of_its_own: BTreeSet<&str> = of_its_own.map(|entry| entry.key.as_str()).collect();
         all.words.extend(own.words.difference(&of_its_own));
         all.texts.extend(own.texts);
         all.is_open |= own.is_open;
     }
+    for owner in entries(root, "subgraphs").iter().map(|subgraph| &subgraph.value).chain([root]) {
+        unused_groups(root, owner, diagnostics);
+    }
     let axes = all.axes(templates);
-    for (section, what) in [("parameters", "parameter"), ("features", "feature")] {
+    for (section, what) in
+        [("parameters", "parameter"), ("features", "feature"), ("derived", "derived value")]
+    {
         for entry in entries(root, section) {
             let name = entry.key.as_str();
             // What a feature requires of others, or others of it, decides about those that are used.
@@ -92,6 +100,31 @@ pub(crate) fn unused(document: &Document, templates: &TemplateSet, diagnostics: 
                 diagnostics.push(note(what, entry, &format!("/{section}")));
             }
         }
+    }
+}
+
+/// Finds the shared settings of a pipeline, or of a subgraph, that no pass and no other group extends.
+fn unused_groups(root: &Value, owner: &Value, diagnostics: &mut Diagnostics) {
+    let groups = entries(owner, "shared_settings");
+    if groups.is_empty() {
+        return;
+    }
+    let mut named = BTreeSet::new();
+    for user in entries(root, "subgraphs").iter().map(|subgraph| &subgraph.value).chain([root]) {
+        for entry in ["passes", "shared_settings"].into_iter().flat_map(|section| entries(user, section)) {
+            entry.value.get("extends").into_iter().for_each(|names| {
+                names.for_each_text(&mut |name| {
+                    named.insert(name);
+                });
+            });
+        }
+    }
+    for group in groups.iter().filter(|group| !named.contains(group.key.as_str())) {
+        let message = format!("the shared settings \"{}\" are declared, but no pass extends them", group.key);
+        let finding = Diagnostic::error(codes::UNUSED_SETTING, group.key_span, message);
+        let finding = finding.pointer(pointer_join("/shared_settings", &group.key));
+        let finding = finding.help("let a pass say \"extends\", or remove them");
+        diagnostics.push(Diagnostic { severity: Severity::Note, ..finding });
     }
 }
 

@@ -76,8 +76,12 @@ impl Varied {
     }
 }
 
-/// The texts of passes and subgraphs, outside of `bind`.
-pub(super) fn mentions_of(document: &Document) -> Vec<Mention<'_>> {
+/// The texts of passes and subgraphs, outside of `bind`, and the axes of all templates that they name. A derived value
+/// with the name of such an axis is what the axis follows.
+pub(super) fn mentions_of<'d>(
+    document: &'d Document,
+    templates: &'d TemplateSet,
+) -> (Vec<Mention<'d>>, BTreeSet<&'d str>) {
     let mut mentions = Vec::new();
     let entries = |section: &str| document.root.get(section).and_then(Value::entries).unwrap_or_default();
     for entry in entries("passes") {
@@ -86,11 +90,15 @@ pub(super) fn mentions_of(document: &Document) -> Vec<Mention<'_>> {
     for entry in entries("subgraphs") {
         collect(&entry.value, None, None, false, &mut mentions);
     }
-    mentions
+    let axes = axes_of(&mentions, templates);
+    for entry in entries("derived").iter().filter(|entry| axes.contains(entry.key.as_str())) {
+        collect(&entry.value, None, Some(&entry.key), true, &mut mentions);
+    }
+    (mentions, axes)
 }
 
 /// The axes of all templates that are named.
-pub(super) fn axes_of<'t>(mentions: &[Mention<'_>], templates: &'t TemplateSet) -> BTreeSet<&'t str> {
+fn axes_of<'t>(mentions: &[Mention<'_>], templates: &'t TemplateSet) -> BTreeSet<&'t str> {
     let is_named = |template: &&str| {
         let computed = |text: &str| text.contains('{');
         mentions

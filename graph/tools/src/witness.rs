@@ -12,7 +12,6 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::cover::Rules;
 use crate::document;
 use crate::expression::{BinaryOperator, Expression, ExpressionKind, Scope, UnaryOperator, Value, evaluate};
-use crate::thresholds::visit;
 use crate::varied::Varied;
 
 /// The most values that one condition's settings get.
@@ -66,7 +65,7 @@ impl<'a> Settings<'a> {
     /// The settings that an expression names.
     pub(super) fn named(&self, expression: &Expression) -> BTreeSet<usize> {
         let mut found = BTreeSet::new();
-        visit(expression, &mut |inner| {
+        expression.visit(&mut |inner| {
             if let ExpressionKind::Name(name) = &inner.kind {
                 found.extend(self.position(name));
             }

@@ -31,7 +31,7 @@ pub struct Environment {
     pub(super) prefix: String,
     /// Whether this is a subgraph in a file of its own, which sees nothing of the pipeline but what it is given.
     pub(super) is_file: bool,
-    /// Parameters of the subgraph and variables of loops.
+    /// Parameters and derived values of the subgraph, and variables of loops.
     pub(super) locals: BTreeMap<String, Value>,
     /// The words of parameters that are enumerations.
     pub(super) words: BTreeMap<String, Vec<String>>,
@@ -198,6 +198,11 @@ impl Environment {
         expression::unknown_word(expression, &inside).map_or(Ok(()), Err)
     }
 
+    /// What expressions see here before sizes are known.
+    pub(super) fn seen<'a>(&'a self, scope: &'a dyn Scope) -> impl Scope + 'a {
+        Inside { environment: self, is_resource: &|_| false, scope }
+    }
+
     /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
     pub fn close(&self, expression: &Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
         let close = |inner: &Expression| Box::new(self.close(inner, is_resource));
@@ -303,7 +308,13 @@ impl Scope for Inside<'_> {
     }
 
     fn names(&self) -> Vec<String> {
-        self.scope.names()
+        let outside = if self.environment.is_file { Vec::new() } else { self.scope.names() };
+        outside.into_iter().chain(self.environment.locals.keys().cloned()).collect()
+    }
+
+    fn is_broken(&self, name: &str) -> bool {
+        !self.environment.locals.contains_key(name)
+            && self.scope.is_broken(&self.environment.close_name(name, self.is_resource))
     }
 }
 

@@ -22,9 +22,9 @@ use std::sync::Arc;
 use super::builder::expression_finding;
 use super::environment::{Environment, Given, Input};
 use super::load::{RESERVED, Shared, Waiting, bad_name, is_name};
-use super::setting;
+use super::{derived, setting};
 use crate::compose::is_path;
-use crate::diagnostic::{Code, Diagnostic, codes, did_you_mean};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, did_you_mean};
 use crate::document::{self, Document, Entry, Kind, pointer_join};
 use crate::expression::Value;
 use crate::language::{Expr, ParameterDeclaration, Reference};
@@ -538,7 +538,35 @@ impl<'a, 's> Expander<'a, 's> {
                 None => fine = false,
             }
         }
+        if fine && !section("derived").is_empty() {
+            fine = self.derive(section, &format!("{inside}/derived"), &mut inner);
+        }
         fine.then_some(inner)
+    }
+
+    /// Gives the derived values of a subgraph to one use of it, beside its parameters.
+    fn derive<'e>(
+        &mut self,
+        section: impl Fn(&str) -> &'e [Entry],
+        pointer: &str,
+        inner: &mut Environment,
+    ) -> bool {
+        let taken = [("parameters", "parameter"), ("inputs", "input"), ("resources", "resource")];
+        let taken = taken.into_iter().flat_map(|(name, what)| {
+            section(name).iter().map(move |entry| (entry.key.as_str(), (entry.key_span, what)))
+        });
+        let mut findings = Diagnostics::new();
+        let derived::Section { values, broken } = {
+            let around = inner.seen(&self.shared.scope);
+            let taken = taken.collect();
+            derived::evaluate(section("derived"), pointer, &around, &taken, self.is_broken, &mut findings)
+        };
+        self.shared.report_from(findings, inner);
+        for (name, one) in values {
+            inner.words.extend(one.words.map(|words| (name.clone(), words)));
+            inner.locals.insert(name, one.value);
+        }
+        broken.is_empty()
     }
 
     fn evaluate(

@@ -16,10 +16,12 @@
 mod availability;
 mod binding;
 mod builder;
+mod derived;
 mod environment;
 mod expand;
 mod history;
 mod host_contract;
+mod inlined;
 mod load;
 mod modules;
 mod part;
@@ -35,8 +37,10 @@ mod toggle;
 pub use availability::{Lacking, lacking, off};
 pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind, element_type, member_runs};
 pub use builder::{Face, PartSettings, PassBuilder, Produced, axis_value, expression_finding};
+pub use derived::Derived;
 pub use environment::Environment;
 pub use history::History;
+pub use inlined::inlined;
 pub use load::{as_written, has_word, is_name, load, load_sharing};
 pub use modules::{Absent, Chosen, Modules, Wanted};
 
@@ -70,6 +74,8 @@ pub struct Pipeline {
     pub parameters: BTreeMap<String, Parameter>,
     /// The features with their values, by name.
     pub features: BTreeMap<String, Feature>,
+    /// The derived values, by name.
+    pub derived: BTreeMap<String, Derived>,
     /// The toggles in the order of their names; a [`Condition`] names a position here.
     pub toggles: Vec<Toggle>,
     /// What stands in for resources that only passes with a toggle write, in frames without them.
@@ -84,7 +90,7 @@ pub struct Pipeline {
     pub programs: Vec<Program>,
     /// Resources that a pass with findings of its own mentions: nothing is known about who writes or reads them.
     pub uncertain: BTreeSet<ResourceHandle>,
-    /// Parameters and features without a value, because of findings of their own.
+    /// Parameters, features and derived values without a value, because of findings of their own.
     pub broken_settings: BTreeSet<String>,
     /// The passes that are not there because of findings of their own, and the subgraphs and loops of such.
     pub gaps: Vec<String>,
@@ -126,9 +132,11 @@ impl Pipeline {
         self.passes.iter().position(|pass| pass.name == name).map(|at| PassHandle(at as u32))
     }
 
-    /// The names that expressions can see before sizes are known: parameters and features.
+    /// The names that expressions can see before sizes are known: parameters, features and derived values.
     pub fn scope(&self) -> StaticScope {
-        StaticScope::new(&self.parameters, &self.features).with_broken(self.broken_settings.clone())
+        StaticScope::new(&self.parameters, &self.features)
+            .with_derived(&self.derived)
+            .with_broken(self.broken_settings.clone())
     }
 }
 

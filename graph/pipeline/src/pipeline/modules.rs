@@ -40,8 +40,8 @@ pub struct Absent {
     pub name: String,
     /// The condition, or the rounds of the loop.
     pub decided_by: Span,
-    /// Its text, where it is one at the top of the document.
-    pub condition: Option<String>,
+    /// Whether that is the condition of a pass at the top of the document.
+    pub is_top: bool,
     /// The JSON pointer of what decides.
     pub pointer: String,
 }
@@ -95,7 +95,7 @@ impl Modules {
             let absent = Absent {
                 name: entry.key.clone(),
                 decided_by: value.map_or(entry.key_span, |value| value.span),
-                condition: value.and_then(Value::text).filter(|_| is_top).map(str::to_owned),
+                is_top: is_top && value.and_then(Value::text).is_some(),
                 pointer: pointer_join(pointer, key),
             };
             self.absent.insert(entry.key_span, absent);

@@ -35,10 +35,13 @@ pub fn schema(registry: &Registry) -> Json {
 pub fn schema_of(kind: FileKind, registry: &Registry) -> Json {
     let composed = schema_of_composed(kind, registry);
     match kind {
-        FileKind::Pipeline | FileKind::Extension => for_overlays(&composed),
-        FileKind::Parameters | FileKind::Subgraph => composed,
+        FileKind::Pipeline | FileKind::Extension | FileKind::Subgraph => for_overlays(&composed),
+        FileKind::Parameters => composed,
     }
 }
+
+/// The definition of a pass.
+pub(super) const PASS: &str = "Pass";
 
 /// The schema of a kind of file once it is composed of all that it extends and includes.
 pub(crate) fn schema_of_composed(kind: FileKind, registry: &Registry) -> Json {
@@ -77,6 +80,14 @@ pub(crate) fn schema_of_composed(kind: FileKind, registry: &Registry) -> Json {
         FileKind::Pipeline | FileKind::Parameters => generator.into_root_schema_for::<PipelineDeclaration>(),
     };
     let mut root = root.to_value();
+    // What a group lacks, the passes have that take it over.
+    for pointer in
+        ["", "/$defs/SubgraphDeclaration"].map(|owner| format!("{owner}/properties/shared_settings"))
+    {
+        if let Some(Json::Object(groups)) = root.pointer_mut(&pointer) {
+            groups.insert("additionalProperties".to_owned(), json!({ "type": "object" }));
+        }
+    }
     let passes = ["/properties/passes", "/$defs/SubgraphDeclaration/properties/passes"];
     for pointer in passes.into_iter().chain(["/properties/inserts/additionalProperties"]) {
         if let Some(passes) = root.pointer_mut(pointer) {
@@ -88,7 +99,7 @@ pub(crate) fn schema_of_composed(kind: FileKind, registry: &Registry) -> Json {
         }
     }
     if let Some(Json::Object(definitions)) = root.get_mut("$defs") {
-        definitions.insert("Pass".to_owned(), pass);
+        definitions.insert(PASS.to_owned(), pass);
     }
     root
 }

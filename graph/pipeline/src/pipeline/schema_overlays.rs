@@ -7,12 +7,17 @@
 //! - what can stand somewhere, with its description, for every document, with null for whatever has a name;
 //! - what has to be there, and that nothing is null, under `else` of `"if": { "required": ["extends"] }`.
 //!
+//! A pass that `extends` shared settings is taken apart in the same way, and a group of those is a pass of which nothing
+//! has to be there.
+//!
 //! Only definitions in which something is required appear a second time, and there only the way to it. Elements of
 //! lists have to be whole wherever they stand, since a list is replaced as a whole.
 
 use std::collections::BTreeSet;
 
 use serde_json::{Map, Value as Json, json};
+
+use super::schema::PASS;
 
 /// What is put before the name of a definition for what has to be there.
 const WHOLE: &str = "Whole";
@@ -31,25 +36,38 @@ pub(super) fn for_overlays(schema: &Json) -> Json {
         result.insert(name.clone(), definition);
     }
     for (name, definition) in &definitions {
-        if let Some(whole) = parts.whole(definition) {
+        if let Some(mut whole) = parts.whole(definition) {
+            if name == PASS {
+                whole = json!({ "if": extends(), "else": whole });
+            }
             result.insert(format!("{WHOLE}{name}"), whole);
         }
     }
     let this = json!({ "$ref": format!("#/$defs/{NOTHING_DELETED}") });
     let nothing_deleted = json!({
-        "description": "Nothing is deleted here: null stands only in a file that extends another.",
+        "description": "Nothing is deleted here: null stands only in a file, or a pass, that extends another.",
         "not": { "type": "null" },
-        "additionalProperties": this,
-        "items": this,
+        "if": extends(),
+        "else": { "additionalProperties": this, "items": this },
     });
     result.insert(NOTHING_DELETED.to_owned(), nothing_deleted);
     if let Json::Object(rules) = &mut relaxed {
-        rules.insert("if".to_owned(), json!({ "required": ["extends"] }));
+        rules.insert("if".to_owned(), extends());
         let whole = parts.whole(&without_definitions(schema));
         rules.insert("else".to_owned(), json!({ "allOf": [this, whole.unwrap_or_else(|| json!({}))] }));
         rules.insert("$defs".to_owned(), Json::Object(result));
     }
+    for owner in ["", "/$defs/SubgraphDeclaration"] {
+        if let Some(groups) = relaxed.pointer_mut(&format!("{owner}/properties/shared_settings")) {
+            groups["additionalProperties"] = json!({ "$ref": format!("#/$defs/{PASS}") });
+        }
+    }
     relaxed
+}
+
+/// What holds for a file, or a pass, that is laid over others.
+fn extends() -> Json {
+    json!({ "required": ["extends"] })
 }
 
 fn without_definitions(schema: &Json) -> Json {

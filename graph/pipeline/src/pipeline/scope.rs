@@ -2,15 +2,18 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::{Feature, Parameter};
+use super::{Derived, Feature, Parameter};
 use crate::expression::{Scope, Value};
+use crate::source::Span;
 
-/// Parameters and features by name.
+/// Parameters, features and derived values by name.
 #[derive(Clone, Debug, Default)]
 pub struct StaticScope {
     values: BTreeMap<String, Value>,
     /// The words of those that are enumerations.
     words: BTreeMap<String, Vec<String>>,
+    /// Where the expressions of derived values stand.
+    derived: BTreeMap<String, Span>,
     /// Names that are declared, but have no value because of findings.
     broken: BTreeSet<String>,
 }
@@ -28,7 +31,23 @@ impl StaticScope {
         let words = of_parameters.chain(of_features).collect();
         let parameters = parameters.iter().map(|(name, parameter)| (name.clone(), parameter.value.clone()));
         let features = features.iter().map(|(name, feature)| (name.clone(), feature.value.clone()));
-        Self { values: parameters.chain(features).collect(), words, broken: BTreeSet::new() }
+        Self { values: parameters.chain(features).collect(), words, ..Self::default() }
+    }
+
+    /// Where the expression of a derived value stands.
+    pub(super) fn derived_at(&self, name: &str) -> Option<Span> {
+        self.derived.get(name).copied()
+    }
+
+    /// The same, with derived values.
+    #[must_use]
+    pub fn with_derived(mut self, derived: &BTreeMap<String, Derived>) -> Self {
+        for (name, one) in derived {
+            self.values.insert(name.clone(), one.value.clone());
+            self.derived.insert(name.clone(), one.place);
+            self.words.extend(one.words.clone().map(|words| (name.clone(), words)));
+        }
+        self
     }
 
     /// The same, with names that are declared, but have no value because of findings.

@@ -16,19 +16,28 @@
 //! put in reads and writes its resources by name, and since references mean the newest version, the passes behind the
 //! point see what was put in.
 
-use super::merge;
+use std::collections::BTreeSet;
+
+use super::merge::{self, Changes};
+use super::shared_settings::take_over;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Entry, Kind, Value};
 use crate::source::Span;
 
 /// Puts an extension's passes at the extension points of a document, and its other sections beside the document's own.
-pub fn insert(document: &mut Value, mut extension: Value, diagnostics: &mut Diagnostics) {
+pub fn insert(document: &mut Value, extension: Value, diagnostics: &mut Diagnostics) {
+    put_in(document, extension, diagnostics);
+}
+
+/// The same, with what the passes that were put in changed of settings that they take over.
+pub(super) fn put_in(document: &mut Value, mut extension: Value, diagnostics: &mut Diagnostics) -> Changes {
+    let mut changes = Changes::default();
     let Kind::Object(entries) = &mut extension.kind else {
         diagnostics.push(
             Diagnostic::error(codes::WRONG_TYPE, extension.span, "an extension is an object")
                 .help("start it with { and \"inserts\""),
         );
-        return;
+        return changes;
     };
     let inserts = entries.iter().position(|entry| entry.key == "inserts").map(|at| entries.remove(at));
     let Some(inserts) = inserts else {
@@ -36,7 +45,7 @@ pub fn insert(document: &mut Value, mut extension: Value, diagnostics: &mut Diag
             Diagnostic::error(codes::MISSING_KEY, extension.span, "the key \"inserts\" is missing here")
                 .help("an extension says under \"inserts\" which passes go to which extension point"),
         );
-        return;
+        return changes;
     };
     let mut passes = Vec::new();
     let mut before: Vec<(String, String, Span)> = Vec::new();
@@ -69,12 +78,23 @@ pub fn insert(document: &mut Value, mut extension: Value, diagnostics: &mut Diag
             value: Value { span, kind: Kind::Object(passes) },
         });
     }
+    let keys = |section: &str| -> BTreeSet<String> {
+        let entries = extension.get(section).and_then(Value::entries).unwrap_or_default();
+        entries.iter().map(|entry| entry.key.clone()).collect()
+    };
+    let (own_passes, own_subgraphs) = (keys("passes"), keys("subgraphs"));
     merge::beside(document, extension, diagnostics);
+    let is_own = |section: &str, name: &str| match section {
+        "passes" => own_passes.contains(name),
+        _ => own_subgraphs.contains(name),
+    };
+    take_over(document, &is_own, &mut changes, diagnostics);
     for (later, earlier, place) in before {
         if let Some(pass) = entry_mut(document, "passes", &later) {
             add_to_list(&mut pass.value, "after", &[(earlier, place)]);
         }
     }
+    changes
 }
 
 type Names = Vec<(String, Span)>;

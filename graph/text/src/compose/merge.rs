@@ -3,19 +3,21 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::document::{Keys, Kind, Pointer, Value};
+use crate::document::{Entry, Keys, Kind, Pointer, Value};
 use crate::source::Span;
 
 /// The sections whose members an include may add to.
 pub const SECTIONS: &[&str] = &[
     "parameters",
     "features",
+    "derived",
     "geometry",
     "resources",
     "passes",
     "toggles",
     "presets",
     "extension_points",
+    "shared_settings",
     "subgraphs",
 ];
 
@@ -42,16 +44,34 @@ pub(super) fn over(
     changes: &mut Changes,
     diagnostics: &mut Diagnostics,
 ) -> Value {
+    lay_over(base, value, pointer, false, changes, diagnostics)
+}
+
+/// The same. What stands in a pass that takes over shared settings `keeps` its nulls, which delete what these have too.
+fn lay_over(
+    base: Value,
+    value: Value,
+    pointer: &Pointer<'_>,
+    keeps: bool,
+    changes: &mut Changes,
+    diagnostics: &mut Diagnostics,
+) -> Value {
     let (mut entries, newer) = match (base.kind, value.kind) {
         (Kind::Object(entries), Kind::Object(newer)) => (entries, newer),
         (base_kind, kind) => {
-            // What stood below an object goes with it.
+            // What stood below an object goes with it; a file that several files extend replaces nothing of its own.
+            if base.span == value.span {
+                return Value { span: value.span, kind };
+            }
             changes.remember(pointer, Value { span: base.span, kind: base_kind }.span);
             let mut value = Value { span: value.span, kind };
-            refuse_deletions(&mut value, pointer, diagnostics);
+            if !keeps {
+                refuse_deletions(&mut value, pointer, changes, diagnostics);
+            }
             return value;
         }
     };
+    let keeps = keeps || takes_over(&newer, pointer) || takes_over(&entries, pointer);
     // The keys that a misspelt deletion cannot have meant.
     let deletes = newer.iter().any(|entry| matches!(entry.value.kind, Kind::Null));
     let written: Vec<String> = newer.iter().filter(|_| deletes).map(|entry| entry.key.clone()).collect();
@@ -61,11 +81,16 @@ pub(super) fn over(
         let at = pointer.key(&entry.key);
         match (keys.find(&entries, &entry.key), &entry.value.kind) {
             (Some(index), Kind::Null) => {
-                deleted.insert(index);
                 changes.remember(&at, entries[index].value.span);
                 changes.deleted.insert(at.to_string(), entry.value.span);
+                match keeps {
+                    true => entries[index] = entry,
+                    false => drop(deleted.insert(index)),
+                }
             }
-            (None, Kind::Null) => {
+            // A file below has lost what stood there.
+            (None, Kind::Null) if changes.deleted.get(&at.to_string()) == Some(&entry.value.span) => {}
+            (None, Kind::Null) if !keeps => {
                 let finding = Diagnostic::error(
                     codes::DELETES_NOTHING,
                     entry.value.span,
@@ -82,11 +107,13 @@ pub(super) fn over(
             (Some(index), _) => {
                 let span = entries[index].value.span;
                 let below = std::mem::replace(&mut entries[index].value, Value { span, kind: Kind::Null });
-                entries[index].value = over(below, entry.value, &at, changes, diagnostics);
+                entries[index].value = lay_over(below, entry.value, &at, keeps, changes, diagnostics);
                 entries[index].key_span = entry.key_span;
             }
             (None, _) => {
-                refuse_deletions(&mut entry.value, &at, diagnostics);
+                if !keeps {
+                    refuse_deletions(&mut entry.value, &at, changes, diagnostics);
+                }
                 entries.push(entry);
             }
         }
@@ -96,14 +123,40 @@ pub(super) fn over(
     Value { span: value.span, kind: Kind::Object(entries) }
 }
 
+/// Whether these are the members of a pass, or of a group of shared settings, that takes over shared settings.
+fn takes_over(entries: &[Entry], pointer: &Pointer<'_>) -> bool {
+    let names = |entry: &Entry| matches!(entry.value.kind, Kind::Text(_) | Kind::Array(_));
+    if !entries.iter().any(|entry| entry.key == "extends" && names(entry)) {
+        return false;
+    }
+    let pointer = pointer.to_string();
+    let way: Vec<&str> = pointer.split('/').skip(1).collect();
+    matches!(
+        way.as_slice(),
+        ["passes" | "shared_settings", _]
+            | ["subgraphs", _, "passes" | "shared_settings", _]
+            | ["inserts", _, _]
+    )
+}
+
 /// Takes out `null`s where there is nothing below that they could delete, so that nobody reads them as values.
-pub(super) fn refuse_deletions(value: &mut Value, pointer: &Pointer<'_>, diagnostics: &mut Diagnostics) {
+pub(super) fn refuse_deletions(
+    value: &mut Value,
+    pointer: &Pointer<'_>,
+    changes: &Changes,
+    diagnostics: &mut Diagnostics,
+) {
     match &mut value.kind {
+        Kind::Object(entries) if takes_over(entries, pointer) => {}
         Kind::Object(entries) => entries.retain_mut(|entry| {
             let at = pointer.key(&entry.key);
             if !matches!(entry.value.kind, Kind::Null) {
-                refuse_deletions(&mut entry.value, &at, diagnostics);
+                refuse_deletions(&mut entry.value, &at, changes, diagnostics);
                 return true;
+            }
+            // A file below has lost what stood there.
+            if changes.deleted.get(&at.to_string()) == Some(&entry.value.span) {
+                return false;
             }
             diagnostics.push(
                 Diagnostic::error(
@@ -118,7 +171,7 @@ pub(super) fn refuse_deletions(value: &mut Value, pointer: &Pointer<'_>, diagnos
         }),
         Kind::Array(elements) => {
             for (at, element) in elements.iter_mut().enumerate() {
-                refuse_deletions(element, &pointer.element(at), diagnostics);
+                refuse_deletions(element, &pointer.element(at), changes, diagnostics);
             }
         }
         _ => {}

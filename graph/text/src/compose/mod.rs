@@ -7,6 +7,7 @@
 //! - extensions: further files, named by the host, whose `inserts` put passes at the pipeline's extension points
 //!   ([`insert`]).
 //! - `"use": "parts/blur.json"`: a pass that is a subgraph in a file of its own.
+//! - `"extends": "NAME"` of a pass: a group of `shared_settings` with the pass laid over it ([`shared_settings`]).
 //!
 //! Paths are relative to the folder of the file that names them. The result is one [`Document`] whose every value still
 //! knows where it was written; what it replaced is kept in [`Composed::replaced`], so that `why` can tell all layers.
@@ -16,11 +17,13 @@
 mod files;
 mod insert;
 mod merge;
+mod shared_settings;
 mod subgraphs;
 
 pub use files::{Disk, Files, Memory, read_source};
 pub use insert::insert;
 pub use merge::SECTIONS;
+pub use shared_settings::{SharedPlaces, is_incomplete, share, with_users};
 pub use subgraphs::is_path;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -90,7 +93,13 @@ impl Composed {
         self.deleted.extend(extension.deleted.into_iter().map(|(pointer, place)| (inserted(pointer), place)));
         self.layers.extend(extension.files.iter().map(|file| (*file, Layer::Extension)));
         self.files.extend(extension.files);
-        insert(&mut self.document.root, extension.document.root, diagnostics);
+        let merge::Changes { replaced, deleted } =
+            insert::put_in(&mut self.document.root, extension.document.root, diagnostics);
+        for (pointer, older) in replaced {
+            let known = self.replaced.entry(pointer).or_default();
+            known.splice(..0, older);
+        }
+        self.deleted.extend(deleted);
     }
 
     /// Adds the sections of another document, as `"include"` does.
@@ -118,9 +127,15 @@ pub fn compose(
         changes: merge::Changes::default(),
         layers: BTreeMap::from([(file, Layer::Pipeline)]),
         paths: BTreeSet::new(),
+        read: BTreeMap::new(),
     };
     let mut root = composer.file(file, path)?;
     let used = composer.use_files(&mut root)?;
+    // The passes of an extension take over what the pipeline shares, too, once they are there.
+    if root.get("inserts").is_none() {
+        let Composer { changes, diagnostics, .. } = &mut composer;
+        shared_settings::take_over(&mut root, &|_, _| true, changes, diagnostics);
+    }
     let merge::Changes { replaced, deleted } = composer.changes;
     let (layers, files) = (composer.layers, composer.seen);
     Some(Composed { document: Document { root }, replaced, deleted, layers, files, used })
@@ -137,6 +152,8 @@ struct Composer<'a> {
     layers: BTreeMap<FileId, Layer>,
     /// The paths of the files that are laid over, or beside, one another.
     paths: BTreeSet<PathBuf>,
+    /// The files that were read: what two files extend is one file.
+    read: BTreeMap<PathBuf, FileId>,
 }
 
 impl Composer<'_> {
@@ -184,7 +201,7 @@ impl Composer<'_> {
             // What a base that could not be read has is not known.
             None if extends => root,
             None => {
-                merge::refuse_deletions(&mut root, &TOP, self.diagnostics);
+                merge::refuse_deletions(&mut root, &TOP, &self.changes, self.diagnostics);
                 root
             }
             Some(base) => merge::over(base, root, &TOP, &mut self.changes, self.diagnostics),
@@ -279,13 +296,18 @@ impl Composer<'_> {
 
     /// Reads the file that something at a place names.
     fn read(&mut self, path: &Path, place: Span) -> Option<FileId> {
+        if let Some(known) = self.read.get(path) {
+            return Some(*known);
+        }
         let result = self.files.read(path, self.sources);
         let refused = |mut finding: Diagnostic| {
             finding.place = place.into();
             finding.help = Some("paths are relative to the folder of the file that names them".to_owned());
             self.diagnostics.push(finding);
         };
-        result.map_err(refused).ok()
+        let file = result.map_err(refused).ok()?;
+        self.read.insert(path.to_owned(), file);
+        Some(file)
     }
 }
 

@@ -26,12 +26,12 @@ pub(super) fn resolve(root: &mut Value, path: &Path) {
     let folder = path.parent().unwrap_or_else(|| Path::new(""));
     for section in members_mut(root) {
         match section.key.as_str() {
-            "passes" => resolve_passes(&mut section.value, folder),
+            "passes" | "shared_settings" => resolve_passes(&mut section.value, folder),
             "subgraphs" => {
                 for subgraph in members_mut(&mut section.value) {
                     let sections = members_mut(&mut subgraph.value).iter_mut();
                     sections
-                        .filter(|section| section.key == "passes")
+                        .filter(|section| matches!(section.key.as_str(), "passes" | "shared_settings"))
                         .for_each(|section| resolve_passes(&mut section.value, folder));
                 }
             }
@@ -141,7 +141,7 @@ impl Composer<'_> {
             }
         };
         let all = TOP.key("subgraphs");
-        merge::refuse_deletions(&mut root, &all.key(name), self.diagnostics);
+        merge::refuse_deletions(&mut root, &all.key(name), &self.changes, self.diagnostics);
         resolve(&mut root, path);
         Some(root)
     }

@@ -36,7 +36,7 @@ crate::codes! {
         "A target profile that does not exist is asked for, or claimed by a pipeline. The profiles are webgpu, webgpu-compat, vulkan, metal, dx12 and gles.";
     /// A name that nothing in a pipeline has.
     UNKNOWN_NAME = "UG0008", "unknown name",
-        "`umbragraph why PIPELINE NAME` explains passes, resources, parameters, features, toggles, presets, subgraphs, extension points and geometry by name; what a use of a subgraph or a round of a loop makes is named after it: `soft.down`, `down.0`. Nothing in the pipeline has the name that is asked for. With two names both are resources.";
+        "`umbragraph why PIPELINE NAME` explains passes, resources, parameters, features, derived values, shared settings, toggles, presets, subgraphs, extension points and geometry by name; what a use of a subgraph or a round of a loop makes is named after it: `soft.down`, `down.0`. Nothing in the pipeline has the name that is asked for. With two names both are resources.";
     /// A text that is not JSON.
     SYNTAX = "UG0101", "not JSON",
         "Pipelines are strict JSON (RFC 8259) with `//` and `/* */` comments. Trailing commas, single quotes, bare keys, hexadecimal numbers, NaN and nesting beyond 512 levels are refused. The parser stops at the first such place.\n\nOf a `{` or `[` that is never closed the finding points to the bracket: what it holds is indented, so the first line that is not stands behind its end.";
@@ -115,7 +115,13 @@ crate::codes! {
         "A feature says under `required_limits` what it needs of the target.\n\n```json\n\"features\": {\n  \"storage\": { \"type\": \"bool\", \"default\": true, \"required_limits\": { \"max_storage_buffers_in_vertex_stage\": 1 } }\n}\n```\n\nWhere the target profile, or the device that a picture is rendered on, has less, the feature is off (an enumeration has its first word) though it is on by default, and whoever switches it on is told so. `umbragraph why PIPELINE FEATURE` shows where a value comes from.";
     /// A parameter or feature that nothing uses.
     UNUSED_SETTING = "UG0220", "nothing uses it",
-        "A parameter or feature is declared, but no expression mentions it and no template that a pass names has an axis of its name: with any value the pipeline is the same. Usually its use was removed, or is still to be written.\n\nIt is a note, since a host can read parameters in code of its own.";
+        "A parameter, feature or derived value is declared, but no expression mentions it and no template that a pass names has an axis of its name: with any value the pipeline is the same. Or no pass extends a group of shared settings. Usually its use was removed, or is still to be written.\n\nIt is a note, since a host can read parameters in code of its own.";
+    /// Shared settings that do not exist.
+    UNKNOWN_SHARED_SETTINGS = "UG0221", "unknown shared settings",
+        "A pass, or a group of shared settings, extends a group that is not declared under `shared_settings`, or that by a detour extends itself. A subgraph sees its own groups and those of the pipeline; a subgraph in a file of its own sees its own alone.";
+    /// Derived values that need one another.
+    DERIVED_CYCLE = "UG0222", "derived value depends on itself",
+        "The expression of a derived value names another whose expression, by a detour, names the first. Derived values may stand in any order, but each follows from parameters, features and others that do not follow from it.";
     /// A resource that is not there.
     UNKNOWN_RESOURCE = "UG0301", "unknown resource",
         "A reference names a resource that \"resources\" does not declare.";
@@ -132,7 +138,7 @@ crate::codes! {
         "An expression cannot be parsed. Expressions have numbers, names, `+ - * / %`, comparisons, `&& || !`, `a ? b : c`, `[lists]`, `list[index]` and functions.";
     /// A name that expressions do not know.
     EXPRESSION_NAME = "UG0311", "unknown name in an expression",
-        "Expressions know parameters, features, the functions of the language and, where sizes are known, resources (`maps`, `maps.width`) and `viewport`.\n\nA subgraph in a file of its own sees its own parameters, inputs and resources, and `viewport`; a parameter, feature or resource of the pipeline is passed to it through `with`.";
+        "Expressions know parameters, features, derived values, the functions of the language and, where sizes are known, resources (`maps`, `maps.width`) and `viewport`.\n\nA subgraph in a file of its own sees its own parameters, inputs and resources, and `viewport`; a parameter, feature or resource of the pipeline is passed to it through `with`.";
     /// An operand or result of the wrong type.
     EXPRESSION_TYPE = "UG0312", "wrong type in an expression",
         "Numbers, booleans, texts and lists do not turn into one another. Arithmetic works on numbers and, element by element, on lists of numbers.";

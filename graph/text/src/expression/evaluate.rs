@@ -62,9 +62,27 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
             }
             Ok(elements[at as usize].clone())
         }
-        ExpressionKind::List(elements) => Ok(Value::List(
-            elements.iter().map(|element| evaluate(element, scope)).collect::<Result<_, _>>()?,
-        )),
+        ExpressionKind::List(elements) => {
+            let mut list = Vec::new();
+            let mut size = 0;
+            for element in elements {
+                let value = evaluate(element, scope)?;
+                size += size_of(&value);
+                if size > MAXIMUM_LIST {
+                    return Err(arithmetic(range(), format!("a list has at most {MAXIMUM_LIST} elements")));
+                }
+                list.push(value);
+            }
+            Ok(Value::List(list))
+        }
+    }
+}
+
+/// The number of elements of a value, those of lists in it included.
+fn size_of(value: &Value) -> usize {
+    match value {
+        Value::List(list) => 1 + list.iter().map(size_of).sum::<usize>(),
+        _ => 1,
     }
 }
 

@@ -98,6 +98,29 @@ pub struct Expression {
     pub kind: ExpressionKind,
 }
 
+impl Expression {
+    /// Goes through the expression and all of its parts.
+    pub fn visit<'e>(&'e self, each: &mut dyn FnMut(&'e Expression)) {
+        each(self);
+        match &self.kind {
+            ExpressionKind::Literal(_) | ExpressionKind::Name(_) => {}
+            ExpressionKind::Unary(_, a) => a.visit(each),
+            ExpressionKind::Binary(_, a, b) | ExpressionKind::Index(a, b) => {
+                a.visit(each);
+                b.visit(each);
+            }
+            ExpressionKind::Conditional(a, b, c) => {
+                a.visit(each);
+                b.visit(each);
+                c.visit(each);
+            }
+            ExpressionKind::Call(_, list) | ExpressionKind::List(list) => {
+                list.iter().for_each(|item| item.visit(each));
+            }
+        }
+    }
+}
+
 /// What an expression is.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExpressionKind {

@@ -37,6 +37,9 @@ pub struct PipelineDeclaration {
     /// Named switches that choose shader variants and passes.
     #[serde(default)]
     pub features: BTreeMap<String, FeatureDeclaration>,
+    /// Named values that follow from parameters, features and one another: an expression each.
+    #[serde(default)]
+    pub derived: BTreeMap<String, Expr>,
     /// Named switches that the host throws from frame to frame, without another plan.
     #[serde(default)]
     pub toggles: BTreeMap<String, ToggleDeclaration>,
@@ -55,6 +58,9 @@ pub struct PipelineDeclaration {
     /// Points at which other files can put passes.
     #[serde(default)]
     pub extension_points: BTreeMap<String, ExtensionPointDeclaration>,
+    /// Named groups of settings that passes share: parts of passes, which a pass takes over with "extends".
+    #[serde(default)]
+    pub shared_settings: BTreeMap<String, serde_json::Value>,
     /// The passes: each has one key that names its node kind, and may have common keys beside it.
     pub passes: BTreeMap<String, serde_json::Value>,
 }
@@ -81,9 +87,15 @@ pub struct SubgraphDeclaration {
     /// Values that the user gives; without one the default.
     #[serde(default)]
     pub parameters: BTreeMap<String, ParameterDeclaration>,
+    /// Named values that follow from the parameters and one another: an expression each.
+    #[serde(default)]
+    pub derived: BTreeMap<String, Expr>,
     /// Textures and buffers of each use.
     #[serde(default)]
     pub resources: BTreeMap<String, ResourceDeclaration>,
+    /// Named groups of settings that the passes share, and take over with "extends".
+    #[serde(default)]
+    pub shared_settings: BTreeMap<String, serde_json::Value>,
     /// The passes.
     pub passes: BTreeMap<String, serde_json::Value>,
 }
@@ -125,6 +137,16 @@ pub enum Paths {
     /// The path.
     One(String),
     /// The paths.
+    Several(Vec<String>),
+}
+
+/// One name or several.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum Names {
+    /// The name.
+    One(String),
+    /// The names.
     Several(Vec<String>),
 }
 
@@ -289,6 +311,10 @@ pub struct PassCommon {
     /// What it does, for people.
     #[serde(default)]
     pub description: Option<String>,
+    /// The group, or groups (the lowest first), of "shared_settings" over which the pass is laid: objects are merged, null
+    /// deletes.
+    #[serde(default)]
+    pub extends: Option<Names>,
     /// Whether the pass is there at all: an expression over parameters and features.
     #[serde(default)]
     pub when: Option<Expr>,

@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::{
-    ExtensionPointDeclaration, FeatureDeclaration, GeometryDeclaration, ParameterDeclaration, Paths,
+    Expr, ExtensionPointDeclaration, FeatureDeclaration, GeometryDeclaration, ParameterDeclaration, Paths,
     PresetDeclaration, ResourceDeclaration, SubgraphDeclaration, ToggleDeclaration,
 };
 
@@ -41,6 +41,9 @@ pub struct ExtensionDeclaration {
     /// Named switches that choose shader variants and passes.
     #[serde(default)]
     pub features: BTreeMap<String, FeatureDeclaration>,
+    /// Named values that follow from parameters, features and one another: an expression each.
+    #[serde(default)]
+    pub derived: BTreeMap<String, Expr>,
     /// Named switches that the host throws from frame to frame, without another plan.
     #[serde(default)]
     pub toggles: BTreeMap<String, ToggleDeclaration>,
@@ -59,6 +62,9 @@ pub struct ExtensionDeclaration {
     /// Points at which other files can put passes.
     #[serde(default)]
     pub extension_points: BTreeMap<String, ExtensionPointDeclaration>,
+    /// Named groups of settings that passes share: parts of passes, which a pass takes over with "extends".
+    #[serde(default)]
+    pub shared_settings: BTreeMap<String, serde_json::Value>,
     /// For extension points of the pipeline, by name, the passes that are put there, in their order.
     pub inserts: BTreeMap<String, BTreeMap<String, serde_json::Value>>,
 }

@@ -14,8 +14,8 @@ mod resource;
 mod word;
 
 pub use declaration::{
-    ExtensionPointDeclaration, FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Order,
-    ParameterDeclaration, ParameterType, PassCommon, Paths, PipelineDeclaration, PresetDeclaration,
+    ExtensionPointDeclaration, FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Names,
+    Order, ParameterDeclaration, ParameterType, PassCommon, Paths, PipelineDeclaration, PresetDeclaration,
     SubgraphDeclaration, ToggleDeclaration, VertexFormatName,
 };
 pub use expression::Expr;

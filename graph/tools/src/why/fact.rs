@@ -188,15 +188,31 @@ fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<Fact>) {
         let expression = when.text().map_or_else(|| super::origin::json(when), str::to_owned);
         let at = Some(location(subject.sources, when.span));
         facts.push(Fact { about: "when", text: format!("\"when\"{of_what} is {expression}"), at });
-        let root = &subject.composed.document.root;
-        for name in words(&expression) {
-            for (section, kind) in [("features", Kind::Feature), ("parameters", Kind::Parameter)] {
-                let Some(entry) = root.get(section).and_then(|all| all.entry(name)) else { continue };
-                let pointer = pointer_join(&format!("/{section}"), name);
-                if let Some(last) = given::given(subject, kind, entry, &pointer).pop() {
-                    let text = format!("{name} is {}, by {}", last.value, last.by);
-                    facts.push(Fact { about: "when", text, at: Some(last.at) });
-                }
+        values_in(subject, &expression, "when", facts);
+    }
+}
+
+/// The values of what an expression names, each with what gives it.
+fn values_in(subject: &Subject<'_>, expression: &str, about: &'static str, facts: &mut Vec<Fact>) {
+    let root = &subject.composed.document.root;
+    let sections = [("features", Kind::Feature), ("parameters", Kind::Parameter), ("derived", Kind::Derived)];
+    for name in words(expression) {
+        for (section, kind) in sections {
+            let Some(entry) = root.get(section).and_then(|all| all.entry(name)) else { continue };
+            if kind == Kind::Derived {
+                let pipeline = subject.checked.pipeline.as_deref();
+                let value = pipeline
+                    .and_then(|pipeline| pipeline.derived.get(name))
+                    .map(|one| super::origin::computed(&one.value));
+                let Some(value) = value else { continue };
+                let text = format!("{name} is {value}, by its expression");
+                facts.push(Fact { about, text, at: Some(location(subject.sources, entry.value.span)) });
+                continue;
+            }
+            let pointer = pointer_join(&format!("/{section}"), name);
+            if let Some(last) = given::given(subject, kind, entry, &pointer).pop() {
+                let text = format!("{name} is {}, by {}", last.value, last.by);
+                facts.push(Fact { about, text, at: Some(last.at) });
             }
         }
     }
@@ -204,6 +220,7 @@ fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<Fact>) {
 
 /// The names in an expression, each once.
 fn words(text: &str) -> Vec<&str> {
+    let text = text.trim_matches('"');
     let mut words: Vec<&str> = Vec::new();
     if expression::parse(text).is_err() {
         return words;
@@ -316,6 +333,27 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
         Kind::Subgraph => users(subject, root, |entry| {
             entry.value.get("use").and_then(Value::text).is_some_and(|used| used == name)
         }),
+        Kind::SharedSettings => {
+            let extends = |entry: &Entry| {
+                let mut found = false;
+                let names = entry.value.get("extends");
+                names.into_iter().for_each(|names| names.for_each_text(&mut |one| found |= one == name));
+                found
+            };
+            users(subject, root, extends)
+        }
+        Kind::Derived if found.uses.is_empty() => {
+            let mut facts = Vec::new();
+            values_in(subject, &super::origin::json(&found.entry.value), "follows from", &mut facts);
+            facts.extend(users(subject, root, |entry| {
+                let mut found = false;
+                entry.value.for_each_text(&mut |text| {
+                    found |= words(text.strip_prefix('=').unwrap_or(text)).contains(&name);
+                });
+                found
+            }));
+            facts
+        }
         Kind::Toggle => {
             let mut facts = Vec::new();
             if let Some(pipeline) = subject.checked.pipeline.as_deref() {

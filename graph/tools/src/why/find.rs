@@ -7,15 +7,17 @@
 
 use std::collections::BTreeSet;
 
-use super::origin::{location, origins};
+use super::origin::{computed, location, origins};
 use super::{Kind, Subject, Thing, fact, given};
 use crate::document::{Entry, Value, pointer_join};
 
 const SECTIONS: &[(&str, Kind)] = &[
     ("parameters", Kind::Parameter),
     ("features", Kind::Feature),
+    ("derived", Kind::Derived),
     ("toggles", Kind::Toggle),
     ("presets", Kind::Preset),
+    ("shared_settings", Kind::SharedSettings),
     ("subgraphs", Kind::Subgraph),
     ("extension_points", Kind::ExtensionPoint),
     ("geometry", Kind::Geometry),
@@ -116,7 +118,12 @@ fn walk<'a>(
         let sections: &[(&str, Kind)] = if uses.is_empty() {
             &[("resources", Kind::Resource)]
         } else {
-            &[("resources", Kind::Resource), ("parameters", Kind::Parameter), ("inputs", Kind::Input)]
+            &[
+                ("resources", Kind::Resource),
+                ("parameters", Kind::Parameter),
+                ("derived", Kind::Derived),
+                ("inputs", Kind::Input),
+            ]
         };
         for (section, kind) in sections {
             if let Some(entry) = owner.get(section).and_then(|section| section.entry(head)) {
@@ -143,6 +150,9 @@ fn thing(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Thing {
             given::of_document(subject, &format!("with of {}", used.name), value, &at, &mut given);
         }
     }
+    if *kind == Kind::Derived {
+        given::of_document(subject, "its expression", &entry.value, pointer, &mut given);
+    }
     let facts = match kind {
         Kind::Pass => fact::of_pass(subject, name, found),
         Kind::Resource => fact::of_resource(subject, name, uses),
@@ -160,16 +170,22 @@ fn thing(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Thing {
         Kind::Input => entry.value.text().map(str::to_owned),
         _ => text("description"),
     };
-    if *kind == Kind::Input {
+    if matches!(kind, Kind::Input | Kind::Derived) {
         values.clear();
     }
+    let derived = subject.checked.pipeline.as_deref().filter(|_| *kind == Kind::Derived && uses.is_empty());
+    let derived = derived.and_then(|pipeline| pipeline.derived.get(name));
+    let value = match derived {
+        Some(derived) => Some(computed(&derived.value)),
+        None => given.last().map(|given| given.value.clone()),
+    };
     Thing {
         name: name.to_owned(),
         kind: *kind,
         what: fact::what(subject, name, found),
         description,
         declared: location(subject.sources, entry.key_span),
-        value: given.last().map(|given| given.value.clone()),
+        value,
         given,
         facts,
         values,

@@ -48,10 +48,16 @@ fn thing(thing: &Thing) -> String {
 fn rows(origin: &Origin) -> Vec<[String; 4]> {
     let is_deleted = origin.value == "null";
     let value = if is_deleted { "deleted".to_owned() } else { cut(&origin.value) };
-    let own = [origin.path.clone(), value, origin.at.to_string(), word(origin.layer).to_owned()];
+    let note = |layer: Layer, shared: &Option<String>| {
+        let shared = shared.as_ref().map(|group| format!("shared settings {group}"));
+        let words = [Some(word(layer).to_owned()).filter(|word| !word.is_empty()), shared];
+        words.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    };
+    let own_note = note(origin.layer, &origin.shared_settings);
+    let own = [origin.path.clone(), value, origin.at.to_string(), own_note];
     let older = origin.replaced.iter().map(|older| {
-        let layer = word(older.layer);
-        [String::new(), format!("was {}", cut(&older.value)), older.at.to_string(), layer.to_owned()]
+        let was = format!("was {}", cut(&older.value));
+        [String::new(), was, older.at.to_string(), note(older.layer, &older.shared_settings)]
     });
     std::iter::once(own).chain(older).collect()
 }

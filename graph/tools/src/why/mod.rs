@@ -7,7 +7,7 @@
 //! - its values with the places that set them, and what those places replaced ([`Origin`]): a value of a document
 //!   made of several files knows where it was written, and [`crate::compose::Composed`] keeps what it was laid over;
 //! - for parameters and features everything that gave a value, the lowest first: default, preset, parameter files,
-//!   command line;
+//!   command line; for derived values the expression, and what it follows from;
 //! - for passes and resources what the plan says of them ([`Fact`]): why they are kept or culled, and what shares memory.
 //!
 //! [`why_memory`] says why two resources share memory or do not.
@@ -62,10 +62,14 @@ pub enum Kind {
     Parameter,
     /// A feature.
     Feature,
+    /// A derived value, of the pipeline or of one use of a subgraph.
+    Derived,
     /// A toggle.
     Toggle,
     /// A preset.
     Preset,
+    /// A group of shared settings.
+    SharedSettings,
     /// A subgraph.
     Subgraph,
     /// What a use of a subgraph passes in.
@@ -84,8 +88,10 @@ impl Kind {
             Kind::Resource => "a resource",
             Kind::Parameter => "a parameter",
             Kind::Feature => "a feature",
+            Kind::Derived => "a derived value",
             Kind::Toggle => "a toggle",
             Kind::Preset => "a preset",
+            Kind::SharedSettings => "a group of shared settings",
             Kind::Subgraph => "a subgraph",
             Kind::Input => "an input",
             Kind::ExtensionPoint => "an extension point",
@@ -108,7 +114,7 @@ pub struct Thing {
     pub description: Option<String>,
     /// Where it is declared.
     pub declared: Location,
-    /// The value that counts, of a parameter or feature.
+    /// The value that counts, of a parameter, feature or derived value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub value: Option<String>,
     /// Everything that gave a parameter or feature a value, the lowest first: the last counts.

@@ -7,7 +7,7 @@
 use serde::{Serialize, Serializer};
 
 use super::Subject;
-use crate::compose::Layer;
+use crate::compose::{Layer, SharedPlaces};
 use crate::document::{self, Kind, Value, pointer_join};
 use crate::source::{Sources, Span};
 
@@ -40,6 +40,9 @@ pub struct Origin {
     pub at: Location,
     /// How the file comes in.
     pub layer: Layer,
+    /// The group of shared settings that it is taken over from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shared_settings: Option<String>,
     /// What it was laid over, the newest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub replaced: Vec<Older>,
@@ -55,6 +58,9 @@ pub struct Older {
     pub at: Location,
     /// How the file comes in.
     pub layer: Layer,
+    /// The group of shared settings that it is taken over from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub shared_settings: Option<String>,
 }
 
 /// JSON text as the value that it is.
@@ -73,6 +79,16 @@ pub(super) fn location(sources: &Sources, span: Span) -> Location {
             Location { file: file.name().to_owned(), line: position.line, column: position.column }
         }
         None => Location { file: String::new(), line: 1, column: 1 },
+    }
+}
+
+/// The value of an expression as JSON on one line.
+pub(super) fn computed(value: &crate::expression::Value) -> String {
+    use crate::expression::Value as V;
+    match value {
+        V::Text(text) => serde_json::Value::from(text.as_str()).to_string(),
+        V::List(list) => format!("[{}]", list.iter().map(computed).collect::<Vec<_>>().join(", ")),
+        V::Bool(_) | V::Number(_) => value.to_string(),
     }
 }
 
@@ -114,6 +130,7 @@ pub(super) fn origins(subject: &Subject<'_>, pointer: &str, value: &Value, prefi
             value: "null".to_owned(),
             at: location(subject.sources, *place),
             layer: layer(subject, *place),
+            shared_settings: None,
             replaced: older(subject, deleted),
         });
     }
@@ -148,6 +165,7 @@ fn leaf(
                 value: json(value),
                 at: location(subject.sources, value.span),
                 layer: layer(subject, value.span),
+                shared_settings: shared_settings(subject, pointer, value.span),
                 replaced: older(subject, pointer),
             });
         }
@@ -170,6 +188,7 @@ pub(super) fn older(subject: &Subject<'_>, pointer: &str) -> Vec<Older> {
             value: text(subject.sources, *place),
             at: location(subject.sources, *place),
             layer: layer(subject, *place),
+            shared_settings: shared_settings(subject, pointer, *place),
         })
         .collect()
 }
@@ -187,6 +206,12 @@ fn text(sources: &Sources, place: Span) -> String {
 /// How the file of a place comes in.
 pub(super) fn layer(subject: &Subject<'_>, place: Span) -> Layer {
     subject.composed.layers.get(&place.file).copied().unwrap_or(Layer::Pipeline)
+}
+
+/// The group of shared settings that a value of a pass is taken over from.
+fn shared_settings(subject: &Subject<'_>, pointer: &str, place: Span) -> Option<String> {
+    let is_pass = pointer.contains("/passes/") && !pointer.contains("/shared_settings/");
+    is_pass.then(|| SharedPlaces::of(&subject.composed.document).find(place).map(str::to_owned)).flatten()
 }
 
 fn join(path: &str, key: &str) -> String {

@@ -65,12 +65,14 @@ impl PassBuilder<'_> {
                 Ok(word) => Some(word),
                 Err(_) => {
                     let message = format!("the expression yields \"{text}\", which is not known here");
-                    self.report(
-                        codes::UNKNOWN_WORD,
-                        pointer,
-                        message,
-                        "the schema lists the words known here",
-                    );
+                    let finding = Diagnostic::error(codes::UNKNOWN_WORD, self.place(pointer), message)
+                        .pointer(self.absolute(pointer))
+                        .help("the schema lists the words known here");
+                    let derived = expr.0.as_str().and_then(|name| self.shared.scope.derived_at(name.trim()));
+                    self.shared.diagnostics.push(match derived {
+                        Some(place) => finding.related(place, "the word comes from here"),
+                        None => finding,
+                    });
                     None
                 }
             },

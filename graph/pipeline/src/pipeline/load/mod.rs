@@ -41,7 +41,7 @@ use connect::connect;
 use declare::{Passes, declare};
 use extension_points::check_extension_points;
 use programs::Programs;
-use sections::{as_meant, check_schema};
+use sections::{as_meant, check_schema, is_of_incomplete};
 use settings::Settings;
 use sound::{Broken, Sound};
 use versions::{check_versions, uncertain};
@@ -81,13 +81,13 @@ pub fn load_sharing(
     let document = read.as_ref().unwrap_or(document);
     let broken = Broken::new(&schema_findings);
     let is_hopeless = schema_findings.len() >= MAXIMUM_FINDINGS;
-    diagnostics.extend(schema_findings);
+    diagnostics.extend(schema_findings.into_iter().filter(|finding| !is_of_incomplete(document, finding)));
     if is_hopeless {
         return None;
     }
     let sound = Sound::decode(document, &broken)?;
     claimed_profiles(document, diagnostics);
-    let settings = Settings::choose(document, &sound, choice, profile, diagnostics);
+    let settings = Settings::choose(document, &sound, &broken, choice, profile, diagnostics);
     let toggles = toggle::toggles(document, &sound.toggles, diagnostics);
     let programs = Programs::new(templates, profile, std::mem::take(modules));
     let mut shared = Shared::new(&settings, &toggles, sound.geometry, programs, sources);
@@ -102,6 +102,7 @@ pub fn load_sharing(
         profile: profile.clone(),
         parameters: settings.parameters,
         features: settings.features,
+        derived: settings.derived,
         toggles,
         bypasses,
         geometry: shared.geometry,
@@ -131,6 +132,7 @@ impl Connected {
         let Passes { mut list, instances, absent, gaps, is_unreadable, waiting, bypasses } = declared;
         after::connect(&waiting, &mut list, &instances, &absent, &gaps, shared);
         check_extension_points(document, &mut shared.diagnostics);
+        settings::check_data(document, shared);
         let mut uncertain = uncertain(&gaps, &instances, is_unreadable, shared);
         connect(&list, &uncertain, shared);
         let bypasses = toggle::connect(&bypasses, &mut list, toggles, &mut uncertain, shared);

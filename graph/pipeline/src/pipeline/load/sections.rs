@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::compose::is_incomplete;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, surely_meant};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::unknown_format;
@@ -70,6 +71,13 @@ pub(super) fn as_meant(document: &Document, schema_findings: &Diagnostics) -> Op
     });
     let kind = document::Kind::Object(renamed.collect());
     Some(Document { root: document::Value { kind, ..document.root.clone() } })
+}
+
+/// Whether a finding is about a pass of which not all is known.
+pub(super) fn is_of_incomplete(document: &Document, finding: &Diagnostic) -> bool {
+    let ends = finding.pointer.match_indices('/').map(|(at, _)| at).chain([finding.pointer.len()]);
+    let owners = ends.map(|end| document.root.nearest(&finding.pointer[..end]));
+    owners.into_iter().any(is_incomplete)
 }
 
 /// Findings about a document as it was meant, with the pointers that lead through it as it is written.

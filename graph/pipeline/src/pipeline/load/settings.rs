@@ -1,27 +1,30 @@
-//! The values of parameters and features in the configuration that a caller chose.
+//! The values of parameters and features in the configuration that a caller chose, and what is derived from them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::sound::{Sound, section};
-use super::{RESERVED, bad_name, is_name};
+use super::sound::{Broken, Sound, section};
+use super::{RESERVED, Shared, bad_name, is_name};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::document::Document;
-use crate::pipeline::{Choice, Feature, Parameter, preset, setting};
+use crate::document::{Document, pointer_join};
+use crate::expression::Scope as _;
+use crate::pipeline::{Choice, Derived, Feature, Parameter, StaticScope, derived, preset, setting};
 use crate::shader::TargetProfile;
 
-/// Parameters and features with their values.
+/// Parameters, features and derived values.
 pub(super) struct Settings {
     pub(super) parameters: BTreeMap<String, Parameter>,
     pub(super) features: BTreeMap<String, Feature>,
+    pub(super) derived: BTreeMap<String, Derived>,
     /// Those without a value, because of diagnostics of their own.
     pub(super) broken: BTreeSet<String>,
 }
 
 impl Settings {
-    /// Gives parameters and features the values that `choice` names, or their defaults.
+    /// Gives parameters and features the values that `choice` names, or their defaults, and derives others from these.
     pub(super) fn choose(
         document: &Document,
         sound: &Sound,
+        unsound: &Broken,
         choice: &Choice,
         profile: &TargetProfile,
         diagnostics: &mut Diagnostics,
@@ -47,11 +50,47 @@ impl Settings {
         );
         preset::check(section(document, "presets"), &sound.parameters, &sound.features, choice, diagnostics);
         check_twins(document, diagnostics);
-        let broken = entries()
+        let mut broken: BTreeSet<String> = entries()
             .map(|entry| entry.key.clone())
             .filter(|name| !parameters.contains_key(name) && !features.contains_key(name))
             .collect();
-        Self { parameters, features, broken }
+        let around = StaticScope::new(&parameters, &features).with_broken(broken.clone());
+        let taken = [("parameters", "parameter"), ("features", "feature"), ("resources", "resource")];
+        let taken = taken.into_iter().flat_map(|(name, what)| {
+            section(document, name).iter().map(move |entry| (entry.key.as_str(), (entry.key_span, what)))
+        });
+        let derived = derived::evaluate(
+            section(document, "derived"),
+            "/derived",
+            &around,
+            &taken.collect(),
+            &|pointer| unsound.has(pointer),
+            diagnostics,
+        );
+        broken.extend(derived.broken);
+        Self { parameters, features, derived: derived.values, broken }
+    }
+
+    /// What expressions see.
+    pub(super) fn scope(&self) -> StaticScope {
+        let scope = StaticScope::new(&self.parameters, &self.features);
+        scope.with_derived(&self.derived).with_broken(self.broken.clone())
+    }
+}
+
+/// Finds derived values with the names of data that passes publish.
+pub(super) fn check_data(document: &Document, shared: &mut Shared) {
+    for entry in section(document, "derived") {
+        let Some(handle) = shared.find(&entry.key) else { continue };
+        let data = &shared.resources[handle.index()];
+        if shared.scope.lookup(&entry.key).is_some() {
+            let message = format!("\"{}\" is a derived value, and data of a pass", entry.key);
+            let finding = Diagnostic::error(codes::BAD_NAME, entry.key_span, message)
+                .related(data.place, "the data")
+                .pointer(pointer_join("/derived", &entry.key))
+                .help("give one of the two another name");
+            shared.diagnostics.push(finding);
+        }
     }
 }
 

@@ -55,9 +55,8 @@ impl Shared {
         programs: Programs,
         sources: &Sources,
     ) -> Self {
-        let scope = StaticScope::new(&settings.parameters, &settings.features);
         Self {
-            scope: scope.with_broken(settings.broken.clone()),
+            scope: settings.scope(),
             toggles: toggles.iter().map(|toggle| toggle.name.clone()).collect(),
             resources: Vec::new(),
             resource_index: HashMap::new(),

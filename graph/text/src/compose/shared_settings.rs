@@ -1,0 +1,334 @@
+//! Settings that passes share.
+//!
+//! ```jsonc
+//! "shared_settings": { "lit": { "draw": { "shader": "lit.wgsl.jinja", "bind": { … } } } },
+//! "passes": {
+//!   "shade": { "extends": "lit", "draw": { "filter": "opaque" } },
+//!   "glass": { "extends": "lit", "draw": { "filter": "transparent", "cull": null } }
+//! }
+//! ```
+//!
+//! A group is a part of a pass. A pass is laid over the groups that it extends, the first the lowest, just as a file is
+//! laid over the files that it extends: objects are merged key by key, everything else is replaced, `null` deletes.
+//! Groups extend one another in the same way. This is done once all files are put together, so that a file changes a
+//! group of the file that it extends for the passes of both. A subgraph sees its own groups, and behind them those of the
+//! pipeline; a subgraph in a file of its own does not see the latter.
+//!
+//! What a pass takes over keeps the place where it is written: findings about it point to the group, and name the passes.
+//!
+//! Limits: [`MAXIMUM_LEVELS`] groups that extend one another, [`MAXIMUM_VALUES`] values taken over in one document.
+
+use std::collections::BTreeMap;
+
+use super::is_path;
+use super::merge::{self, Changes};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use crate::document::{Document, Entry, Kind, Pointer, Value, pointer_join};
+use crate::source::{FileId, Span};
+
+const MAXIMUM_LEVELS: usize = 32;
+const MAXIMUM_VALUES: usize = 1_500_000;
+
+/// Lays the passes of a document that stands alone over the shared settings that they extend.
+pub fn share(document: &mut Document, diagnostics: &mut Diagnostics) {
+    take_over(&mut document.root, &|_, _| true, &mut Changes::default(), diagnostics);
+}
+
+/// Lays passes over the shared settings that they extend. `wanted` says of a section (`passes` or `subgraphs`) and a
+/// name in it whether it is one of those.
+pub(super) fn take_over(
+    root: &mut Value,
+    wanted: &dyn Fn(&str, &str) -> bool,
+    changes: &mut Changes,
+    diagnostics: &mut Diagnostics,
+) {
+    let extends =
+        |owner: &Value| entries(owner, "passes").iter().any(|pass| pass.value.get("extends").is_some());
+    if !extends(root) && !entries(root, "subgraphs").iter().any(|subgraph| extends(&subgraph.value)) {
+        return;
+    }
+    let of_pipeline = Section { pointer: "/shared_settings".to_owned(), groups: groups_in(root) };
+    let mut sharing = Sharing { changes, diagnostics, whole: BTreeMap::new(), values: 0 };
+    sharing.passes(root, "", std::slice::from_ref(&of_pipeline), &|pass| wanted("passes", pass));
+    let subgraphs = entries_mut(root, "subgraphs").into_iter().flatten();
+    for subgraph in subgraphs.filter(|subgraph| wanted("subgraphs", &subgraph.key)) {
+        let pointer = pointer_join("/subgraphs", &subgraph.key);
+        let own =
+            Section { pointer: format!("{pointer}/shared_settings"), groups: groups_in(&subgraph.value) };
+        let mut seen = vec![own];
+        if !is_path(&subgraph.key) {
+            seen.push(of_pipeline.clone());
+        }
+        sharing.passes(&mut subgraph.value, &pointer, &seen, &|_| true);
+    }
+}
+
+/// A section of groups.
+#[derive(Clone)]
+struct Section {
+    pointer: String,
+    groups: Vec<Entry>,
+}
+
+struct Sharing<'s> {
+    changes: &'s mut Changes,
+    diagnostics: &'s mut Diagnostics,
+    /// Groups by the place of their key, laid over those that they extend; `None` for one with a finding.
+    whole: BTreeMap<Span, Option<Value>>,
+    /// How many values were taken over.
+    values: usize,
+}
+
+impl Sharing<'_> {
+    fn passes(&mut self, owner: &mut Value, pointer: &str, seen: &[Section], wanted: &dyn Fn(&str) -> bool) {
+        let above = format!("{pointer}/passes");
+        for pass in entries_mut(owner, "passes").into_iter().flatten().filter(|pass| wanted(&pass.key)) {
+            if pass.value.get("extends").is_none() {
+                continue;
+            }
+            let pointer = pointer_join(&above, &pass.key);
+            let nothing = Value { span: pass.value.span, kind: Kind::Null };
+            let own = std::mem::replace(&mut pass.value, nothing);
+            pass.value = self.laid_over(own, &pointer, seen, &mut Vec::new()).unwrap_or_else(|own| own);
+        }
+    }
+
+    /// A pass, or a group, over the groups that it extends, which are still named there. The error is itself, where one of
+    /// those cannot be had, and extends null: [`is_incomplete`].
+    fn laid_over(
+        &mut self,
+        mut own: Value,
+        pointer: &str,
+        seen: &[Section],
+        chain: &mut Vec<(Span, Span)>,
+    ) -> Result<Value, Value> {
+        let Kind::Object(members) = &mut own.kind else { return Err(own) };
+        let Some(at) = members.iter().position(|member| member.key == "extends") else { return Ok(own) };
+        let mut extends = members.remove(at);
+        let is_deleted = matches!(extends.value.kind, Kind::Null);
+        let mut below = Value { span: own.span, kind: Kind::Object(Vec::new()) };
+        let mut fine = true;
+        for name in names_in(&extends.value) {
+            match self.group(name, seen, chain, &format!("{pointer}/extends")) {
+                Some(group) => below = self.over(below, group, pointer),
+                None => fine = false,
+            }
+        }
+        let mut whole = if fine { self.over(below, own, pointer) } else { own };
+        if let Kind::Object(members) = &mut whole.kind
+            && !is_deleted
+        {
+            if !fine {
+                extends.value.kind = Kind::Null;
+            }
+            members.push(extends);
+        }
+        if fine { Ok(whole) } else { Err(whole) }
+    }
+
+    fn over(&mut self, below: Value, value: Value, pointer: &str) -> Value {
+        merge::over(below, value, &Pointer::Text(pointer), self.changes, self.diagnostics)
+    }
+
+    /// The group that a value names, without the names of those that it extends.
+    fn group(
+        &mut self,
+        name: &Value,
+        seen: &[Section],
+        chain: &mut Vec<(Span, Span)>,
+        pointer: &str,
+    ) -> Option<Value> {
+        let Some(wanted) = name.text() else {
+            let message = format!("the name of shared settings is wanted here, this is {}", name.kind_name());
+            let finding = Diagnostic::error(codes::WRONG_TYPE, name.span, message).pointer(pointer);
+            self.diagnostics.push(finding.help("name a group of \"shared_settings\", or a list of several"));
+            return None;
+        };
+        let found = seen.iter().enumerate().find_map(|(at, section)| {
+            Some((at, section, section.groups.iter().find(|group| group.key == wanted)?))
+        });
+        let Some((at, section, group)) = found else {
+            let known = seen.iter().flat_map(|section| &section.groups).map(|group| group.key.as_str());
+            let message = format!("there are no shared settings \"{wanted}\"");
+            let finding =
+                Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message).pointer(pointer);
+            self.diagnostics.push(finding.meant(wanted, known, Some(name.span), |known| match known {
+                [] => "declare them under \"shared_settings\"".to_owned(),
+                known => format!("the shared settings are {}", known.join(", ")),
+            }));
+            return None;
+        };
+        if let Some(first) = chain.iter().position(|(open, _)| *open == group.key_span) {
+            let message = format!("the shared settings \"{wanted}\" extend themselves");
+            let mut finding = Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message)
+                .pointer(pointer)
+                .help("take what both need into a third group");
+            for (_, place) in &chain[first + 1..] {
+                finding = finding.related(*place, "on the way");
+            }
+            self.diagnostics.push(finding);
+            return None;
+        }
+        if !self.whole.contains_key(&group.key_span) {
+            if chain.len() >= MAXIMUM_LEVELS {
+                let message =
+                    format!("shared settings extend one another on {MAXIMUM_LEVELS} levels at most");
+                let finding = Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message);
+                self.diagnostics.push(finding.pointer(pointer).help("join some of the groups"));
+                return None;
+            }
+            chain.push((group.key_span, name.span));
+            let pointer = pointer_join(&section.pointer, wanted);
+            let whole = self.laid_over(group.value.clone(), &pointer, &seen[at..], chain).ok();
+            chain.pop();
+            self.whole.insert(group.key_span, whole.filter(|whole| whole.entries().is_some()));
+        }
+        let mut whole = self.whole.get(&group.key_span).cloned().flatten()?;
+        if let Kind::Object(members) = &mut whole.kind {
+            members.retain(|member| member.key != "extends");
+        }
+        self.values += count(&whole);
+        if self.values > MAXIMUM_VALUES {
+            let message = format!("the passes take over more than {MAXIMUM_VALUES} values");
+            let finding = Diagnostic::error(codes::FILE_TOO_LARGE, name.span, message).pointer(pointer);
+            self.diagnostics.push(finding.help("write fewer passes, or smaller groups of shared settings"));
+            return None;
+        }
+        Some(whole)
+    }
+}
+
+/// Whether a pass extends groups that cannot be had, which is a finding: what it lacks is not known.
+pub fn is_incomplete(pass: &Value) -> bool {
+    pass.get("extends").is_some_and(|extends| matches!(extends.kind, Kind::Null))
+}
+
+fn entries<'v>(owner: &'v Value, section: &str) -> &'v [Entry] {
+    owner.get(section).and_then(Value::entries).unwrap_or_default()
+}
+
+fn entries_mut<'v>(owner: &'v mut Value, section: &str) -> Option<&'v mut Vec<Entry>> {
+    let Kind::Object(sections) = &mut owner.kind else { return None };
+    match &mut sections.iter_mut().find(|entry| entry.key == section)?.value.kind {
+        Kind::Object(members) => Some(members),
+        _ => None,
+    }
+}
+
+fn groups_in(owner: &Value) -> Vec<Entry> {
+    entries(owner, "shared_settings").to_vec()
+}
+
+/// The names under "extends": a text, or a list of texts.
+fn names_in(value: &Value) -> &[Value] {
+    match &value.kind {
+        Kind::Array(elements) => elements,
+        Kind::Null => &[],
+        _ => std::slice::from_ref(value),
+    }
+}
+
+fn count(value: &Value) -> usize {
+    match &value.kind {
+        Kind::Array(elements) => 1 + elements.iter().map(count).sum::<usize>(),
+        Kind::Object(members) => 1 + members.iter().map(|member| count(&member.value)).sum::<usize>(),
+        _ => 1,
+    }
+}
+
+/// The places of a document that belong to groups of shared settings.
+#[derive(Debug)]
+pub struct SharedPlaces<'d> {
+    /// Where such a range begins, with its end, the name of the group and its pointer.
+    ranges: BTreeMap<(FileId, u32), (u32, &'d str, String)>,
+}
+
+impl<'d> SharedPlaces<'d> {
+    /// The places of the groups of a document and of its subgraphs.
+    pub fn of(document: &'d Document) -> Self {
+        let mut places = Self { ranges: BTreeMap::new() };
+        let owners = entries(&document.root, "subgraphs").iter();
+        let owners = owners.map(|subgraph| (pointer_join("/subgraphs", &subgraph.key), &subgraph.value));
+        for (pointer, owner) in owners.chain([(String::new(), &document.root)]) {
+            for group in entries(owner, "shared_settings") {
+                let pointer = pointer_join(&format!("{pointer}/shared_settings"), &group.key);
+                places.add(&group.key, &pointer, group.key_span, &group.value);
+            }
+        }
+        places
+    }
+
+    fn add(&mut self, group: &'d str, pointer: &str, begin: Span, value: &'d Value) {
+        // What is laid over another file's holds values of that file.
+        let place =
+            if begin.file == value.span.file { Span { end: value.span.end, ..begin } } else { value.span };
+        if self.at(place).is_none() {
+            self.ranges.insert((place.file, place.start), (place.end, group, pointer.to_owned()));
+        }
+        for member in value.entries().unwrap_or_default() {
+            self.add(group, pointer, member.key_span, &member.value);
+        }
+    }
+
+    /// The group that a place belongs to.
+    pub fn find(&self, place: Span) -> Option<&'d str> {
+        self.at(place).map(|(group, _)| group)
+    }
+
+    fn at(&self, place: Span) -> Option<(&'d str, &str)> {
+        let ((file, _), (end, group, pointer)) =
+            self.ranges.range(..=(place.file, place.start)).next_back()?;
+        (*file == place.file && place.end <= *end).then_some((*group, pointer.as_str()))
+    }
+}
+
+/// The same findings, each about shared settings with the passes that it is about as related places, and said once.
+pub fn with_users(document: &Document, findings: Diagnostics) -> Diagnostics {
+    let places = SharedPlaces::of(document);
+    if places.ranges.is_empty() {
+        return findings;
+    }
+    let mut all: Vec<Diagnostic> = Vec::new();
+    let mut known = BTreeMap::new();
+    for finding in findings {
+        let Place::Span(place) = finding.place else {
+            all.push(finding);
+            continue;
+        };
+        let user = places.at(place).zip(pass_at(document, &finding.pointer));
+        let Some(((_, group), (pass, below, extends))) = user else {
+            all.push(finding);
+            continue;
+        };
+        let pointer = [group, below.as_str()].concat();
+        let finding = finding.related(extends, format!("the pass \"{pass}\" takes it over")).pointer(pointer);
+        let key = (finding.code.id, place, finding.message.clone());
+        match known.get(&key) {
+            Some(at) => {
+                let first: &mut Diagnostic = &mut all[*at];
+                let new = finding.related.into_iter().filter(|one| !first.related.contains(one));
+                let new: Vec<_> = new.collect();
+                first.related.extend(new);
+            }
+            None => {
+                known.insert(key, all.len());
+                all.push(finding);
+            }
+        }
+    }
+    all.into_iter().collect()
+}
+
+/// The pass that a pointer leads to or into, the way from there, and where it names the shared settings that it extends.
+fn pass_at<'d>(document: &'d Document, pointer: &str) -> Option<(&'d str, String, Span)> {
+    let way: Vec<&str> = pointer.split('/').skip(1).collect();
+    let name = |key: &str| key.replace("~1", "/").replace("~0", "~");
+    let (owner, rest) = match way.as_slice() {
+        ["subgraphs", subgraph, rest @ ..] => (document.root.get("subgraphs")?.get(&name(subgraph))?, rest),
+        rest => (&document.root, rest),
+    };
+    let ["passes", pass, below @ ..] = rest else { return None };
+    let pass = owner.get("passes")?.entry(&name(pass))?;
+    let below = below.iter().map(|key| format!("/{key}")).collect();
+    Some((&pass.key, below, pass.value.get("extends")?.span))
+}
