@@ -1,7 +1,8 @@
 //! Settings of attachments, shared by the node kinds that draw.
 //!
 //! What an attachment holds before a pass follows from what is said: `clear` clears, `contents` loads or discards;
-//! otherwise a pass that covers everything (full screen, without blending) discards, and every other pass loads.
+//! otherwise a pass that is known to cover everything (full screen, the module's own triangle or one like it, no `discard`,
+//! no `sample_mask`, no blending, depth or stencil) discards, and every other pass loads.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -34,7 +35,7 @@ pub struct ColorSettings {
     #[serde(default)]
     pub clear: Option<Expr>,
     /// Instead of "clear" whether what was there is needed: "load", or "discard" where all of it is drawn over;
-    /// without it a full-screen pass without blending discards, and any other loads.
+    /// without it a full-screen pass that is known to draw over all of it without blending discards, and any other loads.
     #[serde(default)]
     pub contents: Option<Word<Contents>>,
     /// What happens to it after the pass: "automatic" without it, which stores it where something reads it later or it

@@ -14,7 +14,8 @@ use crate::attachment::{self, ColorSettings, DepthSettings, StencilSettings};
 
 /// Runs a fragment shader for every texel of its attachments.
 ///
-/// The template's vertex stage makes one triangle that covers clip space from `vertex_index` 0 to 2.
+/// The template's vertex stage makes one triangle that covers clip space from `vertex_index` 0 to 2. Where that is not
+/// known (another vertex stage, `discard`, `sample_mask`), what was there before stays where nothing is drawn.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fullscreen {
@@ -47,8 +48,9 @@ impl Node for Fullscreen {
         if let Some(program) = program {
             pass.check_vertex_inputs(program, &[], "/shader")?;
         }
-        // What depth or stencil keeps from being drawn stays as it was.
-        let covers = self.depth.is_none() && self.stencil.is_none();
+        // What depth, stencil or the shader keeps from being drawn stays as it was.
+        let is_tested = self.depth.is_some() || self.stencil.is_some();
+        let covers = !is_tested && program.is_some_and(|program| pass.covers(program));
         let color: Vec<_> = (self.color.iter().enumerate())
             .map(|(at, settings)| attachment::color(pass, settings, &format!("/color/{at}"), covers))
             .collect();

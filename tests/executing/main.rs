@@ -11,6 +11,7 @@ mod allocations;
 mod buffers;
 mod contents;
 mod copies;
+mod coverage;
 mod devices;
 mod history;
 mod hosts;

@@ -113,6 +113,26 @@ struct Settings { color: vec4<f32> }
 }
 "#;
 
+/// Fills the left half: the samples of the right one are masked.
+const MASKED: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+struct Settings { color: vec4<f32> }
+@group(1) @binding(0) var<uniform> settings: Settings;
+struct Masked { @location(0) color: vec4<f32>, @builtin(sample_mask) mask: u32 }
+@fragment fn fill(covered: Covered) -> Masked {
+    return Masked(settings.color, select(0u, 1u, covered.position.x < 4.0));
+}
+"#;
+
+/// Fills what the triangle of an expression for its corners covers.
+const TRIANGLE: &str = r#"struct Settings { color: vec4<f32> }
+@group(1) @binding(0) var<uniform> settings: Settings;
+@vertex fn corner(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    let uv = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
+    return CORNER;
+}
+@fragment fn fill() -> @location(0) vec4<f32> { return settings.color; }
+"#;
+
 /// Counts its invocations.
 const COUNT: &str = r#"struct Sum { value: atomic<u32> }
 @group(1) @binding(0) var<storage, read_write> sum: Sum;
@@ -156,8 +176,18 @@ pub(crate) fn plan_of_text(text: String, side: u32) -> Arc<Plan> {
         ("count.wgsl.jinja", COUNT),
         ("half.wgsl.jinja", HALF),
         ("left.wgsl.jinja", LEFT),
+        ("masked.wgsl.jinja", MASKED),
         ("length.wgsl.jinja", LENGTH),
     ];
+    let triangle = |corner: &str| TRIANGLE.replace("CORNER", corner);
+    // A triangle that covers everything, one whose right half is beyond the far plane, and one over the left half.
+    let triangles = [
+        ("own_triangle.wgsl.jinja", triangle("vec4<f32>(uv * 4.0 - 1.5, 0.5, 1.0)")),
+        ("clipped.wgsl.jinja", triangle("vec4<f32>(uv * 2.0 - 1.0, uv.x * 2.0, 1.0)")),
+        ("left_triangles.wgsl.jinja", triangle("vec4<f32>(uv.x - 1.0, uv.y * 200.0 - 199.0, 0.0, 1.0)")),
+    ];
+    let own: Vec<_> =
+        own.into_iter().chain(triangles.iter().map(|(name, text)| (*name, text.as_str()))).collect();
     let templates = common::templates(&own, &mut sources, &mut findings);
     let mut registry = umbragraph::registry();
     registry.register::<Views>().register::<Count>();

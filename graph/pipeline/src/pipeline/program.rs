@@ -120,6 +120,13 @@ impl Program {
         self.bindings.iter().find(|known| known.group == group && known.entry.binding == binding)
     }
 
+    /// Whether a full-screen pass is certain to write every texel, whichever the variant.
+    pub fn covers(&self) -> bool {
+        let covers =
+            |variant: &ProgramVariant, stage| variant.entry_point(stage).is_some_and(|entry| entry.covers);
+        self.variants.iter().all(|one| covers(one, Stage::Vertex) && covers(one, Stage::Fragment))
+    }
+
     /// The variant for a mesh: the one whose properties are those of the mesh that the program tells apart.
     pub fn variant(&self, properties: &[&str]) -> &ProgramVariant {
         let known = |name: &str| {

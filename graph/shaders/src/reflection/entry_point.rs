@@ -6,7 +6,7 @@ use naga::valid::ModuleInfo;
 use naga::{AddressSpace, Handle, Module, ShaderStage, Type, TypeInner};
 use wgpu_types::{ShaderStages, VertexFormat};
 
-use super::{Scalar, ScalarKind};
+use super::{Scalar, ScalarKind, coverage};
 
 /// The stage of an entry point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
@@ -84,6 +84,10 @@ pub struct EntryPoint {
     pub outputs: Vec<FragmentOutput>,
     /// Whether a fragment stage writes `frag_depth`.
     pub writes_depth: bool,
+    /// Whether it is certain to write every texel in a full-screen pass: a vertex stage makes one triangle that holds all
+    /// of clip space, a fragment stage neither discards nor masks.
+    #[serde(skip)]
+    pub covers: bool,
     /// The locations passed between vertex and fragment stage: written by the one, read by the other.
     pub varyings: Vec<u32>,
     /// Group and binding of each binding that it uses, in order.
@@ -140,6 +144,11 @@ fn entry_point(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes, at: u
         locations(module, result.ty, result.binding.as_ref(), None, &mut results);
     }
     let writes_depth = results.iter().any(|found| matches!(found.place, Place::FragDepth));
+    let covers = match stage {
+        Stage::Vertex => coverage::covers(module, at),
+        Stage::Fragment => coverage::keeps_all(module, info, at),
+        Stage::Compute => false,
+    };
     let (inputs, outputs, varyings) = match stage {
         Stage::Vertex => (arguments.iter().filter_map(Found::input).collect(), Vec::new(), places(&results)),
         Stage::Fragment => {
@@ -155,6 +164,7 @@ fn entry_point(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes, at: u
         inputs,
         outputs,
         writes_depth,
+        covers,
         varyings,
         bindings,
         sampling_pairs,

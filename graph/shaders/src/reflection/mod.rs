@@ -6,6 +6,7 @@
 //! really uses are part of the interface; the others are listed apart.
 
 mod binding;
+mod coverage;
 mod entry_point;
 mod layout;
 

@@ -13,6 +13,11 @@ use crate::shader::{AxisValue, AxisValues};
 use crate::work::ProgramHandle;
 
 impl PassBuilder<'_> {
+    /// Whether a full-screen pass with a program is certain to write every texel of what it is drawn to.
+    pub fn covers(&self, program: ProgramHandle) -> bool {
+        self.shared.programs.list[program.index()].covers()
+    }
+
     /// The program of a template. Its axes are what `axes` says, else the feature or parameter of the same name, else
     /// their defaults; `geometry` names the contract whose mesh properties are axes too.
     pub fn program(
