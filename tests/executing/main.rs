@@ -19,6 +19,7 @@ mod layers;
 mod merging;
 mod meshes;
 mod misuse;
+mod orders;
 mod parts;
 mod plans;
 mod squares;

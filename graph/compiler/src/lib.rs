@@ -29,6 +29,7 @@ mod format;
 mod graph;
 mod history;
 mod implied;
+mod later;
 mod lifetime;
 mod merge;
 mod order;

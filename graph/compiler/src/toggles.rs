@@ -91,7 +91,8 @@ pub(super) fn bypass_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<String,
         .map(|(resource, bypass)| {
             let version = match &bypass.version {
                 crate::pipeline::Version::WrittenBy(pass) => format!("@{pass}"),
-                _ => String::new(),
+                crate::pipeline::Version::Before => "@0".to_owned(),
+                crate::pipeline::Version::Newest => String::new(),
             };
             (name(resource), format!("{}{version}", name(bypass.stand_in)))
         })

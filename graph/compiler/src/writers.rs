@@ -1,15 +1,18 @@
 //! The order of writers, and the versions that readers read.
 //!
 //! **Order of writers.** The writers of one part of a resource have to be ordered by something that the document says:
-//! data that flows from one to the other, `after`, or a version (`color@opaque`). One rule is added: a single writer
-//! that does not load runs before those that do, and so do two with opposite toggles; without one, what need not
-//! find anything counts as such. What is left unordered is an
+//! data that flows from one to the other, `after`, or a version (`color@opaque`). One rule is added for what that leaves
+//! open: a single writer that does not load, and that nothing says is later, runs before those that do, and so do two
+//! with opposite toggles; without one, what need not find anything counts as such. What is left unordered is an
 //! error that names both, because any choice would be a guess. Since an order found for one resource can order the
-//! writers of another, resources are tried until nothing changes.
+//! writers of another, resources are tried until nothing changes, those that need the rule after the others.
 //!
-//! **Versions read.** A plain reference reads the newest version; a pass that loads what it writes reads the one
-//! before its own. Two uses overlap if their mip and their layer can be the same; a part without a mip (layer) means
-//! all of them.
+//! **Versions read.** A plain reference reads the newest version, without the writers that `after` puts behind the
+//! reader; a pass that loads what it writes reads the one before its own. A reference to the version of a pass reads
+//! what that pass left of what it writes, and of the rest the newest writes that do not have to follow the pass, be it by
+//! `after` or since they write over what it, or another such writer, wrote. `name@0` reads what was there before the
+//! first write of the frame. Two uses overlap if their mip and their layer can be the same; a part without a mip (layer)
+//! means all of them.
 //!
 //! **Toggles.** A pass that can be off never covers what is below it for a reader that can run without it: such a
 //! reader is connected to the writers below too, as far as it [sees](super::visible) them in some state. Writers with
@@ -32,6 +35,7 @@ use super::access::{Access, Writers, in_conflict};
 use super::cycle;
 use super::graph::{Edge, Graph, GraphNode, Hazard};
 use super::implied::Unmet;
+use super::later::{Later, Stated};
 use super::rows::Rows;
 use super::toggles::{self, Runs};
 use super::unfed::{Left, PartialRead};
@@ -69,6 +73,12 @@ pub(super) struct Builder<'a> {
     coarse: BTreeSet<(PassHandle, ResourceHandle)>,
     /// The reads of which something may not be written.
     partial: Vec<PartialRead>,
+    /// What "after" says alone.
+    stated: Stated,
+    /// The position of each pass in an order that respects all edges when it was made.
+    position: Vec<usize>,
+    /// Whether an edge was added since that the positions do not respect.
+    is_outdated: bool,
 }
 
 impl<'a> Builder<'a> {
@@ -83,6 +93,9 @@ impl<'a> Builder<'a> {
             ordered: accesses.iter().map(|_| None).collect(),
             coarse: BTreeSet::new(),
             partial: Vec::new(),
+            stated: Stated::new(pipeline),
+            position: Vec::new(),
+            is_outdated: true,
         };
         for pass in pipeline.pass_handles() {
             for before in &pipeline.pass(pass).after {
@@ -105,26 +118,34 @@ impl<'a> Builder<'a> {
                 self.connect(resource, writers, diagnostics);
             }
         }
-        while !waiting.is_empty() {
-            let Some(position) = self.positions() else { break };
+        // What the document says goes before the rule.
+        let mut rule = false;
+        while !waiting.is_empty() && self.find_positions() {
             let before = waiting.len();
-            waiting.retain(|resource| match self.order_writers(*resource, &position) {
-                Ok(writers) => {
-                    self.connect(*resource, writers, diagnostics);
-                    false
+            waiting.retain(|resource| {
+                if rule && self.is_outdated {
+                    return true;
                 }
-                Err(_) => true,
+                match self.order_writers(*resource, rule) {
+                    Ok(writers) => {
+                        self.connect(*resource, writers, diagnostics);
+                        false
+                    }
+                    Err(_) => true,
+                }
             });
-            if waiting.len() == before {
+            let is_stuck = waiting.len() == before;
+            if rule && is_stuck {
                 break;
             }
+            rule = is_stuck;
         }
-        let Some(position) = self.positions() else {
+        if !self.find_positions() {
             self.report_cycles(diagnostics);
             return false;
-        };
+        }
         for resource in &waiting {
-            if let Err((first, second)) = self.order_writers(*resource, &position) {
+            if let Err((first, second)) = self.order_writers(*resource, true) {
                 let list = &self.accesses[resource.index()];
                 let (first, second) = (&list[first], &list[second]);
                 // Where a name in "after" is misspelt, that is the finding.
@@ -139,30 +160,47 @@ impl<'a> Builder<'a> {
     fn add(&mut self, from: PassHandle, to: PassHandle, via: Via) {
         if from != to {
             self.next[from.index()].push((to, via));
+            self.is_outdated |= self.position.get(from.index()) >= self.position.get(to.index());
         }
     }
 
-    /// The edges that hold whatever the order of the writers is: from a named version to its reader.
+    /// The edges that hold whatever the order of the writers is: from a named version to its reader, and from the writers
+    /// to who reads the newest version where others are stated to be behind it.
     fn add_certain(&mut self, resource: ResourceHandle) {
         let list = &self.accesses[resource.index()];
         let names = named_writers(self.pipeline, list, 0..list.len());
         for reader in list.iter().filter(|access| access.reads) {
-            if let Version::WrittenBy(name) = reader.version
-                && let Some(writer) = names.get(name.as_str())
-            {
-                self.add(list[*writer].pass, reader.pass, Via::Data(resource));
+            match reader.version {
+                Version::WrittenBy(name) => {
+                    if let Some(writer) = names.get(name.as_str()) {
+                        self.add(list[*writer].pass, reader.pass, Via::Data(resource));
+                    }
+                }
+                Version::Newest if !reader.writes => {
+                    let overlaps = |one: &&Access<'_>| one.writes && one.part.overlaps(reader.part);
+                    let writers = list.iter().filter(overlaps).map(|writer| writer.pass);
+                    let behind = self.stated.followers(reader.pass, writers.clone());
+                    for writer in writers.filter(|writer| !behind.is_empty() && !behind.contains(writer)) {
+                        self.add(writer, reader.pass, Via::Data(resource));
+                    }
+                }
+                Version::Newest | Version::Before => {}
             }
         }
     }
 
-    /// The position of each pass in an order that respects all edges so far; `None` if there is a cycle.
-    fn positions(&self) -> Option<Vec<usize>> {
-        let mut position = vec![usize::MAX; self.next.len()];
-        let sorted = self.sorted();
-        for (at, pass) in sorted.iter().enumerate() {
-            position[pass.index()] = at;
+    /// Finds the position of each pass in an order that respects all edges so far; false if there is a cycle.
+    fn find_positions(&mut self) -> bool {
+        if !self.is_outdated {
+            return true;
         }
-        (sorted.len() == position.len()).then_some(position)
+        let sorted = self.sorted();
+        self.position = vec![usize::MAX; self.next.len()];
+        for (at, pass) in sorted.iter().enumerate() {
+            self.position[pass.index()] = at;
+        }
+        self.is_outdated = sorted.len() < self.next.len();
+        !self.is_outdated
     }
 
     /// Kahn's algorithm; among the passes that are ready the first of the document goes first.
@@ -186,12 +224,14 @@ impl<'a> Builder<'a> {
         order
     }
 
-    /// The writers of a resource in their order, or the first two that nothing orders.
+    /// The writers of a resource in their order, or the first two that nothing orders; with the rule about a first
+    /// writer, or without.
     fn order_writers(
         &self,
         resource: ResourceHandle,
-        position: &[usize],
+        rule: bool,
     ) -> Result<SmallVec<[usize; 2]>, (usize, usize)> {
+        let position = &self.position;
         let list = &self.accesses[resource.index()];
         let mut order: SmallVec<[usize; 2]> = (0..list.len()).filter(|at| list[*at].writes).collect();
         let condition = |access: &Access<'_>| self.pipeline.pass(access.pass).condition;
@@ -205,9 +245,19 @@ impl<'a> Builder<'a> {
             [a, b] => never_together(condition(&list[a]), condition(&list[b])),
             _ => false,
         };
-        if !single {
+        if !rule || !single {
             fresh.clear();
         }
+        fresh.retain(|at| {
+            let first = &list[*at];
+            let leads = |other: &Access<'_>| {
+                other.pass != first.pass
+                    && other.part.overlaps(first.part)
+                    && position[other.pass.index()] < position[first.pass.index()]
+                    && self.reaches(other.pass, first.pass, position)
+            };
+            !order.iter().any(|other| leads(&list[*other]))
+        });
         order.sort_by_key(|at| (!fresh.contains(at), position[list[*at].pass.index()]));
         let writers = Writers::new(list, order);
         for (rank, at) in writers.list.iter().enumerate() {
@@ -297,19 +347,21 @@ impl<'a> Builder<'a> {
             }
         }
         for reader in list.iter().filter(|access| access.reads) {
-            let own = writers.rank(list, reader.pass, reader.part).filter(|_| reader.writes);
-            let limit = match reader.version {
+            let later = match reader.version {
                 Version::WrittenBy(name) => {
-                    let named = names.get(name.as_str()).map(|at| &list[*at]);
-                    let Some(rank) = named.and_then(|writer| writers.rank(list, writer.pass, writer.part))
-                    else {
-                        continue;
-                    };
-                    rank + 1
+                    let Some(named) = names.get(name.as_str()).map(|at| &list[*at]) else { continue };
+                    match writers.rank(list, named.pass, named.part) {
+                        Some(rank) if named.part.contains(reader.part) => Later::From(rank + 1),
+                        _ => self.stated.behind_version(list, &writers, named.pass),
+                    }
                 }
-                Version::Newest => own.unwrap_or(writers.list.len()),
+                Version::Newest => match writers.rank(list, reader.pass, reader.part) {
+                    Some(rank) if reader.writes => Later::From(rank),
+                    _ => self.stated.behind(list, &writers, reader.pass),
+                },
+                Version::Before => Later::From(0),
             };
-            self.connect_reader(resource, reader, &mut look, limit, diagnostics);
+            self.connect_reader(resource, reader, &mut look, &later, diagnostics);
         }
         self.ordered[resource.index()] = Some(writers);
     }
@@ -320,13 +372,13 @@ impl<'a> Builder<'a> {
         self.reads[reader.index()].push((resource, rank as u32));
     }
 
-    /// Connects one reader to the writers below a limit that feed it, and to those from the limit that overwrite it.
+    /// Connects one reader to the writers that feed it, and to the later ones, which overwrite it.
     fn connect_reader(
         &mut self,
         resource: ResourceHandle,
         reader: &Access<'_>,
         look: &mut Look<'_>,
-        limit: usize,
+        later: &Later,
         diagnostics: &mut Diagnostics,
     ) {
         let pipeline = self.pipeline;
@@ -344,7 +396,7 @@ impl<'a> Builder<'a> {
             // What was written since of what is read: an older write of it is not there any more.
             let mut newer: HashSet<Part> = HashSet::new();
             let mut covered = false;
-            for rank in writers.before(limit, reader.part) {
+            for rank in writers.before(later.end(writers), reader.part).filter(|rank| !later.has(*rank)) {
                 let writer = &list[writers.list[rank]];
                 if writer.pass == reader.pass || !writer.part.overlaps(reader.part) {
                     continue;
@@ -368,7 +420,7 @@ impl<'a> Builder<'a> {
         } else {
             let mut view = View::new(reader.part, &known, &mut look.effort);
             let mut count = 0;
-            for rank in writers.before(limit, reader.part) {
+            for rank in writers.before(later.end(writers), reader.part).filter(|rank| !later.has(*rank)) {
                 let writer = &list[writers.list[rank]];
                 let (part, condition) = (writer.part, pipeline.pass(writer.pass).condition);
                 if writer.pass == reader.pass || !writer.part.overlaps(reader.part) {
@@ -422,7 +474,7 @@ impl<'a> Builder<'a> {
             }
         }
         let mut hazards = Hazards::new(reader.part, None);
-        for rank in writers.after(limit, reader.part) {
+        for rank in writers.after(later.start(), reader.part).filter(|rank| later.has(*rank)) {
             let writer = &list[writers.list[rank]];
             let condition = match toggles::runs(pipeline.pass(writer.pass), &known) {
                 Runs::Never => continue,

@@ -321,6 +321,8 @@ pub enum Version {
     Newest,
     /// The one that the named pass wrote.
     WrittenBy(String),
+    /// What was there before the first write of the frame.
+    Before,
 }
 
 /// How a pass uses a resource.

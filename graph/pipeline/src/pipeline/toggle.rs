@@ -444,7 +444,9 @@ impl Look<'_> {
             return Ok(Some((earlier, Version::Newest)));
         }
         let version = match (reference.version, environment.version(reference.resource)) {
+            (Some("0"), _) => Version::Before,
             (Some(pass), _) => Version::WrittenBy(environment.pass(pass)),
+            (None, Some("0")) => Version::Before,
             (None, Some(pass)) => Version::WrittenBy(pass.to_owned()),
             (None, None) => Version::Newest,
         };

@@ -180,10 +180,10 @@ crate::codes! {
         "None of the format candidates of a texture supports every way in which the passes use it: as a depth or color attachment, storage, sampled with filtering, blended. The message says for each candidate why.";
     /// A resource that is read but never written.
     NEVER_WRITTEN = "UG0401", "read but never written",
-        "A pass reads, or loads, a transient resource (or a part of it) that no pass writes before. The memory of transient resources is shared, so it would find what another one left there.\n\nEach mip, layer, aspect and byte that is read counts: of a texture with four mips of which a pass writes two, a shader that samples all of them needs the other two written as well, or a view of the two (`\"source\": { \"texture\": { \"name\": \"chain\", \"mip\": 0 } }`). A pass that both reads and writes fills in what it does not find, so it needs some of it written, and a pass that no output needs may read anything.";
+        "A pass reads, or loads, a transient resource (or a part of it) that no pass writes before. The memory of transient resources is shared, so it would find what another one left there.\n\nEach mip, layer, aspect and byte that is read counts: of a texture with four mips of which a pass writes two, a shader that samples all of them needs the other two written as well, or a view of the two (`\"source\": { \"texture\": { \"name\": \"chain\", \"mip\": 0 } }`). A pass that both reads and writes fills in what it does not find, so it needs some of it written. Of a pass that no output needs, only a read of which nothing at all is written is told.";
     /// Writers without an order.
     UNORDERED_WRITERS = "UG0402", "unordered writers",
-        "Two passes write the same part of a resource, and nothing says which of them goes first: no data flows from one to the other, no `after`, no version. Any choice would be a guess. A single writer that clears is ordered before those that load without being told.";
+        "Two passes write the same part of a resource, and nothing says which of them goes first: no data flows from one to the other, no `after`, no version. Any choice would be a guess. A single writer that clears, and that nothing says is later, is ordered before those that load without being told.";
     /// Passes that wait for one another.
     CYCLE = "UG0403", "cycle",
         "Passes wait for one another in a circle. The related places show each step of a shortest circle.";

@@ -1,12 +1,12 @@
-//! References to resources: `maps`, `maps@casters` for the version that one pass wrote, or `maps@-1` for what the frame
-//! before left.
+//! References to resources: `maps`, `maps@casters` for the version that one pass wrote, `maps@0` for what was there
+//! before the first write of the frame, or `maps@-1` for what the frame before left.
 
 /// A resource, and which of its versions is meant.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Reference<'a> {
     /// The resource's name.
     pub resource: &'a str,
-    /// The pass whose write made the version; `None` for the newest.
+    /// The pass whose write made the version, or `0` for what was there before the first; `None` for the newest.
     pub version: Option<&'a str>,
     /// How many frames ago; 0 for this frame.
     pub back: u32,
@@ -15,7 +15,7 @@ pub struct Reference<'a> {
 /// A text that is no reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "a reference is the name of a resource, name@pass for the version that a pass wrote, or name@-1 for the frame before"
+    "a reference is the name of a resource, name@pass for the version that a pass wrote, name@0 for what was there before the first write, or name@-1 for the frame before"
 )]
 pub struct ReferenceError;
 

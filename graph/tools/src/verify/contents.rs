@@ -4,14 +4,16 @@
 //! begins or ends, and into depth and stencil where a use tells them apart. For each region the player knows which pass
 //! wrote it last, or that it was dropped. Then:
 //!
-//! - a read of the newest version has to come after every write of the region by another pass;
-//! - a read of the version of a named pass has to find what that pass, or the last writer before it, left;
+//! - a read of the newest version has to come after every write of the region by another pass, but for those that `after`
+//!   puts behind the reader;
+//! - a read of the version of a named pass has to find what that pass left in a region that it writes; a read of what was
+//!   there before finds nothing of this frame;
 //! - a part that is read has to be written in at least one region, and dropped in none;
 //! - at the end nothing of what outlives the frame may be dropped;
 //! - an earlier frame of a history holds what was left then, and this frame's nothing; where a planned pass reads
 //!   earlier frames, what this frame leaves must have all of its writers;
 //! - two writers of a region have to be ordered by data, by `after` or by a named version, unless the first of them is
-//!   the only one that does not load. An order found for one resource may explain that of another.
+//!   the only one that does not load, and `after` does not put it behind another. An order found for one resource may explain that of another.
 //!
 //! Where passes that use a resource have toggles, its frame is played through in every state of those toggles, with the
 //! passes and uses of that state only. With more than [`MAXIMUM_TOGGLES`] of them it is played with all on, all off, and
@@ -186,6 +188,16 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
     }
     let by_name: HashMap<&str, PassHandle> =
         pipeline.pass_handles().map(|pass| (pipeline.pass(pass).name.as_str(), pass)).collect();
+    let mut after = Explained { next: explained.next.clone() };
+    for pass in pipeline.pass_handles() {
+        for one in pipeline.pass(pass).uses() {
+            if let Version::WrittenBy(name) = &one.version
+                && let Some(named) = by_name.get(name.as_str())
+            {
+                after.add(*named, pass);
+            }
+        }
+    }
     let uses = plan.passes.iter().flat_map(|planned| pipeline.pass(planned.handle).uses());
     let histories = uses.filter_map(|one| pipeline.resource(one.resource).history);
     let read_back = histories.filter(|history| history.back > 0).map(|history| history.of).collect();
@@ -213,7 +225,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
             .collect();
         unfed::check(plan, schedule, handle, &events, &regions, faults);
         let mut known: HashSet<(FaultKind, String)> = HashSet::new();
-        let single = has_single_first(plan, &events);
+        let single = has_single_first(plan, schedule, &events, &after);
         let (states, are_all) = states(plan, &events, regions.count());
         if !are_all {
             back::look(plan, schedule, handle, &events, regions.count(), &mut flow);
@@ -237,6 +249,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
                 single,
                 state: &state,
                 flow: &mut flow,
+                after: &after,
                 explained: &mut explained,
                 faults: &mut found,
             };
@@ -309,6 +322,8 @@ struct Player<'a, 'b> {
     single: bool,
     state: &'a [(usize, bool)],
     flow: &'b mut Flow,
+    /// What "after" and the names of versions say.
+    after: &'a Explained,
     explained: &'b mut Explained,
     faults: &'b mut Faults,
 }
@@ -392,7 +407,10 @@ impl Player<'_, '_> {
         let own = self.schedule.of(event.pass);
         let named = match &event.one.version {
             Version::WrittenBy(name) => self.by_name.get(name.as_str()).copied(),
-            Version::Newest => None,
+            Version::Newest | Version::Before => None,
+        };
+        let is_later = |writer: PassHandle| {
+            event.one.version == Version::Before || self.after.leads(self.schedule, event.pass, writer)
         };
         let mut fed = lasting || event.one.usage == Usage::CopyDestinationRows;
         let mut wrong: Option<(FaultKind, String)> = None;
@@ -417,12 +435,7 @@ impl Player<'_, '_> {
             };
             if let Some(named) = named {
                 self.explained.add(named, event.pass);
-                // What the named pass left, or, where it wrote nothing, the last writer before it.
                 let limit = self.schedule.of(named);
-                let expected = writers[*region]
-                    .iter()
-                    .rev()
-                    .find(|(writer, _)| limit.is_some() && self.schedule.of(*writer) <= limit);
                 // A pass that is off in this state may be culled for all that this read knows.
                 let is_off = self
                     .plan
@@ -440,22 +453,30 @@ impl Player<'_, '_> {
                         FaultKind::CulledButNeeded,
                         format!("\"{name}\" reads \"{resource}\" of a culled pass"),
                     ));
-                } else if written != expected.map(|(writer, _)| *writer) {
+                } else if writers[*region].iter().any(|(writer, _)| *writer == named)
+                    && written != Some(named)
+                {
                     wrong = Some((
                         FaultKind::WrongVersion,
                         format!("\"{name}\" reads another version of \"{resource}\" than it asks for"),
                     ));
                 }
-                for (later, _) in writers[*region]
-                    .iter()
-                    .filter(|(writer, _)| self.schedule.of(*writer) > limit && *writer != event.pass)
-                {
-                    self.explained.add(event.pass, *later);
+                for (other, _) in writers[*region].iter().filter(|(writer, _)| *writer != event.pass) {
+                    match self.schedule.of(*other) > own {
+                        true => self.explained.add(event.pass, *other),
+                        false => self.explained.add(*other, event.pass),
+                    }
                 }
             } else if !event.one.usage.writes() {
-                let late = writers[*region]
-                    .iter()
-                    .find(|(writer, _)| *writer != event.pass && self.schedule.of(*writer) > own);
+                let late = writers[*region].iter().find(|(writer, _)| {
+                    *writer != event.pass && self.schedule.of(*writer) > own && !is_later(*writer)
+                });
+                if event.one.version == Version::Before && written.is_some() {
+                    wrong = Some((
+                        FaultKind::WrongVersion,
+                        format!("\"{name}\" reads another version of \"{resource}\" than it asks for"),
+                    ));
+                }
                 if let Some((late, _)) = late {
                     let (late, _) = self.names(*late);
                     wrong = Some((
@@ -463,7 +484,11 @@ impl Player<'_, '_> {
                         format!("\"{name}\" reads \"{resource}\" before \"{late}\" writes it"),
                     ));
                 }
-                if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region], self.single) {
+                let earlier = |list: &[(PassHandle, bool)]| -> Vec<(PassHandle, bool)> {
+                    list.iter().copied().filter(|(writer, _)| !is_later(*writer)).collect()
+                };
+                let (live, culled) = (earlier(&writers[*region]), earlier(&culled[*region]));
+                if let Some(needed) = needed_but_culled(&live, &culled, self.single) {
                     let (needed, _) = self.names(needed);
                     wrong = Some((
                         FaultKind::CulledButNeeded,
@@ -471,7 +496,10 @@ impl Player<'_, '_> {
                     ));
                 }
                 for (writer, _) in writers[*region].iter().filter(|(writer, _)| *writer != event.pass) {
-                    self.explained.add(*writer, event.pass);
+                    match is_later(*writer) {
+                        true => self.explained.add(event.pass, *writer),
+                        false => self.explained.add(*writer, event.pass),
+                    }
                 }
             } else if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region], self.single)
                 && written.is_none()
@@ -576,8 +604,9 @@ pub(super) fn covers(
     !loads && attached
 }
 
-/// Whether a resource has one writer that does not load, or two with opposite toggles: it runs first.
-fn has_single_first(plan: &Plan, events: &[Event<'_>]) -> bool {
+/// Whether a resource has one writer that does not load, or two with opposite toggles: it runs first, unless "after" puts
+/// it behind another.
+fn has_single_first(plan: &Plan, schedule: &Schedule, events: &[Event<'_>], after: &Explained) -> bool {
     let writers = |is_first: fn(Usage) -> bool| {
         let writers =
             events.iter().filter(move |event| event.one.usage.writes() && is_first(event.one.usage));
@@ -586,6 +615,11 @@ fn has_single_first(plan: &Plan, events: &[Event<'_>]) -> bool {
     let mut first = writers(|usage| !usage.reads());
     if first.is_empty() {
         first = writers(|usage| usage == Usage::CopyDestinationRows);
+    }
+    let others = || events.iter().filter(|event| event.one.usage.writes()).map(|event| event.pass);
+    let is_behind = |first: PassHandle| others().any(|other| after.leads(schedule, other, first));
+    if first.len() <= 2 && first.iter().any(|first| is_behind(*first)) {
+        return false;
     }
     let condition = |pass: PassHandle| plan.pipeline.pass(pass).condition;
     match first[..] {

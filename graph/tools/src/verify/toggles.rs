@@ -79,9 +79,10 @@ fn states_bypasses(plan: &Plan, pass: &Pass, stated: &std::collections::BTreeMap
             continue;
         }
         let mut stand_in = plan.pipeline.resource(bypass.stand_in).name.clone();
-        if let Version::WrittenBy(writer) = &bypass.version {
-            stand_in.push('@');
-            stand_in.push_str(writer);
+        match &bypass.version {
+            Version::WrittenBy(writer) => stand_in.extend(["@", writer]),
+            Version::Before => stand_in.push_str("@0"),
+            Version::Newest => {}
         }
         if stated.get(&plan.pipeline.resource(*resource).name) != Some(&stand_in) {
             return false;

@@ -52,9 +52,8 @@ fn uses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -> Option<S
             _ => return Some(format!("uses something as {}, but copies", one.usage.name())),
         };
         // What stands in for another resource is copied in its place.
-        let stands_in = |wanted: ResourceHandle| {
-            plan.pipeline.bypasses.get(&wanted).is_some_and(|bypass| bypass.stand_in == one.resource)
-        };
+        let stands_in =
+            |wanted: ResourceHandle| plan.pipeline.stand_ins(wanted).any(|known| known == one.resource);
         let is_described = wanted.iter().any(|(resource, part, written)| {
             (one.resource == *resource || stands_in(*resource)) && one.part == *part && writes == *written
         });

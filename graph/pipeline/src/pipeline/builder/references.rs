@@ -182,7 +182,9 @@ impl PassBuilder<'_> {
             return None;
         }
         let version = match (reference.version, self.environment.version(reference.resource)) {
+            (Some("0"), _) => Version::Before,
             (Some(pass), _) => Version::WrittenBy(self.environment.pass(pass)),
+            (None, Some("0")) => Version::Before,
             (None, Some(pass)) => Version::WrittenBy(pass.to_owned()),
             (None, None) => Version::Newest,
         };

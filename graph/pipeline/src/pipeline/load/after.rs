@@ -2,7 +2,8 @@
 //!
 //! What says `after` and what is named there may be a pass, all rounds of a loop, or all passes of one use of a
 //! subgraph: `"after": ["soften"]`, or one of them alone, `"after": ["soften.half"]`. Names are those of the place
-//! where `after` stands. Every pass on the one side then runs behind every pass on the other.
+//! where `after` stands. Every pass on the one side then runs behind every pass on the other. Behind a pass that is not
+//! there, since its `when` does not hold, means behind those that it would have followed itself.
 //!
 //! Limits: [`MAXIMUM_PAIRS`] pairs of passes, since each is an edge of the graph.
 
@@ -48,7 +49,11 @@ pub(super) fn connect(
     let mut known: Option<BTreeSet<&str>> = None;
     let mut said = BTreeSet::new();
     let mut pairs = 0;
+    let followed = followed(waiting, absent, shared);
     for Waiting { name: later, entry, pointer, environment } in waiting {
+        if is_absent(absent, later) {
+            continue;
+        }
         if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
             return;
         }
@@ -67,7 +72,8 @@ pub(super) fn connect(
                     continue;
                 }
             };
-            let before = members(&positions, &name);
+            let mut before = members(&positions, &name);
+            before.extend(through(&positions, &followed, &name));
             pairs += before.len() * followers.len();
             if pairs > MAXIMUM_PAIRS {
                 let message =
@@ -112,6 +118,50 @@ pub(super) fn connect(
             shared.report_from([finding].into_iter().collect(), environment);
         }
     }
+}
+
+/// The names after which passes would run that are not there.
+fn followed(
+    waiting: &[Waiting<'_>],
+    absent: &BTreeSet<String>,
+    shared: &Shared,
+) -> BTreeMap<String, Vec<String>> {
+    let mut followed: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for Waiting { name, entry, environment, .. } in waiting {
+        if is_absent(absent, name) {
+            let wanted = entry.value.get("after").and_then(Value::elements).unwrap_or_default();
+            let names = wanted.iter().filter_map(Value::text);
+            let names = names.filter_map(|name| environment.interpolate(name, &shared.scope).ok());
+            followed.entry(name.clone()).or_default().extend(names.map(|name| environment.pass(&name)));
+        }
+    }
+    followed
+}
+
+/// The passes that those of a name which are not there would have followed.
+fn through(
+    positions: &BTreeMap<String, usize>,
+    followed: &BTreeMap<String, Vec<String>>,
+    name: &str,
+) -> BTreeSet<usize> {
+    let mut found = BTreeSet::new();
+    let mut seen = BTreeSet::new();
+    let mut names = vec![name];
+    while let Some(name) = names.pop().filter(|_| !followed.is_empty()) {
+        let is_inside = |other: &str| {
+            let rest = other.strip_prefix(name);
+            rest.is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        for (gone, before) in
+            followed.iter().filter(|(gone, _)| is_inside(gone) || name.starts_with(&format!("{gone}.")))
+        {
+            if seen.insert(gone) {
+                found.extend(before.iter().flat_map(|name| members(positions, name)));
+                names.extend(before.iter().map(String::as_str));
+            }
+        }
+    }
+    found
 }
 
 /// The passes that a name outside of all subgraphs means: one, or all that come of a loop or of a use of a subgraph.

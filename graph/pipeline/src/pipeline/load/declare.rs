@@ -117,11 +117,21 @@ impl<'a> Passes<'a> {
         match produce(instance, &declared, shared) {
             Outcome::Absent => {
                 self.absent.insert(instance.name.clone());
+                self.wait(instance, &declared);
                 let is_top = instance.environment.is_top();
                 shared.programs.modules.lacks(instance.entry, &instance.pointer, "when", is_top);
             }
             Outcome::Gap => self.gaps.push(gap),
             Outcome::Sound(produced) => self.add(instance, &declared, produced, toggles, shared),
+        }
+    }
+
+    /// Notes what a pass has to follow.
+    fn wait(&mut self, instance: &Instance<'a>, declared: &Declared<'_>) {
+        let Instance { name, entry, pointer, environment, .. } = instance;
+        if !declared.common.after.is_empty() {
+            let (name, pointer, environment) = (name.clone(), pointer.clone(), environment.clone());
+            self.waiting.push(Waiting { name, entry, pointer, environment });
         }
     }
 
@@ -135,14 +145,7 @@ impl<'a> Passes<'a> {
     ) {
         let Instance { name, entry, pointer, environment, .. } = instance;
         let Declared { kind, common, .. } = declared;
-        if !common.after.is_empty() {
-            self.waiting.push(Waiting {
-                name: name.clone(),
-                entry,
-                pointer: pointer.clone(),
-                environment: environment.clone(),
-            });
-        }
+        self.wait(instance, declared);
         let mut findings = Diagnostics::new();
         let condition = toggle::condition(entry, pointer, environment, toggles, &mut findings);
         shared.report_from(findings, environment);
