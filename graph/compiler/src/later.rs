@@ -1,8 +1,8 @@
 //! The writers that a reader does not see because they run later, as far as the document says so.
 //!
 //! Writers of other parts than those that a version is about are mostly in no order with it, and then seen: which of them
-//! the order of the passes puts before the reader would be chance. So a writer is later only if `after` says it, or if it
-//! writes over what is written by the pass that is named, or by another that is later.
+//! the order of the passes puts before the reader would be chance. So a writer is later only if `after` or a version
+//! that it reads says so, or if it writes over what is written by the pass that is named, or by another that is later.
 //!
 //! Cost: for a plain reference a search through what `after` says, if there is a writer that it can lead to. For a
 //! reference to a version of which the reader sees more than its pass writes, the writers of the resource.
@@ -57,12 +57,12 @@ pub(super) struct Stated {
 
 impl Stated {
     pub(super) fn new(pipeline: &Pipeline) -> Self {
-        if pipeline.passes.iter().all(|pass| pass.after.is_empty()) {
+        let named = |one: &Use| matches!(one.version, Version::WrittenBy(_));
+        let has_versions = pipeline.passes.iter().flat_map(Pass::uses).any(named);
+        if !has_versions && pipeline.passes.iter().all(|pass| pass.after.is_empty()) {
             return Self::default();
         }
-        let named = |one: &Use| matches!(one.version, Version::WrittenBy(_));
-        let any = pipeline.passes.iter().flat_map(Pass::uses).any(named);
-        let handles = pipeline.pass_handles().filter(|_| any);
+        let handles = pipeline.pass_handles().filter(|_| has_versions);
         let by_name: HashMap<&str, PassHandle> =
             handles.map(|pass| (pipeline.pass(pass).name.as_str(), pass)).collect();
         let mut next = vec![Vec::new(); pipeline.passes.len()];
