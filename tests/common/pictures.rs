@@ -105,6 +105,7 @@ pub const VARIANTS: &[Variant] = &[
         &[("light_filter", "\"vogel\""), ("storage_descriptors", "false")],
     ),
     variant(["awsm", "figure", "fixed_taps"], &[("filter_radius", "0.4")], &[("rotate_taps", "false")]),
+    variant(["awsm", "figure", "pcss"], &[("lamp_radius", "0.1")], &[("light_filter", "\"pcss\"")]),
     variant(
         ["awsm", "interior", "wide_filter"],
         &[("filter_radius", "1"), ("greatest_radius", "40"), ("atlas_greatest_side", "256")],

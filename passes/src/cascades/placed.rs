@@ -3,7 +3,7 @@
 //! Every sun is fitted with the same settings. Its cascades are drawn into consecutive layers, from the first that the
 //! placement names; a cascade that could not be fitted leaves a descriptor that shadows nothing.
 
-use glam::{DVec4, UVec2};
+use glam::{DVec2, DVec3, DVec4, UVec2};
 use umbragraph_pipeline::data::{DataShape, ValueType, View};
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
@@ -11,7 +11,7 @@ use super::configuration::{Cascade, Configuration};
 use super::node::Cascades;
 use crate::codes;
 use crate::lights::described::{self, Describe, Told};
-use crate::lights::descriptor::Descriptor;
+use crate::lights::descriptor::{self, Descriptor};
 use crate::lights::filter::Filter;
 use crate::lights::placement::{self, Backing, Entry};
 
@@ -35,14 +35,16 @@ pub(super) fn declare(
         None => count,
     };
     let filter = Filter::declare(settings.filter.as_ref(), pass)?;
+    let light_size = descriptor::size_without(pass, settings.light_size.as_ref())?;
     let input = pass.data_with(data, "/placement", &placement::expected())?;
     let shape = DataShape::new().value("count", ValueType::U32).views(layers).views_choose_layers();
-    described::node(pass, &settings.to, input, (shape, layers), filter, Placed { configuration })
+    described::node(pass, &settings.to, input, (shape, layers), filter, Placed { configuration, light_size })
 }
 
 #[derive(Debug, PartialEq)]
 struct Placed {
     configuration: Configuration,
+    light_size: f64,
 }
 
 impl Describe for Placed {
@@ -53,8 +55,11 @@ impl Describe for Placed {
         for (at, cascade) in set.iter().take(count as usize).enumerate() {
             let layer = first + at as u32;
             told.view(View { layer, ..cascade.view });
-            told.descriptor(self.descriptor(at, layer, cascade));
-            let place = told.filter.and_then(|filter| filter.in_cascade(at, cascade.texel_size));
+            let size = descriptor::light_size(light, self.light_size, f64::INFINITY);
+            told.descriptor(self.descriptor(at, layer, size, cascade));
+            let place = told
+                .filter
+                .and_then(|filter| filter.in_cascade(at, cascade.texel_size, cascade.depth_range, size));
             told.bounded(entry.light, place);
         }
         for _ in set.count()..count as usize {
@@ -64,13 +69,22 @@ impl Describe for Placed {
 }
 
 impl Placed {
-    fn descriptor(&self, at: usize, layer: u32, cascade: &Cascade) -> Descriptor {
-        let layout = &self.configuration.layout;
+    fn descriptor(&self, at: usize, layer: u32, light_size: f64, cascade: &Cascade) -> Descriptor {
+        let side = self.configuration.layout.tiles[at].resolution;
+        let View { clip_from_world: clip, view_from_world: mut axes, .. } = cascade.view;
+        // The rotation alone, so that the cascades of a light have the same axes.
+        axes.w_axis = DVec4::W;
+        let scale =
+            DVec3::from_array([0, 1, 2].map(|row| clip.row(row).truncate().dot(axes.row(row).truncate())));
+        let half_side = 0.5 * f64::from(side) * DVec2::new(1.0, -1.0);
+        let offset = half_side * clip.w_axis.truncate().truncate() + half_side.abs();
         Descriptor {
-            clip_from_world: cascade.view.clip_from_world,
-            rectangle: layout.scale_offset(at),
-            reach: DVec4::new(cascade.slice.far, cascade.slice.blend_start, cascade.texel_size, 0.0),
-            place: UVec2::new(layer, layout.tiles[at].resolution),
+            axes: descriptor::rows(&axes),
+            texels: (half_side * scale.truncate()).extend(offset.x).extend(offset.y),
+            bounds: descriptor::square(0, 0, side),
+            depth: DVec4::new(clip.w_axis.z, scale.z, cascade.texel_size, light_size),
+            reach: DVec2::new(cascade.slice.far, cascade.slice.blend_start),
+            place: UVec2::new(layer, side),
         }
     }
 }

@@ -6,7 +6,7 @@
 //!
 //! Limits: a light that has no views leaves a descriptor that shadows nothing.
 
-use glam::{DMat4, DVec2, UVec2};
+use glam::{DMat4, DVec2, DVec4, UVec2};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{DataShape, ValueType};
@@ -15,10 +15,13 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
 use super::described::{self, Describe, Told};
-use super::descriptor::Descriptor;
+use super::descriptor::{self, Descriptor};
 use super::filter::{Filter, FilterSettings};
 use super::placement::{self, Backing, Entry};
 use crate::views::cube::{CubeViews, Face};
+
+/// The texels on each side of a face that lie beyond its 90°, so that the four texels around a place at its edge are there.
+const BORDER: f64 = 1.0;
 
 /// Publishes six views and a descriptor for each point light that has a cube.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -38,6 +41,9 @@ pub struct CubeShadows {
     /// The filter that shaders use, so that the distances at which its bounds bite can be reported.
     #[serde(default)]
     pub filter: Option<FilterSettings>,
+    /// The radius of lights that say none, in metres; 0 without it.
+    #[serde(default)]
+    pub light_size: Option<Expr>,
 }
 
 impl Node for CubeShadows {
@@ -53,10 +59,18 @@ impl Node for CubeShadows {
             None => Some(false),
         };
         let filter = Filter::declare(self.filter.as_ref(), pass);
+        let light_size = descriptor::size_without(pass, self.light_size.as_ref());
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
         let (capacity, side, reverse, filter, input) = (capacity?, side?, reverse?, filter?, input?);
         let shape = DataShape::new().value("count", ValueType::U32).views(6 * capacity).views_choose_layers();
-        described::node(pass, &self.to, input, (shape, capacity), filter, Cubes { side, reverse })
+        described::node(
+            pass,
+            &self.to,
+            input,
+            (shape, capacity),
+            filter,
+            Cubes { side, reverse, light_size: light_size? },
+        )
     }
 }
 
@@ -64,27 +78,35 @@ impl Node for CubeShadows {
 struct Cubes {
     side: u32,
     reverse: bool,
+    light_size: f64,
 }
 
 impl Describe for Cubes {
     fn describe(&self, entry: &Entry, told: &mut Told<'_>) {
         let Backing::Cube { slot } = entry.backing else { return };
         let light = told.frame.lights.get(entry.light as usize);
-        let Some(cube) = light.and_then(|light| CubeViews::new(light, self.reverse)) else {
+        let border = BORDER / f64::from(self.side);
+        let cube = light.and_then(|light| Some((light, CubeViews::new(light, border, self.reverse)?)));
+        let Some((light, cube)) = cube else {
             told.descriptor(Descriptor::default());
             return;
         };
         for face in Face::ALL {
             told.view(cube.view(face, 6 * slot + face as u32, None));
         }
-        let texel = 2.0 * cube.half_width / f64::from(self.side);
-        told.bounded_in_perspective(entry.light, cube.position, [cube.near, cube.far], texel);
-        let coefficients = depth_coefficients(cube.near, cube.far, self.reverse);
+        let half_side = 0.5 * f64::from(self.side);
+        let texel = cube.half_width / half_side;
+        let size = descriptor::light_size(light, self.light_size, cube.far);
+        told.bounded_in_perspective(entry.light, cube.position, [cube.near, cube.far], texel, size);
+        let depth = depth_coefficients(cube.near, cube.far, self.reverse);
+        let scale = half_side / cube.half_width;
         told.descriptor(Descriptor {
-            clip_from_world: DMat4::ZERO,
-            rectangle: cube.position.extend(cube.far),
-            reach: coefficients.extend(texel).extend(cube.near),
-            place: UVec2::new(slot, self.side),
+            axes: descriptor::rows(&DMat4::from_translation(-cube.position)),
+            texels: DVec4::new(scale, scale, half_side, half_side),
+            bounds: descriptor::square(0, 0, self.side),
+            depth: depth.extend(texel).extend(size),
+            reach: DVec2::new(cube.far, cube.near),
+            place: UVec2::new(6 * slot, self.side),
         });
     }
 }

@@ -48,17 +48,18 @@ impl Told<'_> {
     }
 
     /// The same of a light at a position whose maps are perspectives between two distances, with texels of a width at a
-    /// distance of one metre.
+    /// distance of one metre; `size` is the radius of the light.
     pub(crate) fn bounded_in_perspective(
         &mut self,
         light: u32,
         position: DVec3,
         range: [f64; 2],
         texel: f64,
+        size: f64,
     ) {
         let Some(filter) = self.filter else { return };
         let (nearest, farthest) = receivers(position, range[0], range[1], &self.frame.scene_bounds);
-        self.bounded(light, filter.in_perspective(texel, nearest, farthest).into_iter().flatten());
+        self.bounded(light, filter.in_perspective(texel, [nearest, farthest], size).into_iter().flatten());
     }
 }
 

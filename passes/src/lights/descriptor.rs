@@ -1,39 +1,86 @@
 //! Shadow descriptors: how a shader finds and measures one shadow map.
 //!
-//! Published in arrays, each element a descriptor; `count` says how many there are:
+//! Published as an array `map` of structs, which a shader declares with the members below; `count` says how many there
+//! are. Each has 128 bytes, a cache line. Lengths are metres, texels those of the whole texture.
 //!
-//! | value | type | tile of an atlas, layer of an array | cube |
+//! | member | type | layer of an array (orthographic) | tile of an atlas, cube (perspective) |
 //! |---|---|---|---|
-//! | `clip_from_world` | `mat4x4<f32>` | world to clip space | zero |
-//! | `rectangle` | `vec4<f32>` | from its uv to the map's: scale x, y, offset x, y | position in the world; distance of the far planes |
-//! | `reach` | `vec4<f32>` | where a cascade ends and where it begins to blend, along the view axis (else 0, 0); width of a texel (of a perspective at 1 m); 0 | a and b of the depth a + b / distance; width of a texel at 1 m; distance of the near planes |
-//! | `place` | `vec4<u32>` | layer; texels on a side; 0, 0 | slot; texels on a side; 0, 0 |
+//! | `axis_x`, `axis_y`, `axis_z` | `vec4<f32>` | rows from the world to the light's axes, z towards the light; all cascades of a light have the same | the same; of a cube the world's axes, seen from where it stands |
+//! | `texels` | `vec4<f32>` | to texels: scale of x and y, offset | the same of x and y over the distance along the axis; of a cube, of the coordinates across its faces |
+//! | `bounds` | `vec4<f32>` | the texels that belong to it: upper left corner, lower right corner | the same |
+//! | `depth` | `vec4<f32>` | a, b of the depth a + b · z; width of a texel; tangent of half the angle under which the light is seen | a, b of the depth a + b / distance; width of a texel at 1 m; radius of the light |
+//! | `reach` | `vec2<f32>` | where a cascade ends and where it begins to blend, along the view axis | distance of the far and the near plane |
+//! | `place` | `vec2<u32>` | layer; texels on a side | layer, of a cube the first; texels on a side |
 //!
-//! Lengths are metres.
+//! A descriptor of zeros shadows nothing.
 
-use glam::{DMat4, DVec4, UVec2};
+use glam::{DMat4, DVec2, DVec4, UVec2};
 use umbragraph_pipeline::data::{Component, DataShape, HostData, ValueType};
+use umbragraph_pipeline::frame::{Light, LightKind};
+use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::pipeline::PassBuilder;
 
-/// One shadow map, as shaders see it.
+/// One shadow map, as shaders see it; see the module.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Descriptor {
-    /// World to clip space; zero for a cube.
-    pub clip_from_world: DMat4,
-    /// See the module.
-    pub rectangle: DVec4,
-    /// See the module.
-    pub reach: DVec4,
-    /// The layer or slot, and the texels on a side.
+    /// From the world to the light's axes: x, y and z.
+    pub axes: [DVec4; 3],
+    /// To texels.
+    pub texels: DVec4,
+    /// The texels that belong to the map.
+    pub bounds: DVec4,
+    /// Depth, width of a texel, size of the light.
+    pub depth: DVec4,
+    /// Where it ends.
+    pub reach: DVec2,
+    /// The layer, and the texels on a side.
     pub place: UVec2,
 }
 
-/// The names of the arrays with the types of their elements.
-pub(crate) const VALUES: [(&str, ValueType); 4] = [
-    ("clip_from_world", ValueType::MAT4),
-    ("rectangle", ValueType::VEC4),
-    ("reach", ValueType::VEC4),
-    ("place", ValueType::vector(Component::U32, 4)),
+/// The largest angle under which a directional light is taken to be seen, in degrees.
+pub const LARGEST_ANGLE: f64 = 90.0;
+
+/// The names of the members with their types.
+pub(crate) const VALUES: [(&str, ValueType); 8] = [
+    ("map.axis_x", ValueType::VEC4),
+    ("map.axis_y", ValueType::VEC4),
+    ("map.axis_z", ValueType::VEC4),
+    ("map.texels", ValueType::VEC4),
+    ("map.bounds", ValueType::VEC4),
+    ("map.depth", ValueType::VEC4),
+    ("map.reach", ValueType::VEC2),
+    ("map.place", ValueType::vector(Component::U32, 2)),
 ];
+
+/// The first three rows of a matrix.
+pub(crate) fn rows(matrix: &DMat4) -> [DVec4; 3] {
+    [matrix.row(0), matrix.row(1), matrix.row(2)]
+}
+
+/// A square of texels: upper left and lower right corner.
+pub(crate) fn square(x: u32, y: u32, side: u32) -> DVec4 {
+    DVec4::new(f64::from(x), f64::from(y), f64::from(x + side), f64::from(y + side))
+}
+
+/// How large a light is, as descriptors have it: as it says, or `without` where it says nothing, in degrees or metres. What
+/// is no number, or negative, is nothing said. A directional light is seen under 90° at most, and a light with a position
+/// is no larger than its range.
+pub(crate) fn light_size(light: &Light, without: f64, range: f64) -> f64 {
+    let given = match light.kind {
+        LightKind::Directional => light.angular_diameter_deg,
+        LightKind::Point | LightKind::Spot { .. } => light.radius,
+    };
+    let size = if given > 0.0 { f64::from(given) } else { without.max(0.0) };
+    match light.kind {
+        LightKind::Directional => (0.5 * size.min(LARGEST_ANGLE)).to_radians().tan(),
+        LightKind::Point | LightKind::Spot { .. } => size.min(range),
+    }
+}
+
+/// The size of lights that say none; 0 without a setting.
+pub(crate) fn size_without(pass: &mut PassBuilder<'_>, setting: Option<&Expr>) -> Option<f64> {
+    setting.map_or(Some(0.0), |expr| pass.number(expr, "/light_size"))
+}
 
 /// What a pass that reads descriptors expects of host data.
 pub(crate) fn expected() -> Vec<(&'static str, ValueType)> {
@@ -41,23 +88,71 @@ pub(crate) fn expected() -> Vec<(&'static str, ValueType)> {
     arrays.chain([("count", ValueType::U32)]).collect()
 }
 
-/// Adds the arrays of so many descriptors.
+/// Adds the members of so many descriptors.
 pub fn shape(shape: DataShape, capacity: u32) -> DataShape {
     VALUES.iter().fold(shape, |shape, (name, value_type)| shape.value(name, value_type.array(capacity)))
 }
 
 /// Publishes descriptors, and their number as `count`; those beyond the capacity are left out.
 pub fn publish(data: &mut HostData, descriptors: &[Descriptor]) {
-    let capacity = data.shape().find("place").map_or(0, |at| data.shape().values[at].1.count.unwrap_or(0));
-    let some = &descriptors[..descriptors.len().min(capacity as usize)];
-    data.set_matrices("clip_from_world", some.iter().map(|one| one.clip_from_world));
-    data.set_vec4s("rectangle", some.iter().map(|one| one.rectangle.as_vec4()));
-    data.set_vec4s("reach", some.iter().map(|one| one.reach.as_vec4()));
-    data.set_words("place", some.iter().flat_map(|one| [one.place.x, one.place.y, 0, 0]));
+    let some = &descriptors[..descriptors.len().min(capacity(data) as usize)];
+    for (at, name) in ["map.axis_x", "map.axis_y", "map.axis_z"].into_iter().enumerate() {
+        data.set_vec4s(name, some.iter().map(|one| one.axes[at].as_vec4()));
+    }
+    data.set_vec4s("map.texels", some.iter().map(|one| one.texels.as_vec4()));
+    data.set_vec4s("map.bounds", some.iter().map(|one| one.bounds.as_vec4()));
+    data.set_vec4s("map.depth", some.iter().map(|one| one.depth.as_vec4()));
+    data.set_f32s("map.reach", some.iter().flat_map(|one| one.reach.as_vec2().to_array()));
+    data.set_words("map.place", some.iter().flat_map(|one| one.place.to_array()));
     data.set_u32("count", some.len() as u32);
+}
+
+/// The number of descriptors that there is room for.
+pub(crate) fn capacity(data: &HostData) -> u32 {
+    data.shape().find("map.place").map_or(0, |at| data.shape().values[at].1.count.unwrap_or(0))
 }
 
 /// The number of descriptors that a data resource holds.
 pub(crate) fn count(data: &HostData) -> u32 {
     data.words("count").and_then(|words| words.first().copied()).unwrap_or(0)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec3, Vec3};
+
+    use super::*;
+
+    #[test]
+    fn sizes_that_are_none_count_as_not_said_and_those_beyond_measure_are_bounded() {
+        let size = |kind, given: f32, without| {
+            let light = Light {
+                name: String::new(),
+                kind,
+                position: DVec3::ZERO,
+                direction: DVec3::NEG_Y,
+                color: Vec3::ONE,
+                intensity: 1.0,
+                range: 10.0,
+                cast_shadow: true,
+                angular_diameter_deg: given,
+                radius: given,
+                priority: 1.0,
+            };
+            light_size(&light, without, 10.0)
+        };
+        for kind in [LightKind::Point, LightKind::Spot { inner_angle: 0.1, outer_angle: 0.2 }] {
+            assert_eq!(size(kind, 0.25, 0.1), 0.25);
+            for none in [0.0, -1.0, f32::NAN] {
+                assert_eq!([size(kind, none, 0.0), size(kind, none, 0.5)], [0.0, 0.5]);
+            }
+            assert_eq!([size(kind, 1e30, 0.0), size(kind, f32::INFINITY, 0.0)], [10.0; 2]);
+        }
+        let sun = |given| size(LightKind::Directional, given, 0.0);
+        assert!((sun(2.0) - 1f64.to_radians().tan()).abs() < 1e-12);
+        for none in [0.0, -3.0, f32::NAN] {
+            assert_eq!(sun(none), 0.0);
+        }
+        assert!((sun(180.0) - 1.0).abs() < 1e-12 && (sun(f32::INFINITY) - 1.0).abs() < 1e-12);
+    }
 }

@@ -5,6 +5,10 @@
 //! cascades by number with the width, for spots and point lights by the distance along the axis of their view, within
 //! which the filter is narrower, or beyond which it is wider.
 //!
+//! A filter may follow the penumbra instead of having one width. Then only the greatest half width bites: in cascades where
+//! something as high as the map is deep casts a wider penumbra, of spots and point lights for what stands nearer to them
+//! than a distance.
+//!
 //! Limits: distances count where the scene's bounds and the light's range leave room for receivers; whether anything is
 //! there, nobody knows here. The notice is made when other bounds bite, not when distances or widths change alone.
 
@@ -29,6 +33,10 @@ pub struct FilterSettings {
     pub least: Expr,
     /// The greatest half width, in texels of the map.
     pub greatest: Expr,
+    /// Whether the filter is as wide as the penumbra of what blocks the light, instead of having one width; false without
+    /// it.
+    #[serde(default)]
+    pub penumbra: Option<Expr>,
 }
 
 /// Half the width of a filter in metres, and its bounds in texels.
@@ -37,6 +45,7 @@ pub(crate) struct Filter {
     radius: f64,
     least: f64,
     greatest: f64,
+    penumbra: bool,
 }
 
 /// Where a bound bites.
@@ -60,21 +69,46 @@ impl Filter {
         let radius = pass.number(&settings.radius, "/filter/radius");
         let least = pass.number(&settings.least, "/filter/least");
         let greatest = pass.number(&settings.greatest, "/filter/greatest");
-        let filter = Self { radius: radius?, least: least?, greatest: greatest? };
+        let penumbra = match &settings.penumbra {
+            Some(expr) => pass.boolean(expr, "/filter/penumbra"),
+            None => Some(false),
+        };
+        let filter = Self { radius: radius?, least: least?, greatest: greatest?, penumbra: penumbra? };
         Some((filter.radius > 0.0).then_some(filter))
     }
 
-    /// Where the bounds bite in a cascade with texels so wide.
-    pub(crate) fn in_cascade(&self, at: usize, texel: f64) -> Option<Where> {
+    /// How many texels a filter reaches at most.
+    pub(crate) fn reach(self) -> f64 {
+        self.greatest.max(self.least)
+    }
+
+    /// Where the bounds bite in a cascade with texels so wide, and so deep, for a light seen under an angle of which half
+    /// has a tangent.
+    pub(crate) fn in_cascade(&self, at: usize, texel: f64, depth: f64, tangent: f64) -> Option<Where> {
+        if self.penumbra {
+            let width = self.greatest * texel;
+            return (depth * tangent > width).then_some(Where::Cascade(at, width));
+        }
         let width = (self.radius / texel).max(self.least).min(self.greatest) * texel;
         ((width - self.radius).abs() > 1e-6 * self.radius).then_some(Where::Cascade(at, width))
     }
 
-    /// Where the bounds bite in a perspective with texels so wide at 1 m, between its nearest and farthest receivers.
-    pub(crate) fn in_perspective(&self, texel: f64, nearest: f64, farthest: f64) -> [Option<Where>; 2] {
+    /// Where the bounds bite in a perspective with texels so wide at 1 m, between its nearest and farthest receivers, for
+    /// a light of a radius.
+    pub(crate) fn in_perspective(
+        &self,
+        texel: f64,
+        [nearest, farthest]: [f64; 2],
+        light: f64,
+    ) -> [Option<Where>; 2] {
+        let ends = nearest < farthest;
+        if self.penumbra {
+            // The penumbra of a blocker at b has light · (1 / b − 1 / farthest) / texel texels at most.
+            let within = 1.0 / (self.greatest * texel / light.max(1e-9) + 1.0 / farthest);
+            return [(ends && within > nearest).then_some(Where::Within(within)), None];
+        }
         let narrower = self.radius / (self.greatest * texel);
         let wider = self.radius / (self.least * texel);
-        let ends = nearest < farthest;
         [
             (ends && narrower > nearest).then(|| Where::Within(narrower.min(farthest))),
             (ends && wider < farthest).then(|| Where::Beyond(wider.max(nearest))),
@@ -132,7 +166,7 @@ impl Bounded {
     }
 
     fn notice(&self, filter: Filter, lights: &[Light]) -> Option<Diagnostic> {
-        let Filter { radius, least, greatest } = filter;
+        let Filter { radius, least, greatest, penumbra } = filter;
         if self.places.is_empty() {
             return None;
         }
@@ -140,18 +174,30 @@ impl Bounded {
             let name = lights.get(*light as usize).map_or("", |light| &light.name);
             match place {
                 Where::Cascade(at, width) => format!("in cascade {at} of \"{name}\" ({width:.3} m)"),
+                Where::Within(distance) if penumbra => {
+                    format!("of what is within {distance:.2} m of \"{name}\"")
+                }
                 Where::Within(distance) => format!("within {distance:.2} m of \"{name}\" (narrower)"),
                 Where::Beyond(distance) => format!("beyond {distance:.2} m of \"{name}\" (wider)"),
             }
         });
         let words: Vec<String> = words.collect();
-        let message = format!(
-            "shadow filters are not {radius} m to a side {}",
-            list_of(words.iter().map(String::as_str))
-        );
-        let help = format!(
-            "their bounds of {least} to {greatest} texels bite there: change them, or the resolution of the maps"
-        );
+        let places = list_of(words.iter().map(String::as_str));
+        let (message, help) = if penumbra {
+            (
+                format!("penumbrae can be wider than shadow filters {places}"),
+                format!(
+                    "these have at most {greatest} texels to a side: raise it, or lower the resolution of the maps"
+                ),
+            )
+        } else {
+            (
+                format!("shadow filters are not {radius} m to a side {places}"),
+                format!(
+                    "their bounds of {least} to {greatest} texels bite there: change them, or the resolution of the maps"
+                ),
+            )
+        };
         let notice = Diagnostic::warning(codes::FILTER_BOUNDED, Place::Nowhere, message).help(help);
         Some(Diagnostic { severity: Severity::Note, ..notice })
     }
@@ -161,25 +207,40 @@ impl Bounded {
 mod tests {
     use super::*;
 
-    const FILTER: Filter = Filter { radius: 0.1, least: 2.0, greatest: 10.0 };
+    const FILTER: Filter = Filter { radius: 0.1, least: 2.0, greatest: 10.0, penumbra: false };
 
     #[test]
     fn in_a_perspective_the_filter_is_as_wide_as_wanted_between_two_distances() {
         // Ten texels are 0.1 m at 5 m, two at 25 m.
-        let texel = 0.002;
-        assert_eq!(FILTER.in_perspective(texel, 6.0, 24.0), [None, None]);
-        assert_eq!(FILTER.in_perspective(texel, 1.0, 24.0), [Some(Where::Within(5.0)), None]);
-        assert_eq!(FILTER.in_perspective(texel, 6.0, 40.0), [None, Some(Where::Beyond(25.0))]);
-        assert_eq!(FILTER.in_perspective(texel, 1.0, 3.0), [Some(Where::Within(3.0)), None]);
-        assert_eq!(FILTER.in_perspective(texel, 30.0, 40.0), [None, Some(Where::Beyond(30.0))]);
-        assert_eq!(FILTER.in_perspective(texel, 3.0, 3.0), [None, None]);
+        let of = |nearest, farthest| FILTER.in_perspective(0.002, [nearest, farthest], 0.5);
+        assert_eq!(of(6.0, 24.0), [None, None]);
+        assert_eq!(of(1.0, 24.0), [Some(Where::Within(5.0)), None]);
+        assert_eq!(of(6.0, 40.0), [None, Some(Where::Beyond(25.0))]);
+        assert_eq!(of(1.0, 3.0), [Some(Where::Within(3.0)), None]);
+        assert_eq!(of(30.0, 40.0), [None, Some(Where::Beyond(30.0))]);
+        assert_eq!(of(3.0, 3.0), [None, None]);
     }
 
     #[test]
     fn in_a_cascade_the_filter_is_as_wide_as_wanted_for_some_texels() {
-        assert_eq!(FILTER.in_cascade(0, 0.02), None);
-        assert_eq!(FILTER.in_cascade(1, 0.1), Some(Where::Cascade(1, 0.2)));
-        assert_eq!(FILTER.in_cascade(2, 0.001), Some(Where::Cascade(2, 0.01)));
+        assert_eq!(FILTER.in_cascade(0, 0.02, 50.0, 0.1), None);
+        assert_eq!(FILTER.in_cascade(1, 0.1, 50.0, 0.1), Some(Where::Cascade(1, 0.2)));
+        assert_eq!(FILTER.in_cascade(2, 0.001, 50.0, 0.1), Some(Where::Cascade(2, 0.01)));
+    }
+
+    #[test]
+    fn penumbrae_are_cut_where_something_can_cast_a_wider_one() {
+        let filter = Filter { penumbra: true, ..FILTER };
+        // What is 50 m high has a penumbra of 0.5 m to a side; ten texels are 0.6 m, or 0.4 m.
+        assert_eq!(filter.in_cascade(0, 0.06, 50.0, 0.01), None);
+        assert_eq!(filter.in_cascade(1, 0.04, 50.0, 0.01), Some(Where::Cascade(1, 0.4)));
+        assert_eq!(filter.in_cascade(2, 0.04, 50.0, 0.0), None);
+        // At 8 m ten texels are 0.16 m: so wide is the penumbra of a lamp of 0.08 m for what is 8/3 m from it.
+        let [within, beyond] = filter.in_perspective(0.002, [0.5, 8.0], 0.08);
+        let Some(Where::Within(distance)) = within else { panic!("{within:?}") };
+        assert!((0.08 * (8.0 - distance) / distance - 0.16).abs() < 1e-9 && beyond.is_none());
+        assert_eq!(filter.in_perspective(0.002, [3.0, 8.0], 0.08), [None, None]);
+        assert_eq!(filter.in_perspective(0.002, [0.5, 8.0], 0.0), [None, None]);
     }
 
     #[test]

@@ -6,11 +6,13 @@
 //! |---|---|---|
 //! | `sun_end`, `spot_end`, `point_end` | `u32` | where each kind of light ends: suns come first, then spots, then point lights |
 //! | `tile_end`, `cube_end`, `layer_end` | `u32` | where each backing ends among the descriptors |
-//! | `position_range` | `array<vec4<f32>, n>` | position; range, 0 without one |
-//! | `direction_scale` | `array<vec4<f32>, n>` | the unit vector to a sun, that along the axis of a spot; the scale of its cone |
-//! | `color_offset` | `array<vec4<f32>, n>` | colour times intensity (lux, or candela); the offset of its cone |
-//! | `shadow` | `array<vec4<u32>, n>` | first descriptor, or [`NO_SHADOW`]; number of descriptors; 0, 0 |
-//! | `clip_from_world`, `rectangle`, `reach`, `place` | arrays of d | the descriptors, see [`super::descriptor`] |
+//! | `light.position_range` | `array<vec4<f32>, n>` | position; range, 0 without one |
+//! | `light.direction_scale` | `array<vec4<f32>, n>` | the unit vector to a sun, that along the axis of a spot; the scale of its cone |
+//! | `light.color_offset` | `array<vec4<f32>, n>` | colour times intensity (lux, or candela); the offset of its cone |
+//! | `light.shadow` | `array<vec4<u32>, n>` | first descriptor, or [`NO_SHADOW`]; number of descriptors; 0, 0 |
+//! | `map.…` | arrays of d | the descriptors, see [`super::descriptor`] |
+//!
+//! Shaders declare `light` and `map` as arrays of structs with these members.
 //!
 //! The cone of a spot: the light is multiplied with the square of `clamp(cosine · scale + offset, 0, 1)`, cosine between
 //! axis and ray, as the glTF extension KHR_lights_punctual gives it.
@@ -109,10 +111,10 @@ pub fn shape(lights: u32, descriptors: u32) -> DataShape {
     let ends = ["sun_end", "spot_end", "point_end", "tile_end", "cube_end", "layer_end"];
     let shape = ends.iter().fold(DataShape::new(), |shape, name| shape.value(name, ValueType::U32));
     let shape = shape
-        .value("position_range", ValueType::VEC4.array(lights))
-        .value("direction_scale", ValueType::VEC4.array(lights))
-        .value("color_offset", ValueType::VEC4.array(lights))
-        .value("shadow", ValueType::vector(Component::U32, 4).array(lights));
+        .value("light.position_range", ValueType::VEC4.array(lights))
+        .value("light.direction_scale", ValueType::VEC4.array(lights))
+        .value("light.color_offset", ValueType::VEC4.array(lights))
+        .value("light.shadow", ValueType::vector(Component::U32, 4).array(lights));
     descriptor::shape(shape, descriptors)
 }
 
@@ -162,11 +164,11 @@ impl HostNode for RunLightList {
         for (end, last) in [("sun_end", 0), ("spot_end", 1), ("point_end", 2)] {
             data.set_u32(end, lights().filter(|light| kind(light) <= last).count() as u32);
         }
-        data.set_vec4s("position_range", lights().map(position_range));
-        data.set_vec4s("direction_scale", lights().map(direction_scale));
-        data.set_vec4s("color_offset", lights().map(color_offset));
+        data.set_vec4s("light.position_range", lights().map(position_range));
+        data.set_vec4s("light.direction_scale", lights().map(direction_scale));
+        data.set_vec4s("light.color_offset", lights().map(color_offset));
         let shadows = order.iter().map(|at| shadows[*at as usize]);
-        data.set_words("shadow", shadows.flat_map(|(first, count)| [first, count, 0, 0]));
+        data.set_words("light.shadow", shadows.flat_map(|(first, count)| [first, count, 0, 0]));
     }
 }
 
@@ -195,7 +197,7 @@ impl RunLightList {
         data: &mut HostData,
     ) {
         let sets = self.sources.descriptors.map(input);
-        let capacity = data.shape().find("place").and_then(|at| data.shape().values[at].1.count).unwrap_or(0);
+        let capacity = descriptor::capacity(data);
         let mut ends = [0; 3];
         let mut end = 0;
         for (at, set) in sets.iter().enumerate() {

@@ -4,7 +4,7 @@
 //!
 //! Limits: a spot that has no view leaves a descriptor that shadows nothing.
 
-use glam::{DVec4, UVec2};
+use glam::{DVec2, DVec4, UVec2};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{DataShape, ValueType};
@@ -12,15 +12,13 @@ use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
+use super::cubes::depth_coefficients;
 use super::described::{self, Describe, Told};
-use super::descriptor::Descriptor;
+use super::descriptor::{self, Descriptor};
 use super::filter::{Filter, FilterSettings};
 use super::placement::{self, Backing, Entry};
 use crate::atlas::Tile;
 use crate::views::spot::SpotView;
-
-/// The texels on each side of a tile that the cone leaves free, for filter taps.
-const BORDER: f64 = 2.0;
 
 /// Publishes a view and a descriptor for each spot that has a tile of the atlas.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -38,6 +36,9 @@ pub struct SpotShadows {
     /// The filter that shaders use, so that the distances at which its bounds bite can be reported.
     #[serde(default)]
     pub filter: Option<FilterSettings>,
+    /// The radius of lights that say none, in metres; 0 without it.
+    #[serde(default)]
+    pub light_size: Option<Expr>,
 }
 
 impl Node for SpotShadows {
@@ -52,37 +53,60 @@ impl Node for SpotShadows {
             None => Some(false),
         };
         let filter = Filter::declare(self.filter.as_ref(), pass);
+        let light_size = descriptor::size_without(pass, self.light_size.as_ref());
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
         let (capacity, reverse, filter, input) = (capacity?, reverse?, filter?, input?);
         let shape = DataShape::new().value("count", ValueType::U32).views(capacity);
-        described::node(pass, &self.to, input, (shape, capacity), filter, Tiles { reverse })
+        described::node(
+            pass,
+            &self.to,
+            input,
+            (shape, capacity),
+            filter,
+            Tiles { reverse, light_size: light_size? },
+        )
     }
 }
 
 #[derive(Debug, PartialEq)]
 struct Tiles {
     reverse: bool,
+    light_size: f64,
 }
 
 impl Describe for Tiles {
     fn describe(&self, entry: &Entry, told: &mut Told<'_>) {
         let Backing::Tile { x, y, side } = entry.backing else { return };
         let light = told.frame.lights.get(entry.light as usize);
-        let border = BORDER / f64::from(side.max(1));
-        let Some(spot) = light.and_then(|light| SpotView::new(light, border, self.reverse)) else {
+        let border = border(told.filter, side) / f64::from(side.max(1));
+        let Some((light, spot)) =
+            light.and_then(|light| Some((light, SpotView::new(light, border, self.reverse)?)))
+        else {
             told.descriptor(Descriptor::default());
             return;
         };
-        let texel = 2.0 * spot.half_width() / f64::from(side.max(1));
-        told.bounded_in_perspective(entry.light, spot.position, [spot.near, spot.far], texel);
+        let half_side = 0.5 * f64::from(side);
+        let texel = spot.half_width() / half_side.max(0.5);
+        let size = descriptor::light_size(light, self.light_size, spot.far);
+        told.bounded_in_perspective(entry.light, spot.position, [spot.near, spot.far], texel, size);
         let tile = Tile { x, y, size: side };
         let whole = (x, y, side) == (0, 0, told.atlas_side);
         told.view(spot.view(0, (!whole).then(|| tile.viewport())));
+        let scale = half_side / spot.half_width();
+        let depth = depth_coefficients(spot.near, spot.far, self.reverse);
         told.descriptor(Descriptor {
-            clip_from_world: spot.clip_from_world,
-            rectangle: tile.scale_offset(told.atlas_side),
-            reach: DVec4::new(0.0, 0.0, texel, 0.0),
+            axes: descriptor::rows(&spot.view_from_world),
+            texels: DVec4::new(scale, -scale, f64::from(x) + half_side, f64::from(y) + half_side),
+            bounds: descriptor::square(x, y, side),
+            depth: depth.extend(texel).extend(size),
+            reach: DVec2::new(spot.far, spot.near),
             place: UVec2::new(0, side),
         });
     }
+}
+
+/// The texels on each side of a tile that the cone leaves free: as many as the widest filter reaches, but not more than an
+/// eighth of the tile; taps beyond it find the tile's edge.
+fn border(filter: Option<Filter>, side: u32) -> f64 {
+    (filter.map_or(0.0, Filter::reach) + 1.0).min(f64::from(side) / 8.0)
 }

@@ -135,9 +135,9 @@ pub struct CubeViews {
 
 impl CubeViews {
     /// The views of a point light; `None` for another kind, and for one that stands nowhere.
-    pub fn new(light: &Light, reverse: bool) -> Option<Self> {
+    pub fn new(light: &Light, border: f64, reverse: bool) -> Option<Self> {
         let LightKind::Point = light.kind else { return None };
-        Self::of(light.position, range::of(light), 0.0, reverse)
+        Self::of(light.position, range::of(light), border, reverse)
     }
 
     /// The views from a position to a range in metres. `border` is the part of each picture's width, 0 to 0.4, that lies

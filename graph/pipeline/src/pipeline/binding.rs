@@ -9,7 +9,7 @@ use super::{Aspect, Face, Pipeline, Program, Resource, ResourceKind};
 use crate::data::{Component, DataShape, ValueType, View};
 use crate::diagnostic::did_you_mean;
 use crate::language::{Expr, TextureShape, Word};
-use crate::shader::{Scalar, ScalarKind, TypeLayout};
+use crate::shader::{Member, Scalar, ScalarKind, TypeLayout};
 use crate::work::{Address, BlockLayout, BlockRun, BlockValues, BoundSlot, Compare, Filter, SlotSource};
 
 /// What stands behind one of the shader's binding names.
@@ -131,14 +131,6 @@ pub struct SamplerBind {
     pub compare: Option<Word<Compare>>,
 }
 
-/// Matches the members of a block with published values by name.
-///
-/// A member takes a value of exactly its type. An array of scalars also fills a vector of as many components, or an
-/// array of `vec4` (whose last may be filled in part), since uniform blocks cannot hold arrays of scalars. Members that
-/// `values` names are filled otherwise.
-///
-/// # Errors
-/// A sentence for each member that no value fits.
 /// Where the values of host data, or of the view, go in the block that they are bound to, or why they do not fit; `None`
 /// where none are bound.
 pub(super) fn block_layout(
@@ -173,6 +165,15 @@ impl Pipeline {
     }
 }
 
+/// Matches the members of a block with published values by name.
+///
+/// A member takes a value of exactly its type. An array of scalars also fills a vector of as many components, or an
+/// array of `vec4` (whose last may be filled in part), since uniform blocks cannot hold arrays of scalars. Of an array of
+/// structs each member takes an array of its own, published as "array.member". Members that `values` names are filled
+/// otherwise.
+///
+/// # Errors
+/// A sentence for each member that no value fits.
 fn match_block(
     block: &TypeLayout,
     shape: &DataShape,
@@ -186,7 +187,7 @@ fn match_block(
     let mut faults = Vec::new();
     let is_given =
         |name: &str| values.is_some_and(|values| values.expressions.iter().any(|(given, _)| given == name));
-    for member in members.iter().filter(|member| !is_given(&member.name)) {
+    for member in flattened(members).iter().filter(|member| !is_given(&member.name)) {
         let Some(index) = shape.find(&member.name) else {
             let names = shape.values.iter().map(|(name, _)| name.as_str());
             let help = match did_you_mean(&member.name, names.clone()) {
@@ -215,6 +216,31 @@ fn match_block(
     let end = runs.iter().map(|run: &BlockRun| run.offset + run.count * 4).max().unwrap_or(0);
     let size = if end > block.size() { end.next_multiple_of(block.align().max(4)) } else { block.size() };
     if faults.is_empty() { Ok(BlockLayout { size, runs }) } else { Err(faults) }
+}
+
+/// The members, and for an array of structs each member of the struct as an array of its own, named "array.member".
+fn flattened(members: &[Member]) -> Vec<Member> {
+    let mut all = Vec::with_capacity(members.len());
+    for member in members {
+        let TypeLayout::Array { element, count, stride } = &member.layout else {
+            all.push(member.clone());
+            continue;
+        };
+        let TypeLayout::Struct { members: parts, .. } = &**element else {
+            all.push(member.clone());
+            continue;
+        };
+        all.extend(parts.iter().map(|part| Member {
+            name: format!("{}.{}", member.name, part.name),
+            offset: member.offset + part.offset,
+            layout: TypeLayout::Array {
+                element: Box::new(part.layout.clone()),
+                count: *count,
+                stride: *stride,
+            },
+        }));
+    }
+    all
 }
 
 /// Where the words of a value go in a member at a byte offset: (first word, words, byte offset) each; `None` if the

@@ -1,14 +1,14 @@
 //! Limits on the scores of a picture.
 //!
 //! A limits file maps each scene to `{limit: number}`. A limit's name says its sense and its score: `min_iou`,
-//! `max_leak_k2`, where `k2` is the band and no `k` means band 0. A name that is not known, or whose score needs
-//! more than hard shadow masks, is an error: a limit that is silently not checked is worse than none.
+//! `max_leak_k2`, where `k2` is the band and no `k` means band 0. A name that is not known is an error: a limit that is
+//! silently not checked is worse than none.
 
 use std::fmt::Write;
 use std::path::Path;
 
 use super::error::TruthError;
-use super::score::{BandScore, Scores};
+use super::score::{BandScore, Scores, SoftScore};
 
 /// The limits of one scene, sorted by name.
 #[derive(Clone, Debug)]
@@ -33,6 +33,7 @@ enum Score {
     BothHit,
     ContactLeak,
     Band(fn(&BandScore) -> Option<f64>, u8),
+    Soft(fn(&SoftScore) -> Option<f64>),
 }
 
 impl Limits {
@@ -79,6 +80,10 @@ fn meaning(name: &str) -> Option<(Sense, Score)> {
         (Sense::AtLeast, "recall", Some(band)) => Score::Band(BandScore::recall, band),
         (Sense::AtMost, "leak", Some(band)) => Score::Band(BandScore::leak, band),
         (Sense::AtMost, "acne", Some(band)) => Score::Band(BandScore::acne, band),
+        (Sense::AtMost, "mae", None) => Score::Soft(|soft| Some(soft.mean_error)),
+        (Sense::AtMost, "mae_penumbra", None) => Score::Soft(|soft| soft.in_penumbra),
+        (Sense::AtMost, "mae_outside_penumbra", None) => Score::Soft(|soft| soft.outside_penumbra),
+        (Sense::AtMost, "abs_bias", None) => Score::Soft(|soft| Some(soft.bias.abs())),
         _ => return None,
     };
     Some((sense, score))
@@ -90,6 +95,7 @@ impl Limit {
             Score::BothHit => scores.both_hit,
             Score::ContactLeak => scores.contact_leak(),
             Score::Band(score, band) => scores.band(band).and_then(score),
+            Score::Soft(score) => scores.soft.as_ref().and_then(score),
         }
     }
 
@@ -168,6 +174,11 @@ mod tests {
             ("max_acne_k4\": 0.5", 255, true),
             ("max_contact_leak\": 0.5", 0, true),
             ("max_contact_leak\": 0.5", 255, false),
+            ("max_mae\": 0.49", 255, true),
+            ("max_mae\": 0.46", 255, false),
+            ("max_mae_penumbra\": 0.49", 0, false),
+            ("max_mae_outside_penumbra\": 0.5", 0, true),
+            ("max_abs_bias\": 0.4", 0, false),
         ] {
             let limits = limits(&format!("\"{name}")).unwrap();
             assert_eq!(check(&scores(grey), &limits).is_ok(), met, "{name} at {grey}");

@@ -25,4 +25,4 @@ pub use difference::difference_picture;
 pub use error::TruthError;
 pub use limits::{Limits, check};
 pub use scene::TruthScene;
-pub use score::{BANDS, BandScore, Scores, evaluate};
+pub use score::{BANDS, BandScore, Scores, SoftScore, evaluate};

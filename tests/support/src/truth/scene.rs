@@ -28,6 +28,8 @@ pub struct TruthScene {
     pub(super) band: Vec<u8>,
     /// Something very near shadows the pixel; empty where the scene has no such mask.
     pub(super) contact: Vec<bool>,
+    /// The part of a light with an extent that is visible, 255 for all; empty where the scene has no such mask.
+    pub(super) soft: Vec<u8>,
 }
 
 impl TruthScene {
@@ -65,6 +67,7 @@ impl TruthScene {
         };
         let set = |values: Vec<u8>| values.into_iter().map(|value| value != 0).collect::<Vec<_>>();
         let contact = if path("contact").exists() { set(mask("contact")?) } else { Vec::new() };
+        let soft = if path("soft").exists() { mask("soft")? } else { Vec::new() };
         Ok(Self {
             name: name.to_owned(),
             folder: folder.to_owned(),
@@ -75,6 +78,7 @@ impl TruthScene {
             evaluated: set(mask("eval")?),
             band: mask("edge")?,
             contact,
+            soft,
         })
     }
 
@@ -96,6 +100,11 @@ impl TruthScene {
     /// What a good implementation of hard shadows reaches on this scene.
     pub fn hard_limits(&self) -> Result<Limits, TruthError> {
         Limits::load(&self.folder.join("limits_hard.json"), &self.name)
+    }
+
+    /// What a good implementation of soft shadows reaches on this scene.
+    pub fn soft_limits(&self) -> Result<Limits, TruthError> {
+        Limits::load(&self.folder.join("limits_soft.json"), &self.name)
     }
 }
 
@@ -125,6 +134,7 @@ pub(super) fn half_shadowed() -> TruthScene {
         evaluated: vec![true; 64],
         band: rows().map(|row: usize| [4, 3, 2, 0, 0, 2, 3, 4][row]).collect(),
         contact: rows().map(|row| row == 2).collect(),
+        soft: rows().map(|row: usize| [0, 0, 0, 51, 204, 255, 255, 255][row]).collect(),
     }
 }
 

@@ -13,7 +13,8 @@
 //!
 //! Each is given for the [`BANDS`]: band 0 holds all evaluated pixels, band *k* leaves out those nearer than *k*
 //! pixels to a shadow edge. Contact leak is leak over the pixels that something very near shadows, without those on
-//! an edge. A score whose denominator is zero does not exist, and no limit on it is met.
+//! an edge. Soft errors are those of the grey itself against the visible part of a light with an extent; the penumbra is
+//! where that is between 0.02 and 0.98. A score whose denominator is zero does not exist, and no limit on it is met.
 
 use super::alignment::alignment_hint;
 use super::error::TruthError;
@@ -77,6 +78,19 @@ impl BandScore {
     }
 }
 
+/// How much a picture differs from the visible part of a light with an extent, 0 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SoftScore {
+    /// The mean error.
+    pub mean_error: f64,
+    /// The mean error in the penumbra, if there is one.
+    pub in_penumbra: Option<f64>,
+    /// The mean error elsewhere.
+    pub outside_penumbra: Option<f64>,
+    /// The mean difference: above zero where the picture is too light.
+    pub bias: f64,
+}
+
 /// All scores of one picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scores {
@@ -88,6 +102,8 @@ pub struct Scores {
     pub bands: [BandScore; BANDS.len()],
     /// The scores over the pixels that something very near shadows; none where the scene has no such mask.
     pub contact: Option<BandScore>,
+    /// The errors against a light with an extent; none where the scene has no such mask.
+    pub soft: Option<SoftScore>,
     /// What would make the picture agree much better, such as turning it upside down; a hint, never a verdict.
     pub alignment_hint: Option<&'static str>,
 }
@@ -157,7 +173,32 @@ pub fn evaluate(scene: &TruthScene, picture: &Picture) -> Result<Scores, TruthEr
         hit_in_picture_only: count(&|pixel| !scene.hit[pixel] && mask.hit[pixel]),
         bands,
         contact: (!scene.contact.is_empty()).then_some(contact),
+        soft: soft(scene, picture, &mask),
         alignment_hint: alignment_hint(scene, &mask, bands[0].intersection_over_union()),
+    })
+}
+
+fn soft(scene: &TruthScene, picture: &Picture, mask: &Mask) -> Option<SoftScore> {
+    let mut sums = [(0.0, 0_u64); 2];
+    let mut bias = 0.0;
+    for (pixel, (truth, rendered)) in scene.soft.iter().zip(picture.rgba_pixels()).enumerate() {
+        if scene.evaluated[pixel] && mask.hit[pixel] {
+            let truth = f64::from(*truth) / 255.0;
+            let difference = f64::from(rendered[0]) / 255.0 - truth;
+            let (sum, count) = &mut sums[usize::from(truth > 0.02 && truth < 0.98)];
+            *sum += difference.abs();
+            *count += 1;
+            bias += difference;
+        }
+    }
+    let [outside, inside] = sums;
+    let mean = |sum: f64, count: u64| (count > 0).then(|| sum / count as f64);
+    let count = outside.1 + inside.1;
+    Some(SoftScore {
+        mean_error: mean(outside.0 + inside.0, count)?,
+        in_penumbra: mean(inside.0, inside.1),
+        outside_penumbra: mean(outside.0, outside.1),
+        bias: mean(bias, count)?,
     })
 }
 
@@ -272,6 +313,21 @@ mod tests {
         assert_eq!(scores.hit_in_picture_only, 1);
         assert_eq!(scores.both_hit, Some(1.0));
         assert_eq!(scores.bands[0].pixels(), 63);
+    }
+
+    #[test]
+    fn soft_errors_are_those_of_the_grey_in_the_penumbra_and_elsewhere() {
+        let mut scene = half_shadowed();
+        let mut picture = picture(&scene);
+        paint(&mut picture, 0, 0..8, 255);
+        let soft = evaluate(&scene, &picture).unwrap().soft.unwrap();
+        // Two rows of eight are penumbra, 0.2 off in either direction; of the other six one is wrong.
+        assert!((soft.in_penumbra.unwrap() - 0.2).abs() < 1e-12);
+        assert!((soft.outside_penumbra.unwrap() - 1.0 / 6.0).abs() < 1e-12);
+        assert!((soft.mean_error - (2.0 * 0.2 + 1.0) / 8.0).abs() < 1e-12);
+        assert!((soft.bias - 1.0 / 8.0).abs() < 1e-12);
+        scene.soft.clear();
+        assert_eq!(evaluate(&scene, &picture).unwrap().soft, None);
     }
 
     #[test]
