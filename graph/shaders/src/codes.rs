@@ -69,6 +69,9 @@ umbragraph_text::codes! {
     /// A fragment stage that reads what the vertex stage does not write.
     STAGES_MISMATCH = "UG0525", "stages do not fit together",
         "The fragment stage reads a variable that the vertex stage does not write, or writes with another type or interpolation. Every user-defined input of the fragment stage is an output of the vertex stage with the same `@location`, the same type and the same `@interpolate`; outputs that nothing reads are dropped.\n\nOne structure for both, returned by the one and taken by the other, cannot disagree with itself.";
+    /// A branch of a fragment stage that uniforms alone decide.
+    UNIFORM_BRANCH = "UG0526", "branch on uniforms alone",
+        "A branch or loop of a fragment stage has a condition that depends on uniform buffers and on nothing else. Some drivers (Mesa's among them) compile the shader once more for each value of such a uniform, which is once for each material where the uniform belongs to the material, and seconds before the first frame.\n\nLet the value be a factor (`max(visibility, 1.0 - receives)`) or the condition of a `select`; make it an override, which chooses when the pipeline is made; or let something of the fragment take part in the condition, so that no driver tries.";
     /// A module that exceeds a limit of a target profile.
     LIMIT_EXCEEDED = "UG0530", "limit of the target exceeded",
         "The module needs more than a device of the target profile guarantees: a bind group beyond the last one, too many textures in a stage, a uniform block too large, a workgroup too large. Validation does not see these; they are checked against the reflected interface.";

@@ -37,6 +37,7 @@ mod templates;
 #[cfg(test)]
 mod tests;
 mod text_map;
+mod uniform_branches;
 mod wgsl;
 mod wgsl_error;
 

@@ -28,6 +28,7 @@ pub(crate) enum Stage {
     Overrides,
     OverrideAxis,
     Interface,
+    UniformBranch,
     Limit,
     Backend,
     External,
@@ -44,6 +45,7 @@ impl Stage {
             Stage::Overrides => codes::WGSL_OVERRIDES,
             Stage::OverrideAxis => codes::AXIS_OVERRIDE,
             Stage::Interface => codes::STAGES_MISMATCH,
+            Stage::UniformBranch => codes::UNIFORM_BRANCH,
             Stage::Limit => codes::LIMIT_EXCEEDED,
             Stage::Backend => codes::BACKEND_REFUSES,
             Stage::External => codes::EXTERNAL_REFUSES,
@@ -94,7 +96,9 @@ impl Refusal {
     pub(crate) fn to_diagnostic(&self, text: &str, map: &TextMap, template: FileId) -> Diagnostic {
         let span = self.range.clone().and_then(|range| map.span(range));
         let span = span.unwrap_or(source::Span::new(template, 0..0));
-        let mut finding = Diagnostic::error(self.stage.code(), span, self.message.clone());
+        // What is refused is an error; a branch that is slow on some drivers is not refused.
+        let make = if self.stage == Stage::UniformBranch { Diagnostic::warning } else { Diagnostic::error };
+        let mut finding = make(self.stage.code(), span, self.message.clone());
         for (range, label) in &self.labels {
             if let Some(span) = map.span(range.clone()) {
                 finding = finding.related(span, label.clone());

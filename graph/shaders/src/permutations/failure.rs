@@ -37,7 +37,7 @@ pub(super) fn unavailable(proven: &[Proven], validators: &[&dyn Validator]) -> V
     found.map(finding).collect()
 }
 
-/// What naga, the limits and the writers refuse.
+/// What naga, the limits and the writers refuse, and what is better avoided.
 pub(super) fn refusals(
     templates: &TemplateSet,
     each: &Explored<'_>,
@@ -47,7 +47,11 @@ pub(super) fn refusals(
     let mut failures = Vec::new();
     for (text, task) in each.tasks.iter().enumerate() {
         let Some(Proven { proof, source: Some(source), .. }) = proven.get(*task) else { continue };
-        for (refusal, profiles) in &proof.refusals {
+        let every: Vec<usize> = (0..each.request.profiles.len()).collect();
+        let advice = proof.advice.iter().map(|advice| (advice, &every));
+        for (refusal, profiles) in
+            proof.refusals.iter().map(|(refusal, profiles)| (refusal, profiles)).chain(advice)
+        {
             let names = profiles.iter().filter_map(|at| each.request.profiles.get(*at));
             failures.push(Failure {
                 finding: place_refusal(templates, each, text, source, refusal, marked),

@@ -132,7 +132,7 @@ struct Explored<'a> {
 struct Proven {
     proof: Proof,
     opinions: Vec<Opinion>,
-    /// The text, where somebody refuses it.
+    /// The text, where somebody refuses it, or advises against something in it.
     source: Option<Source>,
 }
 
@@ -202,7 +202,8 @@ fn explore_and_prove<'a>(
             }
         }
         let opinions = failure::judge(&task, &proof, options.external);
-        let accepted = proof.refusals.is_empty() && opinions.iter().all(|each| *each == Opinion::Accepts);
+        let quiet = proof.refusals.is_empty() && proof.advice.is_empty();
+        let accepted = quiet && opinions.iter().all(|each| *each == Opinion::Accepts);
         let proven = Proven { proof, opinions, source: (!accepted).then_some(task.source) };
         (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, found.load(Ordering::Relaxed));
         (index, proven)

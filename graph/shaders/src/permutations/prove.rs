@@ -14,7 +14,7 @@ use crate::profile::{TargetLanguage, TargetProfile};
 use crate::reflection::{self, Reflection};
 use crate::wgsl::Resolved;
 use crate::wgsl_error::Refusal;
-use crate::{backend, compile, limits, stages, wgsl};
+use crate::{backend, compile, limits, stages, uniform_branches, wgsl};
 
 /// What all texts of a template are proven for.
 pub(crate) struct Subject<'a> {
@@ -41,6 +41,8 @@ pub(crate) struct Task<'a> {
 pub(crate) struct Proof {
     /// Why it is refused, and by which of the profiles, by index.
     pub(crate) refusals: Vec<(Refusal, Vec<usize>)>,
+    /// What is no reason to refuse it, but better avoided.
+    pub(crate) advice: Vec<Refusal>,
     /// What it says of itself, where some profile accepts it.
     pub(crate) reflection: Option<Arc<Reflection>>,
 }
@@ -72,6 +74,7 @@ pub(crate) fn prove(task: &Task<'_>) -> Proof {
 fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Refusal> {
     let mut proof = Proof::default();
     let module = wgsl::parse(&task.source.wgsl)?;
+    proof.advice = uniform_branches::found(&module);
     let sets = overrides::sets(subject.axes, &subject.overrides, &module)?;
     let mut by_capabilities: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     // What passes with what all profiles have in common passes with what each of them has.
