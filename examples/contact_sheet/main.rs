@@ -2,7 +2,7 @@
 //!
 //! The figure of `examples/scenes/figure.glb` throws its shadow over plinth, floor and wall from one place: as a spot with
 //! a tile of the atlas, as a point light with a cube, and as a sun with cascades. The filters have the same width in the
-//! world, so a column should look alike from top to bottom.
+//! world, so a column should look alike from top to bottom; "pcss" follows the penumbra, so its shadow begins sharp.
 //!
 //! `cargo run --release --example contact_sheet [FILE]`
 
@@ -29,7 +29,7 @@ const LABEL: u32 = 16;
 type Setting = (&'static str, &'static str);
 
 /// The filters: a label, the feature, and the taps that go with it.
-const FILTERS: [(&str, &str, Option<Setting>); 8] = [
+const FILTERS: [(&str, &str, Option<Setting>); 9] = [
     ("HARD", "hard", None),
     ("GRID 3", "grid", Some(("grid_side", "3"))),
     ("GRID 5", "grid", Some(("grid_side", "5"))),
@@ -38,6 +38,7 @@ const FILTERS: [(&str, &str, Option<Setting>); 8] = [
     ("POISSON 16", "poisson16", None),
     ("POISSON 64", "poisson64", None),
     ("VOGEL 32", "vogel", Some(("vogel_taps", "32"))),
+    ("PCSS 32", "pcss", Some(("vogel_taps", "32"))),
 ];
 
 fn main() {
@@ -108,8 +109,9 @@ fn frame(figure: &Scene, kind: LightKind) -> FrameInput {
         intensity,
         range: 20.0,
         cast_shadow: true,
-        angular_diameter_deg: 0.0,
-        radius: 0.0,
+        // So large does a lamp of that radius look from the figure.
+        angular_diameter_deg: 4.0,
+        radius: 0.15,
         priority: 1.0,
     };
     input.lights = vec![light];
