@@ -49,19 +49,20 @@ use crate::source::Sources;
 
 /// The templates that come with this crate, registered under `shaders-templates/`.
 pub fn templates(sources: &mut Sources, diagnostics: &mut Diagnostics) -> Arc<TemplateSet> {
-    templates_with(&[], sources, diagnostics)
+    templates_with(&[], &mut compose::Memory::default(), sources, diagnostics)
 }
 
-/// The templates that come with this crate together with files of your own, each with its name and path; one of the
-/// same name replaces the embedded one.
+/// The templates that come with this crate together with files of your own, each with its name and the path by which
+/// `reader` reads it; one of the same name replaces the embedded one.
 pub fn templates_with(
     files: &[(String, std::path::PathBuf)],
+    reader: &mut dyn compose::Files,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
 ) -> Arc<TemplateSet> {
     let mut set = TemplateSet::new();
     for (name, path) in files {
-        match read_source(path, sources) {
+        match reader.read(path, sources) {
             Ok(file) => set.add_file(sources, file, name, diagnostics),
             Err(finding) => set.add_unreadable(sources, name, finding, diagnostics),
         }

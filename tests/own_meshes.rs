@@ -13,6 +13,7 @@ use std::sync::Arc;
 use dominoes::{Dominoes, GEOMETRY, interface};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use umbragraph::compiler::{Plan, PlanOptions};
+use umbragraph::compose::{Disk, Roots};
 use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::draw::{HostInterface, HostSlotKind};
 use umbragraph::executor::{Executor, Frame};
@@ -29,7 +30,12 @@ fn checked(host: HostInterface) -> (Option<Plan>, Vec<String>) {
     let folder = Path::new("examples/own_meshes");
     let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
     let own = ["dominoes.wgsl.jinja", "dominoes.axes.json"].map(|name| (name.to_owned(), folder.join(name)));
-    let templates = umbragraph::templates_with(&own, &mut sources, &mut findings);
+    let templates = umbragraph::templates_with(
+        &own,
+        &mut Disk(Roots::default().and(folder)),
+        &mut sources,
+        &mut findings,
+    );
     let mut registry = umbragraph::registry();
     registry.host(GEOMETRY, host);
     let job = umbragraph::Job {

@@ -114,6 +114,9 @@ pub(crate) struct Choices {
     /// A folder with templates that replace or join those that come with the command.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) templates: Option<PathBuf>,
+    /// A further folder below which pipelines and scenes may name files, beside the working folder and their own.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) root: Vec<PathBuf>,
     /// Width and height of the picture.
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = parse_size)]
     pub(crate) size: [u32; 2],
@@ -188,6 +191,9 @@ pub(crate) struct PermutationsArguments {
     /// A folder with templates that replace or join those that come with the command.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) templates: Option<PathBuf>,
+    /// A further folder below which pipelines and scenes may name files, beside the working folder and their own.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) root: Vec<PathBuf>,
 }
 
 /// The form of findings.

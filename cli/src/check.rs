@@ -9,11 +9,11 @@ use umbragraph::shader::permutations::Count;
 use crate::arguments::{CheckArguments, FindingsFormat};
 use crate::mend::mend;
 use crate::session::{Covered, Session};
-use crate::streams::{complain, print};
+use crate::streams::{complain, print, print_json};
 
 /// Checks pipelines, mends them first where that is asked; whether there were no errors.
 pub(crate) fn run(arguments: &CheckArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref());
+    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
     if arguments.fix {
         let mended = mend(arguments);
         if arguments.dry_run {
@@ -110,11 +110,14 @@ fn report(session: &mut Session, format: FindingsFormat, pipelines: Vec<serde_js
             session.arrange();
             let findings: Vec<_> =
                 session.findings.iter().map(|finding| render::json(finding, &session.sources)).collect();
-            print(&format!("{:#}\n", serde_json::json!({ "findings": findings, "pipelines": pipelines })));
+            print_json(&format!(
+                "{:#}\n",
+                serde_json::json!({ "findings": findings, "pipelines": pipelines })
+            ));
         }
         FindingsFormat::Sarif => {
             session.arrange();
-            print(&format!("{:#}\n", render::sarif(&session.findings, &session.sources)));
+            print_json(&format!("{:#}\n", render::sarif(&session.findings, &session.sources)));
         }
         FindingsFormat::Github => {
             session.arrange();

@@ -3,6 +3,7 @@
 use std::io::Read as _;
 use std::path::Path;
 
+use umbragraph::compose::read_bytes;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, format};
 use umbragraph::read_source;
@@ -10,7 +11,7 @@ use umbragraph::source::{FileId, MAXIMUM_FILE_BYTES, Sources, Span};
 
 use crate::arguments::FmtArguments;
 use crate::replace::{replace, unwritable};
-use crate::streams::{complain, print};
+use crate::streams::{complain, print, print_contents, print_json};
 
 /// What findings call standard input.
 const STANDARD_INPUT: &str = "<standard input>";
@@ -35,7 +36,7 @@ fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result
     let is_input = path.as_os_str() == "-";
     let (file, bytes) = if is_input { read_input(sources) } else { read_file(path, sources) }?;
     if arguments.strict {
-        print(&format::strict(&document::parse(sources, file)?));
+        print_json(&format::strict(&document::parse(sources, file)?));
         return Ok(true);
     }
     let text = format::format(sources, file)?;
@@ -45,7 +46,7 @@ fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result
             print(&format!("{}\n", sources.get(file).map_or("", |file| file.name())));
         }
     } else if is_input {
-        print(&text);
+        print_contents(text.as_bytes());
     } else if !is_canonical {
         replace(path, &text).map_err(|error| unwritable(path, &error))?;
     }
@@ -56,7 +57,7 @@ fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result
 fn read_file(path: &Path, sources: &mut Sources) -> Result<(FileId, Vec<u8>), Diagnostics> {
     let file = read_source(path, sources)?;
     let text = sources.get(file).map_or_else(Vec::new, |file| file.text().as_bytes().to_vec());
-    let bytes = std::fs::read(path).unwrap_or_default();
+    let bytes = read_bytes(path, MAXIMUM_FILE_BYTES as u64).ok().flatten().unwrap_or_default();
     let unmarked = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
     if unmarked != text {
         let name = path.display().to_string();

@@ -7,11 +7,11 @@ use umbragraph::report::{GraphFormat, Report, diff, draw};
 use crate::arguments::{Choices, GraphArguments};
 use crate::replace::{replace, unwritable};
 use crate::session::Session;
-use crate::streams::{complain, print};
+use crate::streams::{complain, print_contents, print_json};
 
 /// Draws a graph; whether there were no errors.
 pub(crate) fn run(arguments: &GraphArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref());
+    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
     let report = report(&mut session, &arguments.pipeline, &arguments.choices);
     let other =
         arguments.compare.as_ref().and_then(|path| self::report(&mut session, path, &arguments.choices));
@@ -23,7 +23,10 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
     let text = draw(&report, arguments.format, comparison.as_deref());
     match &arguments.out {
         None => {
-            print(&text);
+            match arguments.format {
+                GraphFormat::Json => print_json(&text),
+                _ => print_contents(text.as_bytes()),
+            }
             true
         }
         Some(path) => {

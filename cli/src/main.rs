@@ -1,6 +1,7 @@
 //! The `umbragraph` command.
 //!
-//! Exit status: 0 if all is well, 1 if there are errors among the findings, 2 if the command line cannot be understood.
+//! Exit status: 0 if all is well, 1 if there are errors among the findings or output is lost, 2 if the command line cannot
+//! be understood.
 
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 
@@ -38,8 +39,13 @@ fn main() -> ExitCode {
     let arguments = match Arguments::of_process() {
         Ok(arguments) => arguments,
         Err(error) => {
-            let _ = error.print();
-            return if error.use_stderr() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+            let text = error.render().to_string();
+            if error.use_stderr() {
+                streams::complain(&text);
+                return ExitCode::from(2);
+            }
+            streams::print(&text);
+            return if streams::is_lost() { ExitCode::FAILURE } else { ExitCode::SUCCESS };
         }
     };
     let fine = match arguments.command {
@@ -56,7 +62,7 @@ fn main() -> ExitCode {
         #[cfg(feature = "gpu")]
         Command::Render(arguments) => render::run(&arguments),
     };
-    if fine { ExitCode::SUCCESS } else { ExitCode::FAILURE }
+    if fine && !streams::is_lost() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }
 
 /// Where there is no display, a layer of Mesa that looks for one complains on standard error, twice, before every

@@ -13,7 +13,7 @@ use umbragraph::diagnostic::{Diagnostic, fix};
 use crate::arguments::CheckArguments;
 use crate::replace::{replace, unwritable};
 use crate::session::Session;
-use crate::streams::{complain, print};
+use crate::streams::{complain, print_contents};
 
 /// The most rounds; each mends at least one finding.
 const MAXIMUM_ROUNDS: usize = 64;
@@ -35,7 +35,7 @@ pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
     // Texts that were there before: no fix leads back to one.
     let mut seen = BTreeSet::new();
     for _ in 0..MAXIMUM_ROUNDS {
-        let mut session = Session::new(arguments.choices.templates.as_deref());
+        let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
         session.texts.clone_from(&mended.texts);
         for path in &arguments.pipelines {
             session.check_all(path, &arguments.choices, arguments.config, false);
@@ -67,7 +67,7 @@ impl Mended {
         for (name, original) in &self.originals {
             let Some(text) = self.texts.get(name) else { continue };
             let difference = TextDiff::from_lines(original.as_str(), text.as_str());
-            print(&difference.unified_diff().header(name, name).to_string());
+            print_contents(difference.unified_diff().header(name, name).to_string().as_bytes());
         }
     }
 

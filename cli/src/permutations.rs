@@ -20,13 +20,13 @@ use umbragraph::source::{FileId, Span};
 use crate::arguments::{FindingsFormat, PermutationsArguments};
 use crate::axes;
 use crate::session::{Session, profiles};
-use crate::streams::print;
+use crate::streams::{print, print_json};
 use crate::validator::ExternalValidator;
 use crate::variants::{Outcome, ReachedConfigurations, write};
 
 /// Proves variants; whether there were no errors.
 pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
-    let mut session = Session::new(arguments.templates.as_deref());
+    let mut session = Session::new(arguments.templates.as_deref(), &arguments.root);
     let mut outcome = Outcome::default();
     if let Some((requests, reached)) = requests(arguments, &mut session) {
         outcome.reached = reached;
@@ -52,11 +52,11 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
             session.report()
         }
         FindingsFormat::Json => {
-            print(&(outcome.json(&session.findings, &session.sources) + "\n"));
+            print_json(&(outcome.json(&session.findings, &session.sources) + "\n"));
             !session.findings.has_errors()
         }
         FindingsFormat::Sarif => {
-            print(&format!("{:#}\n", render::sarif(&session.findings, &session.sources)));
+            print_json(&format!("{:#}\n", render::sarif(&session.findings, &session.sources)));
             !session.findings.has_errors()
         }
         FindingsFormat::Github => {
@@ -185,7 +185,7 @@ fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[R
     let names: BTreeSet<&String> = requests.iter().map(|request| &request.template).collect();
     let names: Vec<String> = names.into_iter().cloned().collect();
     match arguments.format {
-        FindingsFormat::Json => print(&format!("{:#}\n", axes::json(&session.templates, &names))),
+        FindingsFormat::Json => print_json(&format!("{:#}\n", axes::json(&session.templates, &names))),
         FindingsFormat::Human | FindingsFormat::Github | FindingsFormat::Sarif => {
             print(&axes::human(&session.templates, &names));
         }

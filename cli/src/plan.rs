@@ -4,11 +4,11 @@ use umbragraph::compiler::verify;
 
 use crate::arguments::PlanArguments;
 use crate::session::Session;
-use crate::streams::{complain, print};
+use crate::streams::{complain, print_json};
 
 /// Prints a plan; whether there were no errors, and no faults where they are looked for.
 pub(crate) fn run(arguments: &PlanArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref());
+    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
     let checked = session.check(&arguments.pipeline, &arguments.choices);
     let fine = session.report();
     let Some(plan) = checked.plan.filter(|_| fine) else { return false };
@@ -26,7 +26,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> bool {
     }
     match serde_json::to_string_pretty(&plan) {
         Ok(text) => {
-            print(&(text + "\n"));
+            print_json(&(text + "\n"));
             true
         }
         Err(_) => false,

@@ -1,9 +1,11 @@
 //! `umbragraph schema`
 
+use umbragraph::compose::read_bytes;
 use umbragraph::pipeline::{self, FileKind};
+use umbragraph::source::MAXIMUM_FILE_BYTES;
 
 use crate::arguments::{SchemaArguments, SchemaKind};
-use crate::streams::{complain, print};
+use crate::streams::{complain, print_json};
 
 /// Prints the schema, or compares it with a file; whether they are alike.
 pub(crate) fn run(arguments: &SchemaArguments) -> bool {
@@ -16,11 +18,12 @@ pub(crate) fn run(arguments: &SchemaArguments) -> bool {
     let schema = pipeline::schema_of(kind, &umbragraph::registry());
     let Ok(text) = serde_json::to_string_pretty(&schema) else { return false };
     let Some(path) = &arguments.check else {
-        print(&(text + "\n"));
+        print_json(&(text + "\n"));
         return true;
     };
-    match std::fs::read_to_string(path) {
-        Ok(committed) if committed.trim_end() == text => true,
+    let committed = read_bytes(path, MAXIMUM_FILE_BYTES as u64);
+    match committed {
+        Ok(Some(committed)) if committed.trim_ascii_end() == text.as_bytes() => true,
         Ok(_) => {
             complain(&format!(
                 "{} is not the schema of this version; write it anew: umbragraph schema{said} > {0}\n",

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use umbragraph::compiler::PlanOptions;
-use umbragraph::compose::{Composed, Files as _};
+use umbragraph::compose::{Composed, Disk, Files as _, Roots};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, Document, Value};
 use umbragraph::node::Registry;
@@ -32,6 +32,8 @@ pub(crate) struct Session {
     pub(crate) texts: BTreeMap<String, String>,
     /// The files that were read.
     pub(crate) files: BTreeSet<String>,
+    /// Folders below which documents may name files, beside the working folder and their own.
+    pub(crate) roots: Vec<PathBuf>,
     /// A document that every pipeline includes after its extensions.
     pub(crate) included: Option<String>,
 }
@@ -40,6 +42,8 @@ pub(crate) struct Session {
 struct Overlaid<'s> {
     texts: &'s BTreeMap<String, String>,
     files: &'s mut BTreeSet<String>,
+    /// What documents may read; everything where the command line names the file.
+    disk: Option<Disk>,
 }
 
 impl compose::Files for Overlaid<'_> {
@@ -47,7 +51,10 @@ impl compose::Files for Overlaid<'_> {
         let name = path.display().to_string();
         let file = match self.texts.get(&name) {
             Some(text) => sources.add(name.as_str(), text.as_str()),
-            None => read_source(path, sources)?,
+            None => match &mut self.disk {
+                Some(disk) => disk.read(path, sources)?,
+                None => read_source(path, sources)?,
+            },
         };
         self.files.insert(name);
         Ok(file)
@@ -71,9 +78,14 @@ pub(crate) struct Covered {
 
 impl Session {
     /// A session with the embedded templates, and those of a folder.
-    pub(crate) fn new(folder: Option<&Path>) -> Self {
+    pub(crate) fn new(folder: Option<&Path>, roots: &[PathBuf]) -> Self {
         let mut sources = Sources::new();
         let mut findings = Diagnostics::new();
+        findings.extend(roots.iter().filter(|root| !root.is_dir()).map(|root| {
+            let name = root.display().to_string();
+            let message = format!("there is no folder \"{name}\"");
+            Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help("--root names a folder")
+        }));
         let mut own_files = None;
         let templates = match folder {
             None => umbragraph::templates(&mut sources, &mut findings),
@@ -82,7 +94,8 @@ impl Session {
                 if let Err(finding) = collect(folder, folder, &mut files, 0) {
                     findings.push(*finding);
                 }
-                let templates = umbragraph::templates_with(&files, &mut sources, &mut findings);
+                let mut disk = Disk(with_roots(Roots::below(folder), roots));
+                let templates = umbragraph::templates_with(&files, &mut disk, &mut sources, &mut findings);
                 let file = |name: &String| match name.strip_suffix(".axes.json") {
                     Some(stem) => templates.axes_file(stem),
                     None => templates.file(name),
@@ -101,8 +114,14 @@ impl Session {
             registry,
             texts: BTreeMap::new(),
             files: BTreeSet::new(),
+            roots: roots.to_vec(),
             included: None,
         }
+    }
+
+    /// What a document may read.
+    pub(crate) fn roots(&self, document: &Path) -> Roots {
+        with_roots(Roots::of(document), &self.roots)
     }
 
     /// The document of a pipeline, composed of its files, with the passes of extensions put in.
@@ -130,9 +149,13 @@ impl Session {
     }
 
     fn composed(&mut self, path: &Path) -> Option<Composed> {
-        let mut files = Overlaid { texts: &self.texts, files: &mut self.files };
+        let disk = Disk(self.roots(path));
+        let mut files = Overlaid { texts: &self.texts, files: &mut self.files, disk: None };
         match files.read(path, &mut self.sources) {
-            Ok(file) => compose::compose(file, path, &mut files, &mut self.sources, &mut self.findings),
+            Ok(file) => {
+                files.disk = Some(disk);
+                compose::compose(file, path, &mut files, &mut self.sources, &mut self.findings)
+            }
             Err(finding) => {
                 self.findings.push(finding);
                 None
@@ -339,7 +362,7 @@ impl Session {
     }
 
     fn parameter_file(&mut self, path: &Path) -> Option<ParameterFile> {
-        let document = Overlaid { texts: &self.texts, files: &mut self.files }
+        let document = Overlaid { texts: &self.texts, files: &mut self.files, disk: None }
             .read(path, &mut self.sources)
             .map_err(Diagnostics::from)
             .and_then(|file| document::parse(&self.sources, file));
@@ -393,6 +416,10 @@ impl Session {
         }
         fine.then_some(profiles)
     }
+}
+
+fn with_roots(roots: Roots, further: &[PathBuf]) -> Roots {
+    further.iter().fold(roots, |roots, folder| roots.and(folder))
 }
 
 /// The profiles asked for, or else those that a document claims; unknown claims are findings of its load.

@@ -8,11 +8,11 @@ use umbragraph::work::{ProgramHandle, Work};
 
 use crate::arguments::WgslArguments;
 use crate::session::Session;
-use crate::streams::print_bytes;
+use crate::streams::print_contents;
 
 /// Prints the shaders of a pipeline, or of one of its passes; whether there were no errors.
 pub(crate) fn run(arguments: &WgslArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref());
+    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
     let checked = session.check(&arguments.pipeline, &arguments.choices);
     let Some(pipeline) = checked.pipeline else { return session.report() };
     if let Some(name) = &arguments.pass
@@ -58,7 +58,7 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
             }
         }
     }
-    print_bytes(&output);
+    print_contents(&output);
     session.report()
 }
 

@@ -6,11 +6,11 @@ use umbragraph::why::{Subject, human, why, why_memory};
 
 use crate::arguments::{AnswerFormat, WhyArguments};
 use crate::session::Session;
-use crate::streams::print;
+use crate::streams::{print, print_json};
 
 /// Tells of a name, or of the memory of two; whether there is such a name, and no error in the pipeline.
 pub(crate) fn run(arguments: &WhyArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref());
+    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
     let Some((composed, choice, checked)) = session.trace(&arguments.pipeline, &arguments.choices) else {
         return session.report();
     };
@@ -38,7 +38,10 @@ pub(crate) fn run(arguments: &WhyArguments) -> bool {
         }
     };
     match answer {
-        Ok(text) => print(&text),
+        Ok(text) => match arguments.format {
+            AnswerFormat::Human => print(&text),
+            AnswerFormat::Json => print_json(&text),
+        },
         Err(findings) => session.findings.extend(findings),
     }
     session.report()

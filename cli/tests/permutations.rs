@@ -321,10 +321,12 @@ fn constraints_that_clash_are_named() {
 fn cascades_by(section: &str) -> Output {
     let folder = ScratchFolder::new(&format!("permutations-refused-{section}"));
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../pipelines").canonicalize().unwrap();
-    for name in ["mantis.json", "base/forward.json"] {
-        let path = folder.join(name);
+    let base =
+        ["forward", "hemisphere", "cascades", "tiled_cascades"].map(|name| format!("base/{name}.json"));
+    for name in base.into_iter().chain(["mantis.json".to_owned()]) {
+        let path = folder.join(&name);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::copy(root.join(name), path).unwrap();
+        std::fs::copy(root.join(&name), path).unwrap();
     }
     let pipeline = folder.join("wide.json");
     let text = format!(

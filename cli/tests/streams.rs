@@ -57,6 +57,49 @@ fn a_reader_that_closes_early_is_no_error() {
     }
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_is_lost_is_an_error_of_every_command() {
+    let folder = ScratchFolder::new("streams-full");
+    let scene = folder.join("empty.gltf");
+    std::fs::write(&scene, r#"{ "asset": { "version": "2.0" } }"#).unwrap();
+    let (scene, out) = (scene.display().to_string(), folder.join("out.png").display().to_string());
+    let mended = folder.join("mended.json");
+    let smallest = std::fs::read_to_string(root().join("pipelines/learn/01-smallest.json")).unwrap();
+    std::fs::write(&mended, smallest.replace("viewport", "viewprot")).unwrap();
+    let mended = mended.display().to_string();
+    let render =
+        ["render", "pipelines/learn/01-smallest.json", "--scene", &scene, "--out", &out, "--size", "8x8"];
+    let further: &[&[&str]] = &[
+        &["--help"],
+        &["--version"],
+        &["check", "--help"],
+        &["fmt", "--strict", "pipelines/nebula.json"],
+        &["check", "pipelines/nebula.json", "--format", "json"],
+        &["check", "pipelines/nebula.json", "--format", "sarif"],
+        &["check", &mended, "--fix", "--dry-run"],
+        &["graph", "pipelines/nebula.json", "--format", "json"],
+        &["graph", "pipelines/nebula.json", "--format", "html"],
+        &render,
+    ];
+    let printing = PRINTING.iter().filter(|(_, status)| *status == 0).map(|(arguments, _)| *arguments);
+    let mut lost = 0;
+    for arguments in printing.chain(further.iter().copied()) {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let output = command(arguments).stdout(full).stderr(Stdio::piped()).output().unwrap();
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        if arguments[0] == "render" && errors.contains("no graphics")
+            || errors.contains("unrecognized subcommand")
+        {
+            continue;
+        }
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {errors}");
+        assert!(errors.contains("standard output cannot be written"), "{arguments:?}: {errors}");
+        lost += 1;
+    }
+    assert!(lost >= 24, "only {lost}");
+}
+
 /// Runs the command with standard error on a terminal; what arrived there, or `None` where no terminal can be had.
 #[cfg(target_os = "linux")]
 fn on_a_terminal(arguments: &str) -> Option<String> {

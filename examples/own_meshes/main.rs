@@ -15,6 +15,7 @@ use std::sync::Arc;
 use dominoes::{Dominoes, GEOMETRY, interface};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use umbragraph::compiler::{Plan, PlanOptions};
+use umbragraph::compose::{Disk, Roots};
 use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::executor::{Executor, Frame};
 use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
@@ -67,7 +68,12 @@ fn plan() -> Result<Plan, String> {
     let mut sources = Sources::new();
     let mut findings = Diagnostics::new();
     let own = ["dominoes.wgsl.jinja", "dominoes.axes.json"].map(|name| (name.to_owned(), folder.join(name)));
-    let templates = umbragraph::templates_with(&own, &mut sources, &mut findings);
+    let templates = umbragraph::templates_with(
+        &own,
+        &mut Disk(Roots::default().and(&folder)),
+        &mut sources,
+        &mut findings,
+    );
     let mut registry = umbragraph::registry();
     registry.host(GEOMETRY, interface());
     let job = umbragraph::Job {

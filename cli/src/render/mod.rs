@@ -28,7 +28,7 @@ use crate::streams::print;
 
 /// Renders what the arguments ask for; whether there were no errors.
 pub(crate) fn run(arguments: &RenderArguments) -> bool {
-    let mut session = Session::new(arguments.choices.templates.as_deref());
+    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
     let mut progress = Progress::new();
     let result = render(arguments, &mut session, &mut progress);
     progress.finish();
@@ -56,7 +56,9 @@ fn render(
     let output = Output::of(arguments)?;
     let path = CameraPath::of(arguments.camera.as_ref())?;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &arguments.choices));
-    let scene = match progress.stage("load scene", || umbragraph::scene::load(&arguments.scene)) {
+    let scene = match progress.stage("load scene", || {
+        umbragraph::scene::load_below(&arguments.scene, session.roots(&arguments.scene))
+    }) {
         Ok(scene) => scene,
         Err(diagnostics) => {
             session.findings.extend(diagnostics);

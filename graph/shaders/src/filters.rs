@@ -5,8 +5,8 @@
 //! `indent` are own ones with a limit.
 
 use minijinja::syntax::SyntaxConfig;
-use minijinja::value::{Rest, Value, ValueKind};
-use minijinja::{Environment, Error, UndefinedBehavior, escape_formatter, filters, functions, tests};
+use minijinja::value::{Kwargs, Rest, Value, ValueKind};
+use minijinja::{Environment, Error, State, UndefinedBehavior, escape_formatter, filters, functions, tests};
 
 use super::guard;
 
@@ -77,13 +77,13 @@ fn add_filters(environment: &mut Environment<'static>) {
     environment.add_filter("join", join);
     environment.add_filter("last", filters::last);
     environment.add_filter("length", filters::length);
-    environment.add_filter("lower", filters::lower);
-    environment.add_filter("max", filters::max);
-    environment.add_filter("min", filters::min);
+    environment.add_filter("lower", lower);
+    environment.add_filter("max", max);
+    environment.add_filter("min", min);
     environment.add_filter("replace", replace);
     environment.add_filter("round", filters::round);
-    environment.add_filter("trim", filters::trim);
-    environment.add_filter("upper", filters::upper);
+    environment.add_filter("trim", trim);
+    environment.add_filter("upper", upper);
 }
 
 fn add_tests(environment: &mut Environment<'static>) {
@@ -99,6 +99,40 @@ fn add_tests(environment: &mut Environment<'static>) {
     environment.add_test("undefined", tests::is_undefined);
 }
 
+/// A text of a size that a variable could have; going through it counts.
+fn read(text: &str) -> Result<&str, Error> {
+    if text.len() > guard::MAXIMUM_VALUE {
+        return Err(guard::limit("a filter gets a value larger than 1 MiB"));
+    }
+    guard::work(1, text.len()).map(|()| text)
+}
+
+fn lower(value: &str) -> Result<String, Error> {
+    Ok(read(value)?.to_lowercase())
+}
+
+fn upper(value: &str) -> Result<String, Error> {
+    Ok(read(value)?.to_uppercase())
+}
+
+fn trim(value: &str, characters: Option<&str>) -> Result<String, Error> {
+    let value = read(value)?;
+    Ok(match characters {
+        Some(characters) => value.trim_matches(|one| characters.contains(one)).to_owned(),
+        None => value.trim().to_owned(),
+    })
+}
+
+fn max(state: &State<'_, '_>, value: Value, options: Kwargs) -> Result<Value, Error> {
+    guard::work(value.len().unwrap_or(1), 0)?;
+    filters::max(state, value, options)
+}
+
+fn min(state: &State<'_, '_>, value: Value, options: Kwargs) -> Result<Value, Error> {
+    guard::work(value.len().unwrap_or(1), 0)?;
+    filters::min(state, value, options)
+}
+
 fn bounded(text: String) -> Result<String, Error> {
     if text.len() > guard::MAXIMUM_VALUE {
         return Err(guard::limit("a filter makes a value larger than 1 MiB"));
@@ -107,6 +141,7 @@ fn bounded(text: String) -> Result<String, Error> {
 }
 
 fn replace(value: &str, from: &str, to: &str) -> Result<String, Error> {
+    let value = read(value)?;
     let found = value.matches(from).take(guard::MAXIMUM_VALUE).count();
     if value.len().saturating_add(found.saturating_mul(to.len())) > guard::MAXIMUM_VALUE {
         return Err(guard::limit("a filter makes a value larger than 1 MiB"));
@@ -130,11 +165,14 @@ fn join(value: &Value, joiner: Option<&str>) -> Result<String, Error> {
             }
         }
         text = bounded(text)?;
+        guard::work(1, 0)?;
     }
+    guard::work(0, text.len())?;
     Ok(text)
 }
 
 fn indent(value: &str, width: Option<usize>, first: Option<bool>) -> Result<String, Error> {
+    let value = read(value)?;
     let width = width.unwrap_or(4).min(256);
     if value.len().saturating_add(value.lines().count().saturating_mul(width)) > guard::MAXIMUM_VALUE {
         return Err(guard::limit("a filter makes a value larger than 1 MiB"));

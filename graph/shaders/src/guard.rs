@@ -1,7 +1,8 @@
 //! Guards against templates that grow without end.
 //!
 //! The template engine counts its steps (fuel), and the sink counts the bytes that reach it. Neither sees a value that
-//! doubles inside a variable: thirty rounds of `set s = s ~ s` are few steps and a gigabyte. Growth needs a name to
+//! doubles inside a variable: thirty rounds of `set s = s ~ s` are few steps and a gigabyte. Nor do they see how long a
+//! step takes that goes through a long value, so that guards and filters count what they look at ([`work`]). Growth needs a name to
 //! feed on, and names are bound by few tags: `set`, `for`, `macro`, `call` and `with`. After each of these tags a call of a
 //! guard with the bound names is inserted, which fails where a value is too large or time is up. The insertions contain
 //! no line break and take over the whitespace control of their tag, so they change no output; [`Prepared::original`]
@@ -22,8 +23,13 @@ use super::scan::{Tag, WordKind};
 pub(crate) const MAXIMUM_VALUE: usize = 1 << 20;
 /// The largest text that all expressions of one rendering may write, captured text included.
 pub(crate) const MAXIMUM_WRITTEN: usize = 16 << 20;
-/// The longest time for one rendering. Fuel and sizes end every realistic template long before.
-const MAXIMUM_TIME: Duration = Duration::from_secs(8);
+/// How much guards and filters may look at in one rendering: elements, and pieces of [`PIECE`] bytes.
+const MAXIMUM_WORK: usize = 4 << 20;
+/// The bytes of text that are looked at as fast as one element.
+const PIECE: usize = 64;
+/// The longest time for one rendering, for what fuel, work and sizes do not count: texts of up to 100 MB that exist within
+/// one expression. Without optimization everything takes longer.
+const MAXIMUM_TIME: Duration = Duration::from_secs(if cfg!(debug_assertions) { 4 } else { 1 });
 /// The name of the inserted function; no axis can have it, since axis names start with a letter.
 pub(crate) const GUARD: &str = "__guard";
 
@@ -179,6 +185,7 @@ fn depth_after(depth: usize, word: &str) -> usize {
 thread_local! {
     static DEADLINE: Cell<Option<Instant>> = const { Cell::new(None) };
     static WRITTEN: Cell<usize> = const { Cell::new(0) };
+    static WORK: Cell<usize> = const { Cell::new(0) };
     static CALLS: Cell<u32> = const { Cell::new(0) };
 }
 
@@ -188,6 +195,17 @@ pub(crate) fn begin() {
     let clock = (!cfg!(target_family = "wasm")).then(Instant::now);
     DEADLINE.set(clock.and_then(|now| now.checked_add(MAXIMUM_TIME)));
     WRITTEN.set(0);
+    WORK.set(0);
+}
+
+/// Counts elements, and bytes of text, that are looked at beside the engine's own steps.
+pub(crate) fn work(elements: usize, bytes: usize) -> Result<(), Error> {
+    let total = WORK.get().saturating_add(elements).saturating_add(bytes / PIECE);
+    WORK.set(total);
+    if total > MAXIMUM_WORK {
+        return Err(limit("its values and filters go through more than 4,194,304 elements"));
+    }
+    in_time()
 }
 
 /// Counts text that an expression writes.
@@ -205,7 +223,7 @@ pub(crate) fn written(bytes: usize) -> Result<(), Error> {
 
 fn in_time() -> Result<(), Error> {
     match DEADLINE.get() {
-        Some(deadline) if Instant::now() > deadline => Err(limit("rendering takes longer than 8 seconds")),
+        Some(deadline) if Instant::now() > deadline => Err(limit("rendering takes longer than a second")),
         _ => Ok(()),
     }
 }
@@ -222,16 +240,14 @@ pub(crate) fn is_limit(error: &Error) -> bool {
 
 /// The inserted function.
 pub(crate) fn guard(values: Rest<Value>) -> Result<Value, Error> {
-    in_time()?;
-    let mut budget = MAXIMUM_VALUE;
-    if values.iter().all(|value| fits(value, &mut budget, 0)) {
-        Ok(Value::from(""))
-    } else {
-        Err(limit("a value kept in a variable is larger than 1 MiB"))
-    }
+    let (mut budget, mut elements) = (MAXIMUM_VALUE, 0);
+    let fit = values.iter().all(|value| fits(value, &mut budget, &mut elements, 0));
+    work(elements, 0)?;
+    if fit { Ok(Value::from("")) } else { Err(limit("a value kept in a variable is larger than 1 MiB")) }
 }
 
-fn fits(value: &Value, budget: &mut usize, depth: usize) -> bool {
+fn fits(value: &Value, budget: &mut usize, elements: &mut usize, depth: usize) -> bool {
+    *elements += 1;
     let size = match value.as_str() {
         Some(text) => text.len(),
         None => 1,
@@ -245,10 +261,12 @@ fn fits(value: &Value, budget: &mut usize, depth: usize) -> bool {
         ValueKind::Iterable | ValueKind::Seq | ValueKind::Map if depth > 64 => false,
         ValueKind::Iterable | ValueKind::Seq => match value.len() {
             Some(length) if length > MAXIMUM_VALUE => false,
-            _ => value.try_iter().is_ok_and(|mut items| items.all(|item| fits(&item, budget, depth + 1))),
+            _ => value
+                .try_iter()
+                .is_ok_and(|mut items| items.all(|item| fits(&item, budget, elements, depth + 1))),
         },
         ValueKind::Map => value.try_iter().is_ok_and(|mut keys| {
-            keys.all(|key| value.get_item(&key).is_ok_and(|item| fits(&item, budget, depth + 1)))
+            keys.all(|key| value.get_item(&key).is_ok_and(|item| fits(&item, budget, elements, depth + 1)))
         }),
         _ => true,
     }

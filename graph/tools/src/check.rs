@@ -70,7 +70,8 @@ pub fn check(file: FileId, job: &Job<'_>, sources: &Sources, diagnostics: &mut D
 }
 
 /// Takes a pipeline file, with the files that it extends, includes and uses, all the way to a plan. Every finding goes to
-/// `diagnostics`. Files that are not on a disk: [`crate::compose::compose`], then [`check_document`].
+/// `diagnostics`. What it names lies below the working folder or its own; further folders, or files that are not on a
+/// disk: [`crate::compose::compose`], then [`check_document`].
 pub fn check_path(
     path: &Path,
     job: &Job<'_>,
@@ -84,7 +85,7 @@ pub fn check_path(
             return Checked::default();
         }
     };
-    compose::compose(file, path, &mut compose::Disk, sources, diagnostics)
+    compose::compose(file, path, &mut compose::Disk(compose::Roots::of(path)), sources, diagnostics)
         .map(|composed| check_document(&composed.document, job, sources, diagnostics))
         .unwrap_or_default()
 }

@@ -2,6 +2,7 @@
 
 use gltf::json::Root;
 
+use super::limits::DECODED_PER_BYTE;
 use super::report::Report;
 use super::resource::{Resolver, resolve};
 use crate::codes;
@@ -17,7 +18,10 @@ pub(super) fn read(
         let at = format!("/buffers/{index}");
         let mut bytes = match (&buffer.uri, binary) {
             (Some(uri), _) => match resolve(uri, resolver) {
-                Ok(bytes) => bytes,
+                Ok(bytes) => {
+                    report.allow(bytes.len(), DECODED_PER_BYTE);
+                    bytes
+                }
                 Err(error) => {
                     let help = "put the file beside the document, or export the scene as one .glb file";
                     report.error(

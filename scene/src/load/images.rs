@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use super::accessor::Accessors;
-use super::limits::MAXIMUM_IMAGE_SIDE;
+use super::limits::{DECODED_PER_IMAGE_BYTE, MAXIMUM_IMAGE_SIDE};
 use super::report::Report;
 use super::resource::{Resolver, resolve};
 use crate::codes;
@@ -142,6 +142,7 @@ fn read_image(
         );
         return None;
     }
+    report.allow(bytes.len(), DECODED_PER_IMAGE_BYTE);
     // Mip levels take another third.
     if !report.charge(u64::from(width) * u64::from(height) * 4 * 4 / 3, &at) {
         return None;

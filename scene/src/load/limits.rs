@@ -1,7 +1,8 @@
 //! How large a scene may be.
 //!
-//! Loading a file of the largest size allowed takes a few GiB at most, whatever the file says: all that is decoded is
-//! charged to one budget before it is allocated.
+//! Loading takes memory in proportion to the files, and a few GiB at most, whatever they say: objects are counted before
+//! they are parsed, and all that is decoded is charged to one budget, which the bytes that are read make, before it is
+//! allocated.
 
 /// The largest scene, buffer or image file, in bytes.
 pub const MAXIMUM_FILE_BYTES: u64 = 1 << 30;
@@ -11,6 +12,18 @@ pub const MAXIMUM_JSON_BYTES: usize = 256 << 20;
 
 /// The most objects (opening braces) in the JSON document: each takes hundreds of bytes once it is parsed.
 pub const MAXIMUM_OBJECTS: usize = 1 << 20;
+
+/// The objects of any document, and the bytes of JSON for each further one: one that says anything has as many.
+pub const FREE_OBJECTS: usize = 1 << 12;
+/// The fewest bytes of JSON for each object beyond [`FREE_OBJECTS`].
+pub const BYTES_PER_OBJECT: usize = 10;
+
+/// What any scene may take once it is decoded, in bytes.
+pub const FREE_DECODED_BYTES: u64 = 1 << 20;
+/// What it may take besides for each byte that is read: primitives share vertices, and zeros need no bytes.
+pub const DECODED_PER_BYTE: u64 = 1 << 10;
+/// The same for each byte of an image, which may be of one color.
+pub const DECODED_PER_IMAGE_BYTE: u64 = 1 << 16;
 
 /// The most bytes that buffers, vertices, indices, key frames and texels may take together once they are decoded.
 pub const MAXIMUM_DECODED_BYTES: u64 = 3 << 30;

@@ -34,6 +34,7 @@ mod skins;
 pub use resource::{Folder, NoFiles, ResolveError, Resolver};
 
 use std::path::{Path, PathBuf};
+use umbragraph_pipeline::compose::Roots;
 use umbragraph_pipeline::diagnostic::Diagnostics;
 
 use crate::codes;
@@ -41,16 +42,24 @@ use crate::scene::Scene;
 use accessor::Accessors;
 use report::Report;
 
-/// Loads a `.glb` or `.gltf` file, with the buffers and images that lie beside it.
+/// Loads a `.glb` or `.gltf` file, with the buffers and images that lie below its folder or the working folder.
 ///
 /// # Errors
 /// All findings of the file, at least one of them an error.
 pub fn load(path: &Path) -> Result<Scene, Diagnostics> {
+    load_below(path, Roots::of(path))
+}
+
+/// The same, with the buffers and images that lie below other folders.
+///
+/// # Errors
+/// All findings of the file, at least one of them an error.
+pub fn load_below(path: &Path, roots: Roots) -> Result<Scene, Diagnostics> {
     let name = path.display().to_string();
     match resource::read_file(path, &name) {
         Ok(bytes) => {
             let folder = path.parent().map_or_else(PathBuf::new, Path::to_path_buf);
-            from_slice(&name, &bytes, &Folder(folder))
+            from_slice(&name, &bytes, &Folder::new(folder).below(roots))
         }
         Err(error) => {
             let mut report = Report::new(&name);
@@ -81,6 +90,7 @@ pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<S
 }
 
 fn read(name: &str, bytes: &[u8], resolver: &dyn Resolver, report: &mut Report) -> Option<Scene> {
+    report.allow(bytes.len(), limits::DECODED_PER_BYTE);
     let container = container::open(bytes, report)?;
     let root = &container.root;
     let buffers = buffers::read(root, container.binary, resolver, report);

@@ -2,7 +2,7 @@
 
 use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics};
 
-use super::limits::{MAXIMUM_DECODED_BYTES, MAXIMUM_FINDINGS};
+use super::limits::{FREE_DECODED_BYTES, MAXIMUM_DECODED_BYTES, MAXIMUM_FINDINGS};
 use crate::codes;
 
 /// Collects the findings of one file, and counts what has been decoded.
@@ -12,6 +12,8 @@ pub(super) struct Report {
     warnings: Diagnostics,
     unlisted: usize,
     decoded_bytes: u64,
+    /// What may be decoded, as far as the bytes go that were read.
+    allowed_bytes: u64,
     /// What is done instead, while findings are no errors.
     instead: Option<&'static str>,
 }
@@ -24,6 +26,7 @@ impl Report {
             warnings: Diagnostics::new(),
             unlisted: 0,
             decoded_bytes: 0,
+            allowed_bytes: FREE_DECODED_BYTES,
             instead: None,
         }
     }
@@ -72,15 +75,24 @@ impl Report {
         !self.errors.is_empty()
     }
 
+    /// Adds to the budget what may be decoded for bytes that were read.
+    pub(super) fn allow(&mut self, bytes: usize, decoded_per_byte: u64) {
+        let allowed = (bytes as u64).saturating_mul(decoded_per_byte);
+        self.allowed_bytes = self.allowed_bytes.saturating_add(allowed);
+    }
+
     /// Takes `bytes` from the budget; says so and returns `false` where that is more than is left.
     pub(super) fn charge(&mut self, bytes: u64, at: &str) -> bool {
         let total = self.decoded_bytes.saturating_add(bytes);
-        if total > MAXIMUM_DECODED_BYTES {
-            let limit = MAXIMUM_DECODED_BYTES >> 20;
+        let most = self.allowed_bytes.min(MAXIMUM_DECODED_BYTES);
+        if total > most {
+            let limit = most >> 20;
             self.error(
                 codes::TOO_LARGE,
                 at,
-                format!("decoding this would take the scene beyond {limit} MiB"),
+                format!(
+                    "decoding this would take the scene beyond {limit} MiB, the most for files of their size"
+                ),
                 "simplify the scene, or share accessors and images instead of repeating them",
             );
             return false;
@@ -136,6 +148,11 @@ mod tests {
     #[test]
     fn the_budget_is_shared_and_a_refused_charge_takes_nothing() {
         let mut report = Report::new("a.glb");
+        assert!(!Report::new("a.glb").charge(FREE_DECODED_BYTES + 1, "/a"));
+        report.allow(100, 1);
+        assert!(report.charge(FREE_DECODED_BYTES + 100, "/a") && !report.charge(1, "/a"));
+        let mut report = Report::new("a.glb");
+        report.allow(usize::MAX, 2);
         assert!(report.charge(MAXIMUM_DECODED_BYTES - 10, "/a"));
         assert!(!report.charge(11, "/b") && !report.charge(u64::MAX, "/b"));
         assert!(report.charge(10, "/c"));

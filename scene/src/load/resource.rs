@@ -1,12 +1,13 @@
 //! What a document names by URI: buffers and images.
 //!
 //! A `data:` URI carries its bytes itself (base64 only, as glTF asks). Any other URI has to be a relative path, which a
-//! [`Resolver`] turns into bytes: [`Folder`] reads files beside the document, [`NoFiles`] refuses (a document from
+//! [`Resolver`] turns into bytes: [`Folder`] reads files beside the document (below its roots alone), [`NoFiles`] refuses (a document from
 //! memory), and a host with an archive or a network of its own writes its own. Nothing is ever fetched here.
 
 use base64::Engine;
-use std::io::Read;
 use std::path::{Path, PathBuf};
+
+use umbragraph_pipeline::compose::{Roots, Unreachable, read_bytes};
 
 use super::limits::MAXIMUM_FILE_BYTES;
 
@@ -25,6 +26,9 @@ pub enum ResolveError {
         /// What the system says.
         reason: String,
     },
+    /// It lies outside of the folders that may be read.
+    #[error("{0:?} is outside of the folders that may be read")]
+    Outside(String),
     /// It is larger than [`MAXIMUM_FILE_BYTES`].
     #[error("{0:?} is larger than a scene file may be")]
     TooLarge(String),
@@ -55,29 +59,52 @@ impl Resolver for NoFiles {
     }
 }
 
-/// Reads files relative to a folder.
+/// Reads files relative to a folder, as far as they lie below some roots, links and `..` resolved.
 #[derive(Clone, Debug)]
-pub struct Folder(pub PathBuf);
+pub struct Folder {
+    folder: PathBuf,
+    roots: Roots,
+}
+
+impl Folder {
+    /// The files of a folder and of the working folder.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        let folder = folder.into();
+        let roots = Roots::below(&folder);
+        Self { folder, roots }
+    }
+
+    /// The files below other roots.
+    #[must_use]
+    pub fn below(self, roots: Roots) -> Self {
+        Self { roots, ..self }
+    }
+}
 
 impl Resolver for Folder {
     fn read(&self, path: &str) -> Result<Vec<u8>, ResolveError> {
-        read_file(&self.0.join(path), path)
+        match self.roots.find(&self.folder.join(path)) {
+            Ok(found) => read_file(&found, path),
+            Err(Unreachable::Outside) => Err(ResolveError::Outside(path.to_owned())),
+            Err(Unreachable::Failed(error)) => Err(failed(path, &error)),
+        }
     }
 }
 
 /// The bytes of a file of bounded size; `name` is what findings call it.
 pub(super) fn read_file(path: &Path, name: &str) -> Result<Vec<u8>, ResolveError> {
-    let failed = |error: std::io::Error| match error.kind() {
+    match read_bytes(path, MAXIMUM_FILE_BYTES) {
+        Ok(Some(bytes)) => Ok(bytes),
+        Ok(None) => Err(ResolveError::TooLarge(name.to_owned())),
+        Err(error) => Err(failed(name, &error)),
+    }
+}
+
+fn failed(name: &str, error: &std::io::Error) -> ResolveError {
+    match error.kind() {
         std::io::ErrorKind::NotFound => ResolveError::NotFound(name.to_owned()),
         _ => ResolveError::Unreadable { name: name.to_owned(), reason: error.to_string() },
-    };
-    let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(failed)?;
-    file.take(MAXIMUM_FILE_BYTES + 1).read_to_end(&mut bytes).map_err(failed)?;
-    if bytes.len() as u64 > MAXIMUM_FILE_BYTES {
-        return Err(ResolveError::TooLarge(name.to_owned()));
     }
-    Ok(bytes)
 }
 
 /// The bytes that a URI of a document stands for.

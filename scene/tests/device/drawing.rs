@@ -161,7 +161,7 @@ fn a_skinned_mesh_is_drawn_where_its_joints_are() {
 fn a_scene_with_nothing_in_it_uploads_and_draws_nothing() {
     let Some(gpu) = gpu::device() else { return };
     let scene =
-        umbragraph_scene::from_slice("empty", br#"{"asset":{"version":"2.0"}}"#, &Folder("".into())).unwrap();
+        umbragraph_scene::from_slice("empty", br#"{"asset":{"version":"2.0"}}"#, &Folder::new("")).unwrap();
     let resources = upload(&gpu, &scene);
     assert_eq!(draw(&gpu, &resources, "all").objects, [0; 0]);
 }

@@ -142,7 +142,7 @@ fn a_huge_count_without_bytes_is_refused_before_it_is_allocated() {
     assert_eq!(
         findings(document.load()),
         [
-            "UG0715 /meshes/0/primitives/0/attributes/POSITION: decoding this would take the scene beyond 3072 MiB \
+            "UG0715 /meshes/0/primitives/0/attributes/POSITION: decoding this would take the scene beyond 1 MiB, the most for files of their size \
           (simplify the scene, or share accessors and images instead of repeating them)"
         ]
     );
@@ -200,6 +200,30 @@ fn too_many_objects_and_too_many_draws_are_refused() {
         findings(document.load()),
         ["UG0715 /nodes/524: the scene has more than 1048576 draws (join primitives that share a material)"]
     );
+}
+
+#[test]
+fn what_a_few_bytes_announce_takes_memory_in_proportion_to_them() {
+    let scene = |json: &Value| findings(from_slice("test.glb", json.to_string().as_bytes(), &NoFiles));
+    let elements = json!({
+        "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
+        "accessors": [{ "componentType": 5126, "count": 30_000_000, "type": "VEC3" }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 } }] }],
+    });
+    assert_eq!(scene(&elements).len(), 1);
+    assert!(
+        scene(&elements)[0].starts_with("UG0715 /meshes/0/primitives/0/attributes/POSITION: decoding this")
+    );
+    // Nodes that say nothing, and as many that say something.
+    let nodes =
+        |node: Value, count: usize| json!({ "asset": { "version": "2.0" }, "nodes": vec![node; count] });
+    let empty = scene(&nodes(json!({}), 100_000));
+    assert!(
+        empty[0].starts_with("UG0715 : the document has 300037 bytes of JSON with 100002 objects"),
+        "{empty:?}"
+    );
+    let moved = nodes(json!({ "translation": [1, 2, 3] }), 100_000).to_string();
+    assert!(from_slice("test.glb", moved.as_bytes(), &NoFiles).is_ok());
 }
 
 #[test]

@@ -4,10 +4,12 @@ use crate::document::{Document, line};
 use glam::{DVec3, Vec3};
 use serde_json::json;
 use std::f64::consts::{FRAC_1_SQRT_2, FRAC_PI_2};
+use umbragraph_pipeline::compose::Roots;
+use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::frame::{LightKind, Projection};
 use umbragraph_scene::material::AlphaMode;
 use umbragraph_scene::texture::{Filter, Wrap};
-use umbragraph_scene::{Folder, NoFiles, from_slice};
+use umbragraph_scene::{Folder, NoFiles, Scene, from_slice};
 
 fn close(a: DVec3, b: DVec3) -> bool {
     a.abs_diff_eq(b, 1e-6)
@@ -276,7 +278,8 @@ fn text_documents_find_their_buffers_beside_them_and_in_data_uris() {
     json["buffers"] = json!([{ "uri": "a%20b.bin", "byteLength": document.binary.len() }]);
     std::fs::write(folder.join("scene.gltf"), json.to_string()).unwrap();
     let beside = umbragraph_scene::load(&folder.join("scene.gltf"));
-    let nowhere = from_slice("scene.gltf", json.to_string().as_bytes(), &Folder(folder.join("elsewhere")));
+    let nowhere =
+        from_slice("scene.gltf", json.to_string().as_bytes(), &Folder::new(folder.join("elsewhere")));
     std::fs::remove_dir_all(&folder).unwrap();
     assert_eq!(beside.unwrap().draws().len(), 1);
     assert!(nowhere.is_err());
@@ -284,6 +287,46 @@ fn text_documents_find_their_buffers_beside_them_and_in_data_uris() {
     json["buffers"][0]["uri"] = json!(data);
     let scene = from_slice("scene.gltf", json.to_string().as_bytes(), &NoFiles).unwrap();
     assert_eq!(scene.bounds(&scene.rest_pose()).maximum, DVec3::new(1.0, 1.0, 0.0));
+}
+
+#[cfg(unix)]
+#[test]
+fn documents_read_regular_files_below_their_folder_and_the_roots_given() {
+    use umbragraph_scene::load_below;
+    let document = Document::triangle();
+    let folder = std::env::temp_dir().join(format!("umbragraph-scene-roots-{}", std::process::id()));
+    for name in ["own", "other"] {
+        std::fs::create_dir_all(folder.join(name)).unwrap();
+    }
+    std::fs::write(folder.join("other/a.bin"), &document.binary).unwrap();
+    std::os::unix::fs::symlink(folder.join("other/a.bin"), folder.join("own/link.bin")).unwrap();
+    let pipe = folder.join("own/pipe.bin");
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let scene = folder.join("own/scene.gltf");
+    let with = |uri: &str| {
+        let mut json = document.json.clone();
+        json["buffers"] = json!([{ "uri": uri, "byteLength": document.binary.len() }]);
+        std::fs::write(&scene, json.to_string()).unwrap();
+    };
+    let found = |result: Result<Scene, Diagnostics>| {
+        let found = result.map(|_| ()).unwrap_err();
+        found.iter().map(|finding| finding.message.as_str()).collect::<Vec<_>>().join("\n")
+    };
+    for uri in ["../other/a.bin", "../other/nothing.bin", "link.bin", "../../../../../../../../dev/zero"] {
+        with(uri);
+        let said = found(umbragraph_scene::load(&scene));
+        assert!(said.contains("is outside of the folders that may be read"), "{uri}: {said}");
+    }
+    with("link.bin");
+    assert!(load_below(&scene, Roots::of(&scene).and(&folder)).is_ok());
+    with("pipe.bin");
+    let said = found(umbragraph_scene::load(&scene));
+    assert!(said.contains("it is no regular file"), "{said}");
+    for path in [pipe.as_path(), "/dev/zero".as_ref()] {
+        let said = found(umbragraph_scene::load(path));
+        assert!(said.contains("it is no regular file"), "{said}");
+    }
+    std::fs::remove_dir_all(&folder).unwrap();
 }
 
 #[test]

@@ -1,10 +1,13 @@
 //! Where the texts that a document names come from: the disk, memory, or what a host makes of [`Files`].
 //!
-//! [`read_source`], and [`Disk`] with it, is all that opens files.
+//! [`Disk`] reads what lies below its [`Roots`]. [`read_bytes`] is all that opens files: regular ones alone, since a pipe
+//! may wait for ever and a device never end, and no more of them than is wanted, whatever they say of their size.
 
 use std::collections::BTreeMap;
+use std::io::Read as _;
 use std::path::Path;
 
+use super::roots::{Roots, Unreachable};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::source::{FileId, MAXIMUM_FILE_BYTES, Sources, Span};
 
@@ -17,13 +20,23 @@ pub trait Files {
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic>;
 }
 
-/// The files of the file system.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Disk;
+/// The files of the file system below some folders.
+#[derive(Clone, Debug, Default)]
+pub struct Disk(pub Roots);
 
 impl Files for Disk {
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-        read_source(path, sources)
+        let name = path.display().to_string();
+        match self.0.find(path) {
+            Ok(found) => read_as(&found, name, sources),
+            Err(Unreachable::Failed(error)) => Err(unreadable(&name, &error)),
+            Err(Unreachable::Outside) => {
+                let message = format!("the file \"{name}\" is outside of the folders that may be read");
+                Err(Diagnostic::in_file(codes::FILE_OUTSIDE, &name, "", message).help(
+                    "documents read below the working folder and their own; name another folder with --root",
+                ))
+            }
+        }
     }
 }
 
@@ -47,36 +60,24 @@ impl Files for Memory {
     }
 }
 
-/// Reads and registers a text file; findings show it by the path as given.
+/// Reads and registers a text file that the host names itself; findings show it by the path as given.
 ///
 /// # Errors
 /// A file that cannot be read, is too large, or is not UTF-8.
 pub fn read_source(path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-    let name = path.display().to_string();
-    let unreadable = |error: std::io::Error| {
-        let reason = match error.kind() {
-            std::io::ErrorKind::NotFound => "it does not exist".to_owned(),
-            std::io::ErrorKind::PermissionDenied => "permission is denied".to_owned(),
-            _ => error.to_string(),
-        };
-        Diagnostic::in_file(
-            codes::FILE_UNREADABLE,
-            &name,
-            "",
-            format!("the file \"{name}\" cannot be read: {reason}"),
-        )
-        .help("paths are relative to the current folder")
+    read_as(path, path.display().to_string(), sources)
+}
+
+fn read_as(path: &Path, name: String, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+    let bytes = match read_bytes(path, MAXIMUM_FILE_BYTES as u64) {
+        Ok(Some(bytes)) => bytes,
+        Ok(None) => {
+            let message = format!("the file \"{name}\" has more than {MAXIMUM_FILE_BYTES} bytes");
+            return Err(Diagnostic::in_file(codes::FILE_TOO_LARGE, &name, "", message)
+                .help(format!("texts have at most {MAXIMUM_FILE_BYTES} bytes")));
+        }
+        Err(error) => return Err(unreadable(&name, &error)),
     };
-    let metadata = std::fs::metadata(path).map_err(unreadable)?;
-    if metadata.is_dir() {
-        return Err(unreadable(std::io::Error::other("it is a folder")));
-    }
-    if metadata.len() > MAXIMUM_FILE_BYTES as u64 {
-        let message = format!("the file \"{name}\" has {} bytes", metadata.len());
-        return Err(Diagnostic::in_file(codes::FILE_TOO_LARGE, &name, "", message)
-            .help(format!("texts have at most {MAXIMUM_FILE_BYTES} bytes")));
-    }
-    let bytes = std::fs::read(path).map_err(unreadable)?;
     match String::from_utf8(bytes) {
         // Some editors begin UTF-8 with a byte-order mark; it is no part of the text.
         Ok(text) => Ok(sources.add(name, text.strip_prefix('\u{feff}').unwrap_or(&text))),
@@ -92,4 +93,36 @@ pub fn read_source(path: &Path, sources: &mut Sources) -> Result<FileId, Diagnos
             .help("save it as UTF-8"))
         }
     }
+}
+
+/// The bytes of a regular file; `None` where there are more than `most`.
+///
+/// # Errors
+/// What is no regular file, and what the system refuses.
+pub fn read_bytes(path: &Path, most: u64) -> std::io::Result<Option<Vec<u8>>> {
+    let check = |metadata: &std::fs::Metadata| match (metadata.is_file(), metadata.is_dir()) {
+        (true, _) => Ok(metadata.len()),
+        (_, true) => Err(std::io::Error::other("it is a folder")),
+        _ => Err(std::io::Error::other("it is no regular file")),
+    };
+    // To open a pipe is to wait for who writes it.
+    if check(&std::fs::metadata(path)?)? > most {
+        return Ok(None);
+    }
+    let file = std::fs::File::open(path)?;
+    check(&file.metadata()?)?;
+    let mut bytes = Vec::new();
+    file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
+    Ok((bytes.len() as u64 <= most).then_some(bytes))
+}
+
+fn unreadable(name: &str, error: &std::io::Error) -> Diagnostic {
+    let reason = match error.kind() {
+        std::io::ErrorKind::NotFound => "it does not exist".to_owned(),
+        std::io::ErrorKind::PermissionDenied => "permission is denied".to_owned(),
+        _ => error.to_string(),
+    };
+    let message = format!("the file \"{name}\" cannot be read: {reason}");
+    Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message)
+        .help("paths are relative to the current folder")
 }

@@ -17,12 +17,14 @@
 mod files;
 mod insert;
 mod merge;
+mod roots;
 mod shared_settings;
 mod subgraphs;
 
-pub use files::{Disk, Files, Memory, read_source};
+pub use files::{Disk, Files, Memory, read_bytes, read_source};
 pub use insert::insert;
 pub use merge::SECTIONS;
+pub use roots::{Roots, Unreachable};
 pub use shared_settings::{SharedPlaces, is_incomplete, share, with_users};
 pub use subgraphs::is_path;
 
@@ -302,7 +304,10 @@ impl Composer<'_> {
         let result = self.files.read(path, self.sources);
         let refused = |mut finding: Diagnostic| {
             finding.place = place.into();
-            finding.help = Some("paths are relative to the folder of the file that names them".to_owned());
+            if finding.code == codes::FILE_UNREADABLE {
+                finding.help =
+                    Some("paths are relative to the folder of the file that names them".to_owned());
+            }
             self.diagnostics.push(finding);
         };
         let file = result.map_err(refused).ok()?;

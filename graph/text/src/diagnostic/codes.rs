@@ -7,7 +7,7 @@
 crate::codes! {
     /// A file that is named but cannot be read.
     FILE_UNREADABLE = "UG0001", "file cannot be read",
-        "A file that the command line, a pipeline or a template names does not exist or cannot be read.\n\nPaths inside a file are relative to the folder of that file.";
+        "A file that the command line, a pipeline or a template names does not exist, cannot be read, or is no regular file: a pipe or a device may never end.\n\nPaths inside a file are relative to the folder of that file.";
     /// A file that is not UTF-8.
     FILE_NOT_UTF8 = "UG0002", "file is not UTF-8",
         "Pipelines, parameter files and templates are UTF-8 text. The finding points to the first byte that is not.";
@@ -16,6 +16,9 @@ crate::codes! {
     /// A file that cannot be written.
     FILE_UNWRITABLE = "UG0004", "file cannot be written",
         "The output could not be written. Nothing is left half: output goes to a temporary file first, which is renamed when it is whole.";
+    /// A file that a document names and may not read.
+    FILE_OUTSIDE = "UG0010", "file outside of what may be read",
+        "What a document names (files that it extends or includes, subgraphs, templates, buffers and images of a scene) lies below the working folder, below the folder of the pipeline or scene that is named on the command line, or below a folder given with `--root FOLDER`. Links are followed before that is looked at. A file elsewhere is not opened, and whether it exists is not said.";
     /// Files that lead back to themselves.
     FILE_CYCLE = "UG0007", "files in a circle",
         "A file extends or includes another that, perhaps by a detour, extends or includes the first; or a pipeline is made of more files than allowed.";

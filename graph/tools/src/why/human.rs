@@ -2,12 +2,13 @@
 
 use super::{Origin, Thing};
 use crate::compose::Layer;
+use crate::diagnostic::render::visible;
 
 const WIDEST: usize = 44;
 
 /// The things, one after the other.
 pub fn human(things: &[Thing]) -> String {
-    things.iter().map(thing).collect::<Vec<_>>().join("\n")
+    visible(&things.iter().map(thing).collect::<Vec<_>>().join("\n")).into_owned()
 }
 
 fn thing(thing: &Thing) -> String {

@@ -1,10 +1,14 @@
 //! Findings as text: for people (with the source line and a mark under the place) and as JSON.
 //!
-//! The layout for people is codespan's. Output has no colours here; a caller that writes to a terminal adds them.
+//! The layout for people is codespan's. Output has no colours here; a caller that writes to a terminal adds them. What
+//! would command a terminal is [written out](visible()) in all texts; [`json`] and [`sarif`] are values, whose texts
+//! [`visible_json`] makes fit for one.
 
 mod sarif;
+mod visible;
 
 pub use sarif::sarif;
+pub use visible::{visible, visible_json};
 
 use codespan_reporting::diagnostic as report;
 use codespan_reporting::files::{Error, Files};
@@ -54,7 +58,7 @@ pub fn human(diagnostic: &Diagnostic, sources: &Sources) -> String {
     }
     notes.extend(diagnostic.help.iter().map(|help| format!("help: {help}")));
     if labels.iter().any(|label| is_long(sources, label.file_id, label.range.start)) {
-        return compact(diagnostic, sources, &notes);
+        return visible(&compact(diagnostic, sources, &notes)).into_owned();
     }
     let report = report::Diagnostic::new(severity)
         .with_code(diagnostic.code.id)
@@ -62,8 +66,9 @@ pub fn human(diagnostic: &Diagnostic, sources: &Sources) -> String {
         .with_labels(labels)
         .with_notes(notes);
     let config = term::Config { chars: term::Chars::ascii(), ..term::Config::default() };
-    term::emit_into_string(&config, &View(sources), &report)
-        .unwrap_or_else(|_| format!("{}: {}\n", diagnostic.code, diagnostic.message))
+    let text = term::emit_into_string(&config, &View(sources), &report)
+        .unwrap_or_else(|_| format!("{}: {}\n", diagnostic.code, diagnostic.message));
+    visible(&text).into_owned()
 }
 
 /// The longest line that is shown whole.
@@ -141,7 +146,7 @@ pub fn github(diagnostic: &Diagnostic, sources: &Sources) -> String {
         Severity::Warning => "warning",
         Severity::Note => "notice",
     };
-    let escape = |text: &str| text.replace('%', "%25").replace('\r', "%0D").replace('\n', "%0A");
+    let escape = |text: &str| visible(text).replace('%', "%25").replace('\n', "%0A");
     let property = |text: &str| escape(text).replace(':', "%3A").replace(',', "%2C");
     let place = match &diagnostic.place {
         Place::Span(span) => sources.get(span.file).map(|file| {
