@@ -3,8 +3,11 @@
 //! Maps are small and cascades end within the scene, so that seams, borders and filters are some pixels wide in pictures
 //! that are cheap to render and to keep.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
 
+use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::Gpu;
 use umbragraph_test_support::image::{Picture, Tolerance};
 
@@ -117,6 +120,7 @@ pub const VARIANTS: &[Variant] = &[
 const LESSONS: &[&str] = &["01-smallest", "09-loops-and-mips", "18-mesh"];
 
 /// One reference picture.
+#[derive(Clone)]
 pub struct Case {
     /// The name of its file.
     pub name: String,
@@ -223,10 +227,17 @@ impl Case {
     #[track_caller]
     pub fn render(&self, gpu: &Gpu, outcome: &Outcome) -> Picture {
         let Some(name) = self.scene else { return picture(gpu, outcome) };
-        let scene = scene(&root().join("examples/scenes").join(name).with_extension("glb"));
+        let scene = loaded(name);
         let input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
         Host::new(gpu, outcome, &scene).picture(&input)
     }
+}
+
+/// A scene of the table, which is read once in a process.
+fn loaded(name: &'static str) -> Arc<Scene> {
+    static LOADED: Mutex<BTreeMap<&str, Arc<Scene>>> = Mutex::new(BTreeMap::new());
+    let path = || root().join("examples/scenes").join(name).with_extension("glb");
+    LOADED.lock().expect("no panic").entry(name).or_insert_with(|| Arc::new(scene(&path()))).clone()
 }
 
 /// The folder of the references.

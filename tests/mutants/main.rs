@@ -1,8 +1,9 @@
 //! Faults planted in the project's templates, one at a time, and the reference pictures that have to show them.
 //!
-//! A fault is found if a picture of the table lies outside of its tolerance. What no longer is valid WGSL is rejected
-//! before anything is drawn, and counts neither way. Faults that no picture can show are listed in `survivors.txt` with
-//! the reason; an entry that fits no fault any more is an error.
+//! A fault is found if a picture of the table lies outside of its tolerance, or if it leaves no valid shader. Only pictures
+//! whose shaders contain the faulty text are drawn, first those that are cheap and showed faults of the same template
+//! before, until one differs. Faults that no picture can show are listed in `survivors.txt` with the reason and are not
+//! drawn; an entry that fits no fault any more is an error.
 #![cfg(all(feature = "gpu", feature = "gltf"))]
 
 #[path = "../common/mod.rs"]
@@ -10,13 +11,16 @@ mod common;
 mod rules;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
 
 use common::pictures::{self, Case};
 use common::{files, root};
 use rules::Fault;
-use umbragraph_test_support::gpu::{self, Gpu};
+use umbragraph_test_support::gpu;
 use umbragraph_test_support::image::{Picture, compare};
 use umbragraph_test_support::property;
 
@@ -26,16 +30,27 @@ const WANTED: usize = 90;
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Verdict {
     Found,
-    Survived,
     /// It is no valid shader any more.
     Rejected,
+    Survived,
+    /// It is in `survivors.txt`.
+    Listed,
 }
 
-/// A case with its reference, the shaders that draw it, and the templates of which these are made.
+/// A case with its reference, the shaders that draw it, and the bytes of templates that are in these.
 struct Baseline {
     case: Case,
     reference: Picture,
     shaders: Vec<String>,
+    places: BTreeMap<String, Vec<Range<usize>>>,
+    cost: Duration,
+}
+
+impl Baseline {
+    fn contains(&self, template: &str, place: &Range<usize>) -> bool {
+        let places = self.places.get(template).into_iter().flatten();
+        places.into_iter().any(|own| own.start < place.end && place.start < own.end)
+    }
 }
 
 fn shaders(case: &Case, templates: &[(&str, &str)]) -> Option<(common::Outcome, Vec<String>)> {
@@ -49,18 +64,33 @@ fn shaders(case: &Case, templates: &[(&str, &str)]) -> Option<(common::Outcome, 
     Some((outcome, texts))
 }
 
+/// How many faults of a template each case has shown.
+type Hits = Mutex<BTreeMap<(String, usize), u32>>;
+
 /// What becomes of a fault: cases of which no shader changes are not drawn.
-fn verdict(gpu: &Gpu, baselines: &[Baseline], template: &str, fault: &Fault) -> Verdict {
-    for baseline in baselines {
-        let case = &baseline.case;
+fn verdict(baselines: &[Baseline], hits: &Hits, template: &str, fault: &Fault) -> Verdict {
+    let mut order: Vec<usize> =
+        (0..baselines.len()).filter(|at| baselines[*at].contains(template, &fault.place)).collect();
+    if order.is_empty() {
+        // Text that a macro or a block captured has its place elsewhere.
+        order.extend(0..baselines.len());
+    }
+    let key = |at: usize| (template.to_owned(), at);
+    let hit = |at: usize| hits.lock().expect("no panic").get(&key(at)).copied().unwrap_or(0);
+    order.sort_by_cached_key(|at| baselines[*at].cost / (hit(*at) + 1));
+    let gpu = gpu::device().expect("the device of before");
+    for at in order {
+        let Baseline { case, reference, shaders: before, .. } = &baselines[at];
         let Some((outcome, texts)) = shaders(case, &[(template, &fault.text)]) else {
             return Verdict::Rejected;
         };
-        if texts == baseline.shaders {
+        if texts == *before {
             continue;
         }
-        let picture = case.render(gpu, &outcome);
-        if !compare(&baseline.reference, &picture, &pictures::tolerance(gpu)).matches() {
+        // What cannot be drawn fails the tests of pictures as well.
+        let picture = catch_unwind(AssertUnwindSafe(|| case.render(&gpu, &outcome)));
+        if !picture.is_ok_and(|picture| compare(reference, &picture, &pictures::tolerance(&gpu)).matches()) {
+            *hits.lock().expect("no panic").entry(key(at)).or_default() += 1;
             return Verdict::Found;
         }
     }
@@ -117,68 +147,89 @@ fn a_template_in_place_of_the_same_one_changes_no_shader() {
 #[test]
 #[ignore = "takes minutes; `cargo xtask mutants` runs it"]
 fn nine_of_ten_faults_in_templates_show_in_a_picture() {
-    let Some(gpu) = gpu::device() else { return };
+    if gpu::device().is_none() {
+        return;
+    }
     let variable = |name: &str| std::env::var(name).ok().filter(|value| !value.is_empty());
+    let number = |name: &str| variable(name).map(|text| text.parse::<usize>().expect("a number"));
+    let jobs = number("UMBRAGRAPH_MUTANTS_JOBS")
+        .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get));
     let wanted = variable("UMBRAGRAPH_MUTANTS_IN").unwrap_or_default();
-    let sample: usize =
-        variable("UMBRAGRAPH_MUTANTS_SAMPLE").map_or(usize::MAX, |text| text.parse().expect("a number"));
     let known = known();
     let mut planted: Vec<(String, Fault)> = Vec::new();
     for (name, text) in templates().into_iter().filter(|(name, _)| name.contains(&wanted)) {
         planted.extend(rules::faults(&text).into_iter().map(|fault| (name.clone(), fault)));
     }
-    let is_known =
-        |template: &str, fault: &Fault| known.iter().any(|one| one.0 == template && one.1 == fault.reads);
     let all = planted.len();
-    planted.retain(|(template, fault)| !is_known(template, fault));
-    println!("{all} faults can be planted, of which {} are listed in survivors.txt", all - planted.len());
     shuffle(&mut planted);
-    planted.truncate(sample);
-    let baselines: Vec<Baseline> = pictures::all().into_iter().map(|case| baseline(&gpu, case)).collect();
+    planted.truncate(number("UMBRAGRAPH_MUTANTS_SAMPLE").unwrap_or(usize::MAX));
+    println!("{} of {all} faults, by {jobs} at once", planted.len());
+    let baselines = in_parallel(jobs, &pictures::all(), baseline);
+    let hits = Hits::default();
+    let verdicts = in_parallel(jobs, &planted, |(template, fault)| {
+        let start = Instant::now();
+        let is_known = known.iter().any(|one| one.0 == *template && one.1 == fault.reads);
+        let verdict = if is_known { Verdict::Listed } else { verdict(&baselines, &hits, template, fault) };
+        let Fault { line, rule, reads, .. } = fault;
+        let took = start.elapsed().as_secs_f32();
+        println!("{verdict:?}: {template}:{line}: {rule}: `{reads}` ({took:.1} s)");
+        verdict
+    });
+    let count = |wanted: Verdict| verdicts.iter().filter(|verdict| **verdict == wanted).count();
+    let [found, rejected, survived, listed] =
+        [Verdict::Found, Verdict::Rejected, Verdict::Survived, Verdict::Listed].map(count);
+    println!(
+        "\n{found} found in pictures, {rejected} rejected as no valid shader, {listed} listed in survivors.txt, \
+         {survived} survived"
+    );
+    let mut survivors: Vec<String> = (planted.iter().zip(&verdicts))
+        .filter(|(_, verdict)| **verdict == Verdict::Survived)
+        .map(|((template, fault), _)| format!("{template} | {} | line {}", fault.reads, fault.line))
+        .collect();
+    survivors.sort();
+    assert!(found > 0, "nothing is drawn, and so nothing is tested");
+    assert!((found + rejected) * 100 >= WANTED * verdicts.len(), "too few are found");
+    assert!(survivors.is_empty(), "neither found nor listed:\n{}", survivors.join("\n"));
+}
+
+/// The results of a function for a list, by so many threads.
+fn in_parallel<T: Sync, R: Send>(jobs: usize, list: &[T], work: impl Fn(&T) -> R + Sync) -> Vec<R> {
     let next = AtomicUsize::new(0);
-    let verdicts: Mutex<Vec<(usize, Verdict)>> = Mutex::new(Vec::new());
-    let workers = std::thread::available_parallelism().map_or(1, |count| count.get().div_ceil(2));
+    let results = Mutex::new(BTreeMap::new());
     std::thread::scope(|scope| {
-        for _ in 0..workers {
+        for _ in 0..jobs.max(1) {
             scope.spawn(|| {
-                loop {
-                    let at = next.fetch_add(1, Ordering::Relaxed);
-                    let Some((template, fault)) = planted.get(at) else { break };
-                    let verdict = verdict(&gpu, &baselines, template, fault);
-                    let Fault { line, rule, reads, .. } = fault;
-                    println!("{verdict:?}: {template}:{line}: {rule}: `{reads}`");
-                    verdicts.lock().expect("no panic").push((at, verdict));
+                while let at = next.fetch_add(1, Ordering::Relaxed)
+                    && let Some(one) = list.get(at)
+                {
+                    let result = work(one);
+                    results.lock().expect("no panic").insert(at, result);
                 }
             });
         }
     });
-    let verdicts = verdicts.into_inner().expect("no panic");
-    let count = |wanted: Verdict| verdicts.iter().filter(|(_, verdict)| *verdict == wanted).count();
-    let (found, survived) = (count(Verdict::Found), count(Verdict::Survived));
-    println!(
-        "\n{found} found, {survived} survived, {} rejected as no valid shader",
-        count(Verdict::Rejected)
-    );
-    let mut survivors: Vec<String> = verdicts
-        .iter()
-        .filter(|(_, verdict)| *verdict == Verdict::Survived)
-        .map(|(at, _)| format!("{}:{} | {}", planted[*at].0, planted[*at].1.line, planted[*at].1.reads))
-        .collect();
-    survivors.sort();
-    println!("survivors:\n{}", survivors.join("\n"));
-    assert!(found > 0, "nothing is drawn, and so nothing is tested");
-    assert!(found * 100 >= WANTED * (found + survived), "too few are found");
+    results.into_inner().expect("no panic").into_values().collect()
 }
 
-/// The picture of a case, which has to match its reference to begin with.
-fn baseline(gpu: &Gpu, case: Case) -> Baseline {
+/// What a case is without faults; it has to match its reference.
+fn baseline(case: &Case) -> Baseline {
+    let gpu = gpu::device().expect("the device of before");
+    let start = Instant::now();
     let reference =
         Picture::load(&pictures::folder().join(format!("{}.png", case.name))).expect("a reference");
-    let (outcome, shaders) = shaders(&case, &[]).expect("a plan");
-    let picture = case.render(gpu, &outcome);
-    let comparison = compare(&reference, &picture, &pictures::tolerance(gpu));
+    let (outcome, shaders) = shaders(case, &[]).expect("a plan");
+    let picture = case.render(&gpu, &outcome);
+    let comparison = compare(&reference, &picture, &pictures::tolerance(&gpu));
     assert!(comparison.matches(), "{}: {}", case.name, comparison.message());
-    Baseline { case, reference, shaders }
+    let mut places: BTreeMap<String, Vec<Range<usize>>> = BTreeMap::new();
+    let programs = outcome.checked.pipeline.iter().flat_map(|pipeline| &pipeline.programs);
+    for variant in programs.flat_map(|program| &program.variants) {
+        for span in variant.module.map.pieces().filter_map(|(_, span)| span) {
+            let source = outcome.sources.get(span.file).expect("a template");
+            places.entry(source.name().to_owned()).or_default().push(span.range());
+        }
+    }
+    Baseline { case: case.clone(), reference, shaders, places, cost: start.elapsed() }
 }
 
 fn shuffle<T>(list: &mut [T]) {

@@ -14,6 +14,8 @@ pub(crate) struct Fault {
     pub(crate) line: usize,
     /// What was done.
     pub(crate) rule: &'static str,
+    /// The bytes of the project's template that it takes the place of.
+    pub(crate) place: Range<usize>,
     /// The line as it reads now; of a call over several lines the first.
     pub(crate) reads: String,
     /// The whole template with it.
@@ -87,7 +89,7 @@ pub(crate) fn faults(template: &str) -> Vec<Fault> {
         let text = [&template[..range.start], &is, &template[range.end..]].concat();
         let start = text[..range.start].rfind('\n').map_or(0, |at| at + 1);
         let reads = text[start..].lines().next().unwrap_or_default().trim().to_owned();
-        Fault { line: template[..range.start].matches('\n').count() + 1, rule, reads, text }
+        Fault { line: template[..range.start].matches('\n').count() + 1, rule, place: range, reads, text }
     };
     found.into_iter().map(plant).collect()
 }

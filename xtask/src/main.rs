@@ -33,7 +33,7 @@ usage: cargo xtask COMMAND
   soak [--seconds N] [--cases N] [--seed N]
          run all tests of random cases with fresh seeds, N times as many cases as in ordinary tests (10), for N seconds
          or once; and what is too long for ordinary tests
-  mutants [--sample N] [--seed N] [--in NAME] [--rust]
+  mutants [--sample N] [--seed N] [--jobs N] [--in NAME] [--rust]
          plant faults in the shader templates, all or N of them, and say which the reference pictures do not show;
          with --rust in node kinds, scenes and engine, by cargo-mutants
   help   print this
@@ -122,6 +122,7 @@ fn mutants_options(rest: &[String]) -> Result<Command, String> {
             "--rust" => options.rust = true,
             "--sample" => options.sample = Some(number(name, rest.next())?),
             "--seed" => options.seed = Some(number(name, rest.next())?),
+            "--jobs" => options.jobs = Some(number(name, rest.next())?),
             "--in" => options.within = Some(rest.next().ok_or("`--in` needs a name")?.clone()),
             "--help" | "-h" => return Ok(Command::Help),
             extra => return Err(format!("`mutants` takes no argument `{extra}`")),
@@ -151,8 +152,8 @@ mod tests {
         assert_eq!(parsed("scenes --check"), Ok(Command::Scenes { check: true }));
         let soak = soak::Options { seconds: Some(60), times: Some(100), seed: None };
         assert_eq!(parsed("soak --seconds 60 --cases 100"), Ok(Command::Soak(soak)));
-        let mutants = mutants::Options { rust: true, sample: Some(9), ..mutants::Options::default() };
-        assert_eq!(parsed("mutants --rust --sample 9"), Ok(Command::Mutants(mutants)));
+        let mutants = mutants::Options { sample: Some(9), jobs: Some(2), ..mutants::Options::default() };
+        assert_eq!(parsed("mutants --jobs 2 --sample 9"), Ok(Command::Mutants(mutants)));
         for help in ["help", "--help", "-h", "test --help"] {
             assert_eq!(parsed(help), Ok(Command::Help), "{help}");
         }

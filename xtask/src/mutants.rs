@@ -18,6 +18,8 @@ pub(crate) struct Options {
     /// So many, chosen by the seed; all without it.
     pub(crate) sample: Option<u32>,
     pub(crate) seed: Option<u64>,
+    /// So many templates at once; as many as there are cores without it.
+    pub(crate) jobs: Option<u32>,
     /// Only templates, or files, whose name contains this.
     pub(crate) within: Option<String>,
 }
@@ -33,6 +35,9 @@ fn templates(options: &Options) -> ExitCode {
     command.args(["nine_of_ten_faults_in_templates_show_in_a_picture", "--ignored", "--nocapture"]);
     command.env("UMBRAGRAPH_REQUIRE_GPU", "1");
     command.envs(options.sample.map(|sample| ("UMBRAGRAPH_MUTANTS_SAMPLE", sample.to_string())));
+    // Each job draws on one thread of the software driver.
+    command.env("LP_NUM_THREADS", "1");
+    command.envs(options.jobs.map(|jobs| ("UMBRAGRAPH_MUTANTS_JOBS", jobs.to_string())));
     command.envs(options.seed.map(|seed| ("UMBRAGRAPH_SEED", seed.to_string())));
     command.envs(options.within.as_ref().map(|name| ("UMBRAGRAPH_MUTANTS_IN", name)));
     finish(command.status())
