@@ -187,12 +187,19 @@ thread_local! {
     static WRITTEN: Cell<usize> = const { Cell::new(0) };
     static WORK: Cell<usize> = const { Cell::new(0) };
     static CALLS: Cell<u32> = const { Cell::new(0) };
+    static HAS_CLOCK: Cell<bool> = const { Cell::new(cfg!(not(target_family = "wasm"))) };
+}
+
+/// From here on nothing but fuel and sizes ends a rendering on this thread, however slow the machine is.
+#[cfg(test)]
+pub(crate) fn without_clock() {
+    HAS_CLOCK.set(false);
 }
 
 /// Starts the clock and the count of one rendering on this thread.
 pub(crate) fn begin() {
     // Browsers have no clock here; fuel and sizes hold there too.
-    let clock = (!cfg!(target_family = "wasm")).then(Instant::now);
+    let clock = HAS_CLOCK.get().then(Instant::now);
     DEADLINE.set(clock.and_then(|now| now.checked_add(MAXIMUM_TIME)));
     WRITTEN.set(0);
     WORK.set(0);
