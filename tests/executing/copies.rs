@@ -4,7 +4,7 @@ use umbragraph_test_support::gpu;
 
 use crate::common::gpu::import;
 use crate::squares::{RED, Squares, square};
-use crate::stage::{draw, executor, fill, plan, show, target, texels};
+use crate::stage::{color, draw, executor, fill, plan, show, target, texels};
 use crate::views::frame;
 
 const BLACK: [u8; 4] = [0; 4];
@@ -261,4 +261,29 @@ fn rows_and_images_of_a_buffer_lie_as_far_apart_as_is_said() {
     // As texels of 256 bytes a row, of which the picture shows the first eight.
     let rows = [([0, 1], [8, 1], red(1)), ([0, 3], [8, 1], red(1)), ([0, 7], [8, 1], red(2))];
     assert_eq!(found[0], boxes(&rows));
+}
+
+#[test]
+fn layers_that_were_last_used_in_different_ways_are_copied_at_once() {
+    let Some(gpu) = gpu::device() else { return };
+    let resources = format!(
+        r#"{}, "pair": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "layers": 3 }} }},
+           "seen": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport" }} }}"#,
+        target(3)
+    );
+    let passes = [
+        fill("one", r#"{ "to": "pair", "layer": 0 }"#, "[1, 0, 0, 1]"),
+        r#""two": { "copy": { "from": { "name": "pair@one", "layer": 0 }, "to": { "name": "pair", "layer": 1 } } }"#.to_owned(),
+        fill("three", r#"{ "to": "pair", "layer": 2 }"#, "[0, 0, 1, 1]"),
+        r#""sample": { "side_effect": true, "fullscreen": { "shader": "show.wgsl.jinja",
+            "bind": { "picture": { "texture": { "name": "pair", "layer": 2 } } }, "color": [{ "to": "seen" }] } }"#
+            .to_owned(),
+        r#""shown": { "after": ["sample"], "copy": { "from": { "name": "pair" }, "to": { "name": "target" } } }"#.to_owned(),
+    ];
+    let plan = plan(&resources, &passes.join(", "));
+    let mut executor = executor(&gpu, &plan, None);
+    let picture = import(&gpu, &plan, "target");
+    show(&gpu, &mut executor, None, &picture, &frame(&[]));
+    let red = [255, 0, 0, 255];
+    assert_eq!([0, 1, 2].map(|layer| color(&gpu, &picture, layer)), [red, red, [0, 0, 255, 255]]);
 }

@@ -22,6 +22,7 @@ mod misuse;
 mod orders;
 mod parts;
 mod plans;
+mod simulation;
 mod squares;
 mod stage;
 mod state;

@@ -133,6 +133,32 @@ const TRIANGLE: &str = r#"struct Settings { color: vec4<f32> }
 @fragment fn fill() -> @location(0) vec4<f32> { return settings.color; }
 "#;
 
+/// Adds a number to each word.
+const BUMP: &str = r#"struct Settings { number: u32 }
+@group(1) @binding(0) var<uniform> settings: Settings;
+@group(1) @binding(1) var<storage, read_write> words: array<u32>;
+@compute @workgroup_size(1) fn bump() {
+    for (var at = 0u; at < arrayLength(&words); at += 1u) { words[at] += settings.number; }
+}
+"#;
+
+/// The last word as 255ths of red.
+const WORD: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@group(1) @binding(0) var<storage, read> words: array<u32>;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    return vec4<f32>(f32(words[arrayLength(&words) - 1u]) / 255.0, 0.0, 0.0, 1.0);
+}
+"#;
+
+/// A texture as large as the picture or half as large.
+const ENLARGE: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@group(1) @binding(0) var picture: texture_2d<f32>;
+@fragment fn show(covered: Covered) -> @location(0) vec4<f32> {
+    let texel = vec2<i32>(covered.uv * vec2<f32>(textureDimensions(picture)));
+    return textureLoad(picture, texel, 0);
+}
+"#;
+
 /// Counts its invocations.
 const COUNT: &str = r#"struct Sum { value: atomic<u32> }
 @group(1) @binding(0) var<storage, read_write> sum: Sum;
@@ -160,6 +186,11 @@ pub(crate) fn plan_of_size(resources: &str, passes: &str, side: u32) -> Arc<Plan
 /// A plan of a whole text.
 #[track_caller]
 pub(crate) fn plan_of_text(text: String, side: u32) -> Arc<Plan> {
+    try_plan_of_text(text, side).unwrap_or_else(|findings| panic!("{findings}"))
+}
+
+/// A plan of a whole text, or what is wrong with it.
+pub(crate) fn try_plan_of_text(text: String, side: u32) -> Result<Arc<Plan>, String> {
     let mut sources = Sources::new();
     let mut findings = Diagnostics::new();
     let own = [
@@ -177,6 +208,9 @@ pub(crate) fn plan_of_text(text: String, side: u32) -> Arc<Plan> {
         ("half.wgsl.jinja", HALF),
         ("left.wgsl.jinja", LEFT),
         ("masked.wgsl.jinja", MASKED),
+        ("bump.wgsl.jinja", BUMP),
+        ("word.wgsl.jinja", WORD),
+        ("enlarge.wgsl.jinja", ENLARGE),
         ("length.wgsl.jinja", LENGTH),
     ];
     let triangle = |corner: &str| TRIANGLE.replace("CORNER", corner);
@@ -201,8 +235,8 @@ pub(crate) fn plan_of_text(text: String, side: u32) -> Arc<Plan> {
     };
     let checked = umbragraph::check(file, &job, &sources, &mut findings);
     match checked.plan {
-        Some(plan) if !findings.has_errors() => Arc::new(plan),
-        _ => panic!("{}", render::human_all(&findings, &sources)),
+        Some(plan) if !findings.has_errors() => Ok(Arc::new(plan)),
+        _ => Err(render::human_all(&findings, &sources)),
     }
 }
 

@@ -117,9 +117,20 @@ impl Transfer {
                 encoder.copy_buffer_to_buffer(source, *from, destination, *to, Some(*bytes));
             }
             PlannedCopy::Texels { from, to, extent } => {
-                let source = in_texture(source?.texture(resources)?, from);
-                let destination = in_texture(destination.texture(resources)?, to);
-                encoder.copy_texture_to_texture(source, destination, size(*extent));
+                let (source, destination) = (source?.texture(resources)?, destination.texture(resources)?);
+                // wgpu 30 panics where the layers of one copy were last used in more than one way.
+                let is_layered = source.dimension() != wgpu::TextureDimension::D3;
+                let [width, height, layers] = *extent;
+                let (count, extent) = if is_layered { (layers, [width, height, 1]) } else { (1, *extent) };
+                for layer in 0..count {
+                    let beside = |origin: &TexelOrigin| {
+                        let [x, y, z] = origin.at;
+                        TexelOrigin { at: [x, y, z + layer], ..*origin }
+                    };
+                    let (from, to) = (beside(from), beside(to));
+                    let (source, destination) = (in_texture(source, &from), in_texture(destination, &to));
+                    encoder.copy_texture_to_texture(source, destination, size(extent));
+                }
             }
             PlannedCopy::Upload { from, to, extent } => {
                 let source = in_buffer(source?.buffer(resources)?, from);
