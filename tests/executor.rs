@@ -153,8 +153,8 @@ fn an_array_without_a_count_is_as_long_as_what_is_published() {
         color: glam::Vec3::ONE,
         intensity: 1.0,
         range: f32::INFINITY,
-        cast_shadow: true,
-        angular_diameter_deg: 0.0,
+        properties: vec!["cast_shadow".into()],
+        angular_diameter: 0.0,
         radius: 0.0,
         priority: 1.0,
     });

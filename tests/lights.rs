@@ -49,8 +49,8 @@ fn light(name: &str, kind: LightKind, position: [f64; 3]) -> Light {
         color: Vec3::ONE,
         intensity: 60.0,
         range: 14.0,
-        cast_shadow: true,
-        angular_diameter_deg: 0.0,
+        properties: vec!["cast_shadow".into()],
+        angular_diameter: 0.0,
         radius: 0.0,
         priority: 1.0,
     }
@@ -207,7 +207,7 @@ fn every_light_throws_a_shadow_of_its_own() {
     let all = host.picture(&lit_by(&scene, lights.clone()));
     for at in 0..lights.len() {
         let mut fewer = lights.clone();
-        fewer[at].cast_shadow = false;
+        fewer[at].properties.clear();
         let without = host.picture(&lit_by(&scene, fewer));
         let differing = differing(&all, &without, 2);
         assert!(differing > 20, "{}: {differing} pixels", lights[at].name);
@@ -243,7 +243,7 @@ fn unusable_lights_and_cameras_change_no_pixel_to_something_that_is_none() {
     let mut broken = lit_by(&scene, lights_of(&scene));
     broken.camera.rotation = glam::DQuat::from_xyzw(f64::NAN, 0.0, 0.0, 0.0);
     host.picture(&broken);
-    broken.caster_bounds = umbragraph::frame::Bounds::EMPTY;
+    broken.filter_bounds = vec![("casters".into(), umbragraph::frame::Bounds::EMPTY)];
     broken.scene_bounds = umbragraph::frame::Bounds::EMPTY;
     host.picture(&broken);
 }
@@ -504,7 +504,7 @@ fn leaves_that_are_cut_out_let_light_through_and_water_receives_shadows() {
     let mut host = Host::new(&gpu, &shaded, &scene);
     let with_shadows = host.picture(&input);
     let mut light = input.clone();
-    light.lights[0].cast_shadow = false;
+    light.lights[0].properties.clear();
     let without = host.picture(&light);
     let water = |at: usize| (160..185).contains(&(at / 320)) && (5..95).contains(&(at % 320));
     let darker = (with_shadows.rgba_pixels().zip(without.rgba_pixels()).enumerate())

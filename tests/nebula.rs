@@ -211,7 +211,7 @@ fn frames_that_no_pass_could_use_are_drawn_without_a_panic() {
     broken[0].camera.position = glam::DVec3::splat(f64::NAN);
     broken[1].lights[0].direction = glam::DVec3::ZERO;
     broken[2].camera.aspect = 0.0;
-    broken[3].caster_bounds = umbragraph::frame::Bounds::EMPTY;
+    broken[3].filter_bounds = vec![("casters".into(), umbragraph::frame::Bounds::EMPTY)];
     for frame in broken {
         let picture = render_frame(&gpu, outcome.plan(), &scene, &frame);
         assert!(

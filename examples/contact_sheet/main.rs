@@ -108,9 +108,9 @@ fn frame(figure: &Scene, kind: LightKind) -> FrameInput {
         color: Vec3::new(1.0, 0.93, 0.82),
         intensity,
         range: 20.0,
-        cast_shadow: true,
+        properties: vec!["cast_shadow".into()],
         // So large does a lamp of that radius look from the figure.
-        angular_diameter_deg: 4.0,
+        angular_diameter: 4_f32.to_radians(),
         radius: 0.15,
         priority: 1.0,
     };

@@ -221,7 +221,7 @@ mod tests {
         let frame = FrameInput {
             camera,
             lights: Vec::new(),
-            caster_bounds: Bounds::EMPTY,
+            filter_bounds: Vec::new(),
             scene_bounds: Bounds::EMPTY,
             time: f64::NAN,
             index: u64::MAX,

@@ -194,8 +194,8 @@ mod tests {
             color: Vec3::ONE,
             intensity: 100.0,
             range: 5.0,
-            cast_shadow: true,
-            angular_diameter_deg: 0.0,
+            properties: vec!["cast_shadow".into()],
+            angular_diameter: 0.0,
             radius: 0.0,
             priority: 1.0,
         }

@@ -48,8 +48,8 @@ pub fn sun() -> Light {
         color: Vec3::ONE,
         intensity: 3.0,
         range: f32::INFINITY,
-        cast_shadow: true,
-        angular_diameter_deg: 0.53,
+        properties: vec!["cast_shadow".into()],
+        angular_diameter: 0.53_f32.to_radians(),
         radius: 0.0,
         priority: 1.0,
     }

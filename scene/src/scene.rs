@@ -141,8 +141,8 @@ impl Scene {
         FrameInput {
             camera,
             lights: self.placed_lights(pose),
-            caster_bounds: self.caster_bounds(pose),
             scene_bounds,
+            filter_bounds: vec![("casters".into(), self.caster_bounds(pose))],
             time,
             index: 0,
         }

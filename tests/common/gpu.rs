@@ -58,7 +58,7 @@ pub fn empty_frame() -> FrameInput {
             aspect: 4.0 / 3.0,
         },
         lights: Vec::new(),
-        caster_bounds: Bounds::EMPTY,
+        filter_bounds: Vec::new(),
         scene_bounds: Bounds::EMPTY,
         time: 0.0,
         index: 0,

@@ -79,8 +79,8 @@ pub(crate) fn frame(views: &[&str]) -> FrameInput {
         color: glam::Vec3::ONE,
         intensity: 1.0,
         range: f32::INFINITY,
-        cast_shadow: true,
-        angular_diameter_deg: 0.0,
+        properties: vec!["cast_shadow".into()],
+        angular_diameter: 0.0,
         radius: 0.0,
         priority: 1.0,
     };

@@ -108,7 +108,7 @@ impl Facts<'_> {
                 let Some(TextureFacts { size, .. }) = self.texture(attachment.target.resource) else {
                     continue;
                 };
-                if size.layers > 1 && size.layers < shape.maximum_views && !shape.views_choose_layers {
+                if size.layers > 1 && size.layers < shape.view_layers {
                     let (place, pointer) = self.place_of(handle, attachment.target.resource);
                     findings.push(
                         Diagnostic::error(

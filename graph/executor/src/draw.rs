@@ -11,7 +11,7 @@ pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
     /// How the host stores what a geometry contract names; `None` if it knows no such contract.
     fn interface(&self, geometry: &str) -> Option<&HostInterface>;
 
-    /// The words that may stand under `filter`, such as `casters`.
+    /// The words that may stand under `filter`, such as `opaque`.
     fn filters(&self) -> &[&str];
 
     /// Counts up whenever materials or the buffers behind bindings are replaced, so that bind groups are remade.

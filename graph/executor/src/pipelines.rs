@@ -17,12 +17,7 @@ use crate::compiler::Plan;
 use crate::pipeline::{Program, ProgramVariant};
 use crate::shader::{ShaderModule, Stage};
 use crate::work::{BufferDraw, Draw, RenderWork, ResourceHandle, SceneDraw, SlotSource, Work};
-use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostAttribute, HostInterface, PropertySet};
-
-/// The bind group of the host's materials.
-pub(super) const MATERIAL: u32 = 2;
-/// The bind group of the host's objects.
-pub(super) const OBJECT: u32 = 3;
+use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostAttribute, HostInterface, OBJECT_GROUP, PropertySet};
 
 /// The layouts of a program: those of its bind groups, `None` for one without bindings, and of its pipelines.
 pub(super) struct Layouts {
@@ -61,7 +56,7 @@ impl Pipelines<'_, '_> {
                 let mut entry = binding.entry;
                 if let wgpu::BindingType::Buffer { has_dynamic_offset, .. } = &mut entry.ty {
                     *has_dynamic_offset =
-                        (is_scene && group == OBJECT) || views.contains(&(group, entry.binding));
+                        (is_scene && group == OBJECT_GROUP) || views.contains(&(group, entry.binding));
                 }
                 entry
             });

@@ -14,7 +14,7 @@ use super::histories::Histories;
 use super::host_groups::{HostLayout, Materials, Objects as HostObjects};
 use super::imports::Imports;
 use super::objects::Objects;
-use super::pipelines::{Layouts, MATERIAL, OBJECT, Pipelines};
+use super::pipelines::{Layouts, Pipelines};
 use super::resources::Resources;
 use super::textures::Textures;
 use super::transfer::{Counts, Transfer};
@@ -23,7 +23,7 @@ use crate::compiler::{CpuPasses, Plan, PlannedPass, Switches};
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::{Pass, Program, Run};
 use crate::work::{Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work};
-use umbragraph_pipeline::draw::{HostInterface, PropertySet};
+use umbragraph_pipeline::draw::{HostInterface, MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
 
 /// A plan with everything that it needs on the device.
 pub(super) struct Realized {
@@ -190,10 +190,10 @@ impl Realized {
                             self.interfaces.iter().find(|(name, _)| *name == scene.geometry)?;
                         let made = pipelines.scene(render, scene, layouts, interface);
                         let host = |index| host_layout(pipelines.program, layouts, index);
-                        let materials = host(MATERIAL).map(|layout| {
+                        let materials = host(MATERIAL_GROUP).map(|layout| {
                             position(&mut self.materials, Materials::new(layout), Materials::is_alike)
                         });
-                        let objects = host(OBJECT).map(|layout| {
+                        let objects = host(OBJECT_GROUP).map(|layout| {
                             let objects = HostObjects::new(layout, interface);
                             position(&mut self.objects, objects, HostObjects::is_alike)
                         });
@@ -224,7 +224,7 @@ impl Realized {
         let is_host = |index: u32| {
             let is_scene =
                 matches!(pass.work(), Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
-            is_scene && index >= MATERIAL
+            is_scene && index >= MATERIAL_GROUP
         };
         let mut groups = Vec::new();
         for (index, layout) in (0..).zip(&layouts.groups) {

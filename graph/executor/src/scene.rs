@@ -7,11 +7,10 @@
 
 use super::groups::{self, Group};
 use super::host_groups::{Materials, Objects};
-use super::pipelines::{MATERIAL, OBJECT};
 use crate::data::View;
 use crate::work::DrawOrder;
 use crate::{DrawPass, DrawSource};
-use umbragraph_pipeline::draw::PropertySet;
+use umbragraph_pipeline::draw::{MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
 
 /// What the host's draws of a pass need.
 pub(super) struct Scene<'a> {
@@ -57,10 +56,10 @@ impl Scene<'_> {
         pass.set_pipeline(pipeline);
         groups::bind_render(self.groups, pass, position);
         if let Some(group) = material {
-            pass.set_bind_group(MATERIAL, group, &[]);
+            pass.set_bind_group(MATERIAL_GROUP, group, &[]);
         }
         if let Some(group) = object {
-            pass.set_bind_group(OBJECT, group, offsets);
+            pass.set_bind_group(OBJECT_GROUP, group, offsets);
         }
         source.draw(&mut ScenePass { scene: self, view, pass, offsets });
     }
@@ -103,13 +102,13 @@ impl DrawPass for ScenePass<'_> {
 
     fn set_material(&mut self, material: u32) {
         if let Some(group) = self.scene.materials.and_then(|materials| materials.get(material)) {
-            self.pass.set_bind_group(MATERIAL, group, &[]);
+            self.pass.set_bind_group(MATERIAL_GROUP, group, &[]);
         }
     }
 
     fn set_object(&mut self, object: u32) {
         if let Some(group) = self.scene.objects.and_then(|objects| objects.get(object, self.offsets)) {
-            self.pass.set_bind_group(OBJECT, group, self.offsets);
+            self.pass.set_bind_group(OBJECT_GROUP, group, self.offsets);
         }
     }
 

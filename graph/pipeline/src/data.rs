@@ -111,9 +111,8 @@ pub struct DataShape {
     pub values: Vec<(String, ValueType)>,
     /// The most views that a frame can have.
     pub maximum_views: u32,
-    /// Whether each view names one of the layers that there are, however few: without it, a frame with the most views
-    /// draws each into a layer of its own.
-    pub views_choose_layers: bool,
+    /// The layers that an array has at least, if views are drawn into its layers.
+    pub view_layers: u32,
     /// The published sizes, each with the value that the first plan is made for.
     pub sizes: Vec<(String, u32)>,
 }
@@ -131,17 +130,18 @@ impl DataShape {
         self
     }
 
-    /// States the most views.
+    /// States the most views. Each of them can be drawn into a layer of its own, unless [`DataShape::view_layers`] says
+    /// otherwise.
     #[must_use]
-    pub fn views(mut self, maximum: u32) -> Self {
-        self.maximum_views = maximum;
-        self
+    pub fn views(self, maximum: u32) -> Self {
+        Self { maximum_views: maximum, view_layers: maximum, ..self }
     }
 
-    /// States that views name layers that there are, by a published size, instead of one each.
+    /// States the layers that an array has at least: fewer than views where several are drawn into one, or where their
+    /// number is a published size.
     #[must_use]
-    pub fn views_choose_layers(self) -> Self {
-        Self { views_choose_layers: true, ..self }
+    pub fn view_layers(self, view_layers: u32) -> Self {
+        Self { view_layers, ..self }
     }
 
     /// Adds a size, with the value that the first plan is made for.

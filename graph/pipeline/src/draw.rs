@@ -17,6 +17,12 @@ use crate::diagnostic::{Diagnostic, Related};
 /// that name; the rasteriser's culling is switched off for it.
 pub const DOUBLE_SIDED: &str = "double_sided";
 
+/// The bind group of what a material has.
+pub const MATERIAL_GROUP: u32 = 2;
+
+/// The bind group of what an object has; it and those before, from [`MATERIAL_GROUP`] on, are the host's.
+pub const OBJECT_GROUP: u32 = 3;
+
 /// How a host stores what a `geometry` of a pipeline names.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HostInterface {
@@ -174,8 +180,8 @@ fn check_program(
             }
         }
     }
-    for binding in program.bindings.iter().filter(|binding| binding.group >= 2) {
-        let slots = if binding.group == 2 { &host.material } else { &host.object };
+    for binding in program.bindings.iter().filter(|binding| binding.group >= MATERIAL_GROUP) {
+        let slots = if binding.group == MATERIAL_GROUP { &host.material } else { &host.object };
         let name = &binding.name;
         match (slots.iter().find(|slot| slot.name == *name).map(|slot| &slot.kind), &binding.block) {
             (None, _) => {

@@ -1,12 +1,14 @@
 //! What the host tells a frame: camera, lights, bounds, time.
 //!
 //! World space is right-handed, in metres. A camera or light looks along −Z of its own space, +Y is its up, as in
-//! glTF. Positions and rotations are `f64`, because shadow fitting needs whole texels a kilometre from the origin;
+//! glTF. Positions and rotations are `f64`, because passes need whole texels a kilometre from the origin;
 //! what reaches the GPU is `f32`. Clip depth is 0..1 (near 0, far 1; reversed where a pipeline says so), texture v
 //! points down.
 //!
 //! Nothing here is trusted: [`Camera::check`] and [`Light::check`] find the values (NaN, zero directions, an empty
 //! depth range) that no pass could use.
+
+use std::borrow::Cow;
 
 use glam::{DMat4, DQuat, DVec3, Vec3};
 
@@ -169,7 +171,7 @@ impl Camera {
 /// The kind of a light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
-    /// Parallel light, as of the sun. Intensity in lux.
+    /// Parallel light. Intensity in lux.
     Directional,
     /// Light in all directions from a point. Intensity in candela.
     Point,
@@ -199,10 +201,10 @@ pub struct Light {
     pub intensity: f32,
     /// The distance beyond which it has no effect, in metres; infinite where there is no such limit.
     pub range: f32,
-    /// Whether things cast shadows in it.
-    pub cast_shadow: bool,
-    /// The angle under which a directional light is seen, in degrees (0: a point at infinity).
-    pub angular_diameter_deg: f32,
+    /// The words that are true of it, as host and passes agree on them.
+    pub properties: Vec<Cow<'static, str>>,
+    /// The angle under which a directional light is seen, in radians (0: a point at infinity).
+    pub angular_diameter: f32,
     /// The radius of a point or spot light's source, in metres (0: a point).
     pub radius: f32,
     /// The host's own weight of its importance; 1 is neutral.
@@ -210,6 +212,11 @@ pub struct Light {
 }
 
 impl Light {
+    /// Whether a word is true of it.
+    pub fn has(&self, property: &str) -> bool {
+        self.properties.iter().any(|known| known == property)
+    }
+
     /// Why no pass could use this light, or `None` if it is fine.
     pub fn check(&self) -> Option<&'static str> {
         if !(self.position.is_finite()
@@ -299,12 +306,20 @@ pub struct FrameInput {
     pub camera: Camera,
     /// The lights, in an order of the host's own; no pass lets the order decide anything but ties.
     pub lights: Vec<Light>,
-    /// The box around everything that casts shadows.
-    pub caster_bounds: Bounds,
     /// The box around everything that is drawn.
     pub scene_bounds: Bounds,
+    /// The boxes around what draw filters let through, by their words; that of the scene stands for others.
+    pub filter_bounds: Vec<(Cow<'static, str>, Bounds)>,
     /// Seconds since some start, for animation.
     pub time: f64,
     /// Counts frames; passes use it for what alternates.
     pub index: u64,
+}
+
+impl FrameInput {
+    /// The box around what a draw filter lets through, as far as the host tells.
+    pub fn bounds_of(&self, filter: &str) -> &Bounds {
+        let known = self.filter_bounds.iter().find(|(known, _)| known == filter);
+        known.map_or(&self.scene_bounds, |(_, bounds)| bounds)
+    }
 }

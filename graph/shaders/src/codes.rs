@@ -3,7 +3,7 @@
 umbragraph_text::codes! {
     /// A template that is named but was not given.
     TEMPLATE_UNKNOWN = "UG0500", "unknown template",
-        "A pass names a template that does not exist. Templates are named by their path below the folder of templates, with `/` and with the ending: `lib/shadow.wgsl.jinja`.";
+        "A pass names a template that does not exist. Templates are named by their path below the folder of templates, with `/` and with the ending: `lib/noise.wgsl.jinja`.";
     /// A template that minijinja cannot parse.
     TEMPLATE_SYNTAX = "UG0501", "template syntax",
         "The template is not well-formed minijinja: a tag is not closed, a block has no end, an expression is incomplete.\n\nTags are `{% if sscs %}`, `{{ taps }}` and `{# a comment #}`; a block tag alone on its line leaves no line behind.";
@@ -12,7 +12,7 @@ umbragraph_text::codes! {
         "A template reads a name that is neither one of its axes nor bound in the template by `set`, `for`, `macro` or `import`.\n\nA template sees its declared axes and nothing else, so a misspelt name is always found, also where a test or a default would have hidden it. Declare the axis in the file `NAME.axes.json` beside the template; where an included template reads it, add that template to `inherits`.";
     /// An include, import or extends of a template that does not exist.
     INCLUDE_MISSING = "UG0503", "included template is missing",
-        "A template includes, imports or extends another one that does not exist. Names are those of the template set (`lib/shadow.wgsl.jinja`), never relative to the including file.";
+        "A template includes, imports or extends another one that does not exist. Names are those of the template set (`lib/noise.wgsl.jinja`), never relative to the including file.";
     /// A template that includes itself, directly or through others.
     INCLUDE_RECURSIVE = "UG0504", "recursive include",
         "A template includes itself, directly or through others, or a macro calls itself without end.";

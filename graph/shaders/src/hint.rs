@@ -121,9 +121,9 @@ mod tests {
 
     #[test]
     fn the_name_that_was_meant_is_shown() {
-        let text = "fn sample_cascade() {}\nfn f() { sample_cascades(); }";
-        let refusal = improved(text, "no definition in scope for identifier: `sample_cascades`");
-        assert_eq!(refusal.help.as_deref(), Some("did you mean \"sample_cascade\"?"));
+        let text = "fn sample_noise() {}\nfn f() { sample_noises(); }";
+        let refusal = improved(text, "no definition in scope for identifier: `sample_noises`");
+        assert_eq!(refusal.help.as_deref(), Some("did you mean \"sample_noise\"?"));
         assert_eq!(refusal.labels[0].0, 3..17);
     }
 }

@@ -1,7 +1,7 @@
 //! The templates that shaders are generated from, and the axes declared beside them.
 //!
 //! A [`TemplateSet`] is filled from anywhere (embedded, a folder, memory) with named texts: `forward.wgsl.jinja`,
-//! `lib/shadow.wgsl.jinja`, and their side files `forward.axes.json`. Names are how templates include one another; a
+//! `lib/noise.wgsl.jinja`, and their side files `forward.axes.json`. Names are how templates include one another; a
 //! name is never looked up anywhere else, so a set is closed and the same everywhere.
 //!
 //! Findings about a single text (its syntax, its declaration) are made when it is added. Findings about how texts fit
@@ -302,7 +302,7 @@ fn clash(template: &str, axes: &Axes) -> Option<Diagnostic> {
     Some(finding.help("without any one of these constraints there would be a configuration"))
 }
 
-/// `lib/shadow` for `lib/shadow.wgsl.jinja`.
+/// `lib/noise` for `lib/noise.wgsl.jinja`.
 fn stem(name: &str) -> &str {
     name.strip_suffix(".jinja").unwrap_or(name).strip_suffix(".wgsl").unwrap_or(name)
 }

@@ -63,7 +63,7 @@ pub enum Configured<'a> {
 /// Findings of shaders themselves are left to the proof of all variants ([`crate::shader::permutations`]); each other
 /// finding is reported once, with the settings that show it.
 ///
-/// A node kind or an expression can refuse values that are each within their range: four cascades with three distances.
+/// A node kind or an expression can refuse values that are each within their range: four levels with three distances.
 /// Where only features are switched that is an error, since features can say what they require and exclude. Where a
 /// parameter is involved it is a note: whoever chooses such values is told so then, and no shader is reached; these
 /// configurations are counted apart.

@@ -7,6 +7,8 @@
 //! [`umbragraph_pipeline::frame::Light::check`] finds unusable, or numbers so large that a matrix does not fit 32 bits,
 //! end in fewer cascades, none in the worst case, and then everything is lit.
 
+use std::f32::consts::PI;
+
 use glam::{DMat3, DMat4, DVec3, DVec4, Vec3};
 use umbragraph_pipeline::data::View;
 use umbragraph_pipeline::frame::{Bounds, Camera, FrameInput, Light};
@@ -17,6 +19,7 @@ use super::layout::Layout;
 use super::snap::{self, Snap, Texels};
 use super::splits::{Blend, Slice, Splits};
 use super::{MAXIMUM_CASCADES, light};
+use crate::lights::{CAST_SHADOW, CASTERS};
 
 /// All settings of a cascade fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -109,14 +112,17 @@ impl Configuration {
     /// Fits the cascades of one frame to a light, which has to be usable ([`Light::check`]).
     pub fn fit_light(&self, light: &Light, frame: &FrameInput) -> CascadeSet {
         let mut set = CascadeSet { light: None, cascades: [None; MAXIMUM_CASCADES] };
-        let diameter = light.angular_diameter_deg;
         set.light = Some(CascadeLight {
             direction_to_light: -light.direction,
             color: light::radiance(light),
             intensity: light.intensity,
-            angular_diameter: if (0.0..=180.0).contains(&diameter) { diameter.to_radians() } else { 0.0 },
+            angular_diameter: if (0.0..=PI).contains(&light.angular_diameter) {
+                light.angular_diameter
+            } else {
+                0.0
+            },
         });
-        if frame.camera.check().is_some() || !light.cast_shadow {
+        if frame.camera.check().is_some() || !light.has(CAST_SHADOW) {
             return set;
         }
         let rotation = light::from_world(light.direction, self.up);
@@ -133,7 +139,7 @@ impl Configuration {
 
     /// One cascade; `None` if its numbers are beyond measure.
     fn cascade(&self, at: usize, slice: Slice, frame: &FrameInput, light: &DMat3) -> Option<Cascade> {
-        let FrameInput { camera, caster_bounds, scene_bounds, .. } = frame;
+        let FrameInput { camera, scene_bounds, .. } = frame;
         let extent = self.extent(camera, &slice, scene_bounds, light);
         let resolution = self.layout.tiles.get(at)?.resolution;
         let rectangle = snap::rectangle(
@@ -144,7 +150,7 @@ impl Configuration {
         let (near, far) = depth::planes(
             (extent.near, extent.minimum.z),
             &rectangle,
-            caster_bounds,
+            frame.bounds_of(CASTERS),
             light,
             self.near_pull,
             self.far_extension,

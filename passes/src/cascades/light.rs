@@ -13,6 +13,8 @@
 use glam::{DMat3, DVec3, Vec3};
 use umbragraph_pipeline::frame::{Light, LightKind};
 
+use crate::lights::CAST_SHADOW;
+
 /// The cosine between light and up vector from which on another up vector is taken.
 const PARALLEL: f64 = 0.99;
 
@@ -25,7 +27,8 @@ pub fn choose<'a>(lights: &'a [Light], name: Option<&str>) -> Option<&'a Light> 
         .filter(|light| name.is_none_or(|name| light.name == name))
         .min_by(|a, b| {
             let dark_first = brightness(a).total_cmp(&brightness(b));
-            b.cast_shadow.cmp(&a.cast_shadow).then(dark_first.reverse()).then_with(|| a.name.cmp(&b.name))
+            let casts = |light: &Light| light.has(CAST_SHADOW);
+            casts(b).cmp(&casts(a)).then(dark_first.reverse()).then_with(|| a.name.cmp(&b.name))
         })
 }
 
@@ -66,8 +69,8 @@ mod tests {
             color: Vec3::ONE,
             intensity,
             range: f32::INFINITY,
-            cast_shadow,
-            angular_diameter_deg: 0.5,
+            properties: cast_shadow.then(|| CAST_SHADOW.into()).into_iter().collect(),
+            angular_diameter: 0.5_f32.to_radians(),
             radius: 0.0,
             priority: 1.0,
         }

@@ -37,7 +37,7 @@ pub(super) fn declare(
     let filter = Filter::declare(settings.filter.as_ref(), pass)?;
     let light_size = descriptor::size_without(pass, settings.light_size.as_ref())?;
     let input = pass.data_with(data, "/placement", &placement::expected())?;
-    let shape = DataShape::new().value("count", ValueType::U32).views(layers).views_choose_layers();
+    let shape = DataShape::new().value("count", ValueType::U32).views(layers).view_layers(1);
     described::node(pass, &settings.to, input, (shape, layers), filter, Placed { configuration, light_size })
 }
 

@@ -62,7 +62,7 @@ impl Node for CubeShadows {
         let light_size = descriptor::size_without(pass, self.light_size.as_ref());
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
         let (capacity, side, reverse, filter, input) = (capacity?, side?, reverse?, filter?, input?);
-        let shape = DataShape::new().value("count", ValueType::U32).views(6 * capacity).views_choose_layers();
+        let shape = DataShape::new().value("count", ValueType::U32).views(6 * capacity).view_layers(1);
         described::node(
             pass,
             &self.to,

@@ -25,3 +25,9 @@ pub mod filter;
 pub mod list;
 pub mod placement;
 pub mod spots;
+
+/// The property of a light in which things cast shadows.
+pub const CAST_SHADOW: &str = "cast_shadow";
+
+/// The draw filter of what casts shadows.
+pub const CASTERS: &str = "casters";

@@ -29,6 +29,7 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, Work};
 
+use super::CAST_SHADOW;
 use crate::atlas::{self, Capacity, Fate, Key, Placement, Pool, PoolCounts, Request, TileRequest};
 use crate::codes;
 use crate::importance::{Eye, Importance};
@@ -450,7 +451,7 @@ impl RunShadowAtlas {
         asking.clear();
         requests.clear();
         let Some(eye) = Eye::new(&frame.camera) else { return };
-        let casts = |light: &Light| light.cast_shadow && light.check().is_none();
+        let casts = |light: &Light| light.has(CAST_SHADOW) && light.check().is_none();
         asking.extend((0..frame.lights.len() as u32).filter(|at| casts(&frame.lights[*at as usize])));
         let of = |at: &u32| &frame.lights[*at as usize];
         asking.sort_unstable_by(|a, b| compare(of(a), of(b)));

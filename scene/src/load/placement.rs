@@ -215,6 +215,7 @@ fn one(
     let (angular_diameter_deg, radius) = (number("angular_diameter_deg"), number("radius"));
     let priority = number("priority");
     let cast_shadow = extras.each_ref().map(|extras| extras.boolean("castShadow", report));
+    let casts = cast_shadow.into_iter().flatten().next().unwrap_or(true);
     usable.then(|| Light {
         name,
         kind,
@@ -223,8 +224,8 @@ fn one(
         color: Vec3::from_array(json.color),
         intensity: json.intensity,
         range: json.range.unwrap_or(f32::INFINITY),
-        cast_shadow: cast_shadow.into_iter().flatten().next().unwrap_or(true),
-        angular_diameter_deg: angular_diameter_deg.unwrap_or(0.0).min(180.0),
+        properties: casts.then_some("cast_shadow".into()).into_iter().collect(),
+        angular_diameter: angular_diameter_deg.unwrap_or(0.0).min(180.0).to_radians(),
         radius: radius.unwrap_or(0.0),
         priority: priority.unwrap_or(1.0),
     })

@@ -194,12 +194,15 @@ fn all_three_kinds_of_light_are_placed_by_their_nodes() {
     assert_eq!(lights.iter().map(|light| &*light.name).collect::<Vec<_>>(), ["sun", "lamp", "light 2"]);
     assert_eq!(lights[0].kind, LightKind::Directional);
     assert!(close(lights[0].direction, DVec3::NEG_Y));
-    assert_eq!((lights[0].intensity, lights[0].angular_diameter_deg), (3.0, 4.0));
+    assert_eq!((lights[0].intensity, lights[0].angular_diameter), (3.0, 4_f32.to_radians()));
     assert_eq!(lights[0].color, Vec3::new(1.0, 0.5, 0.0));
     assert_eq!(lights[1].kind, LightKind::Spot { inner_angle: 0.2, outer_angle: 0.6 });
     assert!(close(lights[1].position, DVec3::new(0.0, 5.0, 0.0)) && close(lights[1].direction, DVec3::NEG_Y));
     assert_eq!((lights[1].range, lights[2].range), (9.0, f32::INFINITY));
-    assert_eq!((lights[2].kind, lights[2].radius, lights[2].cast_shadow), (LightKind::Point, 0.15, false));
+    assert_eq!(
+        (lights[2].kind, lights[2].radius, lights[2].has("cast_shadow")),
+        (LightKind::Point, 0.15, false)
+    );
     assert!(close(lights[2].position, DVec3::new(1.0, 2.0, 3.0)));
 }
 
@@ -265,7 +268,7 @@ fn an_empty_document_loads_with_a_warning_and_has_a_usable_frame() {
     );
     let frame = scene.frame_input(1.0, f64::NAN);
     assert_eq!(frame.camera.check(), None);
-    assert!(frame.caster_bounds.is_empty());
+    assert!(frame.bounds_of("casters").is_empty());
 }
 
 #[test]
@@ -357,7 +360,7 @@ fn an_animation_moves_nodes_cameras_and_bounds_and_loops() {
             "at {time}"
         );
     }
-    assert!(scene.frame_input(1.0, 1.0).caster_bounds.minimum.x > 1.5);
+    assert!(scene.frame_input(1.0, 1.0).bounds_of("casters").minimum.x > 1.5);
     let mut pose = scene.rest_pose();
     scene.pose_into(1.0, &mut pose);
     assert_eq!(pose, scene.pose(1.0));

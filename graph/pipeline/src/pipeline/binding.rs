@@ -16,7 +16,7 @@ use crate::work::{Address, BlockLayout, BlockRun, BlockValues, BoundSlot, Compar
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Bind {
-    /// A texture, a buffer or host data: a reference such as "maps" or "maps@casters".
+    /// A texture, a buffer or host data: a reference such as "maps" or "maps@blur".
     Name(String),
     /// Anything else.
     Object(BindObject),

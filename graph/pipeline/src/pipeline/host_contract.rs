@@ -7,6 +7,7 @@
 
 use super::{PassBuilder, Program};
 use crate::diagnostic::{codes, did_you_mean};
+use crate::draw::MATERIAL_GROUP;
 use crate::language::HostBinding;
 use crate::shader::{Stage, TypeLayout};
 
@@ -55,9 +56,12 @@ pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Progra
             }
         }
     }
-    for binding in program.bindings.iter().filter(|binding| binding.group >= 2) {
-        let (section, provided) =
-            if binding.group == 2 { ("material", &contract.material) } else { ("object", &contract.object) };
+    for binding in program.bindings.iter().filter(|binding| binding.group >= MATERIAL_GROUP) {
+        let (section, provided) = if binding.group == MATERIAL_GROUP {
+            ("material", &contract.material)
+        } else {
+            ("object", &contract.object)
+        };
         match (provided.get(&binding.name), &binding.block) {
             (None, _) => {
                 let help = suggestion(&binding.name, provided.keys(), section);

@@ -4,7 +4,7 @@
 //!
 //! ```jsonc
 //! {
-//!   "inherits": ["lib/shadow.wgsl.jinja"],       // included templates, whose axes and constraints hold here too
+//!   "inherits": ["lib/noise.wgsl.jinja"],        // included templates, whose axes and constraints hold here too
 //!   "axes": {
 //!     "sscs":   { "type": "bool", "default": false, "requires": ["depth_prepass"] },
 //!     "filter": { "type": "enum", "values": ["hard", "pcf", "evsm"], "default": "pcf" },

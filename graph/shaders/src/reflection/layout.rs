@@ -132,7 +132,7 @@ impl TypeLayout {
         }
     }
 
-    /// The WGSL spelling: `vec3<f32>`, `array<Cascade, 4>`, the name of a structure.
+    /// The WGSL spelling: `vec3<f32>`, `array<Light, 4>`, the name of a structure.
     pub fn spelling(&self) -> String {
         let scalar = |scalar: &Scalar| {
             let letter = match scalar.kind {

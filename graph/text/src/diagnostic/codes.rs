@@ -77,7 +77,7 @@ crate::codes! {
         "The value of a parameter is outside the range that the pipeline declares, or a list has too few or too many elements.";
     /// A list whose elements do not follow one another as declared.
     SETTING_ORDER = "UG0205", "list out of order",
-        "The elements of a list parameter have to increase (or decrease) strictly; far distances of cascades, for one.";
+        "The elements of a list parameter have to increase (or decrease) strictly; distances, for one.";
     /// Two features that contradict one another.
     FEATURE_CONFLICT = "UG0206", "features contradict",
         "A feature that is on requires one that is off, or excludes one that is on; or it requires or excludes itself, which means nothing or that it can never be on.";
@@ -133,7 +133,7 @@ crate::codes! {
         "A place that takes a texture, a buffer, a sampler or host data is given another of them.";
     /// Host data that nobody publishes.
     NOT_PUBLISHED = "UG0303", "data is not published",
-        "A pass reads host data that no pass publishes. Host passes (a camera, a cascade fit) name what they publish under `to`.";
+        "A pass reads host data that no pass publishes. Host passes (a camera, for one) name what they publish under `to`.";
     /// Host data that is published twice.
     PUBLISHED_TWICE = "UG0304", "data is published twice", "Two passes publish host data under one name.";
     /// A text that is no expression.

@@ -1,4 +1,4 @@
-//! References to resources: `maps`, `maps@casters` for the version that one pass wrote, `maps@0` for what was there
+//! References to resources: `maps`, `maps@blur` for the version that one pass wrote, `maps@0` for what was there
 //! before the first write of the frame, or `maps@-1` for what the frame before left.
 
 /// A resource, and which of its versions is meant.

@@ -39,7 +39,7 @@ proptest! {
         let minimum = camera.position + corner;
         let size = DVec3::from(size);
         let mut frame = frame(camera, light);
-        frame.caster_bounds = Bounds { minimum, maximum: minimum + size };
+        frame.filter_bounds = vec![("casters".into(), Bounds { minimum, maximum: minimum + size })];
         let set = Configuration { shape, ..configuration(&[8.0, 40.0, 200.0]) }.fit(&frame);
         for cascade in set.iter() {
             for part in &points {

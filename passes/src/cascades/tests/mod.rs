@@ -48,8 +48,8 @@ fn sun(direction: DVec3) -> Light {
         color: Vec3::new(1.0, 0.9, 0.8),
         intensity: 3.0,
         range: f32::INFINITY,
-        cast_shadow: true,
-        angular_diameter_deg: 0.53,
+        properties: vec!["cast_shadow".into()],
+        angular_diameter: 0.53_f32.to_radians(),
         radius: 0.0,
         priority: 1.0,
     }
@@ -60,7 +60,7 @@ fn frame(camera: Camera, direction: DVec3) -> FrameInput {
     FrameInput {
         camera,
         lights: vec![sun(direction)],
-        caster_bounds: bounds,
+        filter_bounds: vec![("casters".into(), bounds)],
         scene_bounds: bounds,
         time: 0.0,
         index: 0,

@@ -62,7 +62,7 @@ proptest! {
         }
         let mut frame = frame(camera, DVec3::NEG_Y);
         frame.lights[0].direction = if unit { light.normalize_or(DVec3::X) } else { light };
-        frame.caster_bounds = Bounds { minimum: low, maximum: high };
+        frame.filter_bounds = vec![("casters".into(), Bounds { minimum: low, maximum: high })];
         frame.scene_bounds = Bounds { minimum: scene_low, maximum: scene_high };
         assert_finite(&settings.fit(&frame));
     }
@@ -109,7 +109,7 @@ fn an_unusable_camera_or_light_leaves_no_cascades() {
         assert_eq!(settings.fit(&FrameInput { camera, ..fine.clone() }).count(), 0, "{camera:?}");
     }
     let mut shadowless = fine.clone();
-    shadowless.lights[0].cast_shadow = false;
+    shadowless.lights[0].properties.clear();
     let set = settings.fit(&shadowless);
     assert!(set.count() == 0 && set.light.is_some());
     let mut broken = fine.clone();
@@ -126,7 +126,8 @@ fn one_object_with_broken_bounds_leaves_the_cascades_as_they_are() {
         |frame: &FrameInput| settings.fit(frame).iter().map(|cascade| cascade.texel_size).collect::<Vec<_>>();
     let fine = sizes(&frame);
     for size in [1e20, 1e300, f64::MAX] {
-        frame.caster_bounds = Bounds { minimum: DVec3::splat(-size), maximum: DVec3::splat(size) };
+        frame.filter_bounds =
+            vec![("casters".into(), Bounds { minimum: DVec3::splat(-size), maximum: DVec3::splat(size) })];
         assert_eq!(sizes(&frame), fine, "{size}");
     }
 }
@@ -143,7 +144,7 @@ fn a_frame_with_large_numbers_is_published_within_32_bits() {
     let mut frame = frame(identity_camera(), DVec3::NEG_Y);
     frame.lights[0].intensity = f32::MAX;
     frame.lights[0].color = Vec3::splat(1e30);
-    frame.lights[0].angular_diameter_deg = f32::NAN;
+    frame.lights[0].angular_diameter = f32::NAN;
     let data = super::declaration::run(r#"{ "far": [10, 20], "resolution": 512 }"#, &frame);
     let floats = |name: &str| -> Vec<f32> {
         data.words(name).unwrap_or_default().iter().map(|word| f32::from_bits(*word)).collect()

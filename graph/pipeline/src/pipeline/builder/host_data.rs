@@ -62,7 +62,7 @@ impl PassBuilder<'_> {
                 codes::WRONG_RESOURCE,
                 pointer,
                 message,
-                "name what a host pass publishes, such as a cascade fit",
+                "name what a host pass publishes, such as a camera",
             );
             return None;
         }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::{PartSettings, PassBuilder, host_contract};
 use crate::diagnostic::{codes, did_you_mean};
 use crate::document;
+use crate::draw::MATERIAL_GROUP;
 use crate::language::{TextureShape, Word};
 use crate::pipeline::{Bind, BindObject, Contents, Part, Program, ProgramBinding, Run, Usage};
 use crate::shader::{AxisValue, AxisValues, describe};
@@ -38,7 +39,7 @@ impl PassBuilder<'_> {
         }
         let mut slots = Vec::new();
         for binding in &program.bindings {
-            if geometry.is_some() && binding.group >= 2 {
+            if geometry.is_some() && binding.group >= MATERIAL_GROUP {
                 continue;
             }
             let here = document::pointer_join(&at, &binding.name);

@@ -47,7 +47,7 @@ pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, sha
         let written = (shared.sources.text(place) == format!("\"{name}\"")).then_some(place);
         let finding = Diagnostic::error(codes::NOT_PUBLISHED, place, message).pointer(pointer);
         let finding = finding.meant(&name, published, written, |_| {
-            "a host pass, such as a cascade fit, has to publish it".to_owned()
+            "a host pass, such as a camera, has to publish it".to_owned()
         });
         shared.diagnostics.push(finding);
     }
