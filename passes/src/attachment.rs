@@ -8,12 +8,15 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
-use umbragraph_pipeline::pipeline::{Contents, Face as CubeFace, Part, PartSettings, PassBuilder, Run};
+use umbragraph_pipeline::pipeline::{
+    Contents, Face as CubeFace, Part, PartSettings, PassBuilder, Produced, Run,
+};
 use umbragraph_pipeline::wgpu_types::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, StencilFaceState, StencilOperation, StencilState,
 };
 use umbragraph_pipeline::work::{
-    ColorAttachment, Compare, DepthAttachment, LoadOperation, StencilAttachment, Subresource,
+    ColorAttachment, Compare, DepthAttachment, Draw, LoadOperation, RenderWork, StencilAttachment,
+    Subresource, Work,
 };
 
 /// A color attachment.
@@ -224,8 +227,50 @@ impl From<StencilOperationName> for StencilOperation {
     }
 }
 
+/// The settings of all attachments of a pass.
+pub(crate) struct Attachments<'a> {
+    pub(crate) color: &'a [ColorSettings],
+    pub(crate) depth: Option<&'a DepthSettings>,
+    pub(crate) stencil: Option<&'a StencilSettings>,
+}
+
+impl Attachments<'_> {
+    /// Finds a pass that attaches nothing.
+    pub(crate) fn check(&self, pass: &mut PassBuilder<'_>) -> Option<()> {
+        if self.color.is_empty() && self.depth.is_none() && self.stencil.is_none() {
+            let help = "add \"color\", \"depth\" or \"stencil\"";
+            pass.report(codes::MISSING_KEY, "", "a pass without attachments draws nothing", help);
+            return None;
+        }
+        Some(())
+    }
+
+    /// Declares them and what is drawn. `covers` says that the pass writes every texel.
+    pub(crate) fn render(
+        self,
+        pass: &mut PassBuilder<'_>,
+        covers: bool,
+        draw: Option<Draw>,
+    ) -> Option<Produced> {
+        let color: Vec<_> = (self.color.iter().enumerate())
+            .map(|(at, settings)| color(pass, settings, &format!("/color/{at}"), covers))
+            .collect();
+        let depth = self.depth.map(|settings| depth(pass, settings, "/depth"));
+        let stencil = self.stencil.map(|settings| stencil(pass, settings, "/stencil"));
+        let color = color.into_iter().collect::<Option<_>>()?;
+        let (depth, stencil) = (all(depth)?, all(stencil)?);
+        same_target(pass, depth.as_ref(), stencil.as_ref())?;
+        pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw: draw? })))
+    }
+}
+
+/// `None` after at least one finding.
+fn all<T>(declared: Option<Option<T>>) -> Option<Option<T>> {
+    declared.map_or(Some(None), |declared| declared.map(Some))
+}
+
 /// Declares a color attachment. `covers` says that the pass writes every texel.
-pub(crate) fn color(
+fn color(
     pass: &mut PassBuilder<'_>,
     settings: &ColorSettings,
     at: &str,
@@ -262,19 +307,11 @@ pub(crate) fn color(
         Some(name) => Some(pass.format(name, &format!("{at}/format"))?),
         None => None,
     };
-    let part = PartSettings {
-        mip: settings.mip.as_ref(),
-        layer: settings.layer.as_ref(),
-        face: settings.face.as_ref(),
-        ..PartSettings::default()
-    };
-    let to = target(pass, &settings.to, part, at)?;
+    let to = target(pass, &settings.to, (&settings.mip, &settings.layer, &settings.face), at)?;
     let resolve = match &settings.resolve {
         Some(to) => {
-            let (mip, layer) = (to.mip.as_ref(), to.layer.as_ref());
-            let part = PartSettings { mip, layer, ..PartSettings::default() };
             let at = format!("{at}/resolve");
-            Some(target(pass, &to.to, part, &at)?)
+            Some(target(pass, &to.to, (&to.mip, &to.layer, &None), &at)?)
         }
         None => None,
     };
@@ -283,15 +320,8 @@ pub(crate) fn color(
 }
 
 /// Declares the depth attachment.
-pub(crate) fn depth(
-    pass: &mut PassBuilder<'_>,
-    settings: &DepthSettings,
-    at: &str,
-) -> Option<DepthAttachment> {
-    let write = match &settings.write {
-        Some(expr) => pass.boolean(expr, &format!("{at}/write"))?,
-        None => true,
-    };
+fn depth(pass: &mut PassBuilder<'_>, settings: &DepthSettings, at: &str) -> Option<DepthAttachment> {
+    let write = pass.boolean_or(&settings.write, &format!("{at}/write"), true)?;
     let compare = pass.word(&settings.compare, &format!("{at}/compare"))?;
     let load = match &settings.clear {
         Some(expr) => {
@@ -325,13 +355,7 @@ pub(crate) fn depth(
         None => 0.0,
     };
     let grows_toward_viewer = matches!(compare, Compare::Greater | Compare::GreaterEqual);
-    let part = PartSettings {
-        mip: settings.mip.as_ref(),
-        layer: settings.layer.as_ref(),
-        face: settings.face.as_ref(),
-        ..PartSettings::default()
-    };
-    let to = target(pass, &settings.to, part, at)?;
+    let to = target(pass, &settings.to, (&settings.mip, &settings.layer, &settings.face), at)?;
     let discard = discards(pass, settings.store.as_ref(), at)?;
     Some(DepthAttachment {
         discard,
@@ -344,11 +368,7 @@ pub(crate) fn depth(
 }
 
 /// Declares the stencil attachment beside a depth attachment, which has to be of the same texture.
-pub(crate) fn stencil(
-    pass: &mut PassBuilder<'_>,
-    settings: &StencilSettings,
-    at: &str,
-) -> Option<StencilAttachment> {
+fn stencil(pass: &mut PassBuilder<'_>, settings: &StencilSettings, at: &str) -> Option<StencilAttachment> {
     let byte = |pass: &mut PassBuilder<'_>, expr: &Option<Expr>, key: &str, without: u32| match expr {
         Some(expr) => {
             let pointer = format!("{at}/{key}");
@@ -382,13 +402,7 @@ pub(crate) fn stencil(
         write_mask: byte(pass, &settings.write_mask, "write_mask", 255)?,
     };
     let reference = byte(pass, &settings.reference, "reference", 0)?;
-    let part = PartSettings {
-        mip: settings.mip.as_ref(),
-        layer: settings.layer.as_ref(),
-        face: settings.face.as_ref(),
-        ..PartSettings::default()
-    };
-    let to = target(pass, &settings.to, part, at)?;
+    let to = target(pass, &settings.to, (&settings.mip, &settings.layer, &settings.face), at)?;
     let discard = discards(pass, settings.store.as_ref(), at)?;
     Some(StencilAttachment { to, load, state, reference, discard })
 }
@@ -411,7 +425,7 @@ fn stencil_face(pass: &mut PassBuilder<'_>, settings: &StencilFace, at: &str) ->
 }
 
 /// Finds a stencil attachment of another texture, mip or layer than the depth attachment.
-pub(crate) fn same_target(
+fn same_target(
     pass: &mut PassBuilder<'_>,
     depth: Option<&DepthAttachment>,
     stencil: Option<&StencilAttachment>,
@@ -463,8 +477,14 @@ fn one_beginning(
     Some(())
 }
 
-fn target(pass: &mut PassBuilder<'_>, to: &str, settings: PartSettings<'_>, at: &str) -> Option<Subresource> {
-    let part = pass.part(settings, at)?;
+fn target(
+    pass: &mut PassBuilder<'_>,
+    to: &str,
+    (mip, layer, face): (&Option<Expr>, &Option<Expr>, &Option<Word<CubeFace>>),
+    at: &str,
+) -> Option<Subresource> {
+    let (mip, layer, face) = (mip.as_ref(), layer.as_ref(), face.as_ref());
+    let part = pass.part(PartSettings { mip, layer, face, ..PartSettings::default() }, at)?;
     let mip = part.mip.map_or(0, |run| run.first);
     pass.texture(to, Part { mip: Some(Run::one(mip)), ..part }, &format!("{at}/to"))
 }

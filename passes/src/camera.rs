@@ -45,10 +45,7 @@ impl Node for Camera {
     const SUMMARY: &'static str = "Publishes the frame's camera as a view.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let reverse = match &self.reverse {
-            Some(expr) => pass.boolean(expr, "/reverse")?,
-            None => false,
-        };
+        let reverse = pass.boolean_or(&self.reverse, "/reverse", false)?;
         let output = pass.publish(&self.to, "/to", shape())?;
         pass.produce(Work::Host(HostWork::new(RunCamera { reverse }, output, Vec::new())))
     }

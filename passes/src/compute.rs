@@ -8,7 +8,7 @@ use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Reference};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced, Run};
-use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Work};
+use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Subresource, Work};
 
 /// Dispatches a compute shader: once for each texel of a texture, or so many workgroups.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -49,6 +49,20 @@ pub struct IndirectSettings {
     pub offset: Option<Expr>,
 }
 
+impl IndirectSettings {
+    /// So many words of the buffer.
+    pub(crate) fn declare(&self, pass: &mut PassBuilder<'_>, words: u64) -> Option<Subresource> {
+        let offset = pass.count_or(&self.offset, "/indirect/offset", 0)?;
+        if offset % 4 != 0 {
+            let message = format!("counts begin at byte {offset}");
+            pass.report(codes::DEVICE_RULE, "/indirect/offset", message, "begin at a multiple of 4");
+            return None;
+        }
+        let bytes = Some(Run { first: u64::from(offset), count: 4 * words });
+        pass.buffer_part(&self.buffer, bytes, "/indirect/buffer")
+    }
+}
+
 impl Node for Compute {
     const NAME: &'static str = "compute";
     const SUMMARY: &'static str = "Dispatches a compute shader.";
@@ -57,24 +71,9 @@ impl Node for Compute {
         let program = pass.program(&self.shader, &self.axes, None, "");
         let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
         let dispatch = match (&self.over, &self.workgroups, &self.indirect) {
-            (None, None, Some(settings)) => {
-                let offset = match &settings.offset {
-                    Some(expr) => pass.count(expr, "/indirect/offset")?,
-                    None => 0,
-                };
-                if offset % 4 != 0 {
-                    let message = format!("counts begin at byte {offset}");
-                    pass.report(codes::DEVICE_RULE, "/indirect/offset", message, "begin at a multiple of 4");
-                    return None;
-                }
-                let bytes = Some(Run { first: u64::from(offset), count: 12 });
-                pass.buffer_part(&settings.buffer, bytes, "/indirect/buffer").map(Dispatch::Indirect)
-            }
+            (None, None, Some(settings)) => settings.declare(pass, 3).map(Dispatch::Indirect),
             (Some(over), None, None) => {
-                let mip = match &self.mip {
-                    Some(expr) => pass.count(expr, "/mip")?,
-                    None => 0,
-                };
+                let mip = pass.count_or(&self.mip, "/mip", 0)?;
                 let name = Reference::parse(over).map_or(over.as_str(), |reference| reference.resource);
                 let resource = pass.declared_texture(name, "/over");
                 resource.map(|resource| Dispatch::Over { resource, mip })

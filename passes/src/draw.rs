@@ -8,9 +8,9 @@ use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced};
 use umbragraph_pipeline::wgpu_types::Face;
-use umbragraph_pipeline::work::{Draw as DrawWork, DrawOrder, RenderWork, SceneDraw, Work};
+use umbragraph_pipeline::work::{Draw as DrawWork, DrawOrder, SceneDraw};
 
-use crate::attachment::{self, ColorSettings, DepthSettings, StencilSettings};
+use crate::attachment::{Attachments, ColorSettings, DepthSettings, StencilSettings};
 
 /// Draws the host's meshes, once for each view.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -59,51 +59,45 @@ pub enum Cull {
     Back,
 }
 
+impl Cull {
+    /// The face that is not drawn.
+    pub(crate) fn face(self) -> Option<Face> {
+        match self {
+            Cull::None => None,
+            Cull::Front => Some(Face::Front),
+            Cull::Back => Some(Face::Back),
+        }
+    }
+}
+
 impl Node for Draw {
     const NAME: &'static str = "draw";
     const SUMMARY: &'static str = "Draws the host's meshes, once for each view.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         pass.geometry(&self.geometry, "/geometry")?;
+        let draw = self.scene(pass);
+        let attachments =
+            Attachments { color: &self.color, depth: self.depth.as_ref(), stencil: self.stencil.as_ref() };
+        attachments.render(pass, false, draw)
+    }
+}
+
+impl Draw {
+    fn scene(&self, pass: &mut PassBuilder<'_>) -> Option<DrawWork> {
         let views = pass.data(&self.views, "/views");
         let program = pass.program(&self.shader, &self.axes, Some(&self.geometry), "");
         let bindings = program.and_then(|program| pass.bind(program, &self.bind, Some(&self.geometry), ""));
-        let color: Vec<_> = (self.color.iter().enumerate())
-            .map(|(at, settings)| attachment::color(pass, settings, &format!("/color/{at}"), false))
-            .collect();
-        let depth = self.depth.as_ref().map(|settings| attachment::depth(pass, settings, "/depth"));
-        let stencil = self.stencil.as_ref().map(|settings| attachment::stencil(pass, settings, "/stencil"));
-        let cull = match &self.cull {
-            Some(word) => pass.word(word, "/cull")?,
-            None => Cull::Back,
-        };
-        let order = match &self.order {
-            Some(word) => pass.word(word, "/order")?,
-            None => DrawOrder::default(),
-        };
-        let draw = DrawWork::Scene(SceneDraw {
+        let cull = pass.word_or(&self.cull, "/cull", Cull::Back)?;
+        let order = pass.word_or(&self.order, "/order", DrawOrder::default())?;
+        Some(DrawWork::Scene(SceneDraw {
             geometry: self.geometry.clone(),
             filter: self.filter.clone(),
             views: views?,
             program: program?,
             bindings: bindings?,
-            cull: match cull {
-                Cull::None => None,
-                Cull::Front => Some(Face::Front),
-                Cull::Back => Some(Face::Back),
-            },
+            cull: cull.face(),
             order,
-        });
-        let depth = match depth {
-            Some(depth) => Some(depth?),
-            None => None,
-        };
-        let stencil = match stencil {
-            Some(stencil) => Some(stencil?),
-            None => None,
-        };
-        attachment::same_target(pass, depth.as_ref(), stencil.as_ref())?;
-        let color = color.into_iter().collect::<Option<_>>()?;
-        pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw })))
+        }))
     }
 }

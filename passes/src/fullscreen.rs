@@ -4,13 +4,12 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced};
-use umbragraph_pipeline::work::{Draw, RenderWork, Work};
+use umbragraph_pipeline::work::Draw;
 
-use crate::attachment::{self, ColorSettings, DepthSettings, StencilSettings};
+use crate::attachment::{Attachments, ColorSettings, DepthSettings, StencilSettings};
 
 /// Runs a fragment shader for every texel of its attachments.
 ///
@@ -51,27 +50,10 @@ impl Node for Fullscreen {
         // What depth, stencil or the shader keeps from being drawn stays as it was.
         let is_tested = self.depth.is_some() || self.stencil.is_some();
         let covers = !is_tested && program.is_some_and(|program| pass.covers(program));
-        let color: Vec<_> = (self.color.iter().enumerate())
-            .map(|(at, settings)| attachment::color(pass, settings, &format!("/color/{at}"), covers))
-            .collect();
-        let depth = self.depth.as_ref().map(|settings| attachment::depth(pass, settings, "/depth"));
-        let stencil = self.stencil.as_ref().map(|settings| attachment::stencil(pass, settings, "/stencil"));
-        if color.is_empty() && depth.is_none() && stencil.is_none() {
-            let help = "add \"color\", \"depth\" or \"stencil\"";
-            pass.report(codes::MISSING_KEY, "", "a pass without attachments draws nothing", help);
-            return None;
-        }
-        let draw = Draw::Fullscreen { program: program?, bindings: bindings? };
-        let color = color.into_iter().collect::<Option<_>>()?;
-        let depth = match depth {
-            Some(depth) => Some(depth?),
-            None => None,
-        };
-        let stencil = match stencil {
-            Some(stencil) => Some(stencil?),
-            None => None,
-        };
-        attachment::same_target(pass, depth.as_ref(), stencil.as_ref())?;
-        pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw })))
+        let attachments =
+            Attachments { color: &self.color, depth: self.depth.as_ref(), stencil: self.stencil.as_ref() };
+        attachments.check(pass)?;
+        let draw = program.zip(bindings).map(|(program, bindings)| Draw::Fullscreen { program, bindings });
+        attachments.render(pass, covers, draw)
     }
 }

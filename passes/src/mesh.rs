@@ -12,13 +12,11 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced, Run};
-use umbragraph_pipeline::wgpu_types::{self, IndexFormat, PrimitiveTopology, VertexStepMode};
-use umbragraph_pipeline::work::{
-    BufferDraw, Draw, DrawCounts, IndexStream, ProgramHandle, RenderWork, VertexStream, Work,
-};
+use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced};
+use umbragraph_pipeline::wgpu_types::{IndexFormat, PrimitiveTopology, VertexStepMode};
+use umbragraph_pipeline::work::{BufferDraw, Draw, DrawCounts, IndexStream, ProgramHandle, VertexStream};
 
-use crate::attachment::{self, ColorSettings, DepthSettings, StencilSettings};
+use crate::attachment::{Attachments, ColorSettings, DepthSettings, StencilSettings};
 use crate::compute::IndirectSettings;
 use crate::draw::Cull;
 
@@ -155,34 +153,28 @@ impl Node for Mesh {
     const SUMMARY: &'static str = "Draws vertices from the pipeline's own buffers.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        let draw = self.buffers(pass);
+        let attachments =
+            Attachments { color: &self.color, depth: self.depth.as_ref(), stencil: self.stencil.as_ref() };
+        attachments.check(pass)?;
+        attachments.render(pass, false, draw)
+    }
+}
+
+impl Mesh {
+    fn buffers(&self, pass: &mut PassBuilder<'_>) -> Option<Draw> {
         let program = pass.program(&self.shader, &self.axes, None, "");
         let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
         let vertices = program.and_then(|program| self.vertices(program, pass));
         let indices = self.indices.as_ref().map(|settings| indices(settings, pass));
         let counts = self.counts(pass);
-        let topology = match &self.topology {
-            Some(word) => pass.word(word, "/topology")?,
-            None => Topology::TriangleList,
-        };
-        let cull = match &self.cull {
-            Some(word) => pass.word(word, "/cull")?,
-            None => Cull::None,
-        };
-        let color: Vec<_> = (self.color.iter().enumerate())
-            .map(|(at, settings)| attachment::color(pass, settings, &format!("/color/{at}"), false))
-            .collect();
-        let depth = self.depth.as_ref().map(|settings| attachment::depth(pass, settings, "/depth"));
-        let stencil = self.stencil.as_ref().map(|settings| attachment::stencil(pass, settings, "/stencil"));
-        if color.is_empty() && depth.is_none() && stencil.is_none() {
-            let help = "add \"color\", \"depth\" or \"stencil\"";
-            pass.report(codes::MISSING_KEY, "", "a pass without attachments draws nothing", help);
-            return None;
-        }
+        let topology = pass.word_or(&self.topology, "/topology", Topology::TriangleList)?;
+        let cull = pass.word_or(&self.cull, "/cull", Cull::None)?;
         let indices = match indices {
             Some(indices) => Some(indices?),
             None => None,
         };
-        let draw = Draw::Buffers(Box::new(BufferDraw {
+        Some(Draw::Buffers(Box::new(BufferDraw {
             program: program?,
             bindings: bindings?,
             vertices: vertices?,
@@ -195,27 +187,10 @@ impl Node for Mesh {
                 Topology::TriangleList => PrimitiveTopology::TriangleList,
                 Topology::TriangleStrip => PrimitiveTopology::TriangleStrip,
             },
-            cull: match cull {
-                Cull::None => None,
-                Cull::Front => Some(wgpu_types::Face::Front),
-                Cull::Back => Some(wgpu_types::Face::Back),
-            },
-        }));
-        let color = color.into_iter().collect::<Option<_>>()?;
-        let depth = match depth {
-            Some(depth) => Some(depth?),
-            None => None,
-        };
-        let stencil = match stencil {
-            Some(stencil) => Some(stencil?),
-            None => None,
-        };
-        attachment::same_target(pass, depth.as_ref(), stencil.as_ref())?;
-        pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw })))
+            cull: cull.face(),
+        })))
     }
-}
 
-impl Mesh {
     fn vertices(&self, program: ProgramHandle, pass: &mut PassBuilder<'_>) -> Option<Vec<VertexStream>> {
         if self.vertices.len() > LARGEST_STREAMS {
             let message =
@@ -241,25 +216,12 @@ impl Mesh {
         match (&self.count, &self.indirect) {
             (Some(count), None) => {
                 let count = pass.count(count, "/count");
-                let instances = match &self.instances {
-                    Some(expr) => pass.count(expr, "/instances"),
-                    None => Some(1),
-                };
+                let instances = pass.count_or(&self.instances, "/instances", 1);
                 Some(DrawCounts::Direct { count: count?, instances: instances? })
             }
             (None, Some(settings)) if self.instances.is_none() => {
-                let offset = match &settings.offset {
-                    Some(expr) => pass.count(expr, "/indirect/offset")?,
-                    None => 0,
-                };
-                if offset % 4 != 0 {
-                    let message = format!("counts begin at byte {offset}");
-                    pass.report(codes::DEVICE_RULE, "/indirect/offset", message, "begin at a multiple of 4");
-                    return None;
-                }
-                let count = if self.indices.is_some() { 20 } else { 16 };
-                let bytes = Some(Run { first: u64::from(offset), count });
-                pass.buffer_part(&settings.buffer, bytes, "/indirect/buffer").map(DrawCounts::Indirect)
+                let words = if self.indices.is_some() { 5 } else { 4 };
+                settings.declare(pass, words).map(DrawCounts::Indirect)
             }
             _ => {
                 let help = "\"count\", perhaps with \"instances\", or \"indirect\": a buffer";
@@ -284,10 +246,7 @@ impl VertexSettings {
             attributes.push((attribute.name.as_str(), attribute.format.as_str(), offset));
         }
         let found = pass.vertex_attributes(program, &attributes, &format!("{here}/attributes"));
-        let step = match &self.step {
-            Some(word) => pass.word(word, &format!("{here}/step"))?,
-            None => Step::Vertex,
-        };
+        let step = pass.word_or(&self.step, &format!("{here}/step"), Step::Vertex)?;
         let stride = match &self.stride {
             Some(expr) => Some(u64::from(pass.count(expr, &format!("{here}/stride"))?)),
             None => None,
@@ -310,10 +269,7 @@ impl VertexSettings {
 }
 
 fn indices(settings: &IndexSettings, pass: &mut PassBuilder<'_>) -> Option<IndexStream> {
-    let format = match &settings.format {
-        Some(word) => pass.word(word, "/indices/format")?,
-        None => IndexWord::Uint32,
-    };
+    let format = pass.word_or(&settings.format, "/indices/format", IndexWord::Uint32)?;
     let buffer = pass.buffer(&settings.buffer, "/indices/buffer")?;
     let format = match format {
         IndexWord::Uint16 => IndexFormat::Uint16,

@@ -20,10 +20,7 @@ pub(super) fn configuration(settings: &Cascades, pass: &mut PassBuilder<'_>) -> 
     let shape = word_or_default(pass, settings.fit.as_ref(), "/fit");
     let snap = word_or_default(pass, settings.snap.as_ref(), "/snap");
     let square = boolean(pass, settings.square_texels.as_ref(), "/square_texels", true);
-    let border = match &settings.border {
-        Some(expr) => pass.count(expr, "/border"),
-        None => Some(2),
-    };
+    let border = pass.count_or(&settings.border, "/border", 2);
     let up = up(settings, pass);
     let near_pull = near_pull(settings, pass);
     let far_extension = match &settings.far_extension {

@@ -48,10 +48,7 @@ impl Node for SpotShadows {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let capacity = placement::capacity(pass, &self.capacity, "/capacity", super::list::LARGEST_CAPACITY);
-        let reverse = match &self.reverse {
-            Some(expr) => pass.boolean(expr, "/reverse"),
-            None => Some(false),
-        };
+        let reverse = pass.boolean_or(&self.reverse, "/reverse", false);
         let filter = Filter::declare(self.filter.as_ref(), pass);
         let light_size = descriptor::size_without(pass, self.light_size.as_ref());
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());

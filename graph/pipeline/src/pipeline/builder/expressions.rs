@@ -50,6 +50,26 @@ impl PassBuilder<'_> {
         }
     }
 
+    /// A whole number from 0, or what counts without an expression.
+    pub fn count_or(&mut self, expr: &Option<Expr>, pointer: &str, without: u32) -> Option<u32> {
+        expr.as_ref().map_or(Some(without), |expr| self.count(expr, pointer))
+    }
+
+    /// A boolean, or what counts without an expression.
+    pub fn boolean_or(&mut self, expr: &Option<Expr>, pointer: &str, without: bool) -> Option<bool> {
+        expr.as_ref().map_or(Some(without), |expr| self.boolean(expr, pointer))
+    }
+
+    /// A word, or the one that counts without it.
+    pub fn word_or<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
+        &mut self,
+        word: &Option<Word<T>>,
+        pointer: &str,
+        without: T,
+    ) -> Option<T> {
+        word.as_ref().map_or(Some(without), |word| self.word(word, pointer))
+    }
+
     /// A word, or the one that its expression yields.
     pub fn word<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
         &mut self,
