@@ -234,7 +234,7 @@ fn a_camera_path_is_followed_or_what_is_wrong_with_it_told() {
         ),
         (r#"{ "keys": [{ "time": 0, "positoin": [0, 1, 2], "target": [0, 1, 2] }] }"#, "positoin"),
     ] {
-        rejected(&run(text), 1, &[says]);
+        rejected(&run(text), 1, &[says, "UG0810"]);
         assert!(!out.exists());
     }
     if adapter() {
