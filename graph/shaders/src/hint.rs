@@ -124,6 +124,6 @@ mod tests {
         let text = "fn sample_noise() {}\nfn f() { sample_noises(); }";
         let refusal = improved(text, "no definition in scope for identifier: `sample_noises`");
         assert_eq!(refusal.help.as_deref(), Some("did you mean \"sample_noise\"?"));
-        assert_eq!(refusal.labels[0].0, 3..17);
+        assert_eq!(refusal.labels[0].0, 3..15);
     }
 }

@@ -106,7 +106,7 @@ pub struct Cascades {
     /// With a placement: the filter that shaders use, so that cascades in which its bounds bite can be reported.
     #[serde(default)]
     pub filter: Option<FilterSettings>,
-    /// With a placement: the angle under which suns are seen that say none, in degrees; 0 without it.
+    /// With a placement: the angle under which suns are seen that say none (unit: radians); 0 without it.
     #[serde(default)]
     pub light_size: Option<Expr>,
     /// The zone at the end of each cascade that blends into the next, which is fitted to cover it; none without it.

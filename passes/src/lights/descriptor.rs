@@ -37,8 +37,8 @@ pub struct Descriptor {
     pub place: UVec2,
 }
 
-/// The largest angle under which a directional light is taken to be seen, in degrees.
-pub const LARGEST_ANGLE: f64 = 90.0;
+/// The largest angle under which a directional light is taken to be seen, in radians.
+pub const LARGEST_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 
 /// The names of the members with their types.
 pub(crate) const VALUES: [(&str, ValueType); 8] = [
@@ -62,17 +62,17 @@ pub(crate) fn square(x: u32, y: u32, side: u32) -> DVec4 {
     DVec4::new(f64::from(x), f64::from(y), f64::from(x + side), f64::from(y + side))
 }
 
-/// How large a light is, as descriptors have it: as it says, or `without` where it says nothing, in degrees or metres. What
-/// is no number, or negative, is nothing said. A directional light is seen under 90° at most, and a light with a position
+/// How large a light is, as descriptors have it: as it says, or `without` where it says nothing, in radians or metres. What
+/// is no number, or negative, is nothing said. A directional light is seen under a right angle at most, and a light with a position
 /// is no larger than its range.
 pub(crate) fn light_size(light: &Light, without: f64, range: f64) -> f64 {
     let given = match light.kind {
-        LightKind::Directional => light.angular_diameter_deg,
+        LightKind::Directional => light.angular_diameter,
         LightKind::Point | LightKind::Spot { .. } => light.radius,
     };
     let size = if given > 0.0 { f64::from(given) } else { without.max(0.0) };
     match light.kind {
-        LightKind::Directional => (0.5 * size.min(LARGEST_ANGLE)).to_radians().tan(),
+        LightKind::Directional => (0.5 * size.min(LARGEST_ANGLE)).tan(),
         LightKind::Point | LightKind::Spot { .. } => size.min(range),
     }
 }
@@ -134,8 +134,8 @@ mod tests {
                 color: Vec3::ONE,
                 intensity: 1.0,
                 range: 10.0,
-                cast_shadow: true,
-                angular_diameter_deg: given,
+                properties: Vec::new(),
+                angular_diameter: given,
                 radius: given,
                 priority: 1.0,
             };
@@ -149,10 +149,10 @@ mod tests {
             assert_eq!([size(kind, 1e30, 0.0), size(kind, f32::INFINITY, 0.0)], [10.0; 2]);
         }
         let sun = |given| size(LightKind::Directional, given, 0.0);
-        assert!((sun(2.0) - 1f64.to_radians().tan()).abs() < 1e-12);
+        assert!((sun(0.5) - 0.25f64.tan()).abs() < 1e-12);
         for none in [0.0, -3.0, f32::NAN] {
             assert_eq!(sun(none), 0.0);
         }
-        assert!((sun(180.0) - 1.0).abs() < 1e-12 && (sun(f32::INFINITY) - 1.0).abs() < 1e-12);
+        assert!((sun(3.0) - 1.0).abs() < 1e-12 && (sun(f32::INFINITY) - 1.0).abs() < 1e-12);
     }
 }
