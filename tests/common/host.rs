@@ -45,7 +45,7 @@ pub fn crowded_frame() -> FrameInput {
     let mut frame = sunny_frame();
     let sun = frame.lights[0].clone();
     // They do not say how large they are seen.
-    let point = Light { angular_diameter_deg: 0.0, ..sun.clone() };
+    let point = Light { angular_diameter: 0.0, ..sun.clone() };
     frame.lights.extend((1..6).map(|at| Light { name: format!("sun {at}"), ..point.clone() }));
     let near = frame.camera.position - glam::DVec3::new(1.0, 0.0, 2.0);
     for at in 0..240 {
