@@ -84,8 +84,8 @@ fn light(kind: LightKind) -> Light {
         color: Vec3::ONE,
         intensity: 10.0,
         range: 20.0,
-        cast_shadow: true,
-        angular_diameter_deg: ANGLE as f32,
+        properties: vec!["cast_shadow".into()],
+        angular_diameter: (ANGLE as f32).to_radians(),
         radius: RADIUS as f32,
         priority: 1.0,
     }
@@ -243,7 +243,7 @@ fn lights_without_a_size_have_hard_shadows() {
         [LightKind::Directional, LightKind::Spot { inner_angle: 0.5, outer_angle: 0.7 }, LightKind::Point]
     {
         for size in [0.0, -1.0, f32::NAN] {
-            let without = Light { angular_diameter_deg: size, radius: size, ..light(kind) };
+            let without = Light { angular_diameter: size, radius: size, ..light(kind) };
             let input = frame(&scene, without);
             let picture = Host::new(&gpu, &pcss(&[]), &scene).picture(&input);
             let grey = picture.rgba_pixels().filter(|pixel| !matches!(pixel[0], 0 | 255)).count();
@@ -266,7 +266,7 @@ fn whatever_size_a_light_has_visibility_is_a_number() {
         // Larger than the scene; and so that receivers stand within the light.
         for (size, height) in [(1e30, LAMP), (f32::INFINITY, LAMP), (3.0, 0.05), (0.5, 0.0)] {
             let position = DVec3::new(0.0, height, 0.0);
-            let large = Light { angular_diameter_deg: size, radius: size, position, ..light(kind) };
+            let large = Light { angular_diameter: size, radius: size, position, ..light(kind) };
             let input = frame(&scene, large);
             let picture = Host::new(&gpu, &outcome, &scene).picture(&input);
             // What is no number would be written as 0, and nothing of this picture is in the full shadow of such lights
