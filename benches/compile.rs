@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 use umbragraph::compiler::{Assembly, Plan, PlanOptions, build, plan, verify};
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::pipeline::{Part, Pipeline};
+use umbragraph::pipeline::{Pipeline, SubresourceRange};
 use umbragraph::source::Sources;
 
 #[path = "shapes.rs"]
@@ -75,7 +75,7 @@ fn pipeline(graph: &Graph) -> (Arc<Pipeline>, Sources) {
     for (at, pass) in graph.passes.iter().enumerate() {
         let mut new = assembly.pass(&format!("p{at}"));
         for resource in &pass.reads {
-            new = new.reads_part(textures[*resource], Part::WHOLE);
+            new = new.reads_range(textures[*resource], SubresourceRange::WHOLE);
         }
         for resource in &pass.writes {
             new = new.writes(textures[*resource]);

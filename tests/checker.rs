@@ -8,7 +8,7 @@ use umbragraph::compiler::{
 };
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
-use umbragraph::pipeline::{Aspect, Part, Pipeline, Run, Usage, Version};
+use umbragraph::pipeline::{Aspect, IndexRange, Pipeline, SubresourceRange, Usage, Version};
 use umbragraph::wgpu_types::{TextureFormat, TextureUsages};
 use umbragraph::work::{BufferRegion, LoadOperation, TextureRegion, TransferEnd, Work};
 
@@ -30,7 +30,7 @@ fn right() -> Plan {
     let [past1, past2] = [1, 2].map(|back| assembly.earlier(past, back));
     let forgotten = assembly.history("forgotten", 1);
     let forgotten1 = assembly.earlier(forgotten, 1);
-    let buffer = |usage| (Part::WHOLE, usage, Version::Newest);
+    let buffer = |usage| (SubresourceRange::WHOLE, usage, Version::Newest);
     let _ = assembly.pass("draw1").color(a, CLEAR).depth(depth, LoadOperation::Clear(1.0), true);
     let _ = assembly.pass("draw2").color(a, LoadOperation::Load).depth(depth, LoadOperation::Load, true);
     let _ = assembly.pass("blur1").reads(a).writes(b);
@@ -43,10 +43,10 @@ fn right() -> Plan {
     let x2 = assembly.pass("x2").updates(x).handle();
     let x3 = assembly.pass("x3").updates(x).after(x2).handle();
     let _ = assembly.pass("remember").updates(state).after(x3);
-    let (part, usage, version) = buffer(Usage::StorageWrite);
-    let _ = assembly.pass("count").uses(first, part, usage, version.clone()).uses(
+    let (range, usage, version) = buffer(Usage::StorageWrite);
+    let _ = assembly.pass("count").accesses(first, range, usage, version.clone()).accesses(
         second,
-        part,
+        range,
         usage,
         version.clone(),
     );
@@ -56,8 +56,8 @@ fn right() -> Plan {
     let _ = assembly.pass("dead").reads(a).writes(f);
     let read = Usage::StorageRead;
     let out = assembly.pass("out").reads(e).reads(v).reads(w).reads(x).reads(past1);
-    let out = out.uses(first, part, read, version.clone());
-    let _ = out.uses(second, part, read, version).color(target, CLEAR);
+    let out = out.accesses(first, range, read, version.clone());
+    let _ = out.accesses(second, range, read, version).color(target, CLEAR);
     planned(assembly)
 }
 
@@ -219,25 +219,26 @@ fn a_reader_before_its_writer_is_caught() {
 
 #[test]
 fn a_reader_of_more_than_was_written_is_caught() {
-    let narrow = |plan: &mut Plan, part: Part| {
+    let narrow = |plan: &mut Plan, range: SubresourceRange| {
         let writer = pipeline(plan).find_pass("blur1").expect("blur1");
         pipeline(plan).passes[writer.index()].tamper().1.iter_mut().for_each(|one| {
-            one.part = if one.usage.writes() { part } else { one.part };
+            one.range = if one.usage.writes() { range } else { one.range };
         });
     };
     let mut plan = right();
-    narrow(&mut plan, Part::of(Some(0), Some(0)));
+    narrow(&mut plan, SubresourceRange::of(Some(0), Some(0)));
     assert_eq!(verify(&plan, &options()), Vec::new(), "the texture has nothing else");
     let mut assembly = Assembly::new("mips");
     let chain = assembly.texture_with("chain", |texture| texture.mips = Some(Expr::from(3.0)));
     for mip in 0..3 {
-        let _ = assembly.pass(&format!("mip{mip}")).writes_part(chain, Part::of(Some(mip), None));
+        let _ =
+            assembly.pass(&format!("mip{mip}")).writes_range(chain, SubresourceRange::of(Some(mip), None));
     }
     let _ = assembly.pass("read").reads(chain).side_effect();
     let mut plan = planned(assembly);
     assert_eq!(verify(&plan, &options()), Vec::new(), "before anything is planted");
     let writer = pipeline(&mut plan).find_pass("mip1").expect("mip1");
-    pipeline(&mut plan).passes[writer.index()].tamper().1[0].part = Part::of(Some(2), None);
+    pipeline(&mut plan).passes[writer.index()].tamper().1[0].range = SubresourceRange::of(Some(2), None);
     let faults = verify(&plan, &options());
     assert!(kinds(&faults).contains(&FaultKind::ReadUnfed), "{faults:#?}");
 }
@@ -432,9 +433,9 @@ fn a_resource_in_a_buffer_of_its_class_that_is_too_small_is_caught() {
         let buffer = assembly.buffer(&format!("b{at}"), bytes, Lifetime::Transient);
         let mut pass = assembly.pass(&format!("p{at}")).side_effect();
         if let Some(previous) = previous.replace(buffer) {
-            pass = pass.uses(previous, Part::WHOLE, Usage::StorageRead, Version::Newest);
+            pass = pass.accesses(previous, SubresourceRange::WHOLE, Usage::StorageRead, Version::Newest);
         }
-        let _ = pass.uses(buffer, Part::WHOLE, Usage::StorageWrite, Version::Newest);
+        let _ = pass.accesses(buffer, SubresourceRange::WHOLE, Usage::StorageWrite, Version::Newest);
     }
     let mut plan = planned(assembly);
     assert_eq!(verify(&plan, &options()), Vec::new());
@@ -462,24 +463,25 @@ fn copies() -> Plan {
     });
     let [rows, bytes] =
         ["rows", "bytes"].map(|name| assembly.buffer(name, 64 * 256 + 512, Lifetime::Transient));
-    let texture = |assembly: &Assembly, resource, part| {
-        let texture = assembly.subresource(resource, part);
+    let texture = |assembly: &Assembly, resource, range| {
+        let texture = assembly.subresource(resource, range);
         TransferEnd::Texture(TextureRegion { texture, origin: None })
     };
     let texels = |assembly: &Assembly, resource, layer: u32| {
-        let (mip, layer) = (Some(Run { first: 1, count: 2 }), Some(Run { first: layer, count: 2 }));
-        texture(assembly, resource, Part { mip, layer, ..Part::WHOLE })
+        let (mip, layer) =
+            (Some(IndexRange { first: 1, count: 2 }), Some(IndexRange { first: layer, count: 2 }));
+        texture(assembly, resource, SubresourceRange { mip, layer, ..SubresourceRange::WHOLE })
     };
     let buffer = |assembly: &Assembly, resource, first: u64, count: u64| {
-        let buffer = assembly.subresource(resource, Part::bytes(first, count));
+        let buffer = assembly.subresource(resource, SubresourceRange::bytes(first, count));
         TransferEnd::Buffer(BufferRegion { buffer, bytes_per_row: None, rows_per_image: None })
     };
-    let whole = Part { mip: Some(Run::one(0)), ..Part::WHOLE };
+    let whole = SubresourceRange { mip: Some(IndexRange::one(0)), ..SubresourceRange::WHOLE };
     let _ = assembly.pass("fill").writes(from);
     let _ = assembly
         .pass("mark")
-        .uses(mask, whole.aspect(Aspect::DepthOnly), Usage::DepthAttachment, Version::Newest)
-        .uses(mask, whole.aspect(Aspect::StencilOnly), Usage::StencilAttachment, Version::Newest);
+        .accesses(mask, whole.aspect(Aspect::DepthOnly), Usage::DepthAttachment, Version::Newest)
+        .accesses(mask, whole.aspect(Aspect::StencilOnly), Usage::StencilAttachment, Version::Newest);
     let (source, destination) = (texels(&assembly, from, 0), texels(&assembly, to, 2));
     let _ = assembly.pass("move").copies(Some(source), destination, Usage::CopyDestination);
     let stencil = texture(&assembly, mask, whole.aspect(Aspect::StencilOnly));
@@ -489,9 +491,12 @@ fn copies() -> Plan {
     let _ = assembly.pass("zero").copies(None, destination, Usage::CopyDestination);
     let (moved, destination) = (buffer(&assembly, rows, 512, 256), buffer(&assembly, bytes, 256, 256));
     let _ = assembly.pass("bytes").copies(Some(moved), destination, Usage::CopyDestination);
-    let part = |first| Part { mip: Some(Run { first: 1, count: 2 }), ..Part::of(None, Some(first)) };
-    let end = assembly.pass("end").side_effect().reads_part(to, part(3));
-    let _ = end.uses(bytes, Part::bytes(0, 512), Usage::StorageRead, Version::Newest);
+    let range = |first| SubresourceRange {
+        mip: Some(IndexRange { first: 1, count: 2 }),
+        ..SubresourceRange::of(None, Some(first))
+    };
+    let end = assembly.pass("end").side_effect().reads_range(to, range(3));
+    let _ = end.accesses(bytes, SubresourceRange::bytes(0, 512), Usage::StorageRead, Version::Newest);
     planned(assembly)
 }
 
@@ -504,35 +509,37 @@ fn caught_in_a_copy(plant: impl FnOnce(&mut Plan)) {
     assert!(kinds(&faults).contains(&FaultKind::CopyWrong), "{faults:#?}");
 }
 
-/// The part that a transfer says that it reads, or writes.
-fn part_of<'a>(plan: &'a mut Plan, name: &str, written: bool) -> &'a mut Part {
+/// The subresource range that a transfer says that it reads, or writes.
+fn range_of<'a>(plan: &'a mut Plan, name: &str, written: bool) -> &'a mut SubresourceRange {
     let handle = plan.pipeline.find_pass(name).expect("a pass").index();
-    let uses = pipeline(plan).passes[handle].tamper().1;
-    &mut uses.iter_mut().find(|one| one.usage.writes() == written).expect("a use").part
+    let accesses = pipeline(plan).passes[handle].tamper().1;
+    &mut accesses.iter_mut().find(|one| one.usage.writes() == written).expect("an access").range
 }
 
 #[test]
-fn a_copy_of_other_mips_than_its_use_is_caught() {
-    caught_in_a_copy(|plan| part_of(plan, "move", false).mip = Some(Run { first: 0, count: 3 }));
+fn a_copy_of_other_mips_than_its_access_is_caught() {
+    caught_in_a_copy(|plan| range_of(plan, "move", false).mip = Some(IndexRange { first: 0, count: 3 }));
 }
 
 #[test]
-fn a_copy_to_other_layers_than_its_use_is_caught() {
-    caught_in_a_copy(|plan| part_of(plan, "move", true).layer = Some(Run { first: 0, count: 4 }));
+fn a_copy_to_other_layers_than_its_access_is_caught() {
+    caught_in_a_copy(|plan| range_of(plan, "move", true).layer = Some(IndexRange { first: 0, count: 4 }));
 }
 
 #[test]
-fn a_copy_of_another_aspect_than_its_use_is_caught() {
-    caught_in_a_copy(|plan| part_of(plan, "rows", false).aspect = Aspect::All);
+fn a_copy_of_another_aspect_than_its_access_is_caught() {
+    caught_in_a_copy(|plan| range_of(plan, "rows", false).aspect = Aspect::All);
 }
 
 #[test]
-fn a_copy_to_more_bytes_than_its_use_is_caught() {
-    caught_in_a_copy(|plan| part_of(plan, "bytes", true).bytes = Some(Run { first: 384, count: 128 }));
+fn a_copy_to_more_bytes_than_its_access_is_caught() {
+    caught_in_a_copy(|plan| {
+        range_of(plan, "bytes", true).bytes = Some(IndexRange { first: 384, count: 128 })
+    });
 }
 
 #[test]
-fn a_copy_whose_use_is_forgotten_is_caught() {
+fn a_copy_whose_access_is_forgotten_is_caught() {
     caught_in_a_copy(|plan| {
         let handle = plan.pipeline.find_pass("bytes").expect("a pass").index();
         pipeline(plan).passes[handle].tamper().1.remove(0);
@@ -612,9 +619,9 @@ fn an_import_used_beyond_its_usage_is_caught() {
 
 #[test]
 fn a_mip_that_the_texture_does_not_have_is_caught() {
-    caught(FaultKind::PartMissing, |plan| {
+    caught(FaultKind::SubresourceMissing, |plan| {
         let blur = plan.pipeline.find_pass("blur1").expect("a pass").index();
-        pipeline(plan).passes[blur].tamper().1[1].part = Part::of(Some(3), None);
+        pipeline(plan).passes[blur].tamper().1[1].range = SubresourceRange::of(Some(3), None);
     });
 }
 

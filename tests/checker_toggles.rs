@@ -145,8 +145,8 @@ fn other_states_at_the_start_than_the_pipeline_says_are_caught() {
 fn a_reader_that_does_not_use_what_stands_in_is_caught() {
     caught(FaultKind::BypassMissing, |plan| {
         let (show, a) = (pipeline(plan).find_pass("show"), pipeline(plan).find_resource("a"));
-        let uses = pipeline(plan).passes[show.expect("show").index()].tamper().1;
-        uses.retain(|one| Some(one.resource) != a);
+        let accesses = pipeline(plan).passes[show.expect("show").index()].tamper().1;
+        accesses.retain(|one| Some(one.resource) != a);
     });
 }
 

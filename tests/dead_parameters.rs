@@ -1,5 +1,5 @@
 //! No parameter and no feature of any pipeline is dead: for each there is a setting of the others under which another
-//! value changes a texture, an attachment, a shader, the bytes of a block, or what a host pass publishes.
+//! value changes a texture, an attachment, a shader, the bytes of a block, or what a CPU pass publishes.
 //!
 //! The settings tried are the defaults, each preset, and each other value of one boolean or enumeration.
 
@@ -33,7 +33,7 @@ fn effect(plan: &Plan) -> String {
             Work::Render(render) => {
                 let _ = writeln!(text, "{:?} {:?}", render.color, render.depth);
             }
-            Work::Host(_) => {
+            Work::Cpu(_) => {
                 for frame in [sunny_frame(), quiet_frame(), crowded_frame()] {
                     let data = published(plan, &planned.name, &frame);
                     for (name, _) in &data.shape().values {

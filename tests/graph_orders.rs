@@ -6,7 +6,7 @@ use umbragraph::compiler::{
 };
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime};
-use umbragraph::pipeline::{Aspect, Part, Run, Usage, Version};
+use umbragraph::pipeline::{Aspect, IndexRange, SubresourceRange, Usage, Version};
 use umbragraph::wgpu_types::TextureUsages;
 use umbragraph::work::LoadOperation;
 
@@ -130,15 +130,15 @@ fn draws_that_a_storage_write_connects_do_not_share_a_render_pass() {
     let mut assembly = Assembly::new("storage");
     let target = assembly.imported("target");
     let list = assembly.buffer("list", 64, Lifetime::Transient);
-    let usage = |usage| (Part::WHOLE, usage, Version::Newest);
-    let (part, write, version) = usage(Usage::StorageWrite);
-    let first = assembly.pass("write").color(target, CLEAR).uses(list, part, write, version).handle();
+    let usage = |usage| (SubresourceRange::WHOLE, usage, Version::Newest);
+    let (range, write, version) = usage(Usage::StorageWrite);
+    let first = assembly.pass("write").color(target, CLEAR).accesses(list, range, write, version).handle();
     let between = assembly.pass("between").color(target, LoadOperation::Load).after(first).handle();
-    let (part, read, version) = usage(Usage::StorageRead);
+    let (range, read, version) = usage(Usage::StorageRead);
     let _ = assembly
         .pass("read")
         .color(target, LoadOperation::Load)
-        .uses(list, part, read, version)
+        .accesses(list, range, read, version)
         .after(between);
     let plan = planned(assembly, Objective::Declaration);
     // The first two fit; the third reads what the first writes.
@@ -218,12 +218,12 @@ fn only_textures_alike_in_everything_share_memory() {
 fn four_mips_written_apart_and_a_chain_that_reads_the_one_before_have_an_order() {
     let mut assembly = Assembly::new("mips");
     let chain = assembly.texture_with("chain", |texture| texture.mips = Some(Expr::from(5.0)));
-    let mip = |at: u32| Part::of(Some(at), Some(0));
+    let mip = |at: u32| SubresourceRange::of(Some(at), Some(0));
     for at in (1..5).rev() {
         let _ =
-            assembly.pass(&format!("down{at}")).reads_part(chain, mip(at - 1)).writes_part(chain, mip(at));
+            assembly.pass(&format!("down{at}")).reads_range(chain, mip(at - 1)).writes_range(chain, mip(at));
     }
-    let _ = assembly.pass("top").writes_part(chain, mip(0));
+    let _ = assembly.pass("top").writes_range(chain, mip(0));
     let _ = assembly.pass("show").reads(chain).side_effect();
     assert_eq!(
         names(&planned(assembly, Objective::Declaration)),
@@ -235,18 +235,18 @@ fn four_mips_written_apart_and_a_chain_that_reads_the_one_before_have_an_order()
 fn a_read_and_a_write_of_different_layers_in_one_pass_are_legal() {
     let mut assembly = Assembly::new("layers");
     let array = assembly.texture_with("array", |texture| texture.layers = Some(Expr::from(2.0)));
-    let layer = |at: u32| Part::of(Some(0), Some(at));
-    let _ = assembly.pass("first").writes_part(array, layer(0));
-    let _ = assembly.pass("second").reads_part(array, layer(0)).writes_part(array, layer(1)).side_effect();
+    let layer = |at: u32| SubresourceRange::of(Some(0), Some(at));
+    let _ = assembly.pass("first").writes_range(array, layer(0));
+    let _ = assembly.pass("second").reads_range(array, layer(0)).writes_range(array, layer(1)).side_effect();
     assert_eq!(names(&planned(assembly, Objective::Declaration)), ["first", "second"]);
 }
 
 #[test]
 fn a_mip_or_layer_that_is_not_there_is_refused() {
-    for part in [Part::of(Some(1), None), Part::of(None, Some(3))] {
+    for range in [SubresourceRange::of(Some(1), None), SubresourceRange::of(None, Some(3))] {
         let mut assembly = Assembly::new("range");
         let texture = assembly.texture_with("a", |texture| texture.layers = Some(Expr::from(3.0)));
-        let _ = assembly.pass("p").writes_part(texture, part).side_effect();
+        let _ = assembly.pass("p").writes_range(texture, range).side_effect();
         assert_eq!(refused(assembly), ["UG0405"]);
     }
 }
@@ -255,7 +255,7 @@ fn a_mip_or_layer_that_is_not_there_is_refused() {
 fn a_mip_that_is_not_there_is_refused_in_a_culled_pass_too() {
     let mut assembly = Assembly::new("range");
     let (texture, target) = (assembly.texture("a"), assembly.imported("target"));
-    let _ = assembly.pass("dead").writes_part(texture, Part::of(Some(7), None));
+    let _ = assembly.pass("dead").writes_range(texture, SubresourceRange::of(Some(7), None));
     let _ = assembly.pass("live").writes(target);
     assert_eq!(refused(assembly), ["UG0405"]);
 }
@@ -298,7 +298,7 @@ fn an_import_used_beyond_its_usage_is_refused_at_the_use() {
 }
 
 #[test]
-fn writing_then_reading_one_part_inside_one_pass_is_refused() {
+fn writing_then_reading_one_subresource_range_inside_one_pass_is_refused() {
     let mut assembly = Assembly::new("feedback");
     let texture = assembly.texture("a");
     let _ = assembly.pass("p").writes(texture).reads(texture).side_effect();
@@ -340,74 +340,88 @@ fn without_aliasing_every_resource_has_memory_of_its_own() {
 }
 
 /// A pass that copies to bytes of a buffer, and one that reads bytes of it.
-fn bytes(writes: &[Part], read: Part) -> Assembly {
+fn bytes(writes: &[SubresourceRange], read: SubresourceRange) -> Assembly {
     let mut assembly = Assembly::new("bytes");
     let buffer = assembly.buffer("a", 1024, Lifetime::Transient);
-    for (at, part) in writes.iter().enumerate() {
+    for (at, range) in writes.iter().enumerate() {
         let pass = assembly.pass(&format!("w{at}"));
-        let _ = pass.uses(buffer, *part, Usage::CopyDestination, Version::Newest);
+        let _ = pass.accesses(buffer, *range, Usage::CopyDestination, Version::Newest);
     }
     let pass = assembly.pass("read");
-    let _ = pass.uses(buffer, read, Usage::StorageRead, Version::Newest).side_effect();
+    let _ = pass.accesses(buffer, read, Usage::StorageRead, Version::Newest).side_effect();
     assembly
 }
 
 #[test]
 fn writers_of_different_bytes_need_no_order_and_a_reader_keeps_only_its_own() {
-    let halves = [Part::bytes(0, 512), Part::bytes(512, 512)];
-    let plan = planned(bytes(&halves, Part::bytes(256, 512)), Objective::Declaration);
+    let halves = [SubresourceRange::bytes(0, 512), SubresourceRange::bytes(512, 512)];
+    let plan = planned(bytes(&halves, SubresourceRange::bytes(256, 512)), Objective::Declaration);
     assert_eq!(names(&plan), ["w0", "w1", "read"]);
-    let plan = planned(bytes(&halves, Part::bytes(512, 256)), Objective::Declaration);
+    let plan = planned(bytes(&halves, SubresourceRange::bytes(512, 256)), Objective::Declaration);
     assert_eq!(names(&plan), ["w1", "read"]);
 }
 
 #[test]
 fn writers_of_common_bytes_and_reads_beyond_the_buffer_are_refused() {
-    let common = [Part::bytes(0, 516), Part::bytes(512, 512)];
-    assert_eq!(refused(bytes(&common, Part::WHOLE)), ["UG0402"]);
-    assert_eq!(refused(bytes(&[Part::WHOLE], Part::bytes(512, 1024))), ["UG0405"]);
-    assert_eq!(refused(bytes(&[Part::bytes(0, 512)], Part::bytes(512, 512))), ["UG0401"]);
+    let common = [SubresourceRange::bytes(0, 516), SubresourceRange::bytes(512, 512)];
+    assert_eq!(refused(bytes(&common, SubresourceRange::WHOLE)), ["UG0402"]);
+    assert_eq!(refused(bytes(&[SubresourceRange::WHOLE], SubresourceRange::bytes(512, 1024))), ["UG0405"]);
+    assert_eq!(
+        refused(bytes(&[SubresourceRange::bytes(0, 512)], SubresourceRange::bytes(512, 512))),
+        ["UG0401"]
+    );
 }
 
-/// The message about a read of a texture with four mips and three layers, of which these parts are written.
-fn message(format: &str, writes: &[Part], read: Part) -> String {
+/// The message about a read of a texture with four mips and three layers, of which these subresource ranges are
+/// written.
+fn message(format: &str, writes: &[SubresourceRange], read: SubresourceRange) -> String {
     let mut assembly = Assembly::new("pieces");
     let texture = assembly.texture_with("c", |texture| {
         texture.mips = Some(Expr::from(4.0));
         texture.layers = Some(Expr::from(3.0));
         texture.format = FormatCandidates::One(format.to_owned());
     });
-    for (at, part) in writes.iter().enumerate() {
+    for (at, range) in writes.iter().enumerate() {
         let pass = assembly.pass(&format!("w{at}"));
-        let _ = pass.uses(texture, *part, Usage::CopyDestination, Version::Newest);
+        let _ = pass.accesses(texture, *range, Usage::CopyDestination, Version::Newest);
     }
-    let _ = assembly.pass("read").reads_part(texture, read).side_effect();
+    let _ = assembly.pass("read").reads_range(texture, read).side_effect();
     let (_, findings) = compile(assembly, &PlanOptions::new(64, 64));
     findings.iter().map(|one| format!("{} {}", one.code.id, one.message)).collect()
 }
 
 #[test]
-fn a_read_of_which_a_part_is_written_is_refused_and_the_rest_is_named() {
+fn a_read_of_which_a_range_is_written_is_refused_and_the_rest_is_named() {
     let unwritten =
         |pieces: &str| format!("UG0401 \"read\" reads {pieces} of \"c\", which nothing writes before");
-    let mips = |mips: &[u32]| -> Vec<Part> { mips.iter().map(|mip| Part::of(Some(*mip), None)).collect() };
-    let color = |writes: &[Part], read: Part| message("rgba8unorm", writes, read);
-    assert_eq!(color(&mips(&[0, 2]), Part::WHOLE), unwritten("mips 1 and 3"));
-    assert_eq!(color(&mips(&[0, 1]), Part::WHOLE), unwritten("mips 2 to 3"));
-    assert_eq!(color(&mips(&[0, 1, 2, 3]), Part::WHOLE), "");
-    assert_eq!(color(&[Part::of(None, Some(1))], Part::WHOLE), unwritten("layers 0 and 2"));
-    assert_eq!(color(&[Part::of(None, Some(1))], Part::of(Some(1), Some(1))), "");
-    let corner = [Part::of(Some(0), None), Part::of(Some(1), Some(0))];
+    let mips = |mips: &[u32]| -> Vec<SubresourceRange> {
+        mips.iter().map(|mip| SubresourceRange::of(Some(*mip), None)).collect()
+    };
+    let color = |writes: &[SubresourceRange], read: SubresourceRange| message("rgba8unorm", writes, read);
+    assert_eq!(color(&mips(&[0, 2]), SubresourceRange::WHOLE), unwritten("mips 1 and 3"));
+    assert_eq!(color(&mips(&[0, 1]), SubresourceRange::WHOLE), unwritten("mips 2 to 3"));
+    assert_eq!(color(&mips(&[0, 1, 2, 3]), SubresourceRange::WHOLE), "");
     assert_eq!(
-        color(&corner, Part { mip: Some(Run { first: 0, count: 2 }), ..Part::WHOLE }),
+        color(&[SubresourceRange::of(None, Some(1))], SubresourceRange::WHOLE),
+        unwritten("layers 0 and 2")
+    );
+    assert_eq!(color(&[SubresourceRange::of(None, Some(1))], SubresourceRange::of(Some(1), Some(1))), "");
+    let corner = [SubresourceRange::of(Some(0), None), SubresourceRange::of(Some(1), Some(0))];
+    assert_eq!(
+        color(
+            &corner,
+            SubresourceRange { mip: Some(IndexRange { first: 0, count: 2 }), ..SubresourceRange::WHOLE }
+        ),
         unwritten("layers 1 to 2 of mip 1")
     );
-    assert_eq!(color(&corner, Part::WHOLE), unwritten("layers 1 to 2 of mip 1 and mips 2 to 3"));
-    let depth = [Part::WHOLE.aspect(Aspect::DepthOnly)];
-    assert_eq!(message("depth24plus-stencil8", &depth, Part::WHOLE), unwritten("the stencil"));
+    assert_eq!(color(&corner, SubresourceRange::WHOLE), unwritten("layers 1 to 2 of mip 1 and mips 2 to 3"));
+    let depth = [SubresourceRange::WHOLE.aspect(Aspect::DepthOnly)];
+    assert_eq!(message("depth24plus-stencil8", &depth, SubresourceRange::WHOLE), unwritten("the stencil"));
     assert_eq!(message("depth24plus-stencil8", &depth, depth[0]), "");
-    let (_, findings) =
-        compile(bytes(&[Part::bytes(0, 512)], Part::bytes(256, 512)), &PlanOptions::new(64, 64));
+    let (_, findings) = compile(
+        bytes(&[SubresourceRange::bytes(0, 512)], SubresourceRange::bytes(256, 512)),
+        &PlanOptions::new(64, 64),
+    );
     let finding = findings.iter().next().expect("a finding");
     assert_eq!(finding.message, "\"read\" reads bytes 512 to 767 of \"a\", which nothing writes before");
     assert!(
@@ -417,22 +431,22 @@ fn a_read_of_which_a_part_is_written_is_refused_and_the_rest_is_named() {
 
 #[test]
 fn what_lasts_what_is_culled_and_what_fills_in_the_rest_may_find_a_part() {
-    let parts = |lifetime: Lifetime, usage: Usage, is_live: bool| {
+    let ranges = |lifetime: Lifetime, usage: Usage, is_live: bool| {
         let mut assembly = Assembly::new("parts");
         let buffer = assembly.buffer("a", 1024, lifetime);
-        let part = Part::bytes(0, 512);
-        let _ = assembly.pass("write").uses(buffer, part, Usage::CopyDestination, Version::Newest);
-        let reader = assembly.pass("read").uses(buffer, Part::WHOLE, usage, Version::Newest);
+        let range = SubresourceRange::bytes(0, 512);
+        let _ = assembly.pass("write").accesses(buffer, range, Usage::CopyDestination, Version::Newest);
+        let reader = assembly.pass("read").accesses(buffer, SubresourceRange::WHOLE, usage, Version::Newest);
         let _ = if is_live { reader.side_effect() } else { reader };
         let _ = assembly.pass("end").side_effect();
         let (plan, findings) = compile(assembly, &PlanOptions::new(64, 64));
         (plan.is_some(), findings.iter().map(|one| one.code.id).collect::<Vec<_>>())
     };
     use Lifetime::{Persistent, Transient};
-    assert_eq!(parts(Transient, Usage::StorageRead, true), (false, vec!["UG0401"]));
-    assert_eq!(parts(Transient, Usage::StorageRead, false), (true, vec![]));
-    assert_eq!(parts(Transient, Usage::StorageReadWrite, true), (true, vec![]));
-    assert_eq!(parts(Persistent, Usage::StorageRead, true), (true, vec![]));
+    assert_eq!(ranges(Transient, Usage::StorageRead, true), (false, vec!["UG0401"]));
+    assert_eq!(ranges(Transient, Usage::StorageRead, false), (true, vec![]));
+    assert_eq!(ranges(Transient, Usage::StorageReadWrite, true), (true, vec![]));
+    assert_eq!(ranges(Persistent, Usage::StorageRead, true), (true, vec![]));
 }
 
 #[test]
@@ -442,7 +456,8 @@ fn a_size_of_the_viewport_decides_what_of_a_read_is_missing() {
         texture.layers = Some(Expr::from("floor(viewport.width / 64)"));
     });
     for layer in 0..2 {
-        let _ = assembly.pass(&format!("w{layer}")).writes_part(layers, Part::of(None, Some(layer)));
+        let _ =
+            assembly.pass(&format!("w{layer}")).writes_range(layers, SubresourceRange::of(None, Some(layer)));
     }
     let _ = assembly.pass("read").reads(layers).side_effect();
     let (pipeline, sources) = assembly.finish();
@@ -464,9 +479,9 @@ fn buffers(sizes: &[u32]) -> Assembly {
         let buffer = assembly.buffer(&format!("b{at}"), *bytes, Lifetime::Transient);
         let mut pass = assembly.pass(&format!("p{at}")).side_effect();
         if let Some(previous) = previous {
-            pass = pass.uses(previous, Part::WHOLE, Usage::StorageRead, Version::Newest);
+            pass = pass.accesses(previous, SubresourceRange::WHOLE, Usage::StorageRead, Version::Newest);
         }
-        let _ = pass.uses(buffer, Part::WHOLE, Usage::StorageWrite, Version::Newest);
+        let _ = pass.accesses(buffer, SubresourceRange::WHOLE, Usage::StorageWrite, Version::Newest);
         previous = Some(buffer);
     }
     assembly

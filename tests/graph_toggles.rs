@@ -5,7 +5,7 @@ use umbragraph::compiler::{
 };
 use umbragraph::diagnostic::{Diagnostics, codes};
 use umbragraph::language::{Expr, Lifetime, TextureDeclaration};
-use umbragraph::pipeline::{Condition, Part, Run, Usage, Version};
+use umbragraph::pipeline::{Condition, IndexRange, SubresourceRange, Usage, Version};
 use umbragraph::work::{LoadOperation, ResourceHandle};
 
 const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
@@ -116,12 +116,12 @@ fn a_reader_that_stays_without_its_writer_is_refused() {
 }
 
 #[test]
-fn a_reader_of_a_part_that_a_toggle_takes_away_is_refused() {
+fn a_reader_of_a_range_that_a_toggle_takes_away_is_refused() {
     let (mut assembly, [a, ..], target) = start();
     let toggle = assembly.toggle("mip");
-    let part = |mip| Part::of(Some(mip), None);
-    let _ = assembly.pass("first").writes_part(a, part(0));
-    let _ = assembly.pass("second").writes_part(a, part(1)).toggle(toggle, true);
+    let range = |mip| SubresourceRange::of(Some(mip), None);
+    let _ = assembly.pass("first").writes_range(a, range(0));
+    let _ = assembly.pass("second").writes_range(a, range(1)).toggle(toggle, true);
     let _ = assembly.pass("show").reads(a).color(target, CLEAR);
     assert_eq!(refused(assembly).0, codes::TOGGLED_AWAY.id);
 }
@@ -133,10 +133,10 @@ fn what_always_writes_each_piece_stands_in_for_a_toggled_write_of_everything() {
     let layers = assembly.texture_with("layers", |texture| texture.layers = Some(Expr::from(2.0)));
     let buffer = assembly.buffer("bytes", 256, Lifetime::Transient);
     let whole = assembly.pass("attachment").color(a, CLEAR).handle();
-    let bytes = assembly.pass("bytes").writes_part(buffer, Part::bytes(0, 256)).handle();
+    let bytes = assembly.pass("bytes").writes_range(buffer, SubresourceRange::bytes(0, 256)).handle();
     let [one, two] = [0, 1].map(|layer| {
-        let part = Part::of(Some(0), Some(layer));
-        assembly.pass(&format!("layer{layer}")).writes_part(layers, part).handle()
+        let range = SubresourceRange::of(Some(0), Some(layer));
+        assembly.pass(&format!("layer{layer}")).writes_range(layers, range).handle()
     });
     let effect = assembly.pass("effect").toggle(toggle, true).writes(a).writes(layers).writes(buffer);
     let _ = effect.after(whole).after(bytes).after(one).after(two);
@@ -150,9 +150,10 @@ fn a_toggled_write_within_a_range_that_is_always_there_keeps_no_memory_apart() {
     let (mut assembly, _, target) = start();
     let toggle = assembly.toggle("effect");
     let mips = assembly.texture_with("mips", |texture| texture.mips = Some(Expr::from(3.0)));
-    let mip = |first, count| Part { mip: Some(Run { first, count }), ..Part::WHOLE };
-    let all = assembly.pass("all").writes_part(mips, mip(0, 3)).handle();
-    let _ = assembly.pass("one").toggle(toggle, true).writes_part(mips, mip(1, 1)).after(all);
+    let mip =
+        |first, count| SubresourceRange { mip: Some(IndexRange { first, count }), ..SubresourceRange::WHOLE };
+    let all = assembly.pass("all").writes_range(mips, mip(0, 3)).handle();
+    let _ = assembly.pass("one").toggle(toggle, true).writes_range(mips, mip(1, 1)).after(all);
     let _ = assembly.pass("show").reads(mips).color(target, CLEAR);
     let plan = right(assembly);
     assert_eq!(names(&plan), ["all", "one", "show"]);
@@ -169,8 +170,8 @@ fn a_picture_whose_layers_are_drawn_alone_while_a_toggle_is_off_is_fine() {
     let layers = assembly.texture_with("layers", layered);
     let _ = assembly.pass("at_once").toggle(toggle, true).writes(layers);
     for layer in 0..2 {
-        let part = Part::of(Some(0), Some(layer));
-        let _ = assembly.pass(&format!("layer{layer}")).toggle(toggle, false).writes_part(layers, part);
+        let range = SubresourceRange::of(Some(0), Some(layer));
+        let _ = assembly.pass(&format!("layer{layer}")).toggle(toggle, false).writes_range(layers, range);
     }
     let _ = assembly.pass("show").color(target, CLEAR);
     assert_eq!(names(&right(assembly)), ["at_once", "layer0", "layer1", "show"]);
@@ -234,7 +235,7 @@ fn a_later_write_of_what_stands_in_waits_for_the_readers_that_may_see_it() {
     let _ = assembly.pass("draw").writes(a);
     let _ = assembly
         .pass("blur")
-        .uses(a, Part::WHOLE, Usage::Sampled, Version::WrittenBy("draw".into()))
+        .accesses(a, SubresourceRange::WHOLE, Usage::Sampled, Version::WrittenBy("draw".into()))
         .writes(b)
         .toggle(toggle, true);
     let _ = assembly.pass("show").reads(b).writes(c);

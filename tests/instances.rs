@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use umbragraph::data::{DataShape, HostData, ValueType};
+use umbragraph::data::{BlackboardData, DataShape, ValueType};
 use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::document;
 use umbragraph::node::Node;
 use umbragraph::pipeline::{self, Choice, PassBuilder, Produced};
 use umbragraph::shader::TargetProfile;
 use umbragraph::source::Sources;
-use umbragraph::work::{HostContext, HostNode, HostWork, Work};
+use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
 
 /// How often [`Counted`] is decoded and declared.
 static COUNTED: [AtomicUsize; 2] = [AtomicUsize::new(0), AtomicUsize::new(0)];
@@ -38,17 +38,17 @@ impl Node for Counted {
         COUNTED[1].fetch_add(1, Ordering::Relaxed);
         let shape = DataShape::new().value("number", ValueType::U32);
         let output = pass.publish(&self.to, "/to", shape)?;
-        pass.produce(Work::Host(HostWork::new(Idle, output, Vec::new())))
+        pass.produce(Work::Cpu(CpuWork::new(Idle, output, Vec::new())))
     }
 }
 
 #[derive(Debug, PartialEq)]
 struct Idle;
 
-impl HostNode for Idle {
+impl CpuNode for Idle {
     type State = ();
 
-    fn run(&self, (): &mut (), _: &HostContext<'_>, _: &mut HostData) {}
+    fn run(&self, (): &mut (), _: &CpuContext<'_>, _: &mut BlackboardData) {}
 }
 
 #[test]

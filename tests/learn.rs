@@ -305,8 +305,8 @@ mod pictures {
 }
 
 #[test]
-fn depth_stencil_and_faces_are_parts_of_their_own() {
-    let outcome = lesson("15-parts");
+fn depth_stencil_and_faces_are_subresources_of_their_own() {
+    let outcome = lesson("15-subresources");
     assert_eq!(outcome.order(), ["east", "mark", "show"]);
     let plan = outcome.plan();
     assert_eq!(plan.culled.len(), 1, "nothing sees the western face");

@@ -76,7 +76,7 @@ fn program_of(work: &Work) -> Option<ProgramHandle> {
     match work {
         Work::Render(render) => Some(render.draw.bound().0),
         Work::Compute(compute) => Some(compute.program),
-        Work::Nothing | Work::Host(_) | Work::Transfer(_) => None,
+        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
     }
 }
 

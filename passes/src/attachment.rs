@@ -9,7 +9,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::pipeline::{
-    Contents, Face as CubeFace, Part, PartSettings, PassBuilder, Produced, Run,
+    Contents, Face as CubeFace, IndexRange, PassBuilder, Produced, SubresourceRange, SubresourceRangeSettings,
 };
 use umbragraph_pipeline::wgpu_types::{
     BlendComponent, BlendFactor, BlendOperation, BlendState, StencilFaceState, StencilOperation, StencilState,
@@ -484,9 +484,12 @@ fn target(
     at: &str,
 ) -> Option<Subresource> {
     let (mip, layer, face) = (mip.as_ref(), layer.as_ref(), face.as_ref());
-    let part = pass.part(PartSettings { mip, layer, face, ..PartSettings::default() }, at)?;
-    let mip = part.mip.map_or(0, |run| run.first);
-    pass.texture(to, Part { mip: Some(Run::one(mip)), ..part }, &format!("{at}/to"))
+    let range = pass.subresource_range(
+        SubresourceRangeSettings { mip, layer, face, ..SubresourceRangeSettings::default() },
+        at,
+    )?;
+    let mip = range.mip.map_or(0, |run| run.first);
+    pass.texture(to, SubresourceRange { mip: Some(IndexRange::one(mip)), ..range }, &format!("{at}/to"))
 }
 
 fn blend_state(blend: Blend) -> Option<BlendState> {

@@ -22,18 +22,18 @@
 use glam::{DMat4, DQuat, DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::data::{DataShape, HostData, ValueType, View};
+use umbragraph_pipeline::data::{BlackboardData, DataShape, ValueType, View};
 use umbragraph_pipeline::frame::{Camera as FrameCamera, Projection};
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
-use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, Work};
+use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 /// Publishes the frame's camera as a view, and its matrices and directions by name.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Camera {
-    /// The host data to publish.
+    /// The blackboard data to publish.
     pub to: String,
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
     #[serde(default)]
@@ -47,7 +47,7 @@ impl Node for Camera {
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let reverse = pass.boolean_or(&self.reverse, "/reverse", false)?;
         let output = pass.publish(&self.to, "/to", shape())?;
-        pass.produce(Work::Host(HostWork::new(RunCamera { reverse }, output, Vec::new())))
+        pass.produce(Work::Cpu(CpuWork::new(RunCamera { reverse }, output, Vec::new())))
     }
 }
 
@@ -85,10 +85,10 @@ struct RunCamera {
     reverse: bool,
 }
 
-impl HostNode for RunCamera {
+impl CpuNode for RunCamera {
     type State = ();
 
-    fn run(&self, (): &mut (), context: &HostContext<'_>, data: &mut HostData) {
+    fn run(&self, (): &mut (), context: &CpuContext<'_>, data: &mut BlackboardData) {
         let lens = Lens::of(&context.frame.camera, self.reverse);
         let lens = lens.filter(Lens::is_finite).unwrap_or(Lens::identity());
         lens.publish(self.reverse, data);
@@ -177,7 +177,7 @@ impl Lens {
             && self.half_size().iter().all(|number| number.is_finite())
     }
 
-    fn publish(&self, reverse: bool, data: &mut HostData) {
+    fn publish(&self, reverse: bool, data: &mut BlackboardData) {
         let direction = |axis: DVec3| -> Vec3 { (self.rotation * axis).as_vec3() };
         data.set_matrix("clip_from_world", &self.clip_from_world());
         data.set_matrix("clip_from_view", &self.clip_from_view);
@@ -214,7 +214,7 @@ mod tests {
 
     use super::*;
 
-    fn run(camera: FrameCamera, reverse: bool) -> HostData {
+    fn run(camera: FrameCamera, reverse: bool) -> BlackboardData {
         let frame = FrameInput {
             camera,
             lights: Vec::new(),
@@ -223,17 +223,17 @@ mod tests {
             time: f64::NAN,
             index: u64::MAX,
         };
-        let mut data = HostData::new(shape());
-        RunCamera { reverse }.run(&mut (), &HostContext { frame: &frame, inputs: &[] }, &mut data);
+        let mut data = BlackboardData::new(shape());
+        RunCamera { reverse }.run(&mut (), &CpuContext { frame: &frame, inputs: &[] }, &mut data);
         assert_eq!(data.refused(), None);
         data
     }
 
-    fn floats(data: &HostData, name: &str) -> Vec<f32> {
+    fn floats(data: &BlackboardData, name: &str) -> Vec<f32> {
         data.words(name).unwrap().iter().map(|word| f32::from_bits(*word)).collect()
     }
 
-    fn matrix(data: &HostData, name: &str) -> DMat4 {
+    fn matrix(data: &BlackboardData, name: &str) -> DMat4 {
         Mat4::from_cols_slice(&floats(data, name)).as_dmat4()
     }
 

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Reference};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced, Run};
+use umbragraph_pipeline::pipeline::{Bind, IndexRange, PassBuilder, Produced};
 use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Subresource, Work};
 
 /// Dispatches a compute shader: once for each texel of a texture, or so many workgroups.
@@ -58,8 +58,8 @@ impl IndirectSettings {
             pass.report(codes::DEVICE_RULE, "/indirect/offset", message, "begin at a multiple of 4");
             return None;
         }
-        let bytes = Some(Run { first: u64::from(offset), count: 4 * words });
-        pass.buffer_part(&self.buffer, bytes, "/indirect/buffer")
+        let bytes = Some(IndexRange { first: u64::from(offset), count: 4 * words });
+        pass.buffer_range(&self.buffer, bytes, "/indirect/buffer")
     }
 }
 

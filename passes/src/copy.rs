@@ -1,4 +1,5 @@
-//! The node kinds `copy`: a texture or buffer, or a part of it, into another; and `clear`: zeros into a buffer.
+//! The node kinds `copy`: a texture or buffer, or a subresource range of it, into another; and `clear`: zeros into a
+//! buffer.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -6,15 +7,16 @@ use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{
-    Aspect, Contents, Face, Part, PartSettings, PassBuilder, Produced, Run, Usage,
+    Aspect, Contents, Face, IndexRange, PassBuilder, Produced, SubresourceRange, SubresourceRangeSettings,
+    Usage,
 };
 use umbragraph_pipeline::work::{
     BufferRegion, Deferred, Subresource, TextureRegion, TransferEnd, TransferWork, Work,
 };
 
-/// Copies a texture or buffer, or a part of it, to another: texels to texels of the same extent and format, bytes to as
-/// many bytes. Between a texture and a buffer, texels lie in the buffer row by row, layer by layer, mip level by mip
-/// level, each row at a multiple of 256 bytes.
+/// Copies a texture or buffer, or a subresource range of it, to another: texels to texels of the same extent and
+/// format, bytes to as many bytes. Between a texture and a buffer, texels lie in the buffer row by row, layer by layer,
+/// mip level by mip level, each row at a multiple of 256 bytes.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Copy {
@@ -78,7 +80,7 @@ pub struct CopyEnd {
 
 impl Node for Copy {
     const NAME: &'static str = "copy";
-    const SUMMARY: &'static str = "Copies a texture or buffer, or a part of it, to another.";
+    const SUMMARY: &'static str = "Copies a texture or buffer, or a subresource range of it, to another.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let ends = [(&self.from, "/from"), (&self.to, "/to")];
@@ -89,7 +91,7 @@ impl Node for Copy {
             let help = "remove \"extent\": \"size\" says how many bytes are copied";
             pass.report(codes::WRONG_RESOURCE, "/extent", "bytes have no width and height", help);
         }
-        let part = !buffers[1] && (self.extent.is_some() || self.to.origin.is_some());
+        let range = !buffers[1] && (self.extent.is_some() || self.to.origin.is_some());
         if self.from.contents.is_some() {
             let help = "remove \"contents\", which says whether what is copied to needs what was there";
             pass.report(codes::WRONG_RESOURCE, "/from/contents", "what is copied from is only read", help);
@@ -97,7 +99,7 @@ impl Node for Copy {
         }
         let contents = match &self.to.contents {
             Some(word) => Some(pass.word(word, "/to/contents")?),
-            None => part.then_some(Contents::Load),
+            None => range.then_some(Contents::Load),
         };
         let end = |pass: &mut PassBuilder<'_>, (settings, at): (&CopyEnd, &str)| {
             if pass.is_buffer(&settings.name) {
@@ -178,7 +180,7 @@ fn bytes_of(
         pass.report(codes::DEVICE_RULE, at, message, "copies begin at, and have, multiples of 4 bytes");
         return None;
     }
-    pass.buffer_part(name, bytes, pointer)
+    pass.buffer_range(name, bytes, pointer)
 }
 
 /// Finds keys that say nothing of what is named.
@@ -207,7 +209,8 @@ fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &
         ("aspect", settings.aspect.is_some()),
         ("origin", settings.origin.is_some()),
     ];
-    let message = format!("\"{}\" is no texture, of which a part could be copied", settings.name);
+    let message =
+        format!("\"{}\" is no texture, of which a subresource range could be copied", settings.name);
     let textures = foreign(pass, &keys, &message, "choose \"offset\" and \"size\"", at);
     let keys = [
         ("bytes_per_row", bytes && settings.bytes_per_row.is_some()),
@@ -242,7 +245,7 @@ fn texture_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, boxed: bool, at: 
     ];
     let message = format!("\"{}\" is no buffer, of which bytes could be copied", settings.name);
     foreign(pass, &keys, &message, "choose \"mip\", \"layer\", \"origin\" and \"extent\"", at)?;
-    let part = PartSettings {
+    let range = SubresourceRangeSettings {
         mip: settings.mip.as_ref(),
         mips: settings.mips.as_ref(),
         layer: settings.layer.as_ref(),
@@ -250,8 +253,8 @@ fn texture_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, boxed: bool, at: 
         face: settings.face.as_ref(),
         aspect: settings.aspect.as_ref(),
     };
-    let part = pass.part(part, at)?;
-    let mip = part.mip.unwrap_or(Run::one(0));
+    let range = pass.subresource_range(range, at)?;
+    let mip = range.mip.unwrap_or(IndexRange::one(0));
     if mip.count > 1 && (boxed || settings.origin.is_some()) {
         let help = "remove \"mips\", and let a copy for each mip level follow";
         let message = "a box is copied of one mip level";
@@ -259,7 +262,8 @@ fn texture_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, boxed: bool, at: 
         return None;
     }
     let origin = pair(pass, settings.origin.as_ref(), &format!("{at}/origin"))?;
-    let texture = pass.texture(&settings.name, Part { mip: Some(mip), ..part }, &format!("{at}/name"))?;
+    let texture =
+        pass.texture(&settings.name, SubresourceRange { mip: Some(mip), ..range }, &format!("{at}/name"))?;
     Some(TransferEnd::Texture(TextureRegion { texture, origin }))
 }
 

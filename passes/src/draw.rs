@@ -20,7 +20,7 @@ pub struct Draw {
     pub geometry: String,
     /// Which of the host's meshes: a word that the host knows, such as "opaque" or "casters".
     pub filter: String,
-    /// The host data whose views are drawn, such as what a camera or a cascade fit publishes.
+    /// The blackboard data whose views are drawn, such as what a camera or a cascade fit publishes.
     pub views: String,
     /// The template. Without a fragment stage only depth is drawn.
     pub shader: String,

@@ -1,9 +1,9 @@
-//! Host data in tests: what a host pass publishes, and the bytes that a shader's block gets of it.
+//! Blackboard data in tests: what a CPU pass publishes, and the bytes that a shader's block gets of it.
 
 use std::sync::Arc;
 
 use umbragraph::compiler::{CpuPasses, Plan};
-use umbragraph::data::HostData;
+use umbragraph::data::BlackboardData;
 use umbragraph::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
 use umbragraph::work::{BoundSlot, Work};
 
@@ -86,7 +86,7 @@ pub fn quiet_frame() -> FrameInput {
 
 /// What a CPU pass publishes for a frame, once the plan has the sizes that it wants.
 #[track_caller]
-pub fn published(plan: &Plan, pass: &str, frame: &FrameInput) -> HostData {
+pub fn published(plan: &Plan, pass: &str, frame: &FrameInput) -> BlackboardData {
     let mut passes = CpuPasses::new(Arc::new(plan.clone()));
     passes.run(frame, &[]).expect("data as declared");
     if let Some(sizes) = passes.wanted_sizes() {
@@ -97,13 +97,13 @@ pub fn published(plan: &Plan, pass: &str, frame: &FrameInput) -> HostData {
     }
     let pipeline = &plan.pipeline;
     let handle = pipeline.find_pass(pass).unwrap_or_else(|| panic!("there is no pass {pass}"));
-    let Work::Host(host) = pipeline.pass(handle).work() else { panic!("{pass} is no CPU pass") };
-    passes.data(&pipeline.resource(host.output.resource).name).expect("published data").clone()
+    let Work::Cpu(cpu) = pipeline.pass(handle).work() else { panic!("{pass} is no CPU pass") };
+    passes.data(&pipeline.resource(cpu.output.resource).name).expect("published data").clone()
 }
 
 /// The numbers of a published value.
 #[track_caller]
-pub fn floats(data: &HostData, name: &str) -> Vec<f32> {
+pub fn floats(data: &BlackboardData, name: &str) -> Vec<f32> {
     data.words(name).unwrap_or_else(|| panic!("no {name}")).iter().map(|word| f32::from_bits(*word)).collect()
 }
 
@@ -112,22 +112,22 @@ pub fn slots(work: &Work) -> &[BoundSlot] {
     match work {
         Work::Render(render) => render.draw.bound().1,
         Work::Compute(compute) => &compute.bindings,
-        Work::Nothing | Work::Host(_) | Work::Transfer(_) => &[],
+        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => &[],
     }
 }
 
-/// The bytes of a block of host data and values as a pass uploads it.
+/// The bytes of a block of blackboard data and values as a pass uploads it.
 #[track_caller]
-pub fn packed(plan: &Plan, pass: &str, block: &str, data: &HostData) -> Vec<u8> {
+pub fn packed(plan: &Plan, pass: &str, block: &str, data: &BlackboardData) -> Vec<u8> {
     let planned = plan.passes.iter().find(|planned| planned.name == pass).expect("a live pass");
     let work = plan.pipeline.pass(planned.handle).work();
     let slot = slots(work).iter().find(|slot| slot.name == block).expect("a slot");
     let program = match work {
         Work::Render(render) => render.draw.bound().0,
         Work::Compute(compute) => compute.program,
-        Work::Nothing | Work::Host(_) | Work::Transfer(_) => panic!("{pass} has no shader"),
+        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => panic!("{pass} has no shader"),
     };
-    let layout = plan.pipeline.block_layout(plan.pipeline.program(program), slot).expect("host data");
+    let layout = plan.pipeline.block_layout(plan.pipeline.program(program), slot).expect("blackboard data");
     let values =
         planned.blocks.iter().find(|packed| (packed.group, packed.binding) == (slot.group, slot.binding));
     let mut bytes = values.map_or_else(|| vec![0; layout.size as usize], |values| values.bytes.clone());

@@ -1,4 +1,5 @@
-//! Copies of parts: several mips, several layers, boxes, slices of volumes, faces of cubes, aspects, rows of a buffer.
+//! Copies of subresource ranges: several mips, several layers, boxes, slices of volumes, faces of cubes, aspects, rows
+//! of a buffer.
 
 use umbragraph_test_support::gpu;
 

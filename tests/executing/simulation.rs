@@ -1,10 +1,11 @@
 //! Random pipelines, drawn and compared with what running their passes one after the other gives.
 //!
 //! A pipeline is a list of passes in the order in which they are meant: fills, blends, fills of one half, sums of two
-//! textures, copies of textures and buffers, clears and updates of buffers, of parts (mips, layers, bytes) of transient,
-//! persistent and history resources, some with toggles. Every two accesses of one part, one of which writes, are ordered
-//! by the text: by `after`, by the name of a version, or since a plain name is the newest. The keys are shuffled. What is
-//! left is copied to layers of the picture, in several frames with the toggles thrown at random.
+//! textures, copies of textures and buffers, clears and updates of buffers, of subresource ranges (mips, layers, bytes)
+//! of transient, persistent and history resources, some with toggles. Every two accesses of one subresource range, one
+//! of which writes, are ordered by the text: by `after`, by the name of a version, or since a plain name is the newest.
+//! The keys are shuffled. What is left is copied to layers of the picture, in several frames with the toggles thrown at
+//! random.
 //!
 //! The simulation keeps for each mip of each layer what the left and the right half hold, and for each quarter of a
 //! buffer one number. No plan may be refused or accused by the checker, and each picture has to be equal.

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph::compiler::{CpuPasses, PhysicalTexture, Plan, TextureSize};
-use umbragraph::data::{DataShape, HostData, ValueType};
+use umbragraph::data::{BlackboardData, DataShape, ValueType};
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
 use umbragraph::executor::Executor;
 use umbragraph::language::Expr;
 use umbragraph::node::Node;
 use umbragraph::pipeline::{PassBuilder, Produced};
-use umbragraph::work::{HostContext, HostNode, HostWork, Work};
+use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
 use umbragraph_test_support::gpu::{self, Gpu};
 
 use crate::common::gpu::{empty_frame, import};
@@ -26,7 +26,7 @@ const _: () = {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Count {
-    /// The host data to publish.
+    /// The blackboard data to publish.
     to: String,
     /// The first number.
     from: Expr,
@@ -39,7 +39,7 @@ impl Node for Count {
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let from = pass.count(&self.from, "/from")?;
         let output = pass.publish(&self.to, "/to", DataShape::new().value("time", ValueType::F32))?;
-        pass.produce(Work::Host(HostWork::new(RunCount { from }, output, Vec::new())))
+        pass.produce(Work::Cpu(CpuWork::new(RunCount { from }, output, Vec::new())))
     }
 }
 
@@ -48,10 +48,10 @@ struct RunCount {
     from: u32,
 }
 
-impl HostNode for RunCount {
+impl CpuNode for RunCount {
     type State = u32;
 
-    fn run(&self, frames: &mut u32, _: &HostContext<'_>, data: &mut HostData) {
+    fn run(&self, frames: &mut u32, _: &CpuContext<'_>, data: &mut BlackboardData) {
         if *frames < 2 {
             let notice = Diagnostic::warning(codes::FRAME_INPUT, Place::Nowhere, "begins".to_owned());
             data.set_notices((*frames == 0).then_some(notice).into_iter().collect());

@@ -178,7 +178,7 @@ fn a_copy_takes_what_stands_in() {
 }
 
 #[test]
-fn host_data_of_a_pass_that_is_off_is_that_of_the_other() {
+fn blackboard_data_of_a_pass_that_is_off_is_that_of_the_other() {
     let passes = r#""few": { "views": { "to": "few", "maximum": 4 } },
         "many": { "toggle": "many", "bypass": { "many": "few" }, "views": { "to": "many", "maximum": 4 } },
         "squares": { "draw": { "geometry": "squares", "filter": "all", "views": "many", "shader": "square.wgsl.jinja",

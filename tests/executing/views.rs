@@ -3,11 +3,11 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph::data::{DataShape, HostData, ValueType, View};
+use umbragraph::data::{BlackboardData, DataShape, ValueType, View};
 use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph::node::Node;
 use umbragraph::pipeline::{PassBuilder, Produced};
-use umbragraph::work::{HostContext, HostNode, HostWork, Work};
+use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use crate::common::gpu::empty_frame;
 
@@ -15,7 +15,7 @@ use crate::common::gpu::empty_frame;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Views {
-    /// The host data to publish.
+    /// The blackboard data to publish.
     to: String,
     /// The most views.
     maximum: u32,
@@ -31,7 +31,7 @@ impl Node for Views {
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let shape = DataShape::new().value("time", ValueType::F32).views(self.maximum);
         let output = pass.publish(&self.to, "/to", shape)?;
-        pass.produce(Work::Host(HostWork::new(Run { lies: self.lies }, output, Vec::new())))
+        pass.produce(Work::Cpu(CpuWork::new(Run { lies: self.lies }, output, Vec::new())))
     }
 }
 
@@ -40,10 +40,10 @@ struct Run {
     lies: bool,
 }
 
-impl HostNode for Run {
+impl CpuNode for Run {
     type State = ();
 
-    fn run(&self, (): &mut (), context: &HostContext<'_>, data: &mut HostData) {
+    fn run(&self, (): &mut (), context: &CpuContext<'_>, data: &mut BlackboardData) {
         data.set_f32("time", context.frame.time as f32);
         if self.lies {
             data.set_f32("undeclared", 1.0);

@@ -16,7 +16,7 @@ use myth_render::graph::core::{
 };
 use umbragraph::compiler::{Assembly, PlanOptions, build, plan};
 use umbragraph::diagnostic::Diagnostics;
-use umbragraph::pipeline::Part;
+use umbragraph::pipeline::SubresourceRange;
 
 #[path = "../../shapes.rs"]
 mod shapes;
@@ -76,7 +76,7 @@ fn ours(graph: &Graph) -> Duration {
     for (at, pass) in graph.passes.iter().enumerate() {
         let mut new = assembly.pass(&format!("p{at}"));
         for resource in &pass.reads {
-            new = new.reads_part(textures[*resource], Part::WHOLE);
+            new = new.reads_range(textures[*resource], SubresourceRange::WHOLE);
         }
         for resource in &pass.writes {
             new = new.writes(textures[*resource]);

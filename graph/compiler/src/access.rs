@@ -1,10 +1,11 @@
-//! Accesses: what each pass does to each part of each resource, and the writers of a resource by part.
+//! Accesses: what each pass does to each subresource range of each resource, and the writers of a resource by
+//! subresource range.
 //!
-//! The uses of a pairwise disjoint part are independent. Most writers name one subresource (one mip, one layer) or
-//! everything; [`Writers`] keeps the first kind in lists by subresource, so that the writers before and after a point
-//! that touch one subresource are found without looking at the others.
+//! The accesses of a pairwise disjoint subresource range are independent. Most writers name one subresource (one mip,
+//! one layer) or everything; [`Writers`] keeps the first kind in lists by subresource, so that the writers before and
+//! after a point that touch one subresource are found without looking at the others.
 //!
-//! Cost: linear in uses. Uses of one resource inside one pass are compared in pairs.
+//! Cost: linear in accesses. Accesses of one resource inside one pass are compared in pairs.
 
 use std::collections::BTreeSet;
 
@@ -12,25 +13,28 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::pipeline::{Aspect, Part, Pipeline, Use, Version};
+use crate::pipeline::{Access, Aspect, Pipeline, SubresourceRange, Version};
 use crate::work::PassHandle;
 
-/// One pass's access to a part of a resource.
+/// One pass's access to a subresource range of a resource.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Access<'a> {
+pub(super) struct PassAccess<'a> {
     pub(super) pass: PassHandle,
-    pub(super) part: Part,
+    pub(super) range: SubresourceRange,
     pub(super) reads: bool,
     pub(super) writes: bool,
     pub(super) version: &'a Version,
-    pub(super) one: &'a Use,
+    pub(super) one: &'a Access,
 }
 
 /// The accesses of each resource, in the order of the passes. Findings: a pass that reads what it writes.
-pub(super) fn accesses<'a>(pipeline: &'a Pipeline, diagnostics: &mut Diagnostics) -> Vec<Vec<Access<'a>>> {
-    let mut accesses: Vec<Vec<Access<'a>>> = vec![Vec::new(); pipeline.resources.len()];
+pub(super) fn accesses<'a>(
+    pipeline: &'a Pipeline,
+    diagnostics: &mut Diagnostics,
+) -> Vec<Vec<PassAccess<'a>>> {
+    let mut accesses: Vec<Vec<PassAccess<'a>>> = vec![Vec::new(); pipeline.resources.len()];
     for handle in pipeline.pass_handles() {
-        for one in pipeline.pass(handle).uses() {
+        for one in pipeline.pass(handle).accesses() {
             let list = &mut accesses[one.resource.index()];
             let own = list.iter().rev().take_while(|access| access.pass == handle);
             let mut known = false;
@@ -38,16 +42,16 @@ pub(super) fn accesses<'a>(pipeline: &'a Pipeline, diagnostics: &mut Diagnostics
                 let writes = other.writes || one.usage.writes();
                 // Devices keep depth and stencil of one texel in one state: while one of them is written, a shader
                 // can see neither.
-                let bound = |one: &Use| !one.usage.is_attachment();
+                let bound = |one: &Access| !one.usage.is_attachment();
                 let shared = bound(other.one) != bound(one)
-                    && other.part.aspect(Aspect::All).overlaps(one.part.aspect(Aspect::All));
+                    && other.range.aspect(Aspect::All).overlaps(one.range.aspect(Aspect::All));
                 // Depth and stencil of what has one of the two only: the format is the finding.
                 let beside = (other.one.usage.is_depth() && one.usage.is_stencil())
                     || (other.one.usage.is_stencil() && one.usage.is_depth());
-                if writes && !beside && (other.part.overlaps(one.part) || shared) {
+                if writes && !beside && (other.range.overlaps(one.range) || shared) {
                     diagnostics.push(feedback(pipeline, handle, other.one, one));
                 }
-                known |= other.part == one.part
+                known |= other.range == one.range
                     && other.version == &one.version
                     && other.one.when == one.when
                     && !other.writes
@@ -55,33 +59,40 @@ pub(super) fn accesses<'a>(pipeline: &'a Pipeline, diagnostics: &mut Diagnostics
             }
             if !known {
                 let (reads, writes) = (one.usage.reads(), one.usage.writes());
-                list.push(Access { pass: handle, part: one.part, reads, writes, version: &one.version, one });
+                list.push(PassAccess {
+                    pass: handle,
+                    range: one.range,
+                    reads,
+                    writes,
+                    version: &one.version,
+                    one,
+                });
             }
         }
     }
     accesses
 }
 
-/// Whether two of the writers touch the same part, so that their order has to be found.
-pub(super) fn in_conflict(list: &[Access<'_>], writers: &[usize]) -> bool {
+/// Whether two of the writers touch the same subresource range, so that their order has to be found.
+pub(super) fn in_conflict(list: &[PassAccess<'_>], writers: &[usize]) -> bool {
     let mut exact = BTreeSet::new();
-    let mut wide: BTreeSet<Part> = BTreeSet::new();
+    let mut wide: BTreeSet<SubresourceRange> = BTreeSet::new();
     for at in writers {
-        let part = list[*at].part;
-        let new = if is_exact(part) {
-            exact.insert(part)
+        let range = list[*at].range;
+        let new = if is_exact(range) {
+            exact.insert(range)
         } else {
-            wide.iter().all(|other| !other.overlaps(part)) && wide.insert(part)
+            wide.iter().all(|other| !other.overlaps(range)) && wide.insert(range)
         };
         if !new {
             return true;
         }
     }
-    !wide.is_empty() && exact.iter().any(|part| wide.iter().any(|other| other.overlaps(*part)))
+    !wide.is_empty() && exact.iter().any(|range| wide.iter().any(|other| other.overlaps(*range)))
 }
 
-fn is_exact(part: Part) -> bool {
-    part.is_plain() && part.mip.is_some() && part.layer.is_some()
+fn is_exact(range: SubresourceRange) -> bool {
+    range.is_plain() && range.mip.is_some() && range.layer.is_some()
 }
 
 /// The writers of one resource in their order.
@@ -99,35 +110,42 @@ pub(super) struct Writers {
 struct Index {
     all: Vec<usize>,
     wide: Vec<usize>,
-    exact: FxHashMap<Part, Vec<usize>>,
-    by_pass: FxHashMap<(PassHandle, Part), usize>,
+    exact: FxHashMap<SubresourceRange, Vec<usize>>,
+    by_pass: FxHashMap<(PassHandle, SubresourceRange), usize>,
 }
 
 impl Writers {
     /// The index of writers that are in order.
-    pub(super) fn new(accesses: &[Access<'_>], list: SmallVec<[usize; 2]>) -> Self {
-        let plain = list.iter().all(|at| accesses[*at].part.is_plain());
+    pub(super) fn new(accesses: &[PassAccess<'_>], list: SmallVec<[usize; 2]>) -> Self {
+        let plain = list.iter().all(|at| accesses[*at].range.is_plain());
         if list.len() < 2 {
             return Self { list, plain, index: None };
         }
         let mut index = Index { all: (0..list.len()).collect(), ..Index::default() };
         for (rank, at) in list.iter().enumerate() {
             let access = &accesses[*at];
-            if is_exact(access.part) {
-                index.exact.entry(access.part).or_default().push(rank);
+            if is_exact(access.range) {
+                index.exact.entry(access.range).or_default().push(rank);
             } else {
                 index.wide.push(rank);
             }
-            index.by_pass.insert((access.pass, access.part), rank);
+            index.by_pass.insert((access.pass, access.range), rank);
         }
         Self { list, plain, index: Some(Box::new(index)) }
     }
 
-    /// The rank of the write of a part by a pass.
-    pub(super) fn rank(&self, accesses: &[Access<'_>], pass: PassHandle, part: Part) -> Option<usize> {
+    /// The rank of the write of a subresource range by a pass.
+    pub(super) fn rank(
+        &self,
+        accesses: &[PassAccess<'_>],
+        pass: PassHandle,
+        range: SubresourceRange,
+    ) -> Option<usize> {
         match &self.index {
-            Some(index) => index.by_pass.get(&(pass, part)).copied(),
-            None => self.list.iter().position(|at| (accesses[*at].pass, accesses[*at].part) == (pass, part)),
+            Some(index) => index.by_pass.get(&(pass, range)).copied(),
+            None => {
+                self.list.iter().position(|at| (accesses[*at].pass, accesses[*at].range) == (pass, range))
+            }
         }
     }
 
@@ -136,25 +154,27 @@ impl Writers {
         self.plain
     }
 
-    fn lists(&self, part: Part) -> (&[usize], &[usize]) {
+    fn lists(&self, range: SubresourceRange) -> (&[usize], &[usize]) {
         match &self.index {
             None => (&[], if self.list.is_empty() { &[] } else { &[0] }),
-            Some(index) if is_exact(part) => (index.exact.get(&part).map_or(&[], Vec::as_slice), &index.wide),
+            Some(index) if is_exact(range) => {
+                (index.exact.get(&range).map_or(&[], Vec::as_slice), &index.wide)
+            }
             Some(index) => (&[], &index.all),
         }
     }
 
-    /// The ranks below a limit whose parts may overlap a part, the latest first.
-    pub(super) fn before(&self, limit: usize, part: Part) -> impl Iterator<Item = usize> + '_ {
-        let (a, b) = self.lists(part);
+    /// The ranks below a limit whose subresource ranges may overlap a subresource range, the latest first.
+    pub(super) fn before(&self, limit: usize, range: SubresourceRange) -> impl Iterator<Item = usize> + '_ {
+        let (a, b) = self.lists(range);
         let mut a = a[..a.partition_point(|rank| *rank < limit)].iter().rev().copied().peekable();
         let mut b = b[..b.partition_point(|rank| *rank < limit)].iter().rev().copied().peekable();
         std::iter::from_fn(move || if a.peek() > b.peek() { a.next() } else { b.next() })
     }
 
-    /// The ranks from a start whose parts may overlap a part, the earliest first.
-    pub(super) fn after(&self, start: usize, part: Part) -> impl Iterator<Item = usize> + '_ {
-        let (a, b) = self.lists(part);
+    /// The ranks from a start whose subresource ranges may overlap a subresource range, the earliest first.
+    pub(super) fn after(&self, start: usize, range: SubresourceRange) -> impl Iterator<Item = usize> + '_ {
+        let (a, b) = self.lists(range);
         let mut a = a[a.partition_point(|rank| *rank < start)..].iter().copied().peekable();
         let mut b = b[b.partition_point(|rank| *rank < start)..].iter().copied().peekable();
         std::iter::from_fn(move || match (a.peek(), b.peek()) {
@@ -165,7 +185,7 @@ impl Writers {
     }
 }
 
-fn feedback(pipeline: &Pipeline, pass: PassHandle, first: &Use, second: &Use) -> Diagnostic {
+fn feedback(pipeline: &Pipeline, pass: PassHandle, first: &Access, second: &Access) -> Diagnostic {
     let name = &pipeline.resource(second.resource).name;
     Diagnostic::error(
         codes::FEEDBACK,
@@ -178,7 +198,7 @@ fn feedback(pipeline: &Pipeline, pass: PassHandle, first: &Use, second: &Use) ->
         ),
     )
     .pointer(&second.pointer)
-    .related(first.place, "the other use")
+    .related(first.place, "the other access")
     .help("no device can read what the same pass writes: use another mip or layer, or a second texture")
 }
 
@@ -191,18 +211,19 @@ mod tests {
     fn writers_of_one_subresource_are_found_among_those_of_others_and_of_everything() {
         let mut assembly = Assembly::new("writers");
         let texture = assembly.texture("a");
-        let parts = [Some((0, 0)), Some((0, 1)), None, Some((0, 1)), Some((0, 0)), None];
-        for (at, part) in parts.into_iter().enumerate() {
-            let part = part.map_or(Part::WHOLE, |(mip, layer)| Part::of(Some(mip), Some(layer)));
-            assembly.pass(&format!("p{at}")).writes_part(texture, part);
+        let ranges = [Some((0, 0)), Some((0, 1)), None, Some((0, 1)), Some((0, 0)), None];
+        for (at, range) in ranges.into_iter().enumerate() {
+            let range = range
+                .map_or(SubresourceRange::WHOLE, |(mip, layer)| SubresourceRange::of(Some(mip), Some(layer)));
+            assembly.pass(&format!("p{at}")).writes_range(texture, range);
         }
         let (pipeline, _) = assembly.finish();
         let accesses = accesses(&pipeline, &mut Diagnostics::new());
         let writers = Writers::new(&accesses[0], (0..6).collect());
-        let part = Part::of(Some(0), Some(1));
-        assert_eq!(writers.before(5, part).collect::<Vec<_>>(), [3, 2, 1]);
-        assert_eq!(writers.after(2, part).collect::<Vec<_>>(), [2, 3, 5]);
-        assert_eq!(writers.before(3, Part::WHOLE).collect::<Vec<_>>(), [2, 1, 0]);
+        let range = SubresourceRange::of(Some(0), Some(1));
+        assert_eq!(writers.before(5, range).collect::<Vec<_>>(), [3, 2, 1]);
+        assert_eq!(writers.after(2, range).collect::<Vec<_>>(), [2, 3, 5]);
+        assert_eq!(writers.before(3, SubresourceRange::WHOLE).collect::<Vec<_>>(), [2, 1, 0]);
         assert!(in_conflict(&accesses[0], &[0, 3, 4]));
         assert!(in_conflict(&accesses[0], &[1, 2]));
         assert!(!in_conflict(&accesses[0], &[0, 1]));

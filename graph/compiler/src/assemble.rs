@@ -1,16 +1,16 @@
 //! Pipelines put together in code rather than read from a text.
 //!
-//! For hosts that generate graphs, for tests of the compiler and for benchmarks: resources and passes with their uses,
-//! without shaders. A pass does nothing on a device unless it draws; what it uses is all that the compiler asks.
-//! Findings about such a pipeline point at an empty text.
+//! For hosts that generate graphs, for tests of the compiler and for benchmarks: resources and passes with their
+//! accesses, without shaders. A pass does nothing on a device unless it draws; what it uses is all that the compiler
+//! asks. Findings about such a pipeline point at an empty text.
 
 use std::sync::Arc;
 
 use crate::document::{Kind, Value};
 use crate::language::{BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration, WordValue};
 use crate::pipeline::{
-    Bypass, Condition, History, Part, Pass, Pipeline, Program, Resource, ResourceKind, Toggle, Usage, Use,
-    Version,
+    Access, Bypass, Condition, History, Pass, Pipeline, Program, Resource, ResourceKind, SubresourceRange,
+    Toggle, Usage, Version,
 };
 use crate::shader::TargetProfile;
 use crate::source::{Sources, Span};
@@ -24,7 +24,7 @@ use crate::work::{
 pub struct Assembly {
     pipeline: Pipeline,
     /// For each pass what it does, and what it uses besides.
-    works: Vec<(Work, Vec<Use>)>,
+    works: Vec<(Work, Vec<Access>)>,
     sources: Sources,
     place: Span,
 }
@@ -214,8 +214,8 @@ impl Assembly {
     }
 
     /// A part of a resource, for the ends of copies.
-    pub fn subresource(&self, resource: ResourceHandle, part: Part) -> Subresource {
-        Subresource { resource, part, version: Version::Newest, place: self.place, pointer: String::new() }
+    pub fn subresource(&self, resource: ResourceHandle, range: SubresourceRange) -> Subresource {
+        Subresource { resource, range, version: Version::Newest, place: self.place, pointer: String::new() }
     }
 
     /// The pipeline, and the sources that its places belong to.
@@ -242,39 +242,50 @@ impl AssemblyPass<'_> {
 
     /// Samples all of the newest version of a texture.
     pub fn reads(self, resource: ResourceHandle) -> Self {
-        self.uses(resource, Part::WHOLE, Usage::Sampled, Version::Newest)
+        self.accesses(resource, SubresourceRange::WHOLE, Usage::Sampled, Version::Newest)
     }
 
-    /// Samples a part of the newest version of a texture.
-    pub fn reads_part(self, resource: ResourceHandle, part: Part) -> Self {
-        self.uses(resource, part, Usage::Sampled, Version::Newest)
+    /// Samples a subresource range of the newest version of a texture.
+    pub fn reads_range(self, resource: ResourceHandle, range: SubresourceRange) -> Self {
+        self.accesses(resource, range, Usage::Sampled, Version::Newest)
     }
 
     /// Samples the version that a pass wrote.
     pub fn reads_version(self, resource: ResourceHandle, writer: &str) -> Self {
-        self.uses(resource, Part::WHOLE, Usage::Sampled, Version::WrittenBy(writer.to_owned()))
+        self.accesses(
+            resource,
+            SubresourceRange::WHOLE,
+            Usage::Sampled,
+            Version::WrittenBy(writer.to_owned()),
+        )
     }
 
     /// Writes all of a resource as storage.
     pub fn writes(self, resource: ResourceHandle) -> Self {
-        self.writes_part(resource, Part::WHOLE)
+        self.writes_range(resource, SubresourceRange::WHOLE)
     }
 
-    /// Writes a part of a resource as storage.
-    pub fn writes_part(self, resource: ResourceHandle, part: Part) -> Self {
-        self.uses(resource, part, Usage::StorageWrite, Version::Newest)
+    /// Writes a subresource range of a resource as storage.
+    pub fn writes_range(self, resource: ResourceHandle, range: SubresourceRange) -> Self {
+        self.accesses(resource, range, Usage::StorageWrite, Version::Newest)
     }
 
     /// Reads and writes all of a resource as storage.
     pub fn updates(self, resource: ResourceHandle) -> Self {
-        self.uses(resource, Part::WHOLE, Usage::StorageReadWrite, Version::Newest)
+        self.accesses(resource, SubresourceRange::WHOLE, Usage::StorageReadWrite, Version::Newest)
     }
 
-    /// Any use.
-    pub fn uses(mut self, resource: ResourceHandle, part: Part, usage: Usage, version: Version) -> Self {
+    /// Any access.
+    pub fn accesses(
+        mut self,
+        resource: ResourceHandle,
+        range: SubresourceRange,
+        usage: Usage,
+        version: Version,
+    ) -> Self {
         let place = self.assembly.place;
         let (when, pointer) = (Vec::new(), String::new());
-        self.work().1.push(Use { resource, part, usage, version, when, place, pointer });
+        self.work().1.push(Access { resource, range, usage, version, when, place, pointer });
         self
     }
 
@@ -329,12 +340,12 @@ impl AssemblyPass<'_> {
         &mut self.assembly.pipeline.passes[self.handle.index()]
     }
 
-    fn work(&mut self) -> &mut (Work, Vec<Use>) {
+    fn work(&mut self) -> &mut (Work, Vec<Access>) {
         &mut self.assembly.works[self.handle.index()]
     }
 
     fn attached(&self, resource: ResourceHandle) -> Subresource {
-        self.assembly.subresource(resource, Part::of(Some(0), Some(0)))
+        self.assembly.subresource(resource, SubresourceRange::of(Some(0), Some(0)))
     }
 
     /// Makes the pass draw to the attachments so far.

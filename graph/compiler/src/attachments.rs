@@ -1,13 +1,13 @@
 //! Attachments: what each loads and stores, and whether they fit the shader. Whether their sizes fit one another, the
 //! passes' sizes (`pass_sizes`) say.
 //!
-//! Load comes from the pass. Store is per use, unless the pass throws the attachment away: an attachment is stored if a
-//! later live pass reads a part of it before another clears all of that part, or if it outlives the frame. Only storage
-//! that says so, and an attachment that clears or discards, of one fixed layer, count as clearing: what draws a layer
-//! for each view may have fewer views than layers this frame. Nor does a pass count that can be off in a frame in which
-//! the attachment is drawn.
+//! Load comes from the pass. Store is per access, unless the pass throws the attachment away: an attachment is stored
+//! if a later live pass reads a subresource range of it before another clears all of that subresource range, or if it
+//! outlives the frame. Only storage that says so, and an attachment that clears or discards, of one fixed layer, count
+//! as clearing: what draws a layer for each view may have fewer views than layers this frame. Nor does a pass count
+//! that can be off in a frame in which the attachment is drawn.
 //!
-//! Cost: for each attachment the uses of its resource up to the one that decides.
+//! Cost: for each attachment the accesses of its resource up to the one that decides.
 
 use super::cull::single_layer;
 use super::facts::TextureFacts;
@@ -15,7 +15,7 @@ use super::plan::{PlannedAttachment, PlannedPass, StoreOperation};
 use super::planner::Planner;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{Part, Usage, canonical};
+use crate::pipeline::{SubresourceRange, Usage, canonical};
 use crate::shader::{ScalarKind, Stage};
 use crate::work::{LoadOperation, PassHandle, RenderWork, Subresource};
 
@@ -30,24 +30,24 @@ impl Planner<'_> {
         discard: bool,
     ) -> PlannedAttachment {
         let (target, resource) = (to.target(), self.pipeline.resource(to.resource));
-        let part = Part::of(Some(target.mip), target.layer);
-        let part = resource.texture().map_or(part, |texture| canonical(texture, part, usage));
+        let range = SubresourceRange::of(Some(target.mip), target.layer);
+        let range = resource.texture().map_or(range, |texture| canonical(texture, range, usage));
         let users = &self.users[target.resource.index()];
         let transient = resource.lifetime() == Lifetime::Transient;
         let mut store = if transient { StoreOperation::Discard } else { StoreOperation::Store };
         let start = users.partition_point(|(position, _)| *position <= at);
-        for (position, later) in users[start..].iter().filter(|(_, later)| later.part.overlaps(part)) {
+        for (position, later) in users[start..].iter().filter(|(_, later)| later.range.overlaps(range)) {
             if later.usage.reads() {
                 store = StoreOperation::Store;
                 break;
             }
             let clears = later.usage.starts_afresh();
-            let fixed = later.part.layer.is_some()
+            let fixed = later.range.layer.is_some()
                 || single_layer(self.pipeline, target.resource)
                 || !later.usage.is_attachment();
             let when = self.conditions[*position];
             let follows = when.is_none() || when == self.conditions[at];
-            if clears && fixed && follows && later.part.contains(part) {
+            if clears && fixed && follows && later.range.contains(range) {
                 store = StoreOperation::Discard;
                 break;
             }

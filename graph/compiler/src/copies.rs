@@ -1,10 +1,10 @@
-//! What a transfer copies on the device: boxes of texels and runs of bytes, one for each mip level.
+//! What a transfer copies on the device: boxes of texels and ranges of bytes, one for each mip level.
 //!
-//! A transfer says parts and expressions; here they become numbers, and what WebGPU does not copy becomes a finding.
-//! Textures are copied to textures of the same format (but for `-srgb`), sample count and extent, all aspects at once;
-//! to and from buffers one aspect of one that has bytes. Texels of several samples and those of depth and stencil are
-//! copied by whole layers, and compressed ones by whole blocks. A texture is not copied onto itself, nor a volume's mip
-//! level or a buffer onto another part of the same.
+//! A transfer says subresource ranges and expressions; here they become numbers, and what WebGPU does not copy becomes
+//! a finding. Textures are copied to textures of the same format (but for `-srgb`), sample count and extent, all
+//! aspects at once; to and from buffers one aspect of one that has bytes. Texels of several samples and those of depth
+//! and stencil are copied by whole layers, and compressed ones by whole blocks. A texture is not copied onto itself,
+//! nor a volume's mip level or a buffer onto another subresource range of the same.
 //!
 //! Texels lie in a buffer row by row, layer by layer, mip level by mip level: each row at a multiple of 256 bytes, and
 //! each mip level at the end of the last row before it.
@@ -137,8 +137,9 @@ impl Copies<'_, '_> {
 
     /// A finding where the pass names what it copies from or to.
     fn refuse(&mut self, resource: ResourceHandle, written: bool, message: String, help: &str) {
-        let alike = |one: &&crate::pipeline::Use| one.resource == resource && one.usage.writes() == written;
-        let used = self.pass.uses().iter().find(alike);
+        let alike =
+            |one: &&crate::pipeline::Access| one.resource == resource && one.usage.writes() == written;
+        let used = self.pass.accesses().iter().find(alike);
         let (place, pointer) =
             used.map_or((self.pass.place, &self.pass.pointer), |one| (one.place, &one.pointer));
         let finding = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help);
@@ -154,7 +155,7 @@ impl Copies<'_, '_> {
     /// The first byte and the number of bytes.
     fn run(&self, region: &BufferRegion) -> Option<(u64, u64)> {
         let all = self.facts.get(region.buffer.resource)?.bytes;
-        Some(region.buffer.part.bytes.map_or((0, all), |run| (run.first, run.count)))
+        Some(region.buffer.range.bytes.map_or((0, all), |run| (run.first, run.count)))
     }
 
     fn bytes(&mut self, from: &BufferRegion, to: &BufferRegion) -> Option<PlannedCopy> {
@@ -224,7 +225,7 @@ impl Copies<'_, '_> {
                 let (own, wanted) =
                     (words(own, source.size.samples), words(wanted, destination.size.samples));
                 let message = format!("\"{a}\" is {own}, \"{b}\" is {wanted}");
-                let help = "a copy joins parts of one size; choose mip, layer and extent";
+                let help = "a copy joins subresource ranges of one size; choose mip, layer and extent";
                 self.refuse(to.texture.resource, true, message, help);
                 return None;
             }
@@ -328,7 +329,7 @@ impl Copies<'_, '_> {
         texture: &TextureFacts,
         written: bool,
     ) -> Option<TextureAspect> {
-        let (exists, aspect, word) = match region.texture.part.aspect {
+        let (exists, aspect, word) = match region.texture.range.aspect {
             Aspect::All => return Some(TextureAspect::All),
             Aspect::DepthOnly => (texture.format.has_depth_aspect(), TextureAspect::DepthOnly, "depth"),
             Aspect::StencilOnly => {
@@ -360,7 +361,7 @@ impl Copies<'_, '_> {
         extent: Option<&[Deferred; 2]>,
     ) -> Option<Vec<(TexelOrigin, [u32; 3])>> {
         let TextureFacts { format, size, volume, .. } = *texture;
-        // Parts that do not exist are a finding of their own.
+        // Subresources that do not exist are a finding of their own.
         if region.mip().end() > u64::from(size.mips) {
             return None;
         }
@@ -370,7 +371,7 @@ impl Copies<'_, '_> {
         for mip in (region.mip().first..).take(region.mip().count as usize) {
             let side = |length: u32| length.checked_shr(mip).unwrap_or(0).max(1);
             let slices = if volume { side(size.layers) } else { size.layers };
-            let layer = region.texture.part.layer.map_or((0, slices), |run| (run.first, run.count));
+            let layer = region.texture.range.layer.map_or((0, slices), |run| (run.first, run.count));
             if u64::from(layer.0) + u64::from(layer.1) > u64::from(slices) {
                 return None;
             }
@@ -397,7 +398,7 @@ impl Copies<'_, '_> {
                     return self.refuse_at(said, message, "stay within the mip level");
                 }
                 if whole && (first > 0 || beyond < u64::from(full)) {
-                    let message = format!("a part of \"{name}\" is copied");
+                    let message = format!("a subresource range of \"{name}\" is copied");
                     let help = "depth, stencil and several samples are copied by whole layers: remove \"origin\" and \"extent\"";
                     return self.refuse_at(said, message, help);
                 }
@@ -408,7 +409,7 @@ impl Copies<'_, '_> {
                 }
             }
             let at = [at[0], at[1], layer.0];
-            let aspect = if has_both(format) { region.texture.part.aspect } else { Aspect::All };
+            let aspect = if has_both(format) { region.texture.range.aspect } else { Aspect::All };
             boxes.push((TexelOrigin { mip, at, aspect }, [length[0], length[1], layer.1]));
         }
         Some(boxes)

@@ -25,12 +25,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::data::{DataShape, HostData};
+use crate::data::{BlackboardData, DataShape};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::pipeline::ResourceKind;
 use crate::plan::Plan;
 use crate::switches::Switches;
-use crate::work::{HostContext, HostRun, HostWork, PassHandle, ResourceHandle, Subresource, Work};
+use crate::work::{CpuContext, CpuWork, HostRun, PassHandle, ResourceHandle, Subresource, Work};
 use umbragraph_pipeline::frame::FrameInput;
 
 /// How many inputs of a pass are given without allocating.
@@ -42,18 +42,18 @@ pub struct CpuPasses {
     /// By the position of the pass in the plan.
     runs: Vec<Option<Box<dyn HostRun>>>,
     /// By resource.
-    data: Vec<Option<HostData>>,
+    data: Vec<Option<BlackboardData>>,
     switches: Switches,
 }
 
 impl CpuPasses {
     /// The passes of a plan, before their first frame.
     pub fn new(plan: Arc<Plan>) -> Self {
-        let run = |pass| host_work(&plan, pass).map(|host| host.node.clone().start());
+        let run = |pass| cpu_work(&plan, pass).map(|cpu| cpu.node.clone().start());
         let runs = plan.passes.iter().map(|planned| run(planned.handle)).collect();
         let data = plan.pipeline.resource_handles().map(|resource| {
             let ResourceKind::Data(Some(shape)) = &plan.pipeline.resource(resource).kind else { return None };
-            let mut data = HostData::new(shape.clone());
+            let mut data = BlackboardData::new(shape.clone());
             plan_sizes(&plan, resource, &mut data);
             Some(data)
         });
@@ -72,20 +72,20 @@ impl CpuPasses {
         let (plan, old) = (&self.plan, &before.plan);
         for (run, planned) in self.runs.iter_mut().zip(&plan.passes) {
             let Some(at) = old.passes.iter().position(|old| old.name == planned.name) else { continue };
-            let (Some(host), Some(known)) =
-                (host_work(plan, planned.handle), host_work(old, old.passes[at].handle))
+            let (Some(cpu), Some(known)) =
+                (cpu_work(plan, planned.handle), cpu_work(old, old.passes[at].handle))
             else {
                 continue;
             };
-            let data = self.data.get_mut(host.output.resource.index()).and_then(Option::as_mut);
+            let data = self.data.get_mut(cpu.output.resource.index()).and_then(Option::as_mut);
             let kept = before.data.get_mut(known.output.resource.index()).and_then(Option::as_mut);
             if let (Some(data), Some(kept)) = (data, kept)
-                && host.node.is_same(&*known.node)
+                && cpu.node.is_same(&*known.node)
                 && data.shape() == kept.shape()
             {
                 *run = before.runs[at].take();
                 std::mem::swap(data, kept);
-                plan_sizes(plan, host.output.resource, data);
+                plan_sizes(plan, cpu.output.resource, data);
             }
         }
     }
@@ -112,19 +112,19 @@ impl CpuPasses {
     /// A pass that publishes what it did not declare.
     pub fn run_pass(&mut self, at: usize, frame: &FrameInput) -> Option<Result<(), Diagnostic>> {
         let pass = self.plan.passes.get(at)?.handle;
-        let host = host_work(&self.plan, pass)?;
+        let cpu = cpu_work(&self.plan, pass)?;
         let run = self.runs.get_mut(at)?.as_mut()?;
-        let mut data = self.data.get_mut(host.output.resource.index()).and_then(Option::take)?;
+        let mut data = self.data.get_mut(cpu.output.resource.index()).and_then(Option::take)?;
         data.clear();
         let runs = self.switches.runs(&self.plan, pass);
         if runs {
-            let filler = HostData::new(DataShape::new());
+            let filler = BlackboardData::new(DataShape::new());
             let mut few = [&filler; FEW_INPUTS];
-            let many: Vec<&HostData>;
+            let many: Vec<&BlackboardData>;
             let seen =
                 |input: &Subresource| self.data.get(self.switches.seen(input.resource).index())?.as_ref();
-            let given = host.inputs.iter().filter_map(seen);
-            let inputs = if host.inputs.len() <= FEW_INPUTS {
+            let given = cpu.inputs.iter().filter_map(seen);
+            let inputs = if cpu.inputs.len() <= FEW_INPUTS {
                 let mut count = 0;
                 for (slot, input) in few.iter_mut().zip(given) {
                     *slot = input;
@@ -135,15 +135,15 @@ impl CpuPasses {
                 many = given.collect();
                 &many
             };
-            run.run(&HostContext { frame, inputs }, &mut data);
+            run.run(&CpuContext { frame, inputs }, &mut data);
         }
         let outcome = data.refused().map_or(Ok(()), |reason| {
             let pass = self.plan.pipeline.pass(pass);
             let message = format!("\"{}\" publishes {reason}", pass.name);
-            let help = "a host pass publishes what it declared; this is a defect of its node kind";
-            Err(Diagnostic::error(codes::HOST_DATA, pass.place, message).pointer(&pass.pointer).help(help))
+            let help = "a CPU pass publishes what it declared; this is a defect of its node kind";
+            Err(Diagnostic::error(codes::BLACKBOARD, pass.place, message).pointer(&pass.pointer).help(help))
         });
-        self.data[host.output.resource.index()] = Some(data);
+        self.data[cpu.output.resource.index()] = Some(data);
         runs.then_some(outcome)
     }
 
@@ -153,7 +153,7 @@ impl CpuPasses {
     }
 
     /// The data that a pass published last, by the name of its resource.
-    pub fn data(&self, name: &str) -> Option<&HostData> {
+    pub fn data(&self, name: &str) -> Option<&BlackboardData> {
         self.data.get(self.plan.pipeline.find_resource(name)?.index())?.as_ref()
     }
 
@@ -165,13 +165,13 @@ impl CpuPasses {
     /// The sizes that passes want other than the plan has them, for [`crate::PlanOptions::data_sizes`]; `None`
     /// if they are content. A frame is right without them too, only not as good.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
-        let wants = |data: &HostData| data.sizes().any(|(_, planned, wanted)| planned != wanted);
+        let wants = |data: &BlackboardData| data.sizes().any(|(_, planned, wanted)| planned != wanted);
         if !self.data.iter().flatten().any(wants) {
             return None;
         }
         let mut all = BTreeMap::new();
         for (resource, data) in self.plan.pipeline.resources.iter().zip(&self.data) {
-            let sizes = data.iter().flat_map(HostData::sizes);
+            let sizes = data.iter().flat_map(BlackboardData::sizes);
             all.extend(sizes.map(|(name, _, wanted)| (format!("{}.{name}", resource.name), wanted)));
         }
         Some(all)
@@ -186,7 +186,7 @@ impl CpuPasses {
     }
 
     /// The data that a reader of a resource sees: that of what stands for it, as toggles are thrown.
-    pub fn seen(&self, resource: ResourceHandle) -> Option<&HostData> {
+    pub fn seen(&self, resource: ResourceHandle) -> Option<&BlackboardData> {
         self.data.get(self.switches.seen(resource).index())?.as_ref()
     }
 
@@ -196,14 +196,14 @@ impl CpuPasses {
     }
 }
 
-fn host_work(plan: &Plan, pass: PassHandle) -> Option<&HostWork> {
+fn cpu_work(plan: &Plan, pass: PassHandle) -> Option<&CpuWork> {
     match plan.pipeline.pass(pass).work() {
-        Work::Host(host) => Some(host),
+        Work::Cpu(cpu) => Some(cpu),
         _ => None,
     }
 }
 
-fn plan_sizes(plan: &Plan, resource: ResourceHandle, data: &mut HostData) {
+fn plan_sizes(plan: &Plan, resource: ResourceHandle, data: &mut BlackboardData) {
     let resource = &plan.pipeline.resource(resource).name;
     data.plan_sizes(|name, initial| {
         plan.data_sizes.get(&format!("{resource}.{name}")).copied().unwrap_or(initial)

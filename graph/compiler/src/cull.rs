@@ -18,7 +18,7 @@ use super::discards;
 use super::graph::Graph;
 use super::visible::{Effort, View, Write};
 use crate::language::Lifetime;
-use crate::pipeline::{Part, Pipeline, Use};
+use crate::pipeline::{Access, Pipeline, SubresourceRange};
 use crate::work::{PassHandle, ResourceHandle, Work};
 
 /// Why a pass is kept.
@@ -32,8 +32,8 @@ pub enum KeepReason {
     ReadBy(PassHandle, ResourceHandle),
     /// A kept pass reads what it writes some frames later: the resource is the earlier frame that the pass reads.
     ReadLater(PassHandle, ResourceHandle),
-    /// A kept pass reads what it may write: the resource has more writers of different parts, or with different toggles,
-    /// than are told apart.
+    /// A kept pass reads what it may write: the resource has more writers of different subresource ranges, or with
+    /// different toggles, than are told apart.
     MayBeReadBy(PassHandle, ResourceHandle),
     /// It may leave something in a resource that outlives the frame, which has more such writers than are told apart.
     MayBeLeft(ResourceHandle),
@@ -84,7 +84,7 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
                 queue.push_back(producer);
             }
         }
-        for one in pipeline.pass(pass).uses() {
+        for one in pipeline.pass(pass).accesses() {
             let Some(history) = pipeline.resource(one.resource).history.filter(|history| history.back > 0)
             else {
                 continue;
@@ -117,45 +117,50 @@ pub fn surviving_writers(pipeline: &Pipeline, graph: &Graph, resource: ResourceH
 
 /// The passes of whose writes something is left, and whether there may be fewer of them.
 fn survivors(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> (Vec<PassHandle>, bool) {
-    let clears = |part: Part, writer: PassHandle| {
-        let whole = part.layer.is_some() || single_layer(pipeline, resource);
-        let afresh = |one: &Use| {
+    let clears = |range: SubresourceRange, writer: PassHandle| {
+        let whole = range.layer.is_some() || single_layer(pipeline, resource);
+        let afresh = |one: &Access| {
             let all = whole || !one.usage.is_attachment();
-            one.resource == resource && one.part == part && one.usage.starts_afresh() && all
+            one.resource == resource && one.range == range && one.usage.starts_afresh() && all
         };
-        pipeline.pass(writer).uses().iter().any(afresh)
+        pipeline.pass(writer).accesses().iter().any(afresh)
     };
-    let discards = |part: Part, writer: PassHandle| match pipeline.pass(writer).work() {
-        Work::Render(render) => discards::discards(render, resource, part),
+    let discards = |range: SubresourceRange, writer: PassHandle| match pipeline.pass(writer).work() {
+        Work::Render(render) => discards::discards(render, resource, range),
         _ => false,
     };
-    let clears = |part: Part, writer: PassHandle| {
-        let whole = part.layer.is_some() || single_layer(pipeline, resource);
-        clears(part, writer) || whole && discards(part, writer)
+    let clears = |range: SubresourceRange, writer: PassHandle| {
+        let whole = range.layer.is_some() || single_layer(pipeline, resource);
+        clears(range, writer) || whole && discards(range, writer)
     };
     let condition = |writer: PassHandle| pipeline.pass(writer).condition;
     let mut writers = Vec::new();
-    if graph.versions_of(resource).all(|(part, writer)| condition(writer).is_none() && part.is_plain()) {
-        let mut covered: BTreeSet<Part> = BTreeSet::new();
-        for (part, writer) in graph.versions_of(resource).rev() {
-            let wider = [part, Part { mip: None, ..part }, Part { layer: None, ..part }, Part::WHOLE];
-            if !discards(part, writer) && !wider.iter().any(|wider| covered.contains(wider)) {
+    if graph.versions_of(resource).all(|(range, writer)| condition(writer).is_none() && range.is_plain()) {
+        let mut covered: BTreeSet<SubresourceRange> = BTreeSet::new();
+        for (range, writer) in graph.versions_of(resource).rev() {
+            let wider = [
+                range,
+                SubresourceRange { mip: None, ..range },
+                SubresourceRange { layer: None, ..range },
+                SubresourceRange::WHOLE,
+            ];
+            if !discards(range, writer) && !wider.iter().any(|wider| covered.contains(wider)) {
                 writers.push(writer);
             }
-            if clears(part, writer) {
-                covered.insert(part);
+            if clears(range, writer) {
+                covered.insert(range);
             }
         }
         return (writers, false);
     }
     let mut effort = Effort::default();
-    let mut view = View::new(Part::WHOLE, &[], &mut effort);
-    for (part, writer) in graph.versions_of(resource).rev() {
-        if view.sees(part, condition(writer)) && !discards(part, writer) {
+    let mut view = View::new(SubresourceRange::WHOLE, &[], &mut effort);
+    for (range, writer) in graph.versions_of(resource).rev() {
+        if view.sees(range, condition(writer)) && !discards(range, writer) {
             writers.push(writer);
         }
-        if clears(part, writer) {
-            view.cover(Write { part, condition: condition(writer), writer: (), passes_on: false });
+        if clears(range, writer) {
+            view.cover(Write { range, condition: condition(writer), writer: (), passes_on: false });
         }
     }
     (writers, view.is_coarse())
@@ -177,9 +182,9 @@ pub(super) fn cull_reason(
         let names: BTreeSet<&String> = names.collect();
         names.into_iter().cloned().collect::<Vec<_>>()
     };
-    let uses = pipeline.pass(pass).uses();
+    let accesses = pipeline.pass(pass).accesses();
     let mut written =
-        uses.iter().filter(|one| one.usage.writes()).map(|one| &pipeline.resource(one.resource).name);
+        accesses.iter().filter(|one| one.usage.writes()).map(|one| &pipeline.resource(one.resource).name);
     let written = sorted(&mut written);
     if written.is_empty() {
         return CullReason::WritesNothing;
@@ -194,10 +199,10 @@ pub(super) fn cull_reason(
 /// The other culled passes that read, some frames later, the histories that a pass writes. To those that are kept
 /// nothing is left of what it writes.
 fn readers_later(pipeline: &Pipeline, kept: &[Option<KeepReason>], pass: PassHandle) -> Vec<PassHandle> {
-    let history = |one: &Use| pipeline.resource(one.resource).history;
+    let history = |one: &Access| pipeline.resource(one.resource).history;
     let written: BTreeSet<ResourceHandle> = pipeline
         .pass(pass)
-        .uses()
+        .accesses()
         .iter()
         .filter(|one| one.usage.writes())
         .filter_map(|one| Some(history(one)?.of))
@@ -206,8 +211,8 @@ fn readers_later(pipeline: &Pipeline, kept: &[Option<KeepReason>], pass: PassHan
         return Vec::new();
     }
     let reads = |reader: &PassHandle| {
-        let uses = pipeline.pass(*reader).uses();
-        uses.iter().filter_map(history).any(|history| history.back > 0 && written.contains(&history.of))
+        let accesses = pipeline.pass(*reader).accesses();
+        accesses.iter().filter_map(history).any(|history| history.back > 0 && written.contains(&history.of))
     };
     let culled = pipeline.pass_handles().filter(|reader| kept[reader.index()].is_none());
     culled.filter(|reader| *reader != pass && reads(reader)).collect()

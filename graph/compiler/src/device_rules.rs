@@ -87,7 +87,7 @@ impl Rules<'_> {
     }
 
     fn place(&self, resource: ResourceHandle) -> (Span, &str) {
-        let used = self.pass.uses().iter().find(|one| one.resource == resource);
+        let used = self.pass.accesses().iter().find(|one| one.resource == resource);
         used.map_or((self.pass.place, self.pass.pointer.as_str()), |one| (one.place, one.pointer.as_str()))
     }
 
@@ -142,7 +142,7 @@ impl Rules<'_> {
             }
             (SlotSource::Buffer { buffer, .. }, wgpu_types::BindingType::Buffer { ty, .. }) => {
                 let (name, planned) = (self.name(buffer.resource), self.planned(buffer.resource)?);
-                let bytes = buffer.part.bytes.map_or(planned.bytes, |run| run.count);
+                let bytes = buffer.range.bytes.map_or(planned.bytes, |run| run.count);
                 let offset = buffer.offset();
                 let (align, most, what) = match ty {
                     wgpu_types::BufferBindingType::Uniform => (
@@ -165,7 +165,7 @@ impl Rules<'_> {
                 if bytes > most {
                     return refuse(
                         format!("{bytes} bytes of \"{name}\" are bound"),
-                        &format!("the profile allows {most} for a {what} binding: bind a part"),
+                        &format!("the profile allows {most} for a {what} binding: bind a subresource range"),
                     );
                 }
                 let least = binding.block.as_ref().map_or(0, |block| u64::from(block.size()));

@@ -7,14 +7,14 @@
 //! A read comes from the frame before where writes of this frame leave something of it [open](super::visible) in some
 //! state of the toggles.
 //!
-//! Cost: for each such attachment the uses of its resource.
+//! Cost: for each such attachment the accesses of its resource.
 
 use super::graph::Graph;
 use super::toggles;
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{Part, Pipeline, Use};
+use crate::pipeline::{Access, Pipeline, SubresourceRange};
 use crate::work::{AttachmentTarget, PassHandle, RenderWork, ResourceHandle, Work};
 
 /// Finds the readers of what passes throw away.
@@ -23,9 +23,9 @@ pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagno
     for handle in pipeline.pass_handles() {
         let pass = pipeline.pass(handle);
         let Work::Render(render) = pass.work() else { continue };
-        let written = pass.uses().iter().filter(|one| one.usage.is_attachment() && one.usage.writes());
+        let written = pass.accesses().iter().filter(|one| one.usage.is_attachment() && one.usage.writes());
         thrown_away
-            .extend(written.filter(|one| discards(render, one.resource, one.part)).map(|one| (handle, one)));
+            .extend(written.filter(|one| discards(render, one.resource, one.range)).map(|one| (handle, one)));
     }
     if thrown_away.is_empty() {
         return;
@@ -33,7 +33,7 @@ pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagno
     // The passes that use each resource, or an earlier frame of it.
     let mut users: Vec<Vec<PassHandle>> = vec![Vec::new(); pipeline.resources.len()];
     for handle in pipeline.pass_handles() {
-        for one in pipeline.pass(handle).uses() {
+        for one in pipeline.pass(handle).accesses() {
             let history = pipeline.resource(one.resource).history;
             let list = &mut users[history.map_or(one.resource, |history| history.of).index()];
             if list.last() != Some(&handle) {
@@ -46,21 +46,22 @@ pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagno
     }
 }
 
-/// Whether a pass throws away what it leaves in a part.
-pub(super) fn discards(render: &RenderWork, resource: ResourceHandle, part: Part) -> bool {
+/// Whether a pass throws away what it leaves in a subresource range.
+pub(super) fn discards(render: &RenderWork, resource: ResourceHandle, range: SubresourceRange) -> bool {
     use crate::pipeline::Aspect::{DepthOnly, StencilOnly};
     let same = |target: AttachmentTarget| {
-        target.resource == resource && Part::of(Some(target.mip), target.layer).aspect(part.aspect) == part
+        target.resource == resource
+            && SubresourceRange::of(Some(target.mip), target.layer).aspect(range.aspect) == range
     };
     render.color.iter().any(|color| color.discard && same(color.to.target()))
         || render
             .depth
             .as_ref()
-            .is_some_and(|one| one.discard && part.aspect != StencilOnly && same(one.to.target()))
+            .is_some_and(|one| one.discard && range.aspect != StencilOnly && same(one.to.target()))
         || render
             .stencil
             .as_ref()
-            .is_some_and(|one| one.discard && part.aspect != DepthOnly && same(one.to.target()))
+            .is_some_and(|one| one.discard && range.aspect != DepthOnly && same(one.to.target()))
 }
 
 struct Check<'a> {
@@ -69,7 +70,7 @@ struct Check<'a> {
     /// The pass that throws away.
     handle: PassHandle,
     /// What it throws away.
-    one: &'a Use,
+    one: &'a Access,
     /// Who uses the resource, in this frame or a later one.
     users: &'a [PassHandle],
 }
@@ -94,10 +95,10 @@ impl Check<'_> {
         for reader in self.users.iter().copied().filter(|reader| readers.binary_search(reader).is_err()) {
             let read = match resource.lifetime() {
                 Lifetime::Persistent => self.reads(reader).find(|read| !self.is_written(reader, read)),
-                Lifetime::History => self.pipeline.pass(reader).uses().iter().find(|read| {
+                Lifetime::History => self.pipeline.pass(reader).accesses().iter().find(|read| {
                     let history = self.pipeline.resource(read.resource).history;
                     history.is_some_and(|history| history.back > 0 && history.of == self.one.resource)
-                        && read.part.overlaps(self.one.part)
+                        && read.range.overlaps(self.one.range)
                 }),
                 Lifetime::Transient | Lifetime::Imported => None,
             };
@@ -108,29 +109,30 @@ impl Check<'_> {
     }
 
     /// Where a pass reads what is thrown away.
-    fn reads(&self, reader: PassHandle) -> impl Iterator<Item = &Use> {
-        let uses = self.pipeline.pass(reader).uses().iter();
-        uses.filter(|read| read.resource == self.one.resource && read.usage.reads())
-            .filter(|read| read.part.overlaps(self.one.part))
+    fn reads(&self, reader: PassHandle) -> impl Iterator<Item = &Access> {
+        let accesses = self.pipeline.pass(reader).accesses().iter();
+        accesses
+            .filter(|read| read.resource == self.one.resource && read.usage.reads())
+            .filter(|read| read.range.overlaps(self.one.range))
     }
 
     /// Whether passes before write, in each frame with the reader, all that it reads of what is thrown away.
-    fn is_written(&self, reader: PassHandle, read: &Use) -> bool {
+    fn is_written(&self, reader: PassHandle, read: &Access) -> bool {
         let Some(known) = toggles::known(self.pipeline.pass(reader), read) else { return true };
         let mut effort = Effort::default();
-        let mut view = View::new(read.part, &known, &mut effort);
+        let mut view = View::new(read.range, &known, &mut effort);
         for (writer, _) in self.graph.producers(reader).filter(|(_, resource)| *resource == read.resource) {
             let pass = self.pipeline.pass(writer);
-            let written = pass.uses().iter().filter(|one| one.resource == read.resource);
+            let written = pass.accesses().iter().filter(|one| one.resource == read.resource);
             for one in written.filter(|one| one.usage.writes() && !one.usage.reads()) {
                 let condition = pass.condition;
-                view.cover(Write { part: one.part, condition, writer: (), passes_on: false });
+                view.cover(Write { range: one.range, condition, writer: (), passes_on: false });
             }
         }
-        !view.is_open_in(self.one.part)
+        !view.is_open_in(self.one.range)
     }
 
-    fn finding(&self, reader: PassHandle, read: &Use, when: &str) -> Diagnostic {
+    fn finding(&self, reader: PassHandle, read: &Access, when: &str) -> Diagnostic {
         let (by, name) = (&self.pipeline.pass(self.handle).name, &self.pipeline.pass(reader).name);
         let resource = &self.pipeline.resource(self.one.resource).name;
         let message = format!("\"{name}\" reads \"{resource}\"{when}, which \"{by}\" throws away");

@@ -1,23 +1,24 @@
-//! Parts as boxes.
+//! Subresource ranges as boxes.
 
-use crate::pipeline::{Aspect, Part, Run};
+use crate::pipeline::{Aspect, IndexRange, SubresourceRange};
 
-/// What a part covers of mips, layers, aspects and bytes: the first, and the first after it. Everything has no end.
+/// What a subresource range covers of mips, layers, aspects and bytes: the first, and the first after it. Everything
+/// has no end.
 pub(super) type Extents = [(u64, u64); 4];
 
-/// The box of a part.
-pub(super) fn extents(part: Part) -> Extents {
+/// The box of a subresource range.
+pub(super) fn extents(range: SubresourceRange) -> Extents {
     let run = |first: Option<u64>, end: Option<u64>| (first.unwrap_or(0), end.unwrap_or(u64::MAX));
-    let aspect = match part.aspect {
+    let aspect = match range.aspect {
         Aspect::All => (0, 2),
         Aspect::DepthOnly => (0, 1),
         Aspect::StencilOnly => (1, 2),
     };
     [
-        run(part.mip.map(|run| run.first.into()), part.mip.map(Run::end)),
-        run(part.layer.map(|run| run.first.into()), part.layer.map(Run::end)),
+        run(range.mip.map(|run| run.first.into()), range.mip.map(IndexRange::end)),
+        run(range.layer.map(|run| run.first.into()), range.layer.map(IndexRange::end)),
         aspect,
-        run(part.bytes.map(|run| run.first), part.bytes.map(Run::end)),
+        run(range.bytes.map(|run| run.first), range.bytes.map(IndexRange::end)),
     ]
 }
 

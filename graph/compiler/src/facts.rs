@@ -6,19 +6,19 @@
 //! shader can ask for the length. What outlives the frame is a class of its own, and so is what a toggle can leave
 //! without its first write.
 //!
-//! Findings: parts that a texture does not have, formats that do not support their uses, imports used beyond the usage
-//! that the host created them with.
+//! Findings: subresources that a texture does not have, formats that do not support their usages, imports used beyond
+//! the usage that the host created them with.
 //!
-//! Cost: linear in resources and uses.
+//! Cost: linear in resources and accesses.
 
 use rustc_hash::FxHashMap;
 use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 
 use super::format;
 use super::history;
-use super::parts;
 use super::plan::{Import, PlanOptions};
 use super::size::{Size, Sizes, TextureSize};
+use super::subresources;
 use super::texture_rules;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::{Lifetime, TextureShape};
@@ -47,7 +47,7 @@ pub(super) enum Descriptor {
 /// A resource that live passes use.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fact {
-    /// `None` for host data, and after a finding.
+    /// `None` for blackboard data, and after a finding.
     pub(super) descriptor: Option<Descriptor>,
     /// The class of what can stand for it; `None` for what the plan does not create.
     pub(super) class: Option<usize>,
@@ -97,13 +97,13 @@ impl<'a> Facts<'a> {
                 continue;
             }
             let wants = &wants[handle.index()];
-            if wants.uses.is_empty() {
+            if wants.accesses.is_empty() {
                 continue;
             }
             let descriptor = match (&resource.kind, facts.sizes.of(handle)) {
                 (ResourceKind::Texture(texture), Some(Size::Texture(size))) => {
                     let usages = wants
-                        .uses
+                        .accesses
                         .iter()
                         .fold(TextureUsages::empty(), |all, (_, one)| all | one.usage.texture_usages());
                     facts.check_import(handle, usages, wants, options, findings);
@@ -130,7 +130,7 @@ impl<'a> Facts<'a> {
                 }
                 (ResourceKind::Buffer(_), Some(Size::Buffer(bytes))) => {
                     let usages = wants
-                        .uses
+                        .accesses
                         .iter()
                         .fold(BufferUsages::empty(), |all, (_, one)| all | one.usage.buffer_usages());
                     Some(Descriptor::Buffer { bytes, usages })
@@ -144,7 +144,7 @@ impl<'a> Facts<'a> {
             facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
         }
         facts.classes = classes.known.len();
-        findings.extend(parts::beyond(pipeline, &facts.sizes).into_iter().map(|(_, finding)| finding));
+        findings.extend(subresources::beyond(pipeline, &facts.sizes).into_iter().map(|(_, finding)| finding));
         history::check_initial(&facts, findings);
         facts
     }
@@ -184,7 +184,7 @@ impl<'a> Facts<'a> {
             facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
         }
         facts.classes = classes.known.len();
-        findings.extend(parts::beyond(pipeline, &facts.sizes).into_iter().map(|(_, finding)| finding));
+        findings.extend(subresources::beyond(pipeline, &facts.sizes).into_iter().map(|(_, finding)| finding));
         history::check_initial(&facts, findings);
         Some(facts)
     }
@@ -221,7 +221,7 @@ impl<'a> Facts<'a> {
         self.sizes.take_findings()
     }
 
-    /// Finds uses of the host's own texture that it was not created for.
+    /// Finds accesses of the host's own texture that it was not created for.
     fn check_import(
         &self,
         handle: ResourceHandle,
@@ -239,7 +239,8 @@ impl<'a> Facts<'a> {
         if allowed.contains(usages) {
             return;
         }
-        for (pass, one) in wants.uses.iter().filter(|(_, one)| !allowed.contains(one.usage.texture_usages()))
+        for (pass, one) in
+            wants.accesses.iter().filter(|(_, one)| !allowed.contains(one.usage.texture_usages()))
         {
             let message = format!(
                 "\"{}\" uses the import \"{}\" as {}, which the host's texture does not allow",

@@ -1,4 +1,4 @@
-//! Choosing formats: the first candidate that supports every use, and why the others do not.
+//! Choosing formats: the first candidate that supports every usage, and why the others do not.
 
 use std::collections::HashMap;
 
@@ -9,15 +9,15 @@ use super::size::TextureSize;
 use super::texture_rules;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{TextureDeclaration, TextureShape, format_name, parse_format, unknown_format};
-use crate::pipeline::{Aspect, Pipeline, Program, Resource, Usage, Use};
+use crate::pipeline::{Access, Aspect, Pipeline, Program, Resource, Usage};
 use crate::shader::TargetProfile;
 use crate::work::{BoundSlot, PassHandle, SlotSource, TextureView, Work};
 
 /// What the live passes want of the format of one texture.
 #[derive(Default)]
 pub(super) struct Wants<'a> {
-    /// The uses, each with its pass.
-    pub(super) uses: SmallVec<[(PassHandle, &'a Use); 4]>,
+    /// The accesses, each with its pass.
+    pub(super) accesses: SmallVec<[(PassHandle, &'a Access); 4]>,
     /// The bindings, each with its pass.
     pub(super) bindings: Vec<(PassHandle, BindingType, TextureView)>,
     /// The formats in which it is seen, each with the pass.
@@ -48,18 +48,18 @@ pub(super) fn slots(pipeline: &Pipeline, pass: PassHandle) -> Option<(&Program, 
     let (program, slots) = match pipeline.pass(pass).work() {
         Work::Render(render) => render.draw.bound(),
         Work::Compute(compute) => (compute.program, &*compute.bindings),
-        Work::Nothing | Work::Host(_) | Work::Transfer(_) => return None,
+        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => return None,
     };
     Some((pipeline.program(program), slots))
 }
 
-/// What the live passes want of every texture, by its handle. Each use and each binding is looked at once.
+/// What the live passes want of every texture, by its handle. Each access and each binding is looked at once.
 pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Wants<'a>> {
     let mut wants: Vec<Wants<'a>> = pipeline.resources.iter().map(|_| Wants::default()).collect();
     for pass in passes {
         let declared = pipeline.pass(*pass);
-        for one in declared.uses() {
-            wants[one.resource.index()].uses.push((*pass, one));
+        for one in declared.accesses() {
+            wants[one.resource.index()].accesses.push((*pass, one));
         }
         if let Some((program, slots)) = slots(pipeline, *pass) {
             for slot in slots {
@@ -92,7 +92,7 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Wa
         for member in history.members().skip(1) {
             let earlier = std::mem::take(&mut wants[member.index()]);
             let all = &mut wants[handle.index()];
-            all.uses.extend(earlier.uses);
+            all.accesses.extend(earlier.accesses);
             all.bindings.extend(earlier.bindings);
         }
         wants[handle.index()].cleared = true;
@@ -139,12 +139,12 @@ pub(super) fn choose(
         return Err(Box::new(unknown_format(name, place, resource.pointer.clone() + &pointer)));
     }
     let message =
-        format!("no format of \"{}\" supports all of its uses: {}", resource.name, reasons.join("; "));
+        format!("no format of \"{}\" supports all of its usages: {}", resource.name, reasons.join("; "));
     let place = resource.value.nearest("/texture/format").span;
     let mut finding = Diagnostic::error(codes::FORMAT_USAGE, place, message)
         .pointer(format!("{}/texture/format", resource.pointer))
         .help("choose another format, or add a candidate");
-    for (pass, one) in wants.uses.iter().take(4) {
+    for (pass, one) in wants.accesses.iter().take(4) {
         finding = finding
             .related(one.place, format!("\"{}\" uses it as {}", pipeline.pass(*pass).name, one.usage.name()));
     }
@@ -164,7 +164,7 @@ fn refusal(
         return Some(format!("needs a feature that the profile {} does not have", profile.name));
     }
     let guaranteed = format.guaranteed_format_features(profile.features);
-    for (pass, one) in &wants.uses {
+    for (pass, one) in &wants.accesses {
         let name = &pipeline.pass(*pass).name;
         if one.usage.is_stencil() && !format.has_stencil_aspect() {
             return Some(format!("has no stencil (\"{name}\")"));

@@ -1,16 +1,18 @@
 //! Passes and resource versions as a graph, with every hazard an edge.
 //!
-//! Each write makes a new version of the part of a resource that it covers. Edges run from a pass to the versions that
-//! it writes, from a version to the passes that read it, and from pass to pass for what has no data of its own:
+//! Each write makes a new version of the subresource range of a resource that it covers. Edges run from a pass to the
+//! versions that it writes, from a version to the passes that read it, and from pass to pass for what has no data of
+//! its own:
 //!
 //! - read after write: writer → version → reader;
-//! - write after read: a reader of a version runs before the next writer of that part;
-//! - write after write: writers of one part run in their order;
+//! - write after read: a reader of a version runs before the next writer of that subresource range;
+//! - write after write: writers of one subresource range run in their order;
 //! - explicit: `after`.
 //!
 //! How writers get their order, and readers their versions, is in `writers`; this file has the result.
 //!
-//! Cost: linear in passes, uses and edges, for a bounded number of writers that touch one part out of order.
+//! Cost: linear in passes, accesses and edges, for a bounded number of writers that touch one subresource range out of
+//! order.
 
 use std::collections::BTreeSet;
 
@@ -25,7 +27,7 @@ use super::rows::Rows;
 use super::unfed::PartialRead;
 use super::writers::Builder;
 use crate::diagnostic::Diagnostics;
-use crate::pipeline::{Part, Pipeline};
+use crate::pipeline::{Pipeline, SubresourceRange};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// A node of the graph.
@@ -33,12 +35,12 @@ use crate::work::{PassHandle, ResourceHandle};
 pub enum GraphNode {
     /// A pass.
     Pass(PassHandle),
-    /// What one write made of a part of a resource.
+    /// What one write made of a subresource range of a resource.
     Version {
         /// The resource.
         resource: ResourceHandle,
-        /// The part.
-        part: Part,
+        /// The subresource range.
+        range: SubresourceRange,
         /// Counts the writes of the resource in their order, from 1.
         number: u32,
         /// The pass that wrote it.
@@ -62,7 +64,7 @@ pub enum Edge {
 pub enum Hazard {
     /// The first reads what the second overwrites.
     WriteAfterRead(ResourceHandle),
-    /// Both write the same part.
+    /// Both write the same subresource range.
     WriteAfterWrite(ResourceHandle),
     /// The document says so.
     Explicit,
@@ -112,19 +114,19 @@ impl Graph {
         })
     }
 
-    /// Whether a pass reads a resource with more writers of different parts, or with different toggles, than are told
-    /// apart: it may be connected to some of which it sees nothing.
+    /// Whether a pass reads a resource with more writers of different subresource ranges, or with different toggles,
+    /// than are told apart: it may be connected to some of which it sees nothing.
     pub fn is_coarse(&self, reader: PassHandle, resource: ResourceHandle) -> bool {
         self.coarse.contains(&(reader, resource))
     }
 
-    /// The versions of a resource in their order: the part, and the pass that wrote it.
+    /// The versions of a resource in their order: the subresource range, and the pass that wrote it.
     pub fn versions_of(
         &self,
         resource: ResourceHandle,
-    ) -> impl DoubleEndedIterator<Item = (Part, PassHandle)> + '_ {
+    ) -> impl DoubleEndedIterator<Item = (SubresourceRange, PassHandle)> + '_ {
         self.versions[resource.index()].iter().filter_map(|node| match self.graph[*node] {
-            GraphNode::Version { part, writer, .. } => Some((part, writer)),
+            GraphNode::Version { range, writer, .. } => Some((range, writer)),
             GraphNode::Pass(_) => None,
         })
     }
@@ -141,7 +143,7 @@ impl Graph {
 /// Builds the graph of a pipeline.
 ///
 /// Findings: reads of what nothing writes or of what is thrown away, unordered writers, cycles, a pass that reads and
-/// writes one part in a way that no device allows. The result is `None` after errors that leave no order.
+/// writes one subresource range in a way that no device allows. The result is `None` after errors that leave no order.
 pub fn build(pipeline: &Pipeline, diagnostics: &mut Diagnostics) -> Option<Graph> {
     history::check_use(pipeline, diagnostics);
     let accesses = accesses(pipeline, diagnostics);

@@ -152,7 +152,7 @@ pub(super) fn clearing(descriptor: Descriptor) -> Descriptor {
 /// Warns of histories that nothing writes, or that nothing reads frames back.
 pub(super) fn check_use(pipeline: &Pipeline, diagnostics: &mut Diagnostics) {
     let (mut written, mut read_back) = (HashSet::new(), HashSet::new());
-    for one in pipeline.passes.iter().flat_map(Pass::uses) {
+    for one in pipeline.passes.iter().flat_map(Pass::accesses) {
         let Some(history) = pipeline.resource(one.resource).history else { continue };
         if history.back > 0 {
             read_back.insert(history.of);

@@ -1,20 +1,20 @@
-//! Which orders between uses of one resource follow from others.
+//! Which orders between accesses of one resource follow from others.
 //!
-//! Of an earlier, a middle and a later use that overlap, in frames in which each two of them can happen, the earlier
-//! comes before the later as soon as it comes before the middle one, and that before the later. So from a use one has to
-//! go back (or on) only to where every place was met in frames of two different conditions, or always: whoever is beyond
-//! can happen together with one of the two.
+//! Of an earlier, a middle and a later access that overlap, in frames in which each two of them can happen, the earlier
+//! comes before the later as soon as it comes before the middle one, and that before the later. So from an access one
+//! has to go back (or on) only to where every place was met in frames of two different conditions, or always: whoever
+//! is beyond can happen together with one of the two.
 //!
-//! Cost: a few boxes for each use. Beyond [`MAXIMUM_BOXES`] what would have to be cut counts as not met: more orders are
-//! looked for than are needed.
+//! Cost: a few boxes for each access. Beyond [`MAXIMUM_BOXES`] what would have to be cut counts as not met: more orders
+//! are looked for than are needed.
 
 use super::extents::{Extents, common, extents};
-use crate::pipeline::{Condition, Part};
+use crate::pipeline::{Condition, SubresourceRange};
 
 /// The most boxes that are told apart.
 const MAXIMUM_BOXES: usize = 64;
 
-/// Where a use still has to be ordered with others.
+/// Where an access still has to be ordered with others.
 pub(super) struct Unmet {
     /// Disjoint boxes, each with the condition of those that were met there; none yet if nothing is said.
     boxes: Vec<(Extents, Option<Condition>)>,
@@ -22,23 +22,23 @@ pub(super) struct Unmet {
 }
 
 impl Unmet {
-    /// A use of a part in frames in which a condition holds, if one is given.
-    pub(super) fn new(part: Part, own: Option<Condition>) -> Self {
-        Self { boxes: vec![(extents(part), None)], own }
+    /// An access of a subresource range in frames in which a condition holds, if one is given.
+    pub(super) fn new(range: SubresourceRange, own: Option<Condition>) -> Self {
+        Self { boxes: vec![(extents(range), None)], own }
     }
 
-    /// Whether the order with a use of a part does not follow from those with the uses met.
-    pub(super) fn has_to_meet(&self, part: Part, condition: Option<Condition>) -> bool {
-        let extents = extents(part);
+    /// Whether the order with an access of a subresource range does not follow from those with the accesses met.
+    pub(super) fn has_to_meet(&self, range: SubresourceRange, condition: Option<Condition>) -> bool {
+        let extents = extents(range);
         let opposite = condition.map(Condition::opposite);
         let open = self.boxes.iter().filter(|(_, met)| met.is_none() || *met == opposite);
         open.into_iter().any(|(open, _)| common(*open, extents).is_some())
     }
 
-    /// A use that is ordered with this one.
-    pub(super) fn meet(&mut self, part: Part, condition: Option<Condition>) {
-        let extents = extents(part);
-        // What happens in all frames of this use is there for whoever is, too.
+    /// An access that is ordered with this one.
+    pub(super) fn meet(&mut self, range: SubresourceRange, condition: Option<Condition>) {
+        let extents = extents(range);
+        // What happens in all frames of this access is there for whoever is, too.
         let condition = condition.filter(|condition| self.own != Some(*condition));
         let mut boxes = Vec::with_capacity(self.boxes.len());
         let mut left = self.boxes.len();
@@ -82,29 +82,31 @@ impl Unmet {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::pipeline::Run;
+    use crate::pipeline::IndexRange;
     use proptest::prelude::*;
     use umbragraph_test_support::property;
 
-    fn uses() -> impl Strategy<Value = Vec<(Part, Option<Condition>)>> {
-        let run = || proptest::option::of((0u32..6, 1u32..4).prop_map(|(first, count)| Run { first, count }));
+    fn accesses() -> impl Strategy<Value = Vec<(SubresourceRange, Option<Condition>)>> {
+        let run = || {
+            proptest::option::of((0u32..6, 1u32..4).prop_map(|(first, count)| IndexRange { first, count }))
+        };
         let condition = proptest::option::of((0usize..4, any::<bool>()));
         let one = (run(), run(), condition).prop_map(|(mip, layer, condition)| {
             let condition = condition.map(|(toggle, on)| Condition { toggle, on });
-            (Part { mip, layer, ..Part::WHOLE }, condition)
+            (SubresourceRange { mip, layer, ..SubresourceRange::WHOLE }, condition)
         });
         proptest::collection::vec(one, 1..40)
     }
 
-    fn check(uses: &[(Part, Option<Condition>)]) -> Result<(), TestCaseError> {
+    fn check(accesses: &[(SubresourceRange, Option<Condition>)]) -> Result<(), TestCaseError> {
         let together =
             |a: &Option<Condition>, b: &Option<Condition>| a.zip(*b).is_none_or(|(a, b)| a != b.opposite());
-        // For each use those that come before it.
+        // For each access those that come before it.
         let mut before: Vec<Vec<bool>> = Vec::new();
-        for (at, (part, own)) in uses.iter().enumerate() {
-            let mut unmet = Unmet::new(*part, *own);
-            let mut reached = vec![false; uses.len()];
-            for (earlier, (other, condition)) in uses[..at].iter().enumerate().rev() {
+        for (at, (range, own)) in accesses.iter().enumerate() {
+            let mut unmet = Unmet::new(*range, *own);
+            let mut reached = vec![false; accesses.len()];
+            for (earlier, (other, condition)) in accesses[..at].iter().enumerate().rev() {
                 if !together(condition, own) || !unmet.has_to_meet(*other, *condition) {
                     continue;
                 }
@@ -117,8 +119,8 @@ mod tests {
                     break;
                 }
             }
-            for (earlier, (other, condition)) in uses[..at].iter().enumerate() {
-                if other.overlaps(*part) && together(condition, own) {
+            for (earlier, (other, condition)) in accesses[..at].iter().enumerate() {
+                if other.overlaps(*range) && together(condition, own) {
                     prop_assert!(reached[earlier], "{} before {}", earlier, at);
                 }
             }
@@ -131,14 +133,15 @@ mod tests {
         #![proptest_config(property::config(256))]
 
         #[test]
-        fn every_order_follows_from_those_that_are_looked_for(uses in uses()) {
-            check(&uses)?;
+        fn every_order_follows_from_those_that_are_looked_for(accesses in accesses()) {
+            check(&accesses)?;
         }
     }
 
     #[test]
     fn opposite_writers_and_one_that_always_runs_are_in_order() {
-        let of = |on| (Part::WHOLE, Some(Condition { toggle: 2, on }));
-        check(&[of(true), of(false), (Part::WHOLE, None)]).unwrap_or_else(|failure| panic!("{failure}"));
+        let of = |on| (SubresourceRange::WHOLE, Some(Condition { toggle: 2, on }));
+        check(&[of(true), of(false), (SubresourceRange::WHOLE, None)])
+            .unwrap_or_else(|failure| panic!("{failure}"));
     }
 }

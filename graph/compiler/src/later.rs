@@ -1,16 +1,17 @@
 //! The writers that a reader does not see because they run later, as far as the document says so.
 //!
-//! Writers of other parts than those that a version is about are mostly in no order with it, and then seen: which of them
-//! the order of the passes puts before the reader would be chance. So a writer is later only if `after` or a version
-//! that it reads says so, or if it writes over what is written by the pass that is named, or by another that is later.
+//! Writers of other subresource ranges than those that a version is about are mostly in no order with it, and then
+//! seen: which of them the order of the passes puts before the reader would be chance. So a writer is later only if
+//! `after` or a version that it reads says so, or if it writes over what is written by the pass that is named, or by
+//! another that is later.
 //!
 //! Cost: for a plain reference a search through what `after` says, if there is a writer that it can lead to. For a
 //! reference to a version of which the reader sees more than its pass writes, the writers of the resource.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::access::{Access, Writers};
-use crate::pipeline::{Part, Pass, Pipeline, Use, Version};
+use super::access::{PassAccess, Writers};
+use crate::pipeline::{Access, Pass, Pipeline, SubresourceRange, Version};
 use crate::work::PassHandle;
 
 /// The writers of a resource that a reader does not see, by rank.
@@ -57,8 +58,8 @@ pub(super) struct Stated {
 
 impl Stated {
     pub(super) fn new(pipeline: &Pipeline) -> Self {
-        let named = |one: &Use| matches!(one.version, Version::WrittenBy(_));
-        let has_versions = pipeline.passes.iter().flat_map(Pass::uses).any(named);
+        let named = |one: &Access| matches!(one.version, Version::WrittenBy(_));
+        let has_versions = pipeline.passes.iter().flat_map(Pass::accesses).any(named);
         if !has_versions && pipeline.passes.iter().all(|pass| pass.after.is_empty()) {
             return Self::default();
         }
@@ -68,7 +69,7 @@ impl Stated {
         let mut next = vec![Vec::new(); pipeline.passes.len()];
         let mut missing = vec![0usize; next.len()];
         for pass in pipeline.pass_handles() {
-            let versions = pipeline.pass(pass).uses().iter().filter_map(|one| match &one.version {
+            let versions = pipeline.pass(pass).accesses().iter().filter_map(|one| match &one.version {
                 Version::WrittenBy(name) => by_name.get(name.as_str()).copied(),
                 _ => None,
             });
@@ -111,7 +112,7 @@ impl Stated {
     }
 
     /// The writers that are stated to be behind a reader.
-    pub(super) fn behind(&self, list: &[Access<'_>], writers: &Writers, reader: PassHandle) -> Later {
+    pub(super) fn behind(&self, list: &[PassAccess<'_>], writers: &Writers, reader: PassHandle) -> Later {
         let passes = writers.list.iter().map(|at| list[*at].pass);
         let followers = self.followers(reader, passes.clone());
         if followers.is_empty() {
@@ -121,13 +122,18 @@ impl Stated {
     }
 
     /// The writers that follow the one of a version.
-    pub(super) fn behind_version(&self, list: &[Access<'_>], writers: &Writers, named: PassHandle) -> Later {
+    pub(super) fn behind_version(
+        &self,
+        list: &[PassAccess<'_>],
+        writers: &Writers,
+        named: PassHandle,
+    ) -> Later {
         let own = |rank: usize| list[writers.list[rank]].pass == named;
-        let parts = writers.list.iter().map(|at| &list[*at]).filter(|one| one.pass == named);
-        let parts = parts.map(|one| one.part).collect();
+        let ranges = writers.list.iter().map(|at| &list[*at]).filter(|one| one.pass == named);
+        let ranges = ranges.map(|one| one.range).collect();
         let mut followers = Followers::new(self, usize::MAX);
         followers.add(named);
-        Later::Some(followers.mark(list, writers, parts, &own))
+        Later::Some(followers.mark(list, writers, ranges, &own))
     }
 }
 
@@ -160,9 +166,9 @@ impl<'a> Followers<'a> {
     /// these wrote.
     fn mark(
         mut self,
-        list: &[Access<'_>],
+        list: &[PassAccess<'_>],
         writers: &Writers,
-        mut parts: Vec<Part>,
+        mut ranges: Vec<SubresourceRange>,
         is_own: &dyn Fn(usize) -> bool,
     ) -> Vec<bool> {
         let mut marks = vec![false; writers.list.len()];
@@ -173,12 +179,12 @@ impl<'a> Followers<'a> {
                 is_behind = true;
                 continue;
             }
-            let over = is_behind && parts.iter().any(|part| part.overlaps(writer.part));
+            let over = is_behind && ranges.iter().any(|range| range.overlaps(writer.range));
             if over || self.known.contains(&writer.pass) {
                 marks[rank] = true;
                 self.add(writer.pass);
-                if !parts.contains(&writer.part) {
-                    parts.push(writer.part);
+                if !ranges.contains(&writer.range) {
+                    ranges.push(writer.range);
                 }
             }
         }

@@ -34,7 +34,6 @@ mod lifetime;
 mod merge;
 mod order;
 mod order_memory;
-mod parts;
 mod pass_sizes;
 mod plan;
 mod planner;
@@ -42,6 +41,7 @@ mod resize;
 mod rows;
 mod sharing;
 mod size;
+mod subresources;
 mod switches;
 mod texture_rules;
 mod toggles;
@@ -57,12 +57,12 @@ pub use cull::{CullReason, KeepReason, surviving_writers};
 pub use graph::{Edge, Graph, GraphNode, Hazard, build};
 pub use history::{InitialValue, PlannedHistory};
 pub use order::{MemoryOrder, Objective, OrderMethod, OrderReport};
-pub use parts::set_aside;
 pub use plan::{
     Import, Kept, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlanOptions, PlannedAttachment,
     PlannedPass, PlannedResource, StoreOperation, plan,
 };
 pub use sharing::why_apart;
 pub use size::TextureSize;
+pub use subresources::set_aside;
 pub use switches::Switches;
 pub use values::PackedBlock;

@@ -5,12 +5,12 @@
 //! attached is used in no second way. Draws whose layer depends on the view stay apart, and so do those with different
 //! toggles: a render pass is recorded whole or not at all.
 //!
-//! Cost: linear in the uses of the passes.
+//! Cost: linear in the accesses of the passes.
 
 use std::collections::HashSet;
 
 use super::facts::Facts;
-use crate::pipeline::{Condition, Pipeline, Use};
+use crate::pipeline::{Access, Condition, Pipeline};
 use crate::work::{
     AttachmentTarget, LoadOperation, PassHandle, RenderWork, ResourceHandle, Subresource, Work,
 };
@@ -53,9 +53,9 @@ pub(super) fn loads_all(pipeline: &Pipeline, pass: PassHandle) -> bool {
     matches!(pipeline.pass(pass).work(), Work::Render(render) if loads(render))
 }
 
-/// The uses that are no attachments.
-fn others(pipeline: &Pipeline, pass: PassHandle) -> impl Iterator<Item = &Use> {
-    pipeline.pass(pass).uses().iter().filter(|one| !one.usage.is_attachment())
+/// The accesses that are no attachments.
+fn others(pipeline: &Pipeline, pass: PassHandle) -> impl Iterator<Item = &Access> {
+    pipeline.pass(pass).accesses().iter().filter(|one| !one.usage.is_attachment())
 }
 
 /// Takes passes in their order and says which join the render pass of those before.

@@ -13,7 +13,7 @@
 //!   next, then the one that leaves the fewest bytes alive, then the first of the document. The order of the document
 //!   is kept where it is as good.
 //!
-//! Cost: the heuristic is linear in uses times the window.
+//! Cost: the heuristic is linear in accesses times the window.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -130,8 +130,12 @@ impl Model {
             }
         }
         for pass in live {
-            let mut used: Vec<usize> =
-                pipeline.pass(*pass).uses().iter().filter_map(|one| numbers[one.resource.index()]).collect();
+            let mut used: Vec<usize> = pipeline
+                .pass(*pass)
+                .accesses()
+                .iter()
+                .filter_map(|one| numbers[one.resource.index()])
+                .collect();
             used.sort_unstable();
             used.dedup();
             let mut needed: HashMap<usize, u64> = HashMap::new();

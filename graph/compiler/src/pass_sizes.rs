@@ -39,14 +39,14 @@ impl Facts<'_> {
             Work::Transfer(transfer) => {
                 planned.copies = copies::copies(self, transfer, handle, findings).unwrap_or_default();
             }
-            Work::Nothing | Work::Host(_) => {}
+            Work::Nothing | Work::Cpu(_) => {}
         }
     }
 
     /// Where a pass says that it attaches a resource.
     fn place_of(&self, handle: PassHandle, resource: ResourceHandle) -> (Span, String) {
         let pass = self.pipeline.pass(handle);
-        let found = pass.uses().iter().find(|one| one.resource == resource && one.usage.is_attachment());
+        let found = pass.accesses().iter().find(|one| one.resource == resource && one.usage.is_attachment());
         found.map_or((pass.place, pass.pointer.clone()), |one| (one.place, one.pointer.clone()))
     }
 

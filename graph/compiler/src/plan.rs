@@ -45,7 +45,7 @@ pub struct PlanOptions {
     /// The usages that the host's own textures were created with, by the name of the resource. One that is not told is
     /// taken to allow everything.
     pub import_usages: BTreeMap<String, TextureUsages>,
-    /// The sizes that host data publishes, as `DATA.SIZE`, where they are other than their initial values.
+    /// The sizes that blackboard data publishes, as `DATA.SIZE`, where they are other than their initial values.
     pub data_sizes: BTreeMap<String, u32>,
     /// Whether transient resources may share memory.
     pub aliasing: bool,
@@ -106,7 +106,7 @@ pub struct Plan {
     /// The most bytes that are alive at once over all classes together. No program of wgpu reaches it, since memory
     /// never changes its class.
     pub bytes_peak: u64,
-    /// The sizes that host data publishes, as `DATA.SIZE`, where they are other than their initial values.
+    /// The sizes that blackboard data publishes, as `DATA.SIZE`, where they are other than their initial values.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub data_sizes: BTreeMap<String, u32>,
     /// The toggles with their states where the host says nothing.
@@ -127,9 +127,9 @@ pub struct Plan {
 pub(super) struct Fixed {
     /// For each pass of the pipeline its position among the live ones.
     pub(super) positions: Vec<Option<usize>>,
-    /// For each resource the positions of its first and its last use.
+    /// For each resource the positions of its first and its last access.
     pub(super) spans: Vec<Option<(usize, usize)>>,
-    /// For each resource whether some part of it is first written by a pass that can be off.
+    /// For each resource whether some subresource range of it is first written by a pass that can be off.
     pub(super) conditional: Vec<bool>,
     /// What each resource was where the plan was made.
     pub(super) facts: Vec<Option<Fact>>,
@@ -219,8 +219,8 @@ pub enum Kept {
         /// The earlier frame that it reads.
         resource: String,
     },
-    /// A kept pass reads what it may write: the resource has more writers of different parts, or with different toggles,
-    /// than are told apart.
+    /// A kept pass reads what it may write: the resource has more writers of different subresource ranges, or with
+    /// different toggles, than are told apart.
     MayBeReadBy {
         /// The reader.
         pass: String,
@@ -285,7 +285,7 @@ pub struct PlannedResource {
     pub size: Option<TextureSize>,
     /// The usages that its uses need, of a texture.
     pub usages: Option<TextureUsages>,
-    /// Its bytes; 0 for host data.
+    /// Its bytes; 0 for blackboard data.
     pub bytes: u64,
     /// Whether a toggle can switch off what writes it first, so that it has memory of its own.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
@@ -342,7 +342,7 @@ pub struct PhysicalBuffer {
 
 /// Plans a frame.
 ///
-/// Findings: impossible sizes, formats that do not support their uses, attachments that do not fit together or the
+/// Findings: impossible sizes, formats that do not support their usages, attachments that do not fit together or the
 /// shader's outputs, impossible dispatches, values that do not fit their block, imports used beyond their usage.
 /// `None` after an error.
 pub fn plan(
@@ -454,9 +454,9 @@ impl Plan {
     pub fn writes(&self, pass: PassHandle, resource: ResourceHandle) -> bool {
         self.pipeline
             .pass(pass)
-            .uses()
+            .accesses()
             .iter()
-            .any(|one| one.resource == resource && one.usage != Usage::HostRead && one.usage.writes())
+            .any(|one| one.resource == resource && one.usage != Usage::BlackboardRead && one.usage.writes())
     }
 
     /// The way from a live pass to an output, in words; empty for a culled pass.
@@ -479,7 +479,7 @@ impl Plan {
                 ),
                 KeepReason::MayBeReadBy(reader, handle) => (
                     format!(
-                        "{} reads {}, perhaps nothing of it: it has more writers of different parts, or with \
+                        "{} reads {}, perhaps nothing of it: it has more writers of different subresource ranges, or with \
                          different toggles, than are told apart",
                         self.pipeline.pass(reader).name,
                         resource(handle)
@@ -488,7 +488,7 @@ impl Plan {
                 ),
                 KeepReason::MayBeLeft(handle) => (
                     format!(
-                        "something of it may be left in {}, which has more writers of different parts, or with \
+                        "something of it may be left in {}, which has more writers of different subresource ranges, or with \
                          different toggles, than are told apart",
                         resource(handle)
                     ),

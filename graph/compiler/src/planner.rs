@@ -7,15 +7,15 @@ use super::facts::Facts;
 use super::format;
 use super::plan::{Kept, PlannedAttachment, PlannedPass};
 use crate::diagnostic::Diagnostic;
-use crate::pipeline::{Condition, Pipeline, Use};
+use crate::pipeline::{Access, Condition, Pipeline};
 use crate::work::{PassHandle, Work};
 
 /// Plans the live passes of one order.
 pub(super) struct Planner<'a> {
     pub(super) pipeline: &'a Pipeline,
     pub(super) facts: &'a Facts<'a>,
-    /// For each resource its live uses with their position in the order, ascending.
-    pub(super) users: Vec<Vec<(usize, &'a Use)>>,
+    /// For each resource its live accesses with their position in the order, ascending.
+    pub(super) users: Vec<Vec<(usize, &'a Access)>>,
     /// In which frames the pass at each position runs.
     pub(super) conditions: Vec<Option<Condition>>,
 }
@@ -25,7 +25,7 @@ impl<'a> Planner<'a> {
     pub(super) fn new(pipeline: &'a Pipeline, facts: &'a Facts<'a>, order: &[PassHandle]) -> Self {
         let mut users = vec![Vec::new(); pipeline.resources.len()];
         for (at, pass) in order.iter().enumerate() {
-            for one in pipeline.pass(*pass).uses() {
+            for one in pipeline.pass(*pass).accesses() {
                 users[one.resource.index()].push((at, one));
             }
         }
@@ -33,9 +33,9 @@ impl<'a> Planner<'a> {
         Self { pipeline, facts, users, conditions }
     }
 
-    /// For each resource the positions of its first and its last use.
+    /// For each resource the positions of its first and its last access.
     pub(super) fn spans(&self) -> Vec<Option<(usize, usize)>> {
-        self.users.iter().map(|uses| Some((uses.first()?.0, uses.last()?.0))).collect()
+        self.users.iter().map(|accesses| Some((accesses.first()?.0, accesses.last()?.0))).collect()
     }
 
     /// Plans the pass at a position.

@@ -63,7 +63,7 @@ pub(super) struct Sizes<'a> {
     findings: RefCell<Diagnostics>,
     /// Sizes of imported textures that the host has told.
     imported: Vec<Option<TextureSize>>,
-    /// Sizes that host data publishes, where they are other than their initial values.
+    /// Sizes that blackboard data publishes, where they are other than their initial values.
     data_sizes: &'a BTreeMap<String, u32>,
     /// The values of the texts so far.
     values: RefCell<HashMap<&'a str, Value>>,

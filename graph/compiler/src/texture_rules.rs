@@ -1,5 +1,5 @@
 //! What WebGPU forbids of a texture as it is made, whatever is done with it: the rows of its validation of
-//! `createTexture` that limits (in [`super::size`]) and uses of formats (in [`super::format`]) do not tell.
+//! `createTexture` that limits (in [`super::size`]) and accesses of formats (in [`super::format`]) do not tell.
 //!
 //! - several samples: one mip level, one layer, no volume, no storage, a format that can be an attachment;
 //! - volumes: no depth or stencil, no compressed format;

@@ -1,20 +1,20 @@
 //! What toggles mean for a plan, which is one for all of their states.
 //!
-//! A pass that can be off, and a use that happens only without or only with a bypass, have [`Condition`]s. Seen from a
-//! reader in a frame in which it runs, another pass runs always, never, or [sometimes](Runs). Resources whose first
-//! write can be off get memory of their own, so that what another resource left is never taken for contents.
+//! A pass that can be off, and an access that happens only without or only with a bypass, have [`Condition`]s. Seen
+//! from a reader in a frame in which it runs, another pass runs always, never, or [sometimes](Runs). Resources whose
+//! first write can be off get memory of their own, so that what another resource left is never taken for contents.
 //!
 //! Findings: reads, and outputs, for which nothing is left in some state; stand-ins that do not fit.
 
 use std::collections::BTreeMap;
 
-use super::access::Access;
+use super::access::PassAccess;
 use super::facts::{Descriptor, Facts};
 use super::graph::Graph;
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Bypass, Condition, Part, Pass, Pipeline, Usage, Use};
+use crate::pipeline::{Access, Bypass, Condition, Pass, Pipeline, SubresourceRange, Usage};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// Whether a pass runs in the frames in which something else happens.
@@ -25,8 +25,8 @@ pub(super) enum Runs {
     Sometimes(Condition),
 }
 
-/// What is known of the toggles in a frame in which a use happens; `None` if it never does.
-pub(super) fn known(pass: &Pass, one: &Use) -> Option<Vec<Condition>> {
+/// What is known of the toggles in a frame in which an access happens; `None` if it never does.
+pub(super) fn known(pass: &Pass, one: &Access) -> Option<Vec<Condition>> {
     let mut known: Vec<Condition> = pass.condition.iter().chain(&one.when).copied().collect();
     known.sort_unstable();
     known.dedup();
@@ -47,8 +47,8 @@ pub(super) fn runs(pass: &Pass, known: &[Condition]) -> Runs {
 /// The finding of a read for which nothing is left where a condition does not hold.
 pub(super) fn taken_away(
     pipeline: &Pipeline,
-    reader: &Access<'_>,
-    writer: &Access<'_>,
+    reader: &PassAccess<'_>,
+    writer: &PassAccess<'_>,
     condition: Condition,
 ) -> Diagnostic {
     let resource = &pipeline.resource(reader.one.resource).name;
@@ -85,7 +85,7 @@ pub(super) fn taken_away(
 /// The bypasses of what a pass writes, by names; a version as it is written in a reference.
 pub(super) fn bypass_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<String, String> {
     let name = |handle: ResourceHandle| pipeline.resource(handle).name.clone();
-    let written = pass.uses().iter().filter(|one| one.usage.writes());
+    let written = pass.accesses().iter().filter(|one| one.usage.writes());
     let bypasses = written.filter_map(|one| Some((one.resource, pipeline.bypasses.get(&one.resource)?)));
     bypasses
         .map(|(resource, bypass)| {
@@ -99,7 +99,7 @@ pub(super) fn bypass_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<String,
         .collect()
 }
 
-/// For each resource whether some part of it is first written by a pass that can be off.
+/// For each resource whether some subresource range of it is first written by a pass that can be off.
 pub(super) fn conditional(pipeline: &Pipeline, graph: &Graph, live: &[PassHandle]) -> Vec<bool> {
     let mut conditional = vec![false; pipeline.resources.len()];
     if pipeline.toggles.is_empty() {
@@ -123,15 +123,15 @@ fn uncovered<'a>(
     graph: &'a Graph,
     resource: ResourceHandle,
     is_live: &'a [bool],
-) -> impl Iterator<Item = (Part, PassHandle)> + 'a {
-    let mut always: Vec<Part> = Vec::new();
+) -> impl Iterator<Item = (SubresourceRange, PassHandle)> + 'a {
+    let mut always: Vec<SubresourceRange> = Vec::new();
     let live = graph.versions_of(resource).filter(|(_, writer)| is_live[writer.index()]);
-    live.filter(move |(part, writer)| {
+    live.filter(move |(range, writer)| {
         if pipeline.pass(*writer).condition.is_some() {
-            return !always.iter().any(|below| below.contains(*part));
+            return !always.iter().any(|below| below.contains(*range));
         }
-        if !always.contains(part) {
-            always.push(*part);
+        if !always.contains(range) {
+            always.push(*range);
         }
         false
     })
@@ -161,23 +161,23 @@ pub(super) fn check_outputs(
             graph.versions_of(resource).filter(|(_, writer)| is_live[writer.index()]).collect();
         let condition = |pass: PassHandle| pipeline.pass(pass).condition;
         let mut effort = Effort::default();
-        for (part, writer) in &list {
+        for (range, writer) in &list {
             if effort.is_used_up() {
                 break;
             }
             let Some(own) = condition(*writer) else { continue };
-            let fresh = pipeline.pass(*writer).uses().iter().find(|one| {
-                one.resource == resource && one.part == *part && one.usage.writes() && !one.usage.reads()
+            let fresh = pipeline.pass(*writer).accesses().iter().find(|one| {
+                one.resource == resource && one.range == *range && one.usage.writes() && !one.usage.reads()
             });
-            let mut view = View::new(*part, &[own.opposite()], &mut effort);
+            let mut view = View::new(*range, &[own.opposite()], &mut effort);
             for (other, pass) in &list {
                 if view.is_covered() {
                     break;
                 }
                 let condition = condition(*pass);
-                view.cover(Write { part: *other, condition, writer: (), passes_on: false });
+                view.cover(Write { range: *other, condition, writer: (), passes_on: false });
             }
-            if let Some(one) = fresh.filter(|_| view.is_open_in(*part)) {
+            if let Some(one) = fresh.filter(|_| view.is_open_in(*range)) {
                 let toggle = &pipeline.toggles[own.toggle];
                 let state = if own.on { "off" } else { "on" };
                 let message =
@@ -193,7 +193,8 @@ pub(super) fn check_outputs(
     }
 }
 
-/// Finds stand-ins that do not fit what the readers do with them. Formats and parts are checked as those of any use.
+/// Finds stand-ins that do not fit what the readers do with them. Formats and subresource ranges are checked as those
+/// of any access.
 pub(super) fn check_bypasses(
     pipeline: &Pipeline,
     facts: &Facts<'_>,
@@ -204,7 +205,7 @@ pub(super) fn check_bypasses(
         return;
     }
     let mut copied = vec![false; pipeline.resources.len()];
-    for one in live.iter().flat_map(|pass| pipeline.pass(*pass).uses()) {
+    for one in live.iter().flat_map(|pass| pipeline.pass(*pass).accesses()) {
         copied[one.resource.index()] |= one.usage == Usage::CopySource;
     }
     for (resource, bypass) in &pipeline.bypasses {

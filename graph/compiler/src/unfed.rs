@@ -1,4 +1,4 @@
-//! Reads of which only a part was written.
+//! Reads of which only a subresource range was written.
 //!
 //! The [graph](super::graph) knows which writes a read finds, but not how many mips, layers or bytes there are, so it
 //! notes what those writes leave of each read, and here, where sizes are known, what is left that exists is a finding.
@@ -13,15 +13,15 @@
 use super::extents::{Extents, extents};
 use super::facts::{Descriptor, Facts};
 use crate::diagnostic::{Diagnostic, codes};
-use crate::pipeline::{Part, Pipeline, ResourceKind, Use};
+use crate::pipeline::{Access, Pipeline, ResourceKind, SubresourceRange};
 use crate::work::PassHandle;
 
-/// The most mips, runs of layers or of bytes that a finding names.
+/// The most mips, ranges of layers or of bytes that a finding names.
 const SHOWN: usize = 8;
 /// More mips than any texture has.
 const MAXIMUM_MIPS: u64 = 32;
 
-/// A read of which a part may not be written.
+/// A read of which a subresource range may not be written.
 #[derive(Clone, Debug)]
 pub(super) struct PartialRead {
     pub(super) reader: PassHandle,
@@ -35,11 +35,11 @@ pub(super) struct PartialRead {
 pub(super) enum Left {
     /// These boxes, as far as they exist.
     Boxes(Vec<Extents>),
-    /// All but these parts, which have one mip and one layer at most.
-    AllBut(Vec<Part>),
+    /// All but these subresource ranges, which have one mip and one layer at most.
+    AllBut(Vec<SubresourceRange>),
 }
 
-/// Ascending runs, each with its first and the first after it, that do not touch.
+/// Ascending ranges, each with its first and the first after it, that do not touch.
 type Runs = Vec<(u64, u64)>;
 
 /// What exists of a read.
@@ -62,7 +62,7 @@ pub(super) fn check(
     findings: &mut Vec<Diagnostic>,
 ) {
     for read in reads.iter().filter(|read| is_live(read.reader)) {
-        let Some(one) = facts.pipeline.pass(read.reader).uses().get(read.at) else { continue };
+        let Some(one) = facts.pipeline.pass(read.reader).accesses().get(read.at) else { continue };
         let Some(wanted) = wanted(facts, one) else { continue };
         let gaps = gaps(&wanted, &read.left);
         if gaps.iter().any(|(_, _, runs)| !runs.is_empty()) {
@@ -72,8 +72,8 @@ pub(super) fn check(
 }
 
 /// What exists of a read; `None` if that is not known.
-fn wanted(facts: &Facts<'_>, one: &Use) -> Option<Wanted> {
-    let [mips, layers, aspects, bytes] = extents(one.part);
+fn wanted(facts: &Facts<'_>, one: &Access) -> Option<Wanted> {
+    let [mips, layers, aspects, bytes] = extents(one.range);
     let within = |run: (u64, u64), count: u64| (run.0, run.1.min(count));
     Some(match facts.get(one.resource)?.descriptor? {
         Descriptor::Texture(texture) => {
@@ -128,12 +128,12 @@ fn gaps(wanted: &Wanted, left: &Left) -> Vec<(u64, u64, Runs)> {
             };
             each().map(|(mip, aspect)| (mip, aspect, runs(mip, aspect))).collect()
         }
-        Left::AllBut(parts) => {
+        Left::AllBut(ranges) => {
             let mut everywhere = Runs::new();
             let mut of_mip: Vec<Runs> = vec![Runs::new(); wanted.mips.1 as usize];
-            for part in parts {
-                let [mips, layers, ..] = extents(*part);
-                if part.mip.is_none() {
+            for range in ranges {
+                let [mips, layers, ..] = extents(*range);
+                if range.mip.is_none() {
                     everywhere.push(layers);
                 } else if let Some(runs) = of_mip.get_mut(mips.0 as usize) {
                     runs.push(layers);
@@ -163,7 +163,7 @@ fn joined(mut runs: Runs) -> Runs {
     all
 }
 
-/// What runs leave of another.
+/// What ranges leave of another.
 fn between(runs: &[(u64, u64)], all: (u64, u64)) -> Runs {
     let mut left = Runs::new();
     let mut next = all.0;
@@ -181,7 +181,7 @@ fn between(runs: &[(u64, u64)], all: (u64, u64)) -> Runs {
 
 /// What nothing writes, in words: mips with the same layers are named together.
 fn pieces(wanted: &Wanted, gaps: &[(u64, u64, Runs)]) -> String {
-    // What of a mip is missing: by aspect the runs, none of which means all.
+    // What of a mip is missing: by aspect the ranges, none of which means all.
     type Shape = Vec<(u64, Option<Runs>)>;
     let mut groups: Vec<(Shape, Runs)> = Vec::new();
     for mip in wanted.mips.0..wanted.mips.1 {
@@ -242,7 +242,7 @@ fn listed(mut words: Vec<String>) -> String {
     }
 }
 
-fn finding(pipeline: &Pipeline, reader: PassHandle, one: &Use, pieces: &str) -> Diagnostic {
+fn finding(pipeline: &Pipeline, reader: PassHandle, one: &Access, pieces: &str) -> Diagnostic {
     let resource = pipeline.resource(one.resource);
     let (pass, name) = (&pipeline.pass(reader).name, &resource.name);
     let of = if pieces.is_empty() { String::new() } else { format!("{pieces} of ") };

@@ -1,10 +1,11 @@
-//! What is seen of older writes, through newer ones that cover parts of them or can be off.
+//! What is seen of older writes, through newer ones that cover ranges of them or can be off.
 //!
 //! A look goes back through the writers of a resource, the newest first. What has not been covered so far is a set of
-//! disjoint boxes (mips × layers × aspects × bytes), each with the states of toggles in which it is open. A writer covers
-//! its part in the frames in which it runs; since it has one condition at most, what is left open is a conjunction of
-//! single conditions: those of the looker, and the opposite of each newer writer's. A writer is seen if some box that it
-//! writes is open in a state in which it runs. This is exact: no state is forgotten, and none has to be enumerated.
+//! disjoint boxes (mips × layers × aspects × bytes), each with the states of toggles in which it is open. A writer
+//! covers its subresource range in the frames in which it runs; since it has one condition at most, what is left open
+//! is a conjunction of single conditions: those of the looker, and the opposite of each newer writer's. A writer is
+//! seen if some box that it writes is open in a state in which it runs. This is exact: no state is forgotten, and none
+//! has to be enumerated.
 //!
 //! How many mips, layers and bytes there are is not known yet. What lies beyond all that is named may not exist, so it
 //! keeps older writes in sight, but is never said to be missing.
@@ -24,7 +25,7 @@
 use smallvec::SmallVec;
 
 use super::extents::{Extents, common, extents};
-use crate::pipeline::{Condition, Part};
+use crate::pipeline::{Condition, SubresourceRange};
 
 /// The most boxes that one look tells apart.
 const MAXIMUM_BOXES: usize = 1024;
@@ -55,7 +56,7 @@ pub(super) struct View<'a, W> {
 /// One write.
 #[derive(Clone, Copy)]
 pub(super) struct Write<W> {
-    pub(super) part: Part,
+    pub(super) range: SubresourceRange,
     /// In which frames it happens; all if nothing is said.
     pub(super) condition: Option<Condition>,
     /// Who writes; the newest is the greatest.
@@ -75,11 +76,11 @@ struct Open<W> {
 }
 
 impl<'a, W: Copy + Ord> View<'a, W> {
-    /// A look at a part in frames in which conditions hold that do not contradict each other.
-    pub(super) fn new(part: Part, known: &[Condition], effort: &'a mut Effort) -> Self {
+    /// A look at a subresource range in frames in which conditions hold that do not contradict each other.
+    pub(super) fn new(range: SubresourceRange, known: &[Condition], effort: &'a mut Effort) -> Self {
         let mut conditions = known.to_vec();
         conditions.sort_unstable();
-        let open = Open { extents: extents(part), conditions, newest: None, passed_on: SmallVec::new() };
+        let open = Open { extents: extents(range), conditions, newest: None, passed_on: SmallVec::new() };
         Self { boxes: vec![open], effort, is_coarse: false, passes_on: false }
     }
 
@@ -95,8 +96,8 @@ impl<'a, W: Copy + Ord> View<'a, W> {
     }
 
     /// Whether something of a write is seen.
-    pub(super) fn sees(&mut self, part: Part, condition: Option<Condition>) -> bool {
-        let extents = extents(part);
+    pub(super) fn sees(&mut self, range: SubresourceRange, condition: Option<Condition>) -> bool {
+        let extents = extents(range);
         self.effort.steps += self.boxes.len();
         self.boxes.iter().any(|open| {
             let is_wanted = !self.passes_on || !open.is_passed_on(condition);
@@ -104,9 +105,9 @@ impl<'a, W: Copy + Ord> View<'a, W> {
         })
     }
 
-    /// A write, which covers all of its part whenever it happens.
+    /// A write, which covers all of its subresource range whenever it happens.
     pub(super) fn cover(&mut self, write: Write<W>) {
-        let extents = extents(write.part);
+        let extents = extents(write.range);
         self.effort.steps += self.boxes.len();
         let most = if self.effort.is_used_up() { 1 } else { MAXIMUM_BOXES };
         let mut boxes = Vec::with_capacity(self.boxes.len());
@@ -170,9 +171,10 @@ impl<'a, W: Copy + Ord> View<'a, W> {
         self.boxes.is_empty()
     }
 
-    /// Whether something of a part, and that exists, is not covered in some state, as far as that is certain.
-    pub(super) fn is_open_in(&self, part: Part) -> bool {
-        let extents = extents(part);
+    /// Whether something of a subresource range, and that exists, is not covered in some state, as far as that is
+    /// certain.
+    pub(super) fn is_open_in(&self, range: SubresourceRange) -> bool {
+        let extents = extents(range);
         !self.is_coarse && self.boxes.iter().filter_map(|open| common(open.extents, extents)).any(exists)
     }
 
@@ -212,18 +214,18 @@ fn exists(extents: Extents) -> bool {
 #[cfg(test)]
 mod tests {
     use super::{Effort, MAXIMUM_BOXES, View, Write};
-    use crate::pipeline::{Aspect, Condition, Part, Run};
+    use crate::pipeline::{Aspect, Condition, IndexRange, SubresourceRange};
 
-    fn write(part: Part, condition: Option<Condition>, writer: usize) -> Write<usize> {
-        Write { part, condition, writer, passes_on: false }
+    fn write(range: SubresourceRange, condition: Option<Condition>, writer: usize) -> Write<usize> {
+        Write { range, condition, writer, passes_on: false }
     }
 
     fn when(toggle: usize, on: bool) -> Option<Condition> {
         Some(Condition { toggle, on })
     }
 
-    fn layers(first: u32, count: u32) -> Part {
-        Part { layer: Some(Run { first, count }), ..Part::WHOLE }
+    fn layers(first: u32, count: u32) -> SubresourceRange {
+        SubresourceRange { layer: Some(IndexRange { first, count }), ..SubresourceRange::WHOLE }
     }
 
     #[test]
@@ -234,70 +236,72 @@ mod tests {
         assert!(view.sees(layers(0, 1), None) && view.sees(layers(0, 1), when(0, false)));
         assert!(!view.sees(layers(0, 1), when(0, true)) && view.sees(layers(1, 2), when(0, true)));
         view.cover(write(layers(2, 2), None, 3));
-        view.cover(write(Part::WHOLE, when(0, false), 2));
+        view.cover(write(SubresourceRange::WHOLE, when(0, false), 2));
         assert!(view.is_covered() && view.missing().is_none());
-        assert!(!view.sees(Part::WHOLE, None));
+        assert!(!view.sees(SubresourceRange::WHOLE, None));
     }
 
     #[test]
     fn what_may_not_exist_is_not_missing_but_still_seen() {
         let mut effort = Effort::default();
-        let mut view = View::new(Part::WHOLE, &[], &mut effort);
-        view.cover(write(Part::WHOLE, when(0, true), 4));
+        let mut view = View::new(SubresourceRange::WHOLE, &[], &mut effort);
+        view.cover(write(SubresourceRange::WHOLE, when(0, true), 4));
         view.cover(write(layers(0, 1), None, 3));
-        assert!(!view.is_open_in(Part::WHOLE) && view.missing().is_none());
+        assert!(!view.is_open_in(SubresourceRange::WHOLE) && view.missing().is_none());
         assert!(view.is_open_in(layers(1, 1)));
         view.cover(write(layers(2, 1), None, 2));
         assert_eq!(view.missing(), Some((4, Condition { toggle: 0, on: true })));
         view.cover(write(layers(1, 1).aspect(Aspect::DepthOnly), None, 1));
         view.cover(write(layers(1, 1).aspect(Aspect::StencilOnly), None, 0));
-        assert!(!view.is_open_in(layers(0, 3)) && !view.is_covered() && view.sees(Part::WHOLE, None));
+        assert!(
+            !view.is_open_in(layers(0, 3)) && !view.is_covered() && view.sees(SubresourceRange::WHOLE, None)
+        );
     }
 
     #[test]
     fn what_the_looker_knows_decides() {
         let known = Condition { toggle: 1, on: false };
         let mut effort = Effort::default();
-        let mut view = View::new(Part::WHOLE, &[known], &mut effort);
-        assert!(!view.sees(Part::WHOLE, when(1, true)));
-        view.cover(write(Part::WHOLE, when(1, true), 9));
+        let mut view = View::new(SubresourceRange::WHOLE, &[known], &mut effort);
+        assert!(!view.sees(SubresourceRange::WHOLE, when(1, true)));
+        view.cover(write(SubresourceRange::WHOLE, when(1, true), 9));
         assert!(!view.is_covered() && view.missing().is_none());
-        view.cover(write(Part::WHOLE, when(2, true), 8));
+        view.cover(write(SubresourceRange::WHOLE, when(2, true), 8));
         view.cover(write(layers(1, 1), when(3, true), 7));
         assert_eq!(view.missing(), Some((8, Condition { toggle: 2, on: true })));
-        view.cover(write(Part::WHOLE, when(1, false), 6));
+        view.cover(write(SubresourceRange::WHOLE, when(1, false), 6));
         assert!(view.is_covered());
     }
 
     /// Every combination of a few writers against playing all states, region by region.
     #[test]
     fn what_is_seen_is_what_playing_every_state_finds() {
-        let parts = [Part::WHOLE, layers(0, 1), layers(1, 2)];
+        let ranges = [SubresourceRange::WHOLE, layers(0, 1), layers(1, 2)];
         let conditions = [None, when(0, true), when(0, false), when(1, true)];
-        let kinds: Vec<_> = parts
+        let kinds: Vec<_> = ranges
             .iter()
-            .flat_map(|part| conditions.iter().map(move |condition| (*part, *condition)))
+            .flat_map(|range| conditions.iter().map(move |condition| (*range, *condition)))
             .collect();
         let mut at = [0usize; 4];
         loop {
             let writers: Vec<_> = at.iter().map(|kind| kinds[*kind]).collect();
             let mut effort = Effort::default();
-            let mut view = View::new(Part::WHOLE, &[], &mut effort);
-            for (rank, (part, condition)) in writers.iter().enumerate() {
+            let mut view = View::new(SubresourceRange::WHOLE, &[], &mut effort);
+            for (rank, (range, condition)) in writers.iter().enumerate() {
                 let played = (0..4).any(|state| {
                     let runs = |condition: &Option<Condition>| {
                         condition.is_none_or(|condition| (state >> condition.toggle & 1 == 1) == condition.on)
                     };
                     runs(condition)
                         && (0..5).any(|layer| {
-                            let covers = |(part, condition): &(Part, Option<Condition>)| {
-                                part.contains(layers(layer, 1)) && runs(condition)
+                            let covers = |(range, condition): &(SubresourceRange, Option<Condition>)| {
+                                range.contains(layers(layer, 1)) && runs(condition)
                             };
-                            part.contains(layers(layer, 1)) && !writers[..rank].iter().any(covers)
+                            range.contains(layers(layer, 1)) && !writers[..rank].iter().any(covers)
                         })
                 });
-                assert_eq!(view.sees(*part, *condition), played, "{writers:?} at {rank}");
-                view.cover(write(*part, *condition, usize::MAX - rank));
+                assert_eq!(view.sees(*range, *condition), played, "{writers:?} at {rank}");
+                view.cover(write(*range, *condition, usize::MAX - rank));
             }
             let Some(next) = (0..at.len()).find(|place| at[*place] + 1 < kinds.len()) else { break };
             at[..next].fill(0);
@@ -314,29 +318,33 @@ mod tests {
             ((state >> 33) % below) as u32
         };
         let mut effort = Effort::default();
-        let mut view = View::new(Part::WHOLE, &[], &mut effort);
+        let mut view = View::new(SubresourceRange::WHOLE, &[], &mut effort);
         // The states and places that are played beside the look, and which of them are written.
         let mut played: Vec<(u64, u32, u32, bool)> =
             (0..200).map(|_| (u64::from(number(1 << 30)), number(16), number(512), false)).collect();
         for at in 0..COUNT {
-            let run = |first: u32, count: u32| Some(Run { first, count });
+            let run = |first: u32, count: u32| Some(IndexRange { first, count });
             let (mip, layer) = (number(16), number(512));
-            let part = Part { mip: run(mip, 1 + number(3)), layer: run(layer, 1 + number(9)), ..Part::WHOLE };
+            let range = SubresourceRange {
+                mip: run(mip, 1 + number(3)),
+                layer: run(layer, 1 + number(9)),
+                ..SubresourceRange::WHOLE
+            };
             let condition = Condition { toggle: number(2000) as usize, on: number(2) == 0 };
             let mut is_seen = false;
             for (seed, mip, layer, written) in &mut played {
                 let happens =
                     seed.wrapping_mul(condition.toggle as u64 * 2 + 1) >> 40 & 1 == u64::from(condition.on);
-                if happens && part.contains(Part::of(Some(*mip), Some(*layer))) {
+                if happens && range.contains(SubresourceRange::of(Some(*mip), Some(*layer))) {
                     is_seen |= !*written;
                     *written = true;
                 }
             }
-            assert!(view.sees(part, Some(condition)) || !is_seen);
-            view.cover(write(part, Some(condition), COUNT - at));
+            assert!(view.sees(range, Some(condition)) || !is_seen);
+            view.cover(write(range, Some(condition), COUNT - at));
             assert!(view.boxes.len() <= MAXIMUM_BOXES);
         }
-        assert!(view.is_coarse() && view.missing().is_none() && !view.is_open_in(Part::WHOLE));
+        assert!(view.is_coarse() && view.missing().is_none() && !view.is_open_in(SubresourceRange::WHOLE));
         assert!(effort.steps <= 2 * COUNT * MAXIMUM_BOXES);
     }
 }

@@ -1,18 +1,19 @@
 //! The order of writers, and the versions that readers read.
 //!
-//! **Order of writers.** The writers of one part of a resource have to be ordered by something that the document says:
-//! data that flows from one to the other, `after`, or a version (`color@opaque`). One rule is added for what that leaves
-//! open: a single writer that does not load, and that nothing says is later, runs before those that do, and so do two
-//! with opposite toggles; without one, what need not find anything counts as such. What is left unordered is an
-//! error that names both, because any choice would be a guess. Since an order found for one resource can order the
-//! writers of another, resources are tried until nothing changes, those that need the rule after the others.
+//! **Order of writers.** The writers of one subresource range of a resource have to be ordered by something that the
+//! document says: data that flows from one to the other, `after`, or a version (`color@opaque`). One rule is added for
+//! what that leaves open: a single writer that does not load, and that nothing says is later, runs before those that
+//! do, and so do two with opposite toggles; without one, what need not find anything counts as such. What is left
+//! unordered is an error that names both, because any choice would be a guess. Since an order found for one resource
+//! can order the writers of another, resources are tried until nothing changes, those that need the rule after the
+//! others.
 //!
 //! **Versions read.** A plain reference reads the newest version, without the writers that `after` puts behind the
 //! reader; a pass that loads what it writes reads the one before its own. A reference to the version of a pass reads
-//! what that pass left of what it writes, and of the rest the newest writes that do not have to follow the pass, be it by
-//! `after` or since they write over what it, or another such writer, wrote. `name@0` reads what was there before the
-//! first write of the frame. Two uses overlap if their mip and their layer can be the same; a part without a mip (layer)
-//! means all of them.
+//! what that pass left of what it writes, and of the rest the newest writes that do not have to follow the pass, be it
+//! by `after` or since they write over what it, or another such writer, wrote. `name@0` reads what was there before the
+//! first write of the frame. Two accesses overlap if their mip and their layer can be the same; a subresource range
+//! without a mip (layer) means all of them.
 //!
 //! **Toggles.** A pass that can be off never covers what is below it for a reader that can run without it: such a
 //! reader is connected to the writers below too, as far as it [sees](super::visible) them in some state. Writers with
@@ -20,10 +21,11 @@
 //! of the frame before are there.
 //!
 //! Cost: each writer looks back only as far as orders do not [follow](super::implied) from others, each reader only to
-//! the first write that covers its part. Whether a way leads from one writer to the next is searched only between their
-//! positions, and mostly found at the first step. Up to [`SHOWN_EDGES`] writers before and behind each use, and up to
-//! [`DIRECT_READS`] that it reads, have edges also if they could be left out. Writers of different parts that can be off
-//! are looked through as `visible` describes: for many of them, reads can get [coarse](Graph::is_coarse).
+//! the first write that covers its subresource range. Whether a way leads from one writer to the next is searched only
+//! between their positions, and mostly found at the first step. Up to [`SHOWN_EDGES`] writers before and behind each
+//! access, and up to [`DIRECT_READS`] that it reads, have edges also if they could be left out. Writers of different
+//! subresource ranges that can be off are looked through as `visible` describes: for many of them, reads can get
+//! [coarse](Graph::is_coarse).
 
 use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap, HashMap, HashSet};
@@ -31,7 +33,7 @@ use std::collections::{BTreeSet, BinaryHeap, HashMap, HashSet};
 use petgraph::graph::{DiGraph, NodeIndex};
 use smallvec::SmallVec;
 
-use super::access::{Access, Writers, in_conflict};
+use super::access::{PassAccess, Writers, in_conflict};
 use super::cycle;
 use super::graph::{Edge, Graph, GraphNode, Hazard};
 use super::implied::Unmet;
@@ -42,12 +44,12 @@ use super::unfed::{Left, PartialRead};
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
-use crate::pipeline::{Condition, Part, Pipeline, ResourceKind, Version};
+use crate::pipeline::{Condition, Pipeline, ResourceKind, SubresourceRange, Version};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// The most members of a cycle that a finding names.
 const SHOWN: usize = 32;
-/// How many hazards of a use have edges though they may follow from others. Random tests come to it sooner.
+/// How many hazards of an access have edges though they may follow from others. Random tests come to it sooner.
 const SHOWN_EDGES: usize = if cfg!(test) { 1 } else { 16 };
 /// How many writers a reader reads itself before what they pass on is left to them. Random tests come to it sooner.
 const DIRECT_READS: usize = if cfg!(test) { 2 } else { 16 };
@@ -62,7 +64,7 @@ enum Via {
 /// A graph in the making.
 pub(super) struct Builder<'a> {
     pipeline: &'a Pipeline,
-    accesses: &'a [Vec<Access<'a>>],
+    accesses: &'a [Vec<PassAccess<'a>>],
     /// Successors of each pass, and why.
     next: Vec<SmallVec<[(PassHandle, Via); 4]>>,
     /// What each pass reads: a resource, and the rank of the writer.
@@ -83,7 +85,7 @@ pub(super) struct Builder<'a> {
 
 impl<'a> Builder<'a> {
     /// A graph with the explicit edges only.
-    pub(super) fn new(pipeline: &'a Pipeline, accesses: &'a [Vec<Access<'a>>]) -> Self {
+    pub(super) fn new(pipeline: &'a Pipeline, accesses: &'a [Vec<PassAccess<'a>>]) -> Self {
         let count = pipeline.passes.len();
         let mut builder = Self {
             pipeline,
@@ -177,7 +179,7 @@ impl<'a> Builder<'a> {
                     }
                 }
                 Version::Newest if !reader.writes => {
-                    let overlaps = |one: &&Access<'_>| one.writes && one.part.overlaps(reader.part);
+                    let overlaps = |one: &&PassAccess<'_>| one.writes && one.range.overlaps(reader.range);
                     let writers = list.iter().filter(overlaps).map(|writer| writer.pass);
                     let behind = self.stated.followers(reader.pass, writers.clone());
                     for writer in writers.filter(|writer| !behind.is_empty() && !behind.contains(writer)) {
@@ -234,7 +236,7 @@ impl<'a> Builder<'a> {
         let position = &self.position;
         let list = &self.accesses[resource.index()];
         let mut order: SmallVec<[usize; 2]> = (0..list.len()).filter(|at| list[*at].writes).collect();
-        let condition = |access: &Access<'_>| self.pipeline.pass(access.pass).condition;
+        let condition = |access: &PassAccess<'_>| self.pipeline.pass(access.pass).condition;
         let mut fresh: Vec<usize> = order.iter().copied().filter(|at| !list[*at].reads).take(3).collect();
         if fresh.is_empty() {
             let keeps = |at: &usize| list[*at].one.usage.keeps_what_is_there();
@@ -250,9 +252,9 @@ impl<'a> Builder<'a> {
         }
         fresh.retain(|at| {
             let first = &list[*at];
-            let leads = |other: &Access<'_>| {
+            let leads = |other: &PassAccess<'_>| {
                 other.pass != first.pass
-                    && other.part.overlaps(first.part)
+                    && other.range.overlaps(first.range)
                     && position[other.pass.index()] < position[first.pass.index()]
                     && self.reaches(other.pass, first.pass, position)
             };
@@ -263,18 +265,18 @@ impl<'a> Builder<'a> {
         for (rank, at) in writers.list.iter().enumerate() {
             let later = &list[*at];
             let after = condition(later);
-            let mut unmet = Unmet::new(later.part, after);
-            for earlier_rank in writers.before(rank, later.part) {
+            let mut unmet = Unmet::new(later.range, after);
+            for earlier_rank in writers.before(rank, later.range) {
                 let earlier_at = writers.list[earlier_rank];
                 let earlier = &list[earlier_at];
                 let before = condition(earlier);
-                if never_together(before, after) || !unmet.has_to_meet(earlier.part, before) {
+                if never_together(before, after) || !unmet.has_to_meet(earlier.range, before) {
                     continue;
                 }
                 if !fresh.contains(&earlier_at) && !self.reaches(earlier.pass, later.pass, position) {
                     return Err((earlier_at, *at));
                 }
-                unmet.meet(earlier.part, before);
+                unmet.meet(earlier.range, before);
                 if unmet.is_empty() {
                     break;
                 }
@@ -314,18 +316,19 @@ impl<'a> Builder<'a> {
         let writers = Writers::new(list, order);
         for (rank, at) in writers.list.iter().enumerate() {
             let current = list[*at];
-            let condition = |access: &Access<'_>| self.pipeline.pass(access.pass).condition;
+            let condition = |access: &PassAccess<'_>| self.pipeline.pass(access.pass).condition;
             let after = condition(&current);
-            let mut hazards = Hazards::new(current.part, after);
-            for earlier in writers.before(rank, current.part) {
+            let mut hazards = Hazards::new(current.range, after);
+            for earlier in writers.before(rank, current.range) {
                 let earlier = list[writers.list[earlier]];
                 let before = condition(&earlier);
                 if never_together(before, after) {
                     continue;
                 }
-                if hazards.shows(earlier.part, before) {
+                if hazards.shows(earlier.range, before) {
                     self.add(earlier.pass, current.pass, Via::Order(Hazard::WriteAfterWrite(resource)));
-                    let covers = earlier.part.contains(current.part) && (before.is_none() || before == after);
+                    let covers =
+                        earlier.range.contains(current.range) && (before.is_none() || before == after);
                     if covers || hazards.are_done() {
                         break;
                     }
@@ -350,12 +353,12 @@ impl<'a> Builder<'a> {
             let later = match reader.version {
                 Version::WrittenBy(name) => {
                     let Some(named) = names.get(name.as_str()).map(|at| &list[*at]) else { continue };
-                    match writers.rank(list, named.pass, named.part) {
-                        Some(rank) if named.part.contains(reader.part) => Later::From(rank + 1),
+                    match writers.rank(list, named.pass, named.range) {
+                        Some(rank) if named.range.contains(reader.range) => Later::From(rank + 1),
                         _ => self.stated.behind_version(list, &writers, named.pass),
                     }
                 }
-                Version::Newest => match writers.rank(list, reader.pass, reader.part) {
+                Version::Newest => match writers.rank(list, reader.pass, reader.range) {
                     Some(rank) if reader.writes => Later::From(rank),
                     _ => self.stated.behind(list, &writers, reader.pass),
                 },
@@ -376,7 +379,7 @@ impl<'a> Builder<'a> {
     fn connect_reader(
         &mut self,
         resource: ResourceHandle,
-        reader: &Access<'_>,
+        reader: &PassAccess<'_>,
         look: &mut Look<'_>,
         later: &Later,
         diagnostics: &mut Diagnostics,
@@ -392,23 +395,23 @@ impl<'a> Builder<'a> {
         let mut missing: Option<(usize, Condition)> = None;
         let mut left = None;
         // Pieces of one subresource or of everything hide one another one by one, those of a range only together.
-        if look.simple && reader.part.is_plain() {
+        if look.simple && reader.range.is_plain() {
             // What was written since of what is read: an older write of it is not there any more.
-            let mut newer: HashSet<Part> = HashSet::new();
+            let mut newer: HashSet<SubresourceRange> = HashSet::new();
             let mut covered = false;
-            for rank in writers.before(later.end(writers), reader.part).filter(|rank| !later.has(*rank)) {
+            for rank in writers.before(later.end(writers), reader.range).filter(|rank| !later.has(*rank)) {
                 let writer = &list[writers.list[rank]];
-                if writer.pass == reader.pass || !writer.part.overlaps(reader.part) {
+                if writer.pass == reader.pass || !writer.range.overlaps(reader.range) {
                     continue;
                 }
-                let read = common_of_plain(writer.part, reader.part);
+                let read = common_of_plain(writer.range, reader.range);
                 if !newer.is_empty() && within(&newer, read) {
                     continue;
                 }
                 self.feed(resource, rank, writer.pass, reader.pass);
                 fed = true;
                 // Most reads end at the first write, which covers them, and need no set.
-                covered = writer.part.contains(reader.part);
+                covered = writer.range.contains(reader.range);
                 if covered {
                     break;
                 }
@@ -418,15 +421,15 @@ impl<'a> Builder<'a> {
                 left = Some(Left::AllBut(newer.into_iter().collect()));
             }
         } else {
-            let mut view = View::new(reader.part, &known, &mut look.effort);
+            let mut view = View::new(reader.range, &known, &mut look.effort);
             let mut count = 0;
-            for rank in writers.before(later.end(writers), reader.part).filter(|rank| !later.has(*rank)) {
+            for rank in writers.before(later.end(writers), reader.range).filter(|rank| !later.has(*rank)) {
                 let writer = &list[writers.list[rank]];
-                let (part, condition) = (writer.part, pipeline.pass(writer.pass).condition);
-                if writer.pass == reader.pass || !writer.part.overlaps(reader.part) {
+                let (range, condition) = (writer.range, pipeline.pass(writer.pass).condition);
+                if writer.pass == reader.pass || !writer.range.overlaps(reader.range) {
                     continue;
                 }
-                if view.sees(part, condition) {
+                if view.sees(range, condition) {
                     self.feed(resource, rank, writer.pass, reader.pass);
                     fed = true;
                     count += 1;
@@ -434,7 +437,7 @@ impl<'a> Builder<'a> {
                 let loads = writer.reads && writer.one.when.is_empty() && *writer.version == Version::Newest;
                 let covered = |condition| look.covers.get(&condition).is_some_and(|oldest| *oldest < rank);
                 let passes_on = loads && condition.is_some_and(|condition| !covered(condition));
-                view.cover(Write { part, condition, writer: rank, passes_on });
+                view.cover(Write { range, condition, writer: rank, passes_on });
                 if count == DIRECT_READS {
                     view.pass_on();
                 }
@@ -467,23 +470,23 @@ impl<'a> Builder<'a> {
                 let writer = &list[writers.list[rank]];
                 diagnostics.push(toggles::taken_away(pipeline, reader, writer, condition));
             } else if let Some(left) = left {
-                let mut uses = pipeline.pass(reader.pass).uses().iter();
-                if let Some(at) = uses.position(|one| std::ptr::eq(one, reader.one)) {
+                let mut accesses = pipeline.pass(reader.pass).accesses().iter();
+                if let Some(at) = accesses.position(|one| std::ptr::eq(one, reader.one)) {
                     self.partial.push(PartialRead { reader: reader.pass, at, left });
                 }
             }
         }
-        let mut hazards = Hazards::new(reader.part, None);
-        for rank in writers.after(later.start(), reader.part).filter(|rank| later.has(*rank)) {
+        let mut hazards = Hazards::new(reader.range, None);
+        for rank in writers.after(later.start(), reader.range).filter(|rank| later.has(*rank)) {
             let writer = &list[writers.list[rank]];
             let condition = match toggles::runs(pipeline.pass(writer.pass), &known) {
                 Runs::Never => continue,
                 Runs::Always => None,
                 Runs::Sometimes(condition) => Some(condition),
             };
-            if writer.pass != reader.pass && hazards.shows(writer.part, condition) {
+            if writer.pass != reader.pass && hazards.shows(writer.range, condition) {
                 self.add(reader.pass, writer.pass, Via::Order(Hazard::WriteAfterRead(resource)));
-                if writer.part.contains(reader.part) && condition.is_none() || hazards.are_done() {
+                if writer.range.contains(reader.range) && condition.is_none() || hazards.are_done() {
                     break;
                 }
             }
@@ -547,8 +550,8 @@ impl<'a> Builder<'a> {
             let list = self.ordered[resource.index()].as_ref().map_or(&[][..], |writers| &writers.list);
             versions.push(list.iter().enumerate().map(|(rank, at)| {
                 let access = &self.accesses[resource.index()][*at];
-                let (part, writer, number) = (access.part, access.pass, rank as u32 + 1);
-                let node = graph.add_node(GraphNode::Version { resource, part, number, writer });
+                let (range, writer, number) = (access.range, access.pass, rank as u32 + 1);
+                let node = graph.add_node(GraphNode::Version { resource, range, number, writer });
                 graph.add_edge(nodes[writer.index()], node, Edge::Writes);
                 node
             }));
@@ -589,24 +592,24 @@ struct Look<'a> {
     effort: Effort,
 }
 
-/// The writers that have to run before, or after, one use.
+/// The writers that have to run before, or after, one access.
 struct Hazards {
-    part: Part,
+    range: SubresourceRange,
     unmet: Unmet,
     shown: usize,
 }
 
 impl Hazards {
-    fn new(part: Part, condition: Option<Condition>) -> Self {
-        Self { part, unmet: Unmet::new(part, condition), shown: 0 }
+    fn new(range: SubresourceRange, condition: Option<Condition>) -> Self {
+        Self { range, unmet: Unmet::new(range, condition), shown: 0 }
     }
 
     /// Whether the next writer has an edge.
-    fn shows(&mut self, part: Part, condition: Option<Condition>) -> bool {
-        let shows =
-            part.overlaps(self.part) && (self.shown < SHOWN_EDGES || self.unmet.has_to_meet(part, condition));
+    fn shows(&mut self, range: SubresourceRange, condition: Option<Condition>) -> bool {
+        let shows = range.overlaps(self.range)
+            && (self.shown < SHOWN_EDGES || self.unmet.has_to_meet(range, condition));
         if shows {
-            self.unmet.meet(part, condition);
+            self.unmet.meet(range, condition);
             self.shown += 1;
         }
         shows
@@ -624,20 +627,25 @@ fn never_together(a: Option<Condition>, b: Option<Condition>) -> bool {
 }
 
 /// Whether one of the plain parts has everything of another.
-fn within(parts: &HashSet<Part>, part: Part) -> bool {
-    let wider = [part, Part { mip: None, ..part }, Part { layer: None, ..part }, Part::WHOLE];
-    wider.iter().any(|wider| parts.contains(wider))
+fn within(ranges: &HashSet<SubresourceRange>, range: SubresourceRange) -> bool {
+    let wider = [
+        range,
+        SubresourceRange { mip: None, ..range },
+        SubresourceRange { layer: None, ..range },
+        SubresourceRange::WHOLE,
+    ];
+    wider.iter().any(|wider| ranges.contains(wider))
 }
 
 /// What two plain parts that overlap have in common.
-fn common_of_plain(a: Part, b: Part) -> Part {
-    Part { mip: a.mip.or(b.mip), layer: a.layer.or(b.layer), ..Part::WHOLE }
+fn common_of_plain(a: SubresourceRange, b: SubresourceRange) -> SubresourceRange {
+    SubresourceRange { mip: a.mip.or(b.mip), layer: a.layer.or(b.layer), ..SubresourceRange::WHOLE }
 }
 
 /// The writers of a resource by the name of their pass; of several writes of one pass the last in the given order.
 fn named_writers<'a>(
     pipeline: &'a Pipeline,
-    list: &[Access<'_>],
+    list: &[PassAccess<'_>],
     order: impl IntoIterator<Item = usize>,
 ) -> HashMap<&'a str, usize> {
     let writers = order.into_iter().filter(|at| list[*at].writes);
@@ -647,8 +655,8 @@ fn named_writers<'a>(
 fn never_written(
     pipeline: &Pipeline,
     resource: ResourceHandle,
-    reader: &Access<'_>,
-    list: &[Access<'_>],
+    reader: &PassAccess<'_>,
+    list: &[PassAccess<'_>],
 ) -> Diagnostic {
     let known = pipeline.resource(resource);
     let verb = if reader.writes { "loads" } else { "reads" };
@@ -665,7 +673,7 @@ fn never_written(
     .related(known.place, "declared here");
     let others = list.iter().any(|access| access.writes && access.pass != reader.pass);
     finding.help = Some(match (&known.kind, others, reader.writes) {
-        (ResourceKind::Data(_), ..) => "let a host pass publish it".to_owned(),
+        (ResourceKind::Data(_), ..) => "let a CPU pass publish it".to_owned(),
         _ if known.history.is_some() => {
             format!(
                 "let a pass write it before, or read \"{}@-1\", which is what the frame before left",
@@ -687,11 +695,11 @@ fn never_written(
 fn unordered_writers(
     pipeline: &Pipeline,
     resource: ResourceHandle,
-    a: &Access<'_>,
-    b: &Access<'_>,
+    a: &PassAccess<'_>,
+    b: &PassAccess<'_>,
 ) -> Diagnostic {
     let (first, second) = if a.pass < b.pass { (a, b) } else { (b, a) };
-    let name = |access: &Access<'_>| &pipeline.pass(access.pass).name;
+    let name = |access: &PassAccess<'_>| &pipeline.pass(access.pass).name;
     let resource = &pipeline.resource(resource).name;
     Diagnostic::error(
         codes::UNORDERED_WRITERS,
@@ -708,7 +716,7 @@ fn unordered_writers(
 }
 
 /// How the one pass is put behind the other: "after" stands beside what the two do not have in common, so that of two
-/// uses of a subgraph the one waits for the other, and two passes of one use are ordered inside of the subgraph.
+/// uses of a subgraph the one waits for the other, and two passes of one instance are ordered inside of the subgraph.
 fn order_help(first: &str, second: &str) -> String {
     let outer = first
         .match_indices('.')
@@ -721,7 +729,9 @@ fn order_help(first: &str, second: &str) -> String {
     let is_round = |name: &str| name.starts_with(|c: char| c.is_ascii_digit());
     let common = first[..outer].trim_end_matches('.');
     if is_round(&earlier) || is_round(&later) {
-        return format!("let the rounds of \"{common}\" write different parts, or one resource each");
+        return format!(
+            "let the rounds of \"{common}\" write different subresource ranges, or one resource each"
+        );
     }
     let inside = if common.is_empty() { String::new() } else { format!(" in \"{common}\"") };
     format!("add \"after\": [\"{earlier}\"] to \"{later}\"{inside}, or the other way round")

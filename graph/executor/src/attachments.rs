@@ -3,10 +3,10 @@
 //! A pass whose attachments have one layer each (a fixed one, or the only one of its texture) takes one render pass.
 //! Neighbours that the plan groups take one together: it loads as the first says and stores as the last says.
 //!
-//! Any other pass takes one render pass for each run of views that draw into the same layer. The first use of a layer
-//! loads it as the pass says (clear, discard), later ones keep what is there; that is kept apart for each attachment,
-//! since one may have layers and another a fixed one. What no view drew into is cleared all the same unless the pass
-//! loads, so that a frame without a light has empty maps and not those of the frame before.
+//! Any other pass takes one render pass for each run of views that draw into the same layer. The first access of a
+//! layer loads it as the pass says (clear, discard), later ones keep what is there; that is kept apart for each
+//! attachment, since one may have layers and another a fixed one. What no view drew into is cleared all the same unless
+//! the pass loads, so that a frame without a light has empty maps and not those of the frame before.
 //!
 //! Discarding on load is recorded as clearing to zero: what is cheap on tiling devices, and nothing is left undefined.
 
@@ -14,7 +14,7 @@ use super::creation::Creation;
 use super::resources::{Resources, Viewed};
 use crate::compiler::{Plan, PlannedPass, StoreOperation};
 use crate::language::TextureShape;
-use crate::pipeline::{Aspect, Run};
+use crate::pipeline::{Aspect, IndexRange};
 use crate::work::{AttachmentTarget, LoadOperation, RenderWork, TextureView};
 
 /// The most color attachments of a render pass.
@@ -85,7 +85,7 @@ impl Attachments {
             let view = |layer| {
                 let shape = TextureShape::D2;
                 let (resource, mip, layer) =
-                    (target.resource, Some(Run::one(target.mip)), Some(Run::one(layer)));
+                    (target.resource, Some(IndexRange::one(target.mip)), Some(IndexRange::one(layer)));
                 let view = TextureView { resource, shape, mip, layer, aspect: Aspect::All, format };
                 resources.view(creation, plan, view)
             };

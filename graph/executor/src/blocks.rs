@@ -1,9 +1,9 @@
 //! The blocks of one record: where they lie in a buffer, and their bytes.
 //!
-//! All blocks that the module fills (host data, views, constants) lie in one buffer, each at a place that is fixed when
-//! the plan is realized; a pass that draws several views has its `view` block that many times, and a dynamic offset
-//! chooses among them. A record packs all of them into one staging vector and uploads it with one write. Constants are
-//! in that vector from the start.
+//! All blocks that the module fills (blackboard data, views, constants) lie in one buffer, each at a place that is
+//! fixed when the plan is realized; a pass that draws several views has its `view` block that many times, and a dynamic
+//! offset chooses among them. A record packs all of them into one staging vector and uploads it with one write.
+//! Constants are in that vector from the start.
 //!
 //! A uniform block is padded to whole 16 bytes, which some devices want; a storage block is exactly as long as its
 //! values, since a shader can ask for the length of an array at its end.
@@ -12,7 +12,7 @@
 
 use crate::compiler::CpuPasses;
 use crate::compiler::{Plan, PlannedPass};
-use crate::data::{HostData, View};
+use crate::data::{BlackboardData, View};
 use crate::diagnostic::{Diagnostic, Place as FindingPlace, codes};
 use crate::pipeline::ResourceKind;
 use crate::work::{BlockLayout, BoundSlot, Draw, ProgramHandle, ResourceHandle, SlotSource, Work};
@@ -39,10 +39,10 @@ pub(super) struct Blocks {
     pub(super) size: u64,
     /// For each pass of the plan and each of its slots the block, if the module fills it.
     places: Vec<Vec<Option<Place>>>,
-    /// Beside the places, where host data goes in the block.
+    /// Beside the places, where blackboard data goes in the block.
     layouts: Vec<Vec<Option<BlockLayout>>>,
     staging: Vec<u8>,
-    view: HostData,
+    view: BlackboardData,
 }
 
 impl Blocks {
@@ -79,7 +79,7 @@ impl Blocks {
             let message =
                 format!("the blocks of \"{}\" have {size} bytes; the device allows {allowed}", plan.name);
             let finding = Diagnostic::error(codes::DEVICE_LIMIT, FindingPlace::Nowhere, message);
-            return Err(finding.help("let host passes publish fewer views or values"));
+            return Err(finding.help("let CPU passes publish fewer views or values"));
         }
         let mut staging = vec![0; usize::try_from(size).unwrap_or(0)];
         for (planned, places) in plan.passes.iter().zip(&places) {
@@ -92,7 +92,13 @@ impl Blocks {
                 }
             }
         }
-        Ok(Self { size, layouts: layouts.collect(), places, staging, view: HostData::new(View::shape()) })
+        Ok(Self {
+            size,
+            layouts: layouts.collect(),
+            places,
+            staging,
+            view: BlackboardData::new(View::shape()),
+        })
     }
 
     /// The blocks of a pass by its slots.
@@ -119,7 +125,8 @@ impl Blocks {
                         }
                     }
                     SlotSource::View => {
-                        let views = scene_views(work).and_then(of).map(HostData::views).unwrap_or_default();
+                        let views =
+                            scene_views(work).and_then(of).map(BlackboardData::views).unwrap_or_default();
                         for (at, view) in views.iter().enumerate() {
                             view.publish(&mut self.view);
                             let offset = place.offset + place.stride * at as u64;
@@ -141,7 +148,7 @@ pub(super) fn slots(work: &Work) -> &[BoundSlot] {
     match work {
         Work::Render(render) => render.draw.bound().1,
         Work::Compute(compute) => &compute.bindings,
-        Work::Nothing | Work::Host(_) | Work::Transfer(_) => &[],
+        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => &[],
     }
 }
 
@@ -150,7 +157,7 @@ pub(super) fn program(work: &Work) -> Option<ProgramHandle> {
     match work {
         Work::Render(render) => Some(render.draw.bound().0),
         Work::Compute(compute) => Some(compute.program),
-        Work::Nothing | Work::Host(_) | Work::Transfer(_) => None,
+        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
     }
 }
 

@@ -11,7 +11,7 @@ use super::imports::ImportedView;
 use super::pool::Taken;
 use super::resources::{Buffer, Resources, Viewed};
 use crate::compiler::Switches;
-use crate::pipeline::Run;
+use crate::pipeline::IndexRange;
 use crate::work::ResourceHandle;
 
 /// For how many records a bind group is kept that none of them uses.
@@ -40,7 +40,7 @@ pub(super) enum Bound {
     View(Viewed),
     Sampler(wgpu::Sampler),
     /// The bytes of a buffer.
-    Buffer(Buffer, Run<u64>),
+    Buffer(Buffer, IndexRange<u64>),
     Block(Place),
     /// A block `view`: one for each view.
     ViewBlock(Place),

@@ -1,4 +1,4 @@
-//! What a frame brings, checked before anything is recorded, and the host passes that turn it into data.
+//! What a frame brings, checked before anything is recorded, and the CPU passes that turn it into data.
 //!
 //! The host's textures have to be those that the plan was made for, its meshes stored as the pipelines were built for;
 //! views have to lie within the attachments that they are drawn into. In a frame without findings nothing is allocated.
@@ -8,7 +8,7 @@ use super::requirements::{check_filter, check_source, scenes};
 use super::times::Times;
 use super::{Frame, attachments::Attachments};
 use crate::compiler::{Physical, PlannedResource};
-use crate::data::{HostData, View};
+use crate::data::{BlackboardData, View};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 
 /// What keeps a frame from being recorded.
@@ -119,11 +119,12 @@ fn check_views(realized: &Realized, findings: &mut Diagnostics) {
             continue;
         }
         let data = realized.cpu_passes.seen(scene.views);
-        for (at, view) in data.map(HostData::views).unwrap_or_default().iter().enumerate() {
+        for (at, view) in data.map(BlackboardData::views).unwrap_or_default().iter().enumerate() {
             if let Some(fault) = view_fault(view, attachments) {
                 let pass = realized.plan.pipeline.pass(planned.handle);
                 let message = format!("view {at} of \"{}\" {fault}", pass.name);
-                let finding = Diagnostic::error(codes::HOST_DATA, pass.place, message).pointer(&pass.pointer);
+                let finding =
+                    Diagnostic::error(codes::BLACKBOARD, pass.place, message).pointer(&pass.pointer);
                 findings.push(finding.help("a view lies within the attachments of the passes that draw it"));
             }
         }

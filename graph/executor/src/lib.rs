@@ -2,7 +2,7 @@
 //!
 //! It is middleware, not a framework: the host owns device, queue, encoder and surface, submits and presents. An
 //! [`Executor`] creates textures, pipelines and bind groups when it is made or given another plan; recording a frame
-//! then runs the host passes, packs their data into one buffer, and records the passes in the plan's order. In a steady
+//! then runs the CPU passes, packs their data into one buffer, and records the passes in the plan's order. In a steady
 //! frame nothing is created on the device and nothing allocated but by wgpu itself: three full-screen passes with blocks
 //! make 33 allocations, as do the same calls by hand (`cargo test --test executing allocations`).
 //!
@@ -62,7 +62,7 @@ pub use statistics::Statistics;
 pub use wgpu;
 
 use crate::compiler::{Physical, Plan, PlannedPass, Switches};
-use crate::data::HostData;
+use crate::data::BlackboardData;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::frame::FrameInput;
 use umbragraph_pipeline::draw::HostInterface;
@@ -141,8 +141,8 @@ impl Executor {
     /// Realizes another plan: after a resize, with other parameters or features, or for another draw source.
     ///
     /// What does not change is kept: pipelines and samplers of equal descriptors, textures and buffers of equal
-    /// descriptors (those that outlive frames under their own names, with their contents), host data. For as long as it
-    /// takes, the textures of both plans exist.
+    /// descriptors (those that outlive frames under their own names, with their contents), blackboard data. For as long
+    /// as it takes, the textures of both plans exist.
     ///
     /// The future is ready at once except in a browser.
     ///
@@ -178,19 +178,19 @@ impl Executor {
         &self.warnings
     }
 
-    /// What host passes had to say of the last record: limits that were reached, what was left out and why.
+    /// What CPU passes had to say of the last record: limits that were reached, what was left out and why.
     pub fn notices(&self) -> impl Iterator<Item = &Diagnostic> {
         self.realized.cpu_passes.notices()
     }
 
-    /// The sizes that host passes want other than the plan has them, for [`crate::compiler::PlanOptions::data_sizes`];
+    /// The sizes that CPU passes want other than the plan has them, for [`crate::compiler::PlanOptions::data_sizes`];
     /// `None` if they are content. A frame is right without them too, only not as good.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
         self.realized.cpu_passes.wanted_sizes()
     }
 
-    /// The data that a host pass published in the last record, by the name of its resource.
-    pub fn data(&self, name: &str) -> Option<&HostData> {
+    /// The data that a CPU pass published in the last record, by the name of its resource.
+    pub fn data(&self, name: &str) -> Option<&BlackboardData> {
         self.realized.cpu_passes.data(name)
     }
 
@@ -247,9 +247,10 @@ impl Executor {
     /// within one submission. Encoders have to be submitted in the order of their records.
     ///
     /// # Errors
-    /// Imports that are missing or not as planned; toggles that the pipeline does not have; a draw source that is missing, does not know a filter, or stores
-    /// meshes otherwise than the one that the plan was realized for; host data that a host pass did not declare; errors
-    /// of the device. Nothing is recorded then, and the next frame is possible.
+    /// Imports that are missing or not as planned; toggles that the pipeline does not have; a draw source that is
+    /// missing, does not know a filter, or stores meshes otherwise than the one that the plan was realized for;
+    /// blackboard data that a CPU pass did not declare; errors of the device. Nothing is recorded then, and the next
+    /// frame is possible.
     pub fn record(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,

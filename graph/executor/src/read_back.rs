@@ -168,12 +168,12 @@ struct Layout {
     aspect: wgpu::TextureAspect,
     /// Whether the format can be copied to a buffer.
     copied: bool,
-    part: Part,
+    range: SubresourceRange,
 }
 
 /// What one channel is.
 #[derive(Clone, Copy)]
-enum Part {
+enum SubresourceRange {
     Unorm8,
     /// Blue before red.
     Bgra8,
@@ -198,58 +198,60 @@ enum Part {
 impl Layout {
     fn of(format: Format) -> Option<Self> {
         use Format as F;
-        let plain = |channels: u32, bytes: u32, part: Part| Layout {
+        let plain = |channels: u32, bytes: u32, range: SubresourceRange| Layout {
             bytes: channels * bytes,
             channels: channels as usize,
             aspect: wgpu::TextureAspect::All,
             copied: true,
-            part,
+            range,
         };
         Some(match format {
-            F::R8Unorm => plain(1, 1, Part::Unorm8),
-            F::Rg8Unorm => plain(2, 1, Part::Unorm8),
-            F::Rgba8Unorm => plain(4, 1, Part::Unorm8),
-            F::Bgra8Unorm => plain(4, 1, Part::Bgra8),
-            F::Rgba8UnormSrgb => plain(4, 1, Part::Srgb8),
-            F::Bgra8UnormSrgb => plain(4, 1, Part::Bgra8Srgb),
-            F::R8Snorm => plain(1, 1, Part::Snorm8),
-            F::Rg8Snorm => plain(2, 1, Part::Snorm8),
-            F::Rgba8Snorm => plain(4, 1, Part::Snorm8),
-            F::R8Uint | F::Stencil8 => plain(1, 1, Part::Uint8),
-            F::Rg8Uint => plain(2, 1, Part::Uint8),
-            F::Rgba8Uint => plain(4, 1, Part::Uint8),
-            F::R8Sint => plain(1, 1, Part::Sint8),
-            F::Rg8Sint => plain(2, 1, Part::Sint8),
-            F::Rgba8Sint => plain(4, 1, Part::Sint8),
-            F::R16Unorm | F::Depth16Unorm => plain(1, 2, Part::Unorm16),
-            F::Rg16Unorm => plain(2, 2, Part::Unorm16),
-            F::Rgba16Unorm => plain(4, 2, Part::Unorm16),
-            F::R16Snorm => plain(1, 2, Part::Snorm16),
-            F::Rg16Snorm => plain(2, 2, Part::Snorm16),
-            F::Rgba16Snorm => plain(4, 2, Part::Snorm16),
-            F::R16Uint => plain(1, 2, Part::Uint16),
-            F::Rg16Uint => plain(2, 2, Part::Uint16),
-            F::Rgba16Uint => plain(4, 2, Part::Uint16),
-            F::R16Sint => plain(1, 2, Part::Sint16),
-            F::Rg16Sint => plain(2, 2, Part::Sint16),
-            F::Rgba16Sint => plain(4, 2, Part::Sint16),
-            F::R16Float => plain(1, 2, Part::Float16),
-            F::Rg16Float => plain(2, 2, Part::Float16),
-            F::Rgba16Float => plain(4, 2, Part::Float16),
-            F::R32Uint => plain(1, 4, Part::Uint32),
-            F::Rg32Uint => plain(2, 4, Part::Uint32),
-            F::Rgba32Uint => plain(4, 4, Part::Uint32),
-            F::R32Sint => plain(1, 4, Part::Sint32),
-            F::Rg32Sint => plain(2, 4, Part::Sint32),
-            F::Rgba32Sint => plain(4, 4, Part::Sint32),
-            F::R32Float => plain(1, 4, Part::Float32),
-            F::Rg32Float => plain(2, 4, Part::Float32),
-            F::Rgba32Float => plain(4, 4, Part::Float32),
-            F::Rgb10a2Unorm => Layout { channels: 4, ..plain(1, 4, Part::Unorm10) },
+            F::R8Unorm => plain(1, 1, SubresourceRange::Unorm8),
+            F::Rg8Unorm => plain(2, 1, SubresourceRange::Unorm8),
+            F::Rgba8Unorm => plain(4, 1, SubresourceRange::Unorm8),
+            F::Bgra8Unorm => plain(4, 1, SubresourceRange::Bgra8),
+            F::Rgba8UnormSrgb => plain(4, 1, SubresourceRange::Srgb8),
+            F::Bgra8UnormSrgb => plain(4, 1, SubresourceRange::Bgra8Srgb),
+            F::R8Snorm => plain(1, 1, SubresourceRange::Snorm8),
+            F::Rg8Snorm => plain(2, 1, SubresourceRange::Snorm8),
+            F::Rgba8Snorm => plain(4, 1, SubresourceRange::Snorm8),
+            F::R8Uint | F::Stencil8 => plain(1, 1, SubresourceRange::Uint8),
+            F::Rg8Uint => plain(2, 1, SubresourceRange::Uint8),
+            F::Rgba8Uint => plain(4, 1, SubresourceRange::Uint8),
+            F::R8Sint => plain(1, 1, SubresourceRange::Sint8),
+            F::Rg8Sint => plain(2, 1, SubresourceRange::Sint8),
+            F::Rgba8Sint => plain(4, 1, SubresourceRange::Sint8),
+            F::R16Unorm | F::Depth16Unorm => plain(1, 2, SubresourceRange::Unorm16),
+            F::Rg16Unorm => plain(2, 2, SubresourceRange::Unorm16),
+            F::Rgba16Unorm => plain(4, 2, SubresourceRange::Unorm16),
+            F::R16Snorm => plain(1, 2, SubresourceRange::Snorm16),
+            F::Rg16Snorm => plain(2, 2, SubresourceRange::Snorm16),
+            F::Rgba16Snorm => plain(4, 2, SubresourceRange::Snorm16),
+            F::R16Uint => plain(1, 2, SubresourceRange::Uint16),
+            F::Rg16Uint => plain(2, 2, SubresourceRange::Uint16),
+            F::Rgba16Uint => plain(4, 2, SubresourceRange::Uint16),
+            F::R16Sint => plain(1, 2, SubresourceRange::Sint16),
+            F::Rg16Sint => plain(2, 2, SubresourceRange::Sint16),
+            F::Rgba16Sint => plain(4, 2, SubresourceRange::Sint16),
+            F::R16Float => plain(1, 2, SubresourceRange::Float16),
+            F::Rg16Float => plain(2, 2, SubresourceRange::Float16),
+            F::Rgba16Float => plain(4, 2, SubresourceRange::Float16),
+            F::R32Uint => plain(1, 4, SubresourceRange::Uint32),
+            F::Rg32Uint => plain(2, 4, SubresourceRange::Uint32),
+            F::Rgba32Uint => plain(4, 4, SubresourceRange::Uint32),
+            F::R32Sint => plain(1, 4, SubresourceRange::Sint32),
+            F::Rg32Sint => plain(2, 4, SubresourceRange::Sint32),
+            F::Rgba32Sint => plain(4, 4, SubresourceRange::Sint32),
+            F::R32Float => plain(1, 4, SubresourceRange::Float32),
+            F::Rg32Float => plain(2, 4, SubresourceRange::Float32),
+            F::Rgba32Float => plain(4, 4, SubresourceRange::Float32),
+            F::Rgb10a2Unorm => Layout { channels: 4, ..plain(1, 4, SubresourceRange::Unorm10) },
             F::Depth32Float | F::Depth32FloatStencil8 => {
-                Layout { aspect: wgpu::TextureAspect::DepthOnly, ..plain(1, 4, Part::Float32) }
+                Layout { aspect: wgpu::TextureAspect::DepthOnly, ..plain(1, 4, SubresourceRange::Float32) }
             }
-            F::Depth24Plus | F::Depth24PlusStencil8 => Layout { copied: false, ..plain(1, 4, Part::Float32) },
+            F::Depth24Plus | F::Depth24PlusStencil8 => {
+                Layout { copied: false, ..plain(1, 4, SubresourceRange::Float32) }
+            }
             _ => return None,
         })
     }
@@ -257,42 +259,44 @@ impl Layout {
     /// The numbers of a texel.
     fn decode(&self, bytes: &[u8]) -> [f32; 4] {
         let mut values = [0.0, 0.0, 0.0, 1.0];
-        if let (Part::Unorm10, [a, b, c, d]) = (self.part, bytes) {
+        if let (SubresourceRange::Unorm10, [a, b, c, d]) = (self.range, bytes) {
             let word = u32::from_le_bytes([*a, *b, *c, *d]);
-            let part = |shift: u32, most: u32| (word >> shift & most) as f32 / most as f32;
-            return [part(0, 1023), part(10, 1023), part(20, 1023), part(30, 3)];
+            let range = |shift: u32, most: u32| (word >> shift & most) as f32 / most as f32;
+            return [range(0, 1023), range(10, 1023), range(20, 1023), range(30, 3)];
         }
-        let parts = bytes.chunks_exact(bytes.len() / self.channels);
-        for (channel, (value, part)) in values.iter_mut().zip(parts).enumerate() {
-            *value = self.part.decode(part, channel == 3);
+        let ranges = bytes.chunks_exact(bytes.len() / self.channels);
+        for (channel, (value, range)) in values.iter_mut().zip(ranges).enumerate() {
+            *value = self.range.decode(range, channel == 3);
         }
-        if matches!(self.part, Part::Bgra8 | Part::Bgra8Srgb) {
+        if matches!(self.range, SubresourceRange::Bgra8 | SubresourceRange::Bgra8Srgb) {
             values.swap(0, 2);
         }
         values
     }
 }
 
-impl Part {
+impl SubresourceRange {
     fn decode(self, bytes: &[u8], alpha: bool) -> f32 {
         match (self, bytes) {
-            (Part::Unorm8 | Part::Bgra8, [a]) => f32::from(*a) / 255.0,
-            (Part::Srgb8 | Part::Bgra8Srgb, [a]) if alpha => f32::from(*a) / 255.0,
-            (Part::Srgb8 | Part::Bgra8Srgb, [a]) => {
+            (SubresourceRange::Unorm8 | SubresourceRange::Bgra8, [a]) => f32::from(*a) / 255.0,
+            (SubresourceRange::Srgb8 | SubresourceRange::Bgra8Srgb, [a]) if alpha => f32::from(*a) / 255.0,
+            (SubresourceRange::Srgb8 | SubresourceRange::Bgra8Srgb, [a]) => {
                 let encoded = f32::from(*a) / 255.0;
                 if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
             }
-            (Part::Snorm8, [a]) => (f32::from(*a as i8) / 127.0).max(-1.0),
-            (Part::Uint8, [a]) => f32::from(*a),
-            (Part::Sint8, [a]) => f32::from(*a as i8),
-            (Part::Unorm16, [a, b]) => f32::from(u16::from_le_bytes([*a, *b])) / 65535.0,
-            (Part::Snorm16, [a, b]) => (f32::from(i16::from_le_bytes([*a, *b])) / 32767.0).max(-1.0),
-            (Part::Uint16, [a, b]) => f32::from(u16::from_le_bytes([*a, *b])),
-            (Part::Sint16, [a, b]) => f32::from(i16::from_le_bytes([*a, *b])),
-            (Part::Float16, [a, b]) => half::f16::from_le_bytes([*a, *b]).to_f32(),
-            (Part::Uint32, [a, b, c, d]) => u32::from_le_bytes([*a, *b, *c, *d]) as f32,
-            (Part::Sint32, [a, b, c, d]) => i32::from_le_bytes([*a, *b, *c, *d]) as f32,
-            (Part::Float32, [a, b, c, d]) => f32::from_le_bytes([*a, *b, *c, *d]),
+            (SubresourceRange::Snorm8, [a]) => (f32::from(*a as i8) / 127.0).max(-1.0),
+            (SubresourceRange::Uint8, [a]) => f32::from(*a),
+            (SubresourceRange::Sint8, [a]) => f32::from(*a as i8),
+            (SubresourceRange::Unorm16, [a, b]) => f32::from(u16::from_le_bytes([*a, *b])) / 65535.0,
+            (SubresourceRange::Snorm16, [a, b]) => {
+                (f32::from(i16::from_le_bytes([*a, *b])) / 32767.0).max(-1.0)
+            }
+            (SubresourceRange::Uint16, [a, b]) => f32::from(u16::from_le_bytes([*a, *b])),
+            (SubresourceRange::Sint16, [a, b]) => f32::from(i16::from_le_bytes([*a, *b])),
+            (SubresourceRange::Float16, [a, b]) => half::f16::from_le_bytes([*a, *b]).to_f32(),
+            (SubresourceRange::Uint32, [a, b, c, d]) => u32::from_le_bytes([*a, *b, *c, *d]) as f32,
+            (SubresourceRange::Sint32, [a, b, c, d]) => i32::from_le_bytes([*a, *b, *c, *d]) as f32,
+            (SubresourceRange::Float32, [a, b, c, d]) => f32::from_le_bytes([*a, *b, *c, *d]),
             _ => 0.0,
         }
     }

@@ -21,7 +21,7 @@ use super::transfer::{Counts, Transfer};
 
 use crate::compiler::{CpuPasses, Plan, PlannedPass, Switches};
 use crate::diagnostic::Diagnostic;
-use crate::pipeline::{Pass, Program, Run};
+use crate::pipeline::{IndexRange, Pass, Program};
 use crate::work::{Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work};
 use umbragraph_pipeline::draw::{HostInterface, MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
 
@@ -50,7 +50,7 @@ pub(super) struct RealizedPass {
 }
 
 pub(super) enum RealizedWork {
-    Host,
+    Cpu,
     Transfer(Transfer),
     Compute {
         pipeline: wgpu::ComputePipeline,
@@ -134,7 +134,7 @@ impl Realized {
         let plan = self.plan.clone();
         let pass = plan.pipeline.pass(planned.handle);
         let realized = match (pass.work(), blocks::program(pass.work())) {
-            (Work::Nothing | Work::Host(_), _) => Some((RealizedWork::Host, Vec::new())),
+            (Work::Nothing | Work::Cpu(_), _) => Some((RealizedWork::Cpu, Vec::new())),
             (Work::Transfer(work), _) => {
                 let transfer = Transfer::new(&self.resources, &plan, planned, work);
                 transfer.map(|transfer| (RealizedWork::Transfer(transfer), Vec::new()))
@@ -163,7 +163,7 @@ impl Realized {
     ) -> Option<RealizedWork> {
         let plan = self.plan.clone();
         match pass.work() {
-            Work::Nothing | Work::Host(_) | Work::Transfer(_) => None,
+            Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
             Work::Compute(compute) => {
                 let workgroups = planned.workgroups.unwrap_or_default();
                 let indirect = match &compute.dispatch {
@@ -251,8 +251,8 @@ impl Realized {
                         let bound = |resource| {
                             let buffer = self.resources.buffer(&plan, resource)?;
                             // What stands for it may be larger, and shaders can ask for the length.
-                            let all = Run { first: 0, count: plan.resource(resource)?.bytes };
-                            Some((resource, Bound::Buffer(buffer, named.part.bytes.unwrap_or(all))))
+                            let all = IndexRange { first: 0, count: plan.resource(resource)?.bytes };
+                            Some((resource, Bound::Buffer(buffer, named.range.bytes.unwrap_or(all))))
                         };
                         switched(plan.pipeline.stand_ins(named.resource).filter_map(bound).collect())
                     }

@@ -17,7 +17,7 @@ use super::scene::Scene;
 use super::times::Times;
 use crate::DrawSource;
 use crate::compiler::PlannedPass;
-use crate::data::{HostData, View};
+use crate::data::{BlackboardData, View};
 use crate::diagnostic::Diagnostic;
 use crate::work::{Draw, Work};
 
@@ -95,7 +95,7 @@ pub(super) fn record(
         }
         let start = times.now();
         match &pass.work {
-            RealizedWork::Host | RealizedWork::Nothing => continue,
+            RealizedWork::Cpu | RealizedWork::Nothing => continue,
             RealizedWork::Transfer(transfer) => transfer.record(encoder, resources, realized.switches()),
             RealizedWork::Compute { pipeline, workgroups: [x, y, z], indirect } => {
                 let descriptor =
@@ -229,7 +229,7 @@ impl Recording<'_> {
 }
 
 fn views_of<'a>(realized: &'a Realized, scene: &RealizedScene) -> &'a [View] {
-    realized.cpu_passes.seen(scene.views).map(HostData::views).unwrap_or_default()
+    realized.cpu_passes.seen(scene.views).map(BlackboardData::views).unwrap_or_default()
 }
 
 /// The reference that stencil is compared with and that replaces it.

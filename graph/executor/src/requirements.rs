@@ -21,7 +21,7 @@ pub(super) fn check_device(plan: &Plan, device: &wgpu::Device) -> Diagnostics {
         let pass = plan.pipeline.pass(planned.handle);
         check.bindings(pass, &mut findings);
         match pass.work() {
-            Work::Nothing | Work::Host(_) | Work::Transfer(_) => {}
+            Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => {}
             Work::Compute(compute) => {
                 check.compute(planned, pass, plan.pipeline.program(compute.program), &mut findings);
             }

@@ -10,7 +10,7 @@ use super::creation::Creation;
 use super::reuse::{Piece, reuse};
 use crate::compiler::{Physical, PhysicalTexture, Plan, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Aspect, History, Run};
+use crate::pipeline::{Aspect, History, IndexRange};
 use crate::work::TextureView;
 
 /// The textures and buffers of one plan.
@@ -24,8 +24,8 @@ pub(super) struct Textures {
 struct ViewKey {
     texture: usize,
     shape: TextureShape,
-    mip: Option<Run<u32>>,
-    layer: Option<Run<u32>>,
+    mip: Option<IndexRange<u32>>,
+    layer: Option<IndexRange<u32>>,
     aspect: Aspect,
     format: Option<wgpu::TextureFormat>,
 }
@@ -84,7 +84,7 @@ impl Textures {
         self.buffers.get(index)
     }
 
-    /// A view of the texture at a position in the plan, created at its first use.
+    /// A view of the texture at a position in the plan, created at its first access.
     pub(super) fn view(
         &mut self,
         creation: &mut Creation<'_>,

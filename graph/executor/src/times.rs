@@ -1,6 +1,6 @@
 //! How long the host's processor works on each pass.
 //!
-//! Off unless asked for. The time of a host pass is that of its function; of any other pass, that of recording it, the
+//! Off unless asked for. The time of a CPU pass is that of its function; of any other pass, that of recording it, the
 //! host's own draws included. Preparing bind groups and uploading blocks belong to no pass and are told apart.
 //!
 //! The time that the GPU takes is not measured here: a timer for that writes timestamps at the begin and the end of the

@@ -1,15 +1,15 @@
-//! Host data: what nodes compute on the CPU and shaders read by name.
+//! Blackboard data: what nodes compute on the CPU and shaders read by name.
 //!
-//! A host node publishes a data resource: named, typed values ([`DataShape`]) and, where draws are to be made from
+//! A CPU node publishes a data resource: named, typed values ([`DataShape`]) and, where draws are to be made from
 //! them, views. Values reach shaders through uniform or storage blocks of any layout: every member of a block is
 //! matched *by its name* with a published value, its type is compared when the pipeline is checked, and the offsets
 //! come from the shader's own reflection. So there is no struct that has to be kept alike on two sides.
 //!
 //! A node can also publish *sizes*: numbers such as the side of an atlas, which the sizes of resources can name
 //! (`"size": ["placement.side", "placement.side"]`). A plan is made for one value of each, at first the initial one. A
-//! node that wants another says so ([`HostData::want_size`]); the executor tells the host, which plans anew when it
-//! likes (`PlanOptions::data_sizes`). Until then the node has to do with what was planned
-//! ([`HostData::planned_size`]).
+//! node that wants another says so ([`BlackboardData::want_size`]); the executor tells the host, which plans anew when
+//! it likes (`PlanOptions::data_sizes`). Until then the node has to do with what was planned
+//! ([`BlackboardData::planned_size`]).
 //!
 //! Values are kept as 32-bit words without padding, columns of matrices one after the other; the padding of a block
 //! is applied when it is packed.
@@ -187,7 +187,7 @@ impl View {
     }
 
     /// Writes the values of [`View::shape`].
-    pub fn publish(&self, data: &mut HostData) {
+    pub fn publish(&self, data: &mut BlackboardData) {
         data.set_matrix("clip_from_world", &self.clip_from_world);
         data.set_matrix("view_from_world", &self.view_from_world);
         data.set_vec3("position", self.position.as_vec3());
@@ -195,9 +195,9 @@ impl View {
     }
 }
 
-/// The data that a host node publishes for one frame. Its storage is kept from frame to frame.
+/// The data that a CPU node publishes for one frame. Its storage is kept from frame to frame.
 #[derive(Clone, Debug)]
-pub struct HostData {
+pub struct BlackboardData {
     shape: DataShape,
     offsets: Vec<usize>,
     words: Vec<u32>,
@@ -208,7 +208,7 @@ pub struct HostData {
     notices: Diagnostics,
 }
 
-impl HostData {
+impl BlackboardData {
     /// All values zero, no views.
     pub fn new(shape: DataShape) -> Self {
         let mut offsets = Vec::with_capacity(shape.values.len());
@@ -247,7 +247,7 @@ impl HostData {
         self.refused = None;
     }
 
-    /// Adds a view. Beyond the declared maximum it is refused, which [`HostData::refused`] tells.
+    /// Adds a view. Beyond the declared maximum it is refused, which [`BlackboardData::refused`] tells.
     pub fn push_view(&mut self, view: View) {
         if self.views.len() < self.shape.maximum_views as usize {
             self.views.push(view);
@@ -373,7 +373,7 @@ mod tests {
 
     #[test]
     fn what_was_not_declared_is_refused_and_said() {
-        let mut data = HostData::new(DataShape::new().value("a", ValueType::F32.array(2)).views(0));
+        let mut data = BlackboardData::new(DataShape::new().value("a", ValueType::F32.array(2)).views(0));
         data.set_f32s("a", [1.0, 2.0]);
         assert_eq!(data.words("a"), Some([1f32.to_bits(), 2f32.to_bits()].as_slice()));
         assert_eq!(data.refused(), None);

@@ -1,7 +1,7 @@
 //! What a pass does, as data: the executor and the compiler interpret it, no pass touches the device itself.
 //!
 //! A node kind turns its settings into one [`Work`]. Render and compute work is pure data (attachments, programs,
-//! bindings, sizes as expressions), so it can be checked, planned, compared and drawn without a GPU. Host work is a
+//! bindings, sizes as expressions), so it can be checked, planned, compared and drawn without a GPU. CPU work is a
 //! function from frame input to named data and views; it knows no GPU either.
 //!
 //! What a pass accesses follows from its work ([`Work::accesses`]) and is said nowhere else.
@@ -11,11 +11,11 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use crate::data::HostData;
+use crate::data::BlackboardData;
 use crate::expression::Expression;
 use crate::frame::FrameInput;
 use crate::language::TextureShape;
-use crate::pipeline::{Aspect, Part, Run, Usage, Version};
+use crate::pipeline::{Aspect, IndexRange, SubresourceRange, Usage, Version};
 use crate::shader::TypeLayout;
 use crate::source::Span;
 
@@ -73,7 +73,7 @@ pub struct Subresource {
     /// The resource.
     pub resource: ResourceHandle,
     /// The part, as it is written.
-    pub part: Part,
+    pub range: SubresourceRange,
     /// The version, where it is read.
     pub version: Version,
     /// Where it is said.
@@ -85,13 +85,13 @@ pub struct Subresource {
 impl Subresource {
     /// The part as an attachment: one mip level, and one layer or the one that each view names.
     pub fn target(&self) -> AttachmentTarget {
-        let (mip, layer) = (self.part.mip.map_or(0, |run| run.first), self.part.layer.map(|run| run.first));
+        let (mip, layer) = (self.range.mip.map_or(0, |run| run.first), self.range.layer.map(|run| run.first));
         AttachmentTarget { resource: self.resource, mip, layer }
     }
 
     /// The first byte; of all of a buffer 0.
     pub fn offset(&self) -> u64 {
-        self.part.bytes.map_or(0, |run| run.first)
+        self.range.bytes.map_or(0, |run| run.first)
     }
 }
 
@@ -101,7 +101,7 @@ pub enum Work {
     /// Nothing: of a pass that is assembled only what it accesses is known.
     Nothing,
     /// Computes data and views on the CPU.
-    Host(HostWork),
+    Cpu(CpuWork),
     /// Draws into attachments.
     Render(Box<RenderWork>),
     /// Dispatches a compute shader.
@@ -116,9 +116,9 @@ impl Work {
         let mut all = Vec::new();
         match self {
             Work::Nothing => {}
-            Work::Host(host) => {
-                all.extend(host.inputs.iter().map(|input| (input, Usage::HostRead)));
-                all.push((&host.output, Usage::HostWrite));
+            Work::Cpu(cpu) => {
+                all.extend(cpu.inputs.iter().map(|input| (input, Usage::BlackboardRead)));
+                all.push((&cpu.output, Usage::BlackboardWrite));
             }
             Work::Render(render) => {
                 match &render.draw {
@@ -132,7 +132,7 @@ impl Work {
                         }
                     }
                     Draw::Scene(scene) => {
-                        all.push((&scene.views, Usage::HostRead));
+                        all.push((&scene.views, Usage::BlackboardRead));
                         all.extend(bound(&scene.bindings));
                     }
                 }
@@ -162,22 +162,22 @@ fn bound(slots: &[BoundSlot]) -> impl Iterator<Item = (&Subresource, Usage)> {
     slots.iter().filter_map(|slot| match &slot.source {
         SlotSource::Texture(bound) => Some((&bound.texture, bound.usage)),
         SlotSource::Buffer { buffer, usage } => Some((buffer, *usage)),
-        SlotSource::Data { data, .. } => Some((data, Usage::HostRead)),
+        SlotSource::Data { data, .. } => Some((data, Usage::BlackboardRead)),
         SlotSource::Sampler(_) | SlotSource::View | SlotSource::Values(_) => None,
     })
 }
 
 /// A function from what the host says of a frame to named data and views. The node itself is part of the plan and does
 /// not change; equal nodes compute the same.
-pub trait HostNode: PartialEq + Send + Sync + std::fmt::Debug + 'static {
+pub trait CpuNode: PartialEq + Send + Sync + std::fmt::Debug + 'static {
     /// What is kept from frame to frame; `()` for nothing. Each executor has one for each pass.
     type State: Default + Send + 'static;
 
     /// Computes the data of one frame. `data` comes cleared; whatever the input is, it must end up finite.
-    fn run(&self, state: &mut Self::State, context: &HostContext<'_>, data: &mut HostData);
+    fn run(&self, state: &mut Self::State, context: &CpuContext<'_>, data: &mut BlackboardData);
 }
 
-/// A [`HostNode`] without its type.
+/// A [`CpuNode`] without its type.
 pub trait AnyHostNode: Any + Send + Sync + std::fmt::Debug {
     /// The node with a new state.
     fn start(self: Arc<Self>) -> Box<dyn HostRun>;
@@ -185,18 +185,18 @@ pub trait AnyHostNode: Any + Send + Sync + std::fmt::Debug {
     fn is_same(&self, other: &dyn AnyHostNode) -> bool;
 }
 
-/// A host node with its state.
+/// A CPU node with its state.
 pub trait HostRun: Send {
     /// Computes the data of the next frame.
-    fn run(&mut self, context: &HostContext<'_>, data: &mut HostData);
+    fn run(&mut self, context: &CpuContext<'_>, data: &mut BlackboardData);
 }
 
-struct Started<N: HostNode> {
+struct Started<N: CpuNode> {
     node: Arc<N>,
     state: N::State,
 }
 
-impl<N: HostNode> AnyHostNode for N {
+impl<N: CpuNode> AnyHostNode for N {
     fn start(self: Arc<Self>) -> Box<dyn HostRun> {
         Box::new(Started { node: self, state: N::State::default() })
     }
@@ -207,24 +207,24 @@ impl<N: HostNode> AnyHostNode for N {
     }
 }
 
-impl<N: HostNode> HostRun for Started<N> {
-    fn run(&mut self, context: &HostContext<'_>, data: &mut HostData) {
+impl<N: CpuNode> HostRun for Started<N> {
+    fn run(&mut self, context: &CpuContext<'_>, data: &mut BlackboardData) {
         self.node.run(&mut self.state, context, data);
     }
 }
 
-/// What a host node sees of a frame.
+/// What a CPU node sees of a frame.
 #[derive(Debug)]
-pub struct HostContext<'a> {
+pub struct CpuContext<'a> {
     /// What the host says.
     pub frame: &'a FrameInput,
     /// The data that the pass declared to read, in the order of the declaration.
-    pub inputs: &'a [&'a HostData],
+    pub inputs: &'a [&'a BlackboardData],
 }
 
 /// Work on the CPU.
 #[derive(Clone, Debug)]
-pub struct HostWork {
+pub struct CpuWork {
     /// The function.
     pub node: Arc<dyn AnyHostNode>,
     /// The data that it computes.
@@ -233,9 +233,9 @@ pub struct HostWork {
     pub inputs: Vec<Subresource>,
 }
 
-impl HostWork {
+impl CpuWork {
     /// A node that computes data from a frame and from other data.
-    pub fn new(node: impl HostNode, output: Subresource, inputs: Vec<Subresource>) -> Self {
+    pub fn new(node: impl CpuNode, output: Subresource, inputs: Vec<Subresource>) -> Self {
         Self { node: Arc::new(node), output, inputs }
     }
 }
@@ -550,8 +550,8 @@ pub struct TextureRegion {
 
 impl TextureRegion {
     /// The mip levels.
-    pub fn mip(&self) -> Run<u32> {
-        self.texture.part.mip.unwrap_or(Run::one(0))
+    pub fn mip(&self) -> IndexRange<u32> {
+        self.texture.range.mip.unwrap_or(IndexRange::one(0))
     }
 }
 
@@ -597,7 +597,7 @@ pub enum SlotSource {
     },
     /// A sampler.
     Sampler(Sampler),
-    /// Host data, laid out by the shader.
+    /// Blackboard data, laid out by the shader.
     Data {
         /// The data.
         data: Subresource,
@@ -646,7 +646,7 @@ pub struct BoundTexture {
 impl BoundTexture {
     /// What the shader sees; of depth and stencil the depth, where nothing is said.
     pub fn view(&self) -> TextureView {
-        let Subresource { resource, part: Part { mip, layer, aspect, .. }, .. } = self.texture;
+        let Subresource { resource, range: SubresourceRange { mip, layer, aspect, .. }, .. } = self.texture;
         let aspect = if aspect == Aspect::All { Aspect::DepthOnly } else { aspect };
         TextureView { resource, shape: self.shape, mip, layer, aspect, format: self.format }
     }
@@ -660,9 +660,9 @@ pub struct TextureView {
     /// The dimension of the view.
     pub shape: TextureShape,
     /// Mip levels, or all.
-    pub mip: Option<Run<u32>>,
+    pub mip: Option<IndexRange<u32>>,
     /// Layers, or all.
-    pub layer: Option<Run<u32>>,
+    pub layer: Option<IndexRange<u32>>,
     /// The aspect; of a format with depth and stencil a shader sees one.
     pub aspect: Aspect,
     /// The format in which it is seen, if not its own.
@@ -779,7 +779,7 @@ impl From<Compare> for wgpu_types::CompareFunction {
     }
 }
 
-/// Where the values of host data go in a block: one entry for each run of words.
+/// Where the values of blackboard data go in a block: one entry for each run of words.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct BlockLayout {
     /// The size of the block in bytes.
@@ -802,8 +802,8 @@ pub struct BlockRun {
 }
 
 impl BlockLayout {
-    /// Packs host data into the bytes of a block; what no value fills stays as it is.
-    pub fn pack(&self, data: &HostData, block: &mut [u8]) {
+    /// Packs blackboard data into the bytes of a block; what no value fills stays as it is.
+    pub fn pack(&self, data: &BlackboardData, block: &mut [u8]) {
         for run in &self.runs {
             let words = data.words_at(run.value as usize).unwrap_or_default();
             let words = words.get(run.word as usize..(run.word + run.count) as usize).unwrap_or_default();

@@ -24,7 +24,7 @@ pub struct Checked {
 }
 
 impl Checked {
-    /// Plans the same pipeline with other options: another viewport, or sizes that host data wants
+    /// Plans the same pipeline with other options: another viewport, or sizes that blackboard data wants
     /// ([`PlanOptions::data_sizes`]). Where nothing but sizes changes, the rest of the plan is taken over
     /// ([`Plan::resized`]).
     ///

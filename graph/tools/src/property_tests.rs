@@ -14,7 +14,7 @@ use umbragraph_test_support::property;
 use crate::compiler::{Assembly, Objective, Plan, PlanOptions, build, plan};
 use crate::diagnostic::Diagnostics;
 use crate::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
-use crate::pipeline::{Part, Pipeline, Usage, Version};
+use crate::pipeline::{Pipeline, SubresourceRange, Usage, Version};
 use crate::source::Sources;
 use crate::verify::verify;
 use crate::work::{LoadOperation, PassHandle, ResourceHandle};
@@ -24,7 +24,7 @@ use crate::work::{LoadOperation, PassHandle, ResourceHandle};
 struct RandomPass {
     reads: Vec<usize>,
     writes: usize,
-    part: Option<u32>,
+    range: Option<u32>,
     action: u8,
     side_effect: bool,
     /// A buffer for the pass so many places later: the bytes at 64 texels of width, divided by 4.
@@ -40,10 +40,10 @@ fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
         0u8..12,
         proptest::option::of((1u32..40, 1usize..6)),
     )
-        .prop_map(|(reads, writes, part, action, effect, scratch)| RandomPass {
+        .prop_map(|(reads, writes, range, action, effect, scratch)| RandomPass {
             reads,
             writes,
-            part,
+            range,
             action,
             side_effect: effect == 0,
             scratch,
@@ -51,25 +51,25 @@ fn passes() -> impl Strategy<Value = Vec<RandomPass>> {
     proptest::collection::vec(one, 1..40)
 }
 
-/// The version that each part of a resource has, and the passes that wrote the whole of it.
+/// The version that each subresource range of a resource has, and the passes that wrote the whole of it.
 #[derive(Default)]
 struct Written {
     last: Option<PassHandle>,
-    parts: BTreeMap<Option<u32>, ()>,
+    ranges: BTreeMap<Option<u32>, ()>,
     /// Whether mip 0 and layer 0 were drawn to.
     drawn: bool,
     names: Vec<String>,
 }
 
 impl Written {
-    /// As much as one use can read of what was written, whatever the number of layers.
-    fn readable(&self) -> Option<Part> {
-        let is_written = |mip: u32| self.parts.contains_key(&None) || self.parts.contains_key(&Some(mip));
+    /// As much as one access can read of what was written, whatever the number of layers.
+    fn readable(&self) -> Option<SubresourceRange> {
+        let is_written = |mip: u32| self.ranges.contains_key(&None) || self.ranges.contains_key(&Some(mip));
         if (0..3).all(is_written) {
-            return Some(Part::WHOLE);
+            return Some(SubresourceRange::WHOLE);
         }
-        let mip = (0..3).find(|mip| is_written(*mip)).map(|mip| Part::of(Some(mip), None));
-        mip.or_else(|| self.drawn.then(|| Part::of(Some(0), Some(0))))
+        let mip = (0..3).find(|mip| is_written(*mip)).map(|mip| SubresourceRange::of(Some(mip), None));
+        mip.or_else(|| self.drawn.then(|| SubresourceRange::of(Some(0), Some(0))))
     }
 }
 
@@ -146,7 +146,7 @@ fn pipeline(
             .collect();
         let mut pass = assembly.pass(&format!("p{at}"));
         let handle = pass.handle();
-        let mut read: Vec<(ResourceHandle, Part, Version)> = Vec::new();
+        let mut read: Vec<(ResourceHandle, SubresourceRange, Version)> = Vec::new();
         for resource in &random.reads {
             let resource = resource % count;
             if resource == own
@@ -157,23 +157,23 @@ fn pipeline(
             }
             // The version is named, since later passes may write on.
             let Some(name) = written[resource].names.last() else { continue };
-            let Some(part) = written[resource].readable() else { continue };
-            read.push((resources[resource], part, Version::WrittenBy(name.clone())));
+            let Some(range) = written[resource].readable() else { continue };
+            read.push((resources[resource], range, Version::WrittenBy(name.clone())));
         }
         for resource in earlier {
             pass = pass.reads(resource);
         }
-        for (resource, part, version) in read {
-            pass = pass.uses(resource, part, Usage::Sampled, version);
+        for (resource, range, version) in read {
+            pass = pass.accesses(resource, range, Usage::Sampled, version);
         }
         if let Some(own) = scratch[at] {
-            pass = pass.uses(own, Part::WHOLE, Usage::StorageWrite, Version::Newest);
+            pass = pass.accesses(own, SubresourceRange::WHOLE, Usage::StorageWrite, Version::Newest);
         }
         for (back, earlier) in passes[..at].iter().rev().enumerate() {
             if let (Some((_, later)), Some(left)) = (earlier.scratch, scratch[at - 1 - back])
                 && later == back + 1
             {
-                pass = pass.uses(left, Part::WHOLE, Usage::StorageRead, Version::Newest);
+                pass = pass.accesses(left, SubresourceRange::WHOLE, Usage::StorageRead, Version::Newest);
             }
         }
         let state = &mut written[own];
@@ -181,18 +181,23 @@ fn pipeline(
             pass = pass.after(last);
         }
         state.last = Some(handle);
-        let updates = random.action == 1 && state.parts.contains_key(&None);
-        let part = Part::of(random.part, None);
+        let updates = random.action == 1 && state.ranges.contains_key(&None);
+        let range = SubresourceRange::of(random.range, None);
         if updates {
-            pass = pass.uses(resources[own], Part::WHOLE, Usage::StorageReadWrite, Version::Newest);
+            pass = pass.accesses(
+                resources[own],
+                SubresourceRange::WHOLE,
+                Usage::StorageReadWrite,
+                Version::Newest,
+            );
         } else if random.action == 2 {
             pass = pass.color(resources[own], LoadOperation::Clear([0.0; 4]));
             state.drawn = true;
         } else {
             let replaces = random.reads.len() % 2 == 0;
             let usage = if replaces { Usage::StorageReplace } else { Usage::StorageWrite };
-            pass = pass.uses(resources[own], part, usage, Version::Newest);
-            state.parts.insert(random.part, ());
+            pass = pass.accesses(resources[own], range, usage, Version::Newest);
+            state.ranges.insert(random.range, ());
         }
         state.names.push(format!("p{at}"));
         if random.side_effect {
@@ -211,8 +216,8 @@ fn pipeline(
         end = end.after(last);
     }
     for (at, state) in written.iter().enumerate().take(2) {
-        if let Some(part) = state.readable() {
-            end = end.reads_part(resources[at], part);
+        if let Some(range) = state.readable() {
+            end = end.reads_range(resources[at], range);
         }
     }
     let _ = end;

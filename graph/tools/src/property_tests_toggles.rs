@@ -10,18 +10,22 @@ use umbragraph_test_support::property;
 use crate::compiler::{Assembly, Objective, Plan, PlanOptions, build, plan};
 use crate::diagnostic::Diagnostics;
 use crate::language::Expr;
-use crate::pipeline::{Condition, Part, Run, Usage, Version};
+use crate::pipeline::{Condition, IndexRange, SubresourceRange, Usage, Version};
 use crate::verify::verify;
 use crate::work::{LoadOperation, PassHandle, ResourceHandle};
 
 const TOGGLES: usize = 3;
 
 /// The ways in which a resource begins: mips, each written by a pass of its own; everything if nothing is said.
-const BEGINNINGS: [&[Option<Run<u32>>]; 4] = [
+const BEGINNINGS: [&[Option<IndexRange<u32>>]; 4] = [
     &[None],
-    &[Some(Run { first: 0, count: 1 }), Some(Run { first: 1, count: 2 })],
-    &[Some(Run { first: 1, count: 2 }), Some(Run { first: 0, count: 1 })],
-    &[Some(Run { first: 2, count: 1 }), Some(Run { first: 0, count: 1 }), Some(Run { first: 1, count: 1 })],
+    &[Some(IndexRange { first: 0, count: 1 }), Some(IndexRange { first: 1, count: 2 })],
+    &[Some(IndexRange { first: 1, count: 2 }), Some(IndexRange { first: 0, count: 1 })],
+    &[
+        Some(IndexRange { first: 2, count: 1 }),
+        Some(IndexRange { first: 0, count: 1 }),
+        Some(IndexRange { first: 1, count: 1 }),
+    ],
 ];
 
 /// What a random pass does: resources by number, each modulo what there is.
@@ -64,7 +68,7 @@ fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -
                 pass = pass.after(before);
             }
             let handle = pass.handle();
-            let _ = pass.writes_part(*texture, Part { mip: *mip, ..Part::WHOLE });
+            let _ = pass.writes_range(*texture, SubresourceRange { mip: *mip, ..SubresourceRange::WHOLE });
             begun = Some((handle, name));
         }
         last.extend(begun);
@@ -77,7 +81,12 @@ fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -
         if random.action == 5 {
             // The picture anew, or more of it.
             let version = Version::WrittenBy(version);
-            let pass = assembly.pass(&name).uses(textures[own], Part::WHOLE, Usage::Sampled, version);
+            let pass = assembly.pass(&name).accesses(
+                textures[own],
+                SubresourceRange::WHOLE,
+                Usage::Sampled,
+                version,
+            );
             let mut pass = pass.after(last_target);
             last_target = pass.handle();
             if let Some((toggle, on)) = random.toggle {
@@ -93,7 +102,9 @@ fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -
             let effect = assembly.texture(&format!("x{at}"));
             let from = Version::WrittenBy(version);
             let pass = assembly.pass(&name).toggle(toggle, on);
-            let _ = pass.uses(textures[own], Part::WHOLE, Usage::Sampled, from.clone()).writes(effect);
+            let _ = pass
+                .accesses(textures[own], SubresourceRange::WHOLE, Usage::Sampled, from.clone())
+                .writes(effect);
             let mut seen = effect;
             assembly.bypass(effect, textures[own], from, Condition { toggle, on });
             if random.action == 4 {
@@ -107,9 +118,9 @@ fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -
             last_target = reader.color(target, LoadOperation::Load).handle();
             continue;
         }
-        let part = random.mips.map_or(Part::WHOLE, |(first, count)| Part {
-            mip: Some(Run { first, count: count.min(3 - first) }),
-            ..Part::WHOLE
+        let range = random.mips.map_or(SubresourceRange::WHOLE, |(first, count)| SubresourceRange {
+            mip: Some(IndexRange { first, count: count.min(3 - first) }),
+            ..SubresourceRange::WHOLE
         });
         let mut pass = assembly.pass(&name).after(before);
         let handle = pass.handle();
@@ -119,15 +130,15 @@ fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -
             if !read.contains(&other) {
                 read.push(other);
                 let version = Version::WrittenBy(last[other].1.clone());
-                pass = pass.uses(textures[other], part, Usage::Sampled, version);
+                pass = pass.accesses(textures[other], range, Usage::Sampled, version);
             }
         }
         if let Some((toggle, on)) = random.toggle {
             pass = pass.toggle(toggle, on);
         }
         let _ = match random.action {
-            0 => pass.writes_part(textures[own], part),
-            1 => pass.uses(textures[own], part, Usage::StorageReadWrite, Version::Newest),
+            0 => pass.writes_range(textures[own], range),
+            1 => pass.accesses(textures[own], range, Usage::StorageReadWrite, Version::Newest),
             _ => pass.color(textures[own], LoadOperation::Clear([0.0; 4])),
         };
         last[own] = (handle, name);

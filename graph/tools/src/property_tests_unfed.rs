@@ -1,5 +1,6 @@
-//! Reads of which nothing, a part or all was written: random writers and readers of random parts of textures with mips
-//! and layers, of volumes, of depth and stencil, and of buffers. The oracle looks at each piece that exists by itself.
+//! Reads of which nothing, a subresource range or all was written: random writers and readers of random subresource
+//! ranges of textures with mips and layers, of volumes, of depth and stencil, and of buffers. The oracle looks at each
+//! piece that exists by itself.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -10,7 +11,7 @@ use umbragraph_test_support::property;
 use crate::compiler::{Assembly, PlanOptions, build, plan};
 use crate::diagnostic::{Diagnostics, codes};
 use crate::language::{Expr, FormatCandidates, Lifetime, TextureShape};
-use crate::pipeline::{Aspect, Part, Pipeline, Run, Usage, Version};
+use crate::pipeline::{Aspect, IndexRange, Pipeline, SubresourceRange, Usage, Version};
 use crate::source::Sources;
 use crate::verify::{FaultKind, verify};
 
@@ -22,9 +23,9 @@ enum Kind {
     Buffer,
 }
 
-/// A part, of which each kind takes what it has.
+/// A subresource range, of which each kind takes what it has.
 #[derive(Clone, Copy, Debug)]
-struct RandomPart {
+struct RandomRange {
     mips: Option<(u32, u32)>,
     layers: Option<(u32, u32)>,
     aspect: usize,
@@ -32,8 +33,8 @@ struct RandomPart {
 }
 
 #[derive(Clone, Debug)]
-struct Access {
-    part: RandomPart,
+struct RandomAccess {
+    range: RandomRange,
     toggle: Option<(usize, bool)>,
     /// Of a reader: the writer whose version it reads; the newest without it, or if there are fewer.
     version: Option<usize>,
@@ -65,42 +66,50 @@ fn pieces(kind: Kind) -> Vec<Piece> {
     all
 }
 
-impl RandomPart {
-    fn of(self, kind: Kind) -> Part {
+impl RandomRange {
+    fn of(self, kind: Kind) -> SubresourceRange {
         const ASPECTS: [Aspect; 3] = [Aspect::All, Aspect::DepthOnly, Aspect::StencilOnly];
         let run = |run: Option<(u32, u32)>, of: u32| {
-            run.map(|(first, count)| Run { first: first % of, count: count.min(of - first % of) })
+            run.map(|(first, count)| IndexRange { first: first % of, count: count.min(of - first % of) })
         };
         match kind {
-            Kind::Layered => {
-                Part { mip: run(self.mips, MIPS), layer: run(self.layers, LAYERS), ..Part::WHOLE }
-            }
+            Kind::Layered => SubresourceRange {
+                mip: run(self.mips, MIPS),
+                layer: run(self.layers, LAYERS),
+                ..SubresourceRange::WHOLE
+            },
             Kind::Volume => {
                 let mip = run(self.mips, MIPS);
                 let slices = LAYERS >> mip.map_or(0, |run| run.first);
-                Part { mip, layer: run(self.layers, slices), ..Part::WHOLE }
+                SubresourceRange { mip, layer: run(self.layers, slices), ..SubresourceRange::WHOLE }
             }
             Kind::DepthStencil => {
-                Part { layer: run(self.layers, LAYERS), ..Part::WHOLE }.aspect(ASPECTS[self.aspect])
+                SubresourceRange { layer: run(self.layers, LAYERS), ..SubresourceRange::WHOLE }
+                    .aspect(ASPECTS[self.aspect])
             }
-            Kind::Buffer => self
-                .words
-                .map_or(Part::WHOLE, |(first, count)| Part::bytes(first * 4, count.min(WORDS - first) * 4)),
+            Kind::Buffer => self.words.map_or(SubresourceRange::WHOLE, |(first, count)| {
+                SubresourceRange::bytes(first * 4, count.min(WORDS - first) * 4)
+            }),
         }
     }
 }
 
-fn has(part: Part, (mip, layer, aspect, word): Piece) -> bool {
-    let within = |run: Option<Run<u32>>, at: u32| {
+fn has(range: SubresourceRange, (mip, layer, aspect, word): Piece) -> bool {
+    let within = |run: Option<IndexRange<u32>>, at: u32| {
         run.is_none_or(|run| (run.first..run.first + run.count).contains(&at))
     };
-    let bytes = part.bytes.is_none_or(|run| (run.first..run.first + run.count).contains(&(word * 4)));
+    let bytes = range.bytes.is_none_or(|run| (run.first..run.first + run.count).contains(&(word * 4)));
     let other = [Aspect::StencilOnly, Aspect::DepthOnly][aspect];
-    within(part.mip, mip) && within(part.layer, layer) && part.aspect != other && bytes
+    within(range.mip, mip) && within(range.layer, layer) && range.aspect != other && bytes
 }
 
 /// The pipeline, with a first pass that writes everything if so wished.
-fn pipeline(kind: Kind, writers: &[Access], readers: &[Access], begins: bool) -> (Arc<Pipeline>, Sources) {
+fn pipeline(
+    kind: Kind,
+    writers: &[RandomAccess],
+    readers: &[RandomAccess],
+    begins: bool,
+) -> (Arc<Pipeline>, Sources) {
     let mut assembly = Assembly::new("unfed");
     let resource = match kind {
         Kind::Buffer => assembly.buffer("a", WORDS as u32 * 4, Lifetime::Transient),
@@ -123,7 +132,7 @@ fn pipeline(kind: Kind, writers: &[Access], readers: &[Access], begins: bool) ->
     }
     let mut last = None;
     if begins {
-        let pass = assembly.pass("begin").uses(resource, Part::WHOLE, write, Version::Newest);
+        let pass = assembly.pass("begin").accesses(resource, SubresourceRange::WHOLE, write, Version::Newest);
         last = Some(pass.handle());
     }
     for (at, writer) in writers.iter().enumerate() {
@@ -134,7 +143,7 @@ fn pipeline(kind: Kind, writers: &[Access], readers: &[Access], begins: bool) ->
         if let Some((toggle, on)) = writer.toggle {
             pass = pass.toggle(toggle, on);
         }
-        last = Some(pass.uses(resource, writer.part.of(kind), write, Version::Newest).handle());
+        last = Some(pass.accesses(resource, writer.range.of(kind), write, Version::Newest).handle());
     }
     for (at, reader) in readers.iter().enumerate() {
         let mut pass = assembly.pass(&format!("r{at}"));
@@ -146,7 +155,7 @@ fn pipeline(kind: Kind, writers: &[Access], readers: &[Access], begins: bool) ->
         }
         let version = reader.version.filter(|version| *version < writers.len());
         let version = version.map_or(Version::Newest, |version| Version::WrittenBy(format!("w{version}")));
-        let _ = pass.uses(resource, reader.part.of(kind), read, version);
+        let _ = pass.accesses(resource, reader.range.of(kind), read, version);
     }
     // Something has to be kept.
     let _ = assembly.pass("end").side_effect();
@@ -155,31 +164,32 @@ fn pipeline(kind: Kind, writers: &[Access], readers: &[Access], begins: bool) ->
 
 /// Of the pieces that a reader reads, how many no earlier writer leaves in any frame with the reader, and how many are
 /// left.
-fn unfed_and_fed(kind: Kind, writers: &[Access], reader: &Access) -> (usize, usize) {
+fn unfed_and_fed(kind: Kind, writers: &[RandomAccess], reader: &RandomAccess) -> (usize, usize) {
     let earlier =
         reader.version.filter(|version| *version < writers.len()).map_or(writers.len(), |at| at + 1);
-    let meet = |writer: &&Access| match (writer.toggle, reader.toggle) {
+    let meet = |writer: &&RandomAccess| match (writer.toggle, reader.toggle) {
         (Some((a, on)), Some((b, also))) => a != b || on == also,
         _ => true,
     };
-    let earlier: Vec<Part> = writers[..earlier].iter().filter(meet).map(|one| one.part.of(kind)).collect();
-    let read = pieces(kind).into_iter().filter(|piece| has(reader.part.of(kind), *piece));
+    let earlier: Vec<SubresourceRange> =
+        writers[..earlier].iter().filter(meet).map(|one| one.range.of(kind)).collect();
+    let read = pieces(kind).into_iter().filter(|piece| has(reader.range.of(kind), *piece));
     let (fed, unfed): (Vec<_>, Vec<_>) =
-        read.partition(|piece| earlier.iter().any(|part| has(*part, *piece)));
+        read.partition(|piece| earlier.iter().any(|range| has(*range, *piece)));
     (unfed.len(), fed.len())
 }
 
-fn accesses(count: std::ops::Range<usize>) -> impl Strategy<Value = Vec<Access>> {
+fn accesses(count: std::ops::Range<usize>) -> impl Strategy<Value = Vec<RandomAccess>> {
     let toggle = || proptest::option::weighted(0.3, (0..TOGGLES, any::<bool>()));
-    let part = (
+    let range = (
         proptest::option::of((0u32..4, 1u32..4)),
         proptest::option::of((0u32..4, 1u32..5)),
         0usize..3,
         proptest::option::weighted(0.8, (0..WORDS, 1..WORDS)),
     )
-        .prop_map(|(mips, layers, aspect, words)| RandomPart { mips, layers, aspect, words });
-    let one = (part, toggle(), proptest::option::weighted(0.3, 0usize..6), proptest::bool::weighted(0.9))
-        .prop_map(|(part, toggle, version, is_live)| Access { part, toggle, version, is_live });
+        .prop_map(|(mips, layers, aspect, words)| RandomRange { mips, layers, aspect, words });
+    let one = (range, toggle(), proptest::option::weighted(0.3, 0usize..6), proptest::bool::weighted(0.9))
+        .prop_map(|(range, toggle, version, is_live)| RandomAccess { range, toggle, version, is_live });
     proptest::collection::vec(one, count)
 }
 
@@ -187,7 +197,7 @@ fn kind() -> impl Strategy<Value = Kind> {
     prop_oneof![Just(Kind::Layered), Just(Kind::Volume), Just(Kind::DepthStencil), Just(Kind::Buffer)]
 }
 
-fn check(kind: Kind, writers: &[Access], readers: &[Access]) -> Result<(), TestCaseError> {
+fn check(kind: Kind, writers: &[RandomAccess], readers: &[RandomAccess]) -> Result<(), TestCaseError> {
     let options = PlanOptions::new(64, 64);
     let (whole, sources) = pipeline(kind, writers, readers, false);
     let mut findings = Diagnostics::new();
@@ -226,7 +236,7 @@ fn check(kind: Kind, writers: &[Access], readers: &[Access]) -> Result<(), TestC
     Arc::make_mut(&mut planned.pipeline).passes[0].tamper().1.clear();
     let faults = verify(&planned, &options);
     for (at, reader) in readers.iter().enumerate() {
-        let message = format!("\"r{at}\" reads a part of \"a\" that nothing has written");
+        let message = format!("\"r{at}\" reads a subresource range of \"a\" that nothing has written");
         let (missing, there) = unfed_and_fed(kind, writers, reader);
         let found = faults.iter().any(|one| one.kind == FaultKind::ReadUnfed && one.message == message);
         if kind != Kind::Volume || there > 0 {
@@ -248,9 +258,9 @@ proptest! {
 }
 
 /// Some mips and layers of a layered texture; all where nothing is said.
-fn layered(mips: Option<(u32, u32)>, layers: Option<(u32, u32)>) -> Access {
-    let part = RandomPart { mips, layers, aspect: 0, words: None };
-    Access { part, toggle: None, version: None, is_live: true }
+fn layered(mips: Option<(u32, u32)>, layers: Option<(u32, u32)>) -> RandomAccess {
+    let range = RandomRange { mips, layers, aspect: 0, words: None };
+    RandomAccess { range, toggle: None, version: None, is_live: true }
 }
 
 #[test]

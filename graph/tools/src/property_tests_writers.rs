@@ -8,7 +8,7 @@ use umbragraph_test_support::property;
 use crate::compiler::{Assembly, Graph, KeepReason, Plan, PlanOptions, build, plan};
 use crate::diagnostic::Diagnostics;
 use crate::language::Lifetime;
-use crate::pipeline::{Part, Usage, Version};
+use crate::pipeline::{SubresourceRange, Usage, Version};
 use crate::verify::verify;
 
 /// A writer of a range of bytes.
@@ -27,7 +27,7 @@ fn planned(writers: &[Writer], toggles: usize, words: u64, read: (u64, u64)) -> 
     for at in 0..toggles {
         assembly.toggle(&format!("t{at:05}"));
     }
-    let bytes = |range: (u64, u64)| Part::bytes(range.0 * 4, range.1 * 4);
+    let bytes = |range: (u64, u64)| SubresourceRange::bytes(range.0 * 4, range.1 * 4);
     let mut last = assembly.pass("begin").writes(buffer).handle();
     for (at, writer) in writers.iter().enumerate() {
         let mut pass = assembly.pass(&format!("p{at:05}")).after(last);
@@ -36,10 +36,10 @@ fn planned(writers: &[Writer], toggles: usize, words: u64, read: (u64, u64)) -> 
             pass = pass.toggle(toggle, on);
         }
         let usage = if writer.loads { Usage::StorageReadWrite } else { Usage::StorageWrite };
-        let _ = pass.uses(buffer, bytes(writer.range), usage, Version::Newest);
+        let _ = pass.accesses(buffer, bytes(writer.range), usage, Version::Newest);
     }
     let end = assembly.pass("end").after(last).side_effect();
-    let _ = end.uses(buffer, bytes(read), Usage::StorageRead, Version::Newest);
+    let _ = end.accesses(buffer, bytes(read), Usage::StorageRead, Version::Newest);
     let (pipeline, sources) = assembly.finish();
     let mut findings = Diagnostics::new();
     let graph = build(&pipeline, &mut findings).unwrap_or_else(|| panic!("{findings:#?}"));
@@ -149,7 +149,7 @@ fn five_thousand_toggled_writers_of_ranges_have_a_few_edges_each() {
 }
 
 #[test]
-fn more_parts_than_are_told_apart_keep_more_and_say_so() {
+fn more_ranges_than_are_told_apart_keep_more_and_say_so() {
     const COUNT: u64 = 1200;
     // Each writes words of its own with the one toggle. The two oldest write the same: the older is never seen.
     let when = |on: bool| Some((0, on));

@@ -27,11 +27,11 @@
 use glam::DVec4;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::data::{Component, DataShape, HostData, ValueType};
+use umbragraph_pipeline::data::{BlackboardData, Component, DataShape, ValueType};
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
-use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, Work};
+use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use super::configuration::{Cascade, CascadeSet, Configuration};
 use super::fit::FitShape;
@@ -44,7 +44,7 @@ use crate::lights::filter::FilterSettings;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cascades {
-    /// The host data to publish.
+    /// The blackboard data to publish.
     pub to: String,
     /// The name of a directional light. Without it: the brightest that casts shadows, of equally bright ones the
     /// alphabetically first.
@@ -155,7 +155,7 @@ impl Node for Cascades {
             return placed::declare(self, placement, configuration, pass);
         }
         let output = pass.publish(&self.to, "/to", shape(configuration.splits.count() as u32))?;
-        pass.produce(Work::Host(HostWork::new(RunCascades { configuration }, output, Vec::new())))
+        pass.produce(Work::Cpu(CpuWork::new(RunCascades { configuration }, output, Vec::new())))
     }
 }
 
@@ -188,10 +188,10 @@ struct RunCascades {
     configuration: Configuration,
 }
 
-impl HostNode for RunCascades {
+impl CpuNode for RunCascades {
     type State = ();
 
-    fn run(&self, (): &mut (), context: &HostContext<'_>, data: &mut HostData) {
+    fn run(&self, (): &mut (), context: &CpuContext<'_>, data: &mut BlackboardData) {
         let set = self.configuration.fit(context.frame);
         publish(&self.configuration, &set, data);
         if context.frame.camera.check().is_none() {
@@ -201,7 +201,7 @@ impl HostNode for RunCascades {
     }
 }
 
-fn publish(configuration: &Configuration, set: &CascadeSet, data: &mut HostData) {
+fn publish(configuration: &Configuration, set: &CascadeSet, data: &mut BlackboardData) {
     let layout = &configuration.layout;
     let numbers = |value: fn(&Cascade) -> f64| set.iter().map(move |cascade| bounded(value(cascade)));
     let vectors = |value: &dyn Fn(usize) -> DVec4| {

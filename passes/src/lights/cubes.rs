@@ -27,7 +27,7 @@ const BORDER: f64 = 1.0;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CubeShadows {
-    /// The host data to publish.
+    /// The blackboard data to publish.
     pub to: String,
     /// What a `shadow_atlas` publishes.
     pub placement: String,

@@ -1,15 +1,15 @@
 //! What the nodes that describe shadows have in common, whatever backs them: from the placed lights to views, one
 //! descriptor after another, and the places where bounds of filters bite.
 //!
-//! A backing says with [`Describe`] what one placed light comes to; [`node`] makes a host node of it.
+//! A backing says with [`Describe`] what one placed light comes to; [`node`] makes a CPU node of it.
 
 use std::fmt::Debug;
 
 use glam::DVec3;
-use umbragraph_pipeline::data::{DataShape, HostData, View};
+use umbragraph_pipeline::data::{BlackboardData, DataShape, View};
 use umbragraph_pipeline::frame::FrameInput;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
-use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, Subresource, Work};
+use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Subresource, Work};
 
 use super::descriptor::{self, Descriptor};
 use super::filter::{Bounded, Filter, Where, receivers};
@@ -27,7 +27,7 @@ pub(crate) struct Told<'a> {
     /// The side of the atlas, in texels.
     pub(crate) atlas_side: u32,
     pub(crate) filter: Option<Filter>,
-    data: &'a mut HostData,
+    data: &'a mut BlackboardData,
     memory: &'a mut Memory,
 }
 
@@ -86,13 +86,13 @@ pub(crate) fn node(
     describe: impl Describe,
 ) -> Option<Produced> {
     let output = pass.publish(to, "/to", descriptor::shape(shape, capacity))?;
-    pass.produce(Work::Host(HostWork::new(Run { describe, filter }, output, vec![placement])))
+    pass.produce(Work::Cpu(CpuWork::new(Run { describe, filter }, output, vec![placement])))
 }
 
-impl<D: Describe> HostNode for Run<D> {
+impl<D: Describe> CpuNode for Run<D> {
     type State = Memory;
 
-    fn run(&self, memory: &mut Memory, context: &HostContext<'_>, data: &mut HostData) {
+    fn run(&self, memory: &mut Memory, context: &CpuContext<'_>, data: &mut BlackboardData) {
         memory.descriptors.clear();
         memory.bounded.clear();
         let Some(placement) = context.inputs.first() else { return };

@@ -15,7 +15,7 @@
 //! A descriptor of zeros shadows nothing.
 
 use glam::{DMat4, DVec2, DVec4, UVec2};
-use umbragraph_pipeline::data::{Component, DataShape, HostData, ValueType};
+use umbragraph_pipeline::data::{BlackboardData, Component, DataShape, ValueType};
 use umbragraph_pipeline::frame::{Light, LightKind};
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::pipeline::PassBuilder;
@@ -82,7 +82,7 @@ pub(crate) fn size_without(pass: &mut PassBuilder<'_>, setting: Option<&Expr>) -
     setting.map_or(Some(0.0), |expr| pass.number(expr, "/light_size"))
 }
 
-/// What a pass that reads descriptors expects of host data.
+/// What a pass that reads descriptors expects of blackboard data.
 pub(crate) fn expected() -> Vec<(&'static str, ValueType)> {
     let arrays = VALUES.iter().map(|(name, value_type)| (*name, value_type.array(0)));
     arrays.chain([("count", ValueType::U32)]).collect()
@@ -94,7 +94,7 @@ pub fn shape(shape: DataShape, capacity: u32) -> DataShape {
 }
 
 /// Publishes descriptors, and their number as `count`; those beyond the capacity are left out.
-pub fn publish(data: &mut HostData, descriptors: &[Descriptor]) {
+pub fn publish(data: &mut BlackboardData, descriptors: &[Descriptor]) {
     let some = &descriptors[..descriptors.len().min(capacity(data) as usize)];
     for (at, name) in ["map.axis_x", "map.axis_y", "map.axis_z"].into_iter().enumerate() {
         data.set_vec4s(name, some.iter().map(|one| one.axes[at].as_vec4()));
@@ -108,12 +108,12 @@ pub fn publish(data: &mut HostData, descriptors: &[Descriptor]) {
 }
 
 /// The number of descriptors that there is room for.
-pub(crate) fn capacity(data: &HostData) -> u32 {
+pub(crate) fn capacity(data: &BlackboardData) -> u32 {
     data.shape().find("map.place").map_or(0, |at| data.shape().values[at].1.count.unwrap_or(0))
 }
 
 /// The number of descriptors that a data resource holds.
-pub(crate) fn count(data: &HostData) -> u32 {
+pub(crate) fn count(data: &BlackboardData) -> u32 {
     data.words("count").and_then(|words| words.first().copied()).unwrap_or(0)
 }
 

@@ -15,7 +15,7 @@
 use glam::DVec3;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::data::HostData;
+use umbragraph_pipeline::data::BlackboardData;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Place, Severity, list_of};
 use umbragraph_pipeline::frame::{Bounds, FrameInput, Light};
 use umbragraph_pipeline::language::Expr;
@@ -156,7 +156,7 @@ impl Bounded {
     }
 
     /// Replaces the notices where others are due.
-    pub(crate) fn report(&mut self, filter: Option<Filter>, frame: &FrameInput, data: &mut HostData) {
+    pub(crate) fn report(&mut self, filter: Option<Filter>, frame: &FrameInput, data: &mut BlackboardData) {
         let Some(filter) = filter else { return };
         if !self.places.iter().map(key).eq(self.reported.iter().copied()) {
             self.reported.clear();

@@ -23,13 +23,13 @@
 use glam::{DVec4, Vec3, Vec4};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::data::{Component, DataShape, HostData, ValueType};
+use umbragraph_pipeline::data::{BlackboardData, Component, DataShape, ValueType};
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph_pipeline::frame::{FrameInput, Light, LightKind};
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
-use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, Work};
+use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use super::descriptor;
 use super::placement::{self, Backing};
@@ -47,7 +47,7 @@ pub const LARGEST_CAPACITY: u32 = 4096;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LightList {
-    /// The host data to publish.
+    /// The blackboard data to publish.
     pub to: String,
     /// The most lights.
     pub lights: Expr,
@@ -102,7 +102,7 @@ impl Node for LightList {
         let (lights, descriptors) = (lights?, descriptors?);
         let output = pass.publish(&self.to, "/to", shape(lights, descriptors))?;
         let node = RunLightList { capacity: lights as usize, sources };
-        pass.produce(Work::Host(HostWork::new(node, output, inputs)))
+        pass.produce(Work::Cpu(CpuWork::new(node, output, inputs)))
     }
 }
 
@@ -143,10 +143,10 @@ struct State {
     left_out: Vec<String>,
 }
 
-impl HostNode for RunLightList {
+impl CpuNode for RunLightList {
     type State = State;
 
-    fn run(&self, state: &mut State, context: &HostContext<'_>, data: &mut HostData) {
+    fn run(&self, state: &mut State, context: &CpuContext<'_>, data: &mut BlackboardData) {
         let State { order, shadows, left_out } = state;
         let frame = context.frame;
         let input = |at: Option<usize>| at.and_then(|at| context.inputs.get(at).copied());
@@ -192,9 +192,9 @@ impl RunLightList {
     /// Copies the descriptors of each backing, one after the other, and finds the first one of each light.
     fn publish_descriptors<'a>(
         &self,
-        input: &impl Fn(Option<usize>) -> Option<&'a HostData>,
+        input: &impl Fn(Option<usize>) -> Option<&'a BlackboardData>,
         shadows: &mut [(u32, u32)],
-        data: &mut HostData,
+        data: &mut BlackboardData,
     ) {
         let sets = self.sources.descriptors.map(input);
         let capacity = descriptor::capacity(data);
@@ -235,7 +235,7 @@ impl RunLightList {
     }
 }
 
-fn report(frame: &FrameInput, left_out: &[u32], known: &mut Vec<String>, data: &mut HostData) {
+fn report(frame: &FrameInput, left_out: &[u32], known: &mut Vec<String>, data: &mut BlackboardData) {
     let names = || left_out.iter().map(|at| frame.lights[*at as usize].name.as_str());
     if names().eq(known.iter().map(String::as_str)) {
         return;

@@ -21,13 +21,13 @@ use std::collections::BTreeMap;
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::data::{Component, DataShape, HostData, ValueType};
+use umbragraph_pipeline::data::{BlackboardData, Component, DataShape, ValueType};
 use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph_pipeline::frame::{FrameInput, Light, LightKind};
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
-use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, Work};
+use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use super::CAST_SHADOW;
 use crate::atlas::{self, Capacity, Fate, Key, Placement, Pool, PoolCounts, Request, TileRequest};
@@ -47,7 +47,7 @@ pub const LARGEST_VIEWS: u32 = 1 << 16;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShadowAtlas {
-    /// The host data to publish.
+    /// The blackboard data to publish.
     pub to: String,
     /// The atlas of the spots; without it they cast no shadows.
     #[serde(default)]
@@ -147,7 +147,7 @@ pub struct Entry {
 }
 
 /// The lights that a published placement has shadows for: those with tiles first, then cubes, then layers.
-pub fn entries(data: &HostData) -> impl Iterator<Item = Entry> + '_ {
+pub fn entries(data: &BlackboardData) -> impl Iterator<Item = Entry> + '_ {
     let count = data.words("count").and_then(|words| words.first().copied()).unwrap_or(0) as usize;
     let words = |name: &str| data.words(name).unwrap_or_default().chunks_exact(4);
     words("entry").zip(words("tile")).take(count).filter_map(|(entry, tile)| {
@@ -161,14 +161,14 @@ pub fn entries(data: &HostData) -> impl Iterator<Item = Entry> + '_ {
     })
 }
 
-/// What a pass that reads a placement expects of host data.
+/// What a pass that reads a placement expects of blackboard data.
 pub(crate) fn expected() -> [(&'static str, ValueType); 4] {
     let numbers = ValueType::vector(Component::U32, 4).array(0);
     [("count", ValueType::U32), ("entry", numbers), ("tile", numbers), ("atlas_side", ValueType::U32)]
 }
 
 /// The side of the atlas that a placement was made for, in texels.
-pub fn atlas_side(data: &HostData) -> u32 {
+pub fn atlas_side(data: &BlackboardData) -> u32 {
     data.words("atlas_side").and_then(|words| words.first().copied()).unwrap_or(0)
 }
 
@@ -248,7 +248,7 @@ impl Node for ShadowAtlas {
         let (descriptors, views, cubes, (layers, cascades)) = (descriptors?, views?, cubes?, suns?);
         let limits = Limits { atlas: spots, cubes, suns: layers / cascades, cascades, descriptors, views };
         let output = pass.publish(&self.to, "/to", shape(&limits))?;
-        pass.produce(Work::Host(HostWork::new(RunShadowAtlas { limits }, output, Vec::new())))
+        pass.produce(Work::Cpu(CpuWork::new(RunShadowAtlas { limits }, output, Vec::new())))
     }
 }
 
@@ -399,10 +399,10 @@ struct State {
     entries: Vec<Entry>,
 }
 
-impl HostNode for RunShadowAtlas {
+impl CpuNode for RunShadowAtlas {
     type State = State;
 
-    fn run(&self, state: &mut State, context: &HostContext<'_>, data: &mut HostData) {
+    fn run(&self, state: &mut State, context: &CpuContext<'_>, data: &mut BlackboardData) {
         let State { placement, asking, requests, entries } = state;
         let placement = placement.get_or_insert_with(|| Placement::new(self.limits.settings()));
         self.ask(context.frame, asking, requests);
@@ -473,7 +473,7 @@ impl RunShadowAtlas {
     }
 }
 
-fn publish(entries: &[Entry], lights: &[Light], side: u32, data: &mut HostData) {
+fn publish(entries: &[Entry], lights: &[Light], side: u32, data: &mut BlackboardData) {
     data.set_u32("count", entries.len() as u32);
     data.set_u32("atlas_side", side);
     let words = entries.iter().flat_map(|entry| {

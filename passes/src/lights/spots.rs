@@ -24,7 +24,7 @@ use crate::views::spot::SpotView;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpotShadows {
-    /// The host data to publish.
+    /// The blackboard data to publish.
     pub to: String,
     /// What a `shadow_atlas` publishes.
     pub placement: String,

@@ -1,4 +1,4 @@
-//! What a pass binds to the names of its shader, and how host data is laid out in a shader's blocks.
+//! What a pass binds to the names of its shader, and how blackboard data is laid out in a shader's blocks.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +16,7 @@ use crate::work::{Address, BlockLayout, BlockRun, BlockValues, BoundSlot, Compar
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Bind {
-    /// A texture, a buffer or host data: a reference such as "maps" or "maps@blur".
+    /// A texture, a buffer or blackboard data: a reference such as "maps" or "maps@blur".
     Name(String),
     /// Anything else.
     Object(BindObject),
@@ -26,33 +26,33 @@ pub enum Bind {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BindObject {
-    /// A part of a texture.
+    /// A subresource range of a texture.
     Texture(TextureBind),
-    /// A part of a buffer.
+    /// A subresource range of a buffer.
     Buffer(BufferBind),
     /// A sampler.
     Sampler(SamplerBind),
     /// The members of a uniform block, each with an expression.
     Values(ValuesBind),
-    /// Host data, and expressions for members of the block that it does not publish.
+    /// Blackboard data, and expressions for members of the block that it does not publish.
     Data(DataBind),
 }
 
 /// Expressions by the names of a block's members.
 pub type ValuesBind = BTreeMap<String, Expr>;
 
-/// Host data, and expressions for members of the block that it does not publish.
+/// Blackboard data, and expressions for members of the block that it does not publish.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DataBind {
-    /// The host data.
+    /// The blackboard data.
     pub name: String,
     /// Expressions by the names of members; they go before what the data publishes.
     #[serde(default)]
     pub values: ValuesBind,
 }
 
-/// A part of a texture.
+/// A subresource range of a texture.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TextureBind {
@@ -88,7 +88,7 @@ pub struct TextureBind {
     pub contents: Option<Word<Contents>>,
 }
 
-/// Whether a use that writes needs what was there.
+/// Whether an access that writes needs what was there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Contents {
@@ -98,7 +98,7 @@ pub enum Contents {
     Discard,
 }
 
-/// A part of a buffer.
+/// A subresource range of a buffer.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BufferBind {
@@ -131,8 +131,8 @@ pub struct SamplerBind {
     pub compare: Option<Word<Compare>>,
 }
 
-/// Where the values of host data, or of the view, go in the block that they are bound to, or why they do not fit; `None`
-/// where none are bound.
+/// Where the values of blackboard data, or of the view, go in the block that they are bound to, or why they do not fit;
+/// `None` where none are bound.
 pub(super) fn block_layout(
     program: &Program,
     slot: &BoundSlot,
@@ -151,7 +151,7 @@ pub(super) fn block_layout(
 }
 
 impl Pipeline {
-    /// Where the values of host data, or of the view, go in the block that they are bound to.
+    /// Where the values of blackboard data, or of the view, go in the block that they are bound to.
     pub fn block_layout(&self, program: &Program, slot: &BoundSlot) -> Option<BlockLayout> {
         block_layout(program, slot, &self.resources)?.ok()
     }
@@ -181,7 +181,7 @@ fn match_block(
     values: Option<&BlockValues>,
 ) -> Result<BlockLayout, Vec<String>> {
     let TypeLayout::Struct { members, .. } = block else {
-        return Err(vec!["host data is bound to a struct, whose members name the values".to_owned()]);
+        return Err(vec!["blackboard data is bound to a struct, whose members name the values".to_owned()]);
     };
     let mut runs = Vec::new();
     let mut faults = Vec::new();

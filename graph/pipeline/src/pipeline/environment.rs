@@ -84,7 +84,7 @@ impl Environment {
         self.prefix.is_empty() && self.locals.is_empty()
     }
 
-    /// The name outside of a resource or host data.
+    /// The name outside of a resource or blackboard data.
     pub(super) fn resource<'a>(&'a self, name: &'a str) -> Cow<'a, str> {
         match self.inputs.get(name) {
             Some(input) => input.name.as_str().into(),

@@ -8,7 +8,7 @@
 //! 3. each pass whose `when` holds is declared by its node kind, which states resources used, shaders and bindings
 //!    through a [`PassBuilder`]; shaders are rendered, validated and reflected here, since the usage of a binding is
 //!    what the shader says it is;
-//! 4. what passes say of one another (host data, versions) is connected.
+//! 4. what passes say of one another (blackboard data, versions) is connected.
 //!
 //! A pass that could not be declared leaves a gap: the resources that it mentions are exempt from findings that would
 //! only follow ([`Pipeline::uncertain`]).
@@ -24,7 +24,6 @@ mod host_contract;
 mod inlined;
 mod load;
 mod modules;
-mod part;
 mod preset;
 mod profiles;
 mod program;
@@ -32,11 +31,12 @@ mod schema;
 mod schema_overlays;
 mod scope;
 mod setting;
+mod subresource_range;
 mod toggle;
 
 pub use availability::{Lacking, lacking, off};
 pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind, element_type, member_runs};
-pub use builder::{Face, PartSettings, PassBuilder, Produced, axis_value, expression_finding};
+pub use builder::{Face, PassBuilder, Produced, SubresourceRangeSettings, axis_value, expression_finding};
 pub use derived::Derived;
 pub use environment::Environment;
 pub use history::History;
@@ -44,7 +44,6 @@ pub use inlined::inlined;
 pub use load::{as_written, has_word, is_name, load, load_sharing};
 pub use modules::{Absent, Chosen, Modules, Wanted};
 
-pub use part::{Aspect, Part, Run, canonical};
 pub use preset::{ParameterFile, of_preset};
 pub use profiles::{claimed_profiles, profile_named};
 pub use program::{Program, ProgramBinding, ProgramVariant};
@@ -52,6 +51,7 @@ pub(crate) use schema::schema_of_composed;
 pub use schema::{FileKind, schema, schema_of};
 pub use scope::StaticScope;
 pub use setting::{Choice, Feature, Parameter, Setting};
+pub use subresource_range::{Aspect, IndexRange, SubresourceRange, canonical};
 pub use toggle::{Bypass, Condition, Toggle, add_stand_ins};
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -145,11 +145,11 @@ impl Pipeline {
 pub struct Resource {
     /// Its name.
     pub name: String,
-    /// Where it is declared; for host data, where the pass that publishes it names it.
+    /// Where it is declared; for blackboard data, where the pass that publishes it names it.
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
-    /// The declaration as it is written; for host data, the value that names it.
+    /// The declaration as it is written; for blackboard data, the value that names it.
     pub value: crate::document::Value,
     /// What names mean in its declaration.
     pub environment: Arc<Environment>,
@@ -187,7 +187,7 @@ impl Resource {
         match self.kind {
             ResourceKind::Texture(_) => "a texture",
             ResourceKind::Buffer(_) => "a buffer",
-            ResourceKind::Data(_) => "host data",
+            ResourceKind::Data(_) => "blackboard data",
             ResourceKind::Broken => "broken",
         }
     }
@@ -200,7 +200,7 @@ pub enum ResourceKind {
     Texture(Box<TextureDeclaration>),
     /// A buffer.
     Buffer(Box<BufferDeclaration>),
-    /// Host data: values and views; `None` until the pass that publishes it is declared.
+    /// Blackboard data: values and views; `None` until the pass that publishes it is declared.
     Data(Option<DataShape>),
     /// A declaration with findings of its own: nothing is known, and nothing is said of it.
     Broken,
@@ -228,7 +228,7 @@ pub struct Pass {
     /// In which frames it runs, if not in all.
     pub condition: Option<Condition>,
     work: Work,
-    uses: Vec<Use>,
+    accesses: Vec<Access>,
 }
 
 impl Pass {
@@ -251,7 +251,7 @@ impl Pass {
             side_effect: false,
             condition: None,
             work: Work::Nothing,
-            uses: Vec::new(),
+            accesses: Vec::new(),
         }
     }
 
@@ -261,39 +261,40 @@ impl Pass {
     }
 
     /// What it uses: what its work accesses, and what stands in for that.
-    pub fn uses(&self) -> &[Use] {
-        &self.uses
+    pub fn accesses(&self) -> &[Access] {
+        &self.accesses
     }
 
     /// Says what it does, and so what it uses; of work that is only assembled `others` are known besides.
-    pub fn set_work(&mut self, work: Work, others: Vec<Use>, resources: &[Resource]) {
-        self.uses.clear();
+    pub fn set_work(&mut self, work: Work, others: Vec<Access>, resources: &[Resource]) {
+        self.accesses.clear();
         for (named, usage) in work.accesses() {
             let texture = resources.get(named.resource.index()).and_then(Resource::texture);
-            let part = texture.map_or(named.part, |texture| canonical(texture, named.part, usage));
-            let is_known = |known: &Use| usage == Usage::HostRead && known.resource == named.resource;
-            if !self.uses.iter().any(is_known) {
-                self.uses.push(Use::new(named, part, usage));
+            let range = texture.map_or(named.range, |texture| canonical(texture, named.range, usage));
+            let is_known =
+                |known: &Access| usage == Usage::BlackboardRead && known.resource == named.resource;
+            if !self.accesses.iter().any(is_known) {
+                self.accesses.push(Access::new(named, range, usage));
             }
         }
-        self.uses.extend(others);
+        self.accesses.extend(others);
         self.work = work;
     }
 
-    /// Work and uses that need not fit one another: for tests of what is to notice that.
+    /// Work and accesses that need not fit one another: for tests of what is to notice that.
     #[doc(hidden)]
-    pub fn tamper(&mut self) -> (&mut Work, &mut Vec<Use>) {
-        (&mut self.work, &mut self.uses)
+    pub fn tamper(&mut self) -> (&mut Work, &mut Vec<Access>) {
+        (&mut self.work, &mut self.accesses)
     }
 }
 
-/// One use of a resource by a pass.
+/// One access of a resource by a pass.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Use {
+pub struct Access {
     /// The resource.
     pub resource: ResourceHandle,
-    /// The part of it.
-    pub part: Part,
+    /// The subresource range of it.
+    pub range: SubresourceRange,
     /// How.
     pub usage: Usage,
     /// The version that is read.
@@ -307,10 +308,10 @@ pub struct Use {
     pub pointer: String,
 }
 
-impl Use {
-    fn new(named: &Subresource, part: Part, usage: Usage) -> Self {
+impl Access {
+    fn new(named: &Subresource, range: SubresourceRange, usage: Usage) -> Self {
         let Subresource { resource, version, place, pointer, .. } = named.clone();
-        Self { resource, part, usage, version, when: Vec::new(), place, pointer }
+        Self { resource, range, usage, version, when: Vec::new(), place, pointer }
     }
 }
 
@@ -337,7 +338,7 @@ pub enum Usage {
     StorageRead,
     /// A storage binding that is only written.
     StorageWrite,
-    /// A storage binding that writes all of a part, whatever it held.
+    /// A storage binding that writes all of a subresource range, whatever it held.
     StorageReplace,
     /// A storage binding that is read and written.
     StorageReadWrite,
@@ -367,16 +368,16 @@ pub enum Usage {
     Indirect,
     /// The source of a copy.
     CopySource,
-    /// The destination of a copy that replaces all of a part.
+    /// The destination of a copy that replaces all of a subresource range.
     CopyDestination,
-    /// The destination of a copy that leaves the rest of a part.
+    /// The destination of a copy that leaves the rest of a subresource range.
     CopyDestinationLoad,
     /// The destination of rows of texels, between which bytes of a buffer stay as they are, if they are anything.
     CopyDestinationRows,
-    /// Host data that is read.
-    HostRead,
-    /// Host data that is published.
-    HostWrite,
+    /// Blackboard data that is read.
+    BlackboardRead,
+    /// Blackboard data that is published.
+    BlackboardWrite,
 }
 
 impl Usage {
@@ -392,7 +393,7 @@ impl Usage {
                 | U::StencilAttachment
                 | U::ResolveTarget
                 | U::CopyDestination
-                | U::HostWrite
+                | U::BlackboardWrite
         )
     }
 
@@ -415,7 +416,7 @@ impl Usage {
                 | U::Index
                 | U::Indirect
                 | U::CopySource
-                | U::HostRead
+                | U::BlackboardRead
         )
     }
 
@@ -449,7 +450,7 @@ impl Usage {
         )
     }
 
-    /// Whether all of a part is certain to be written anew, whatever it held.
+    /// Whether all of a subresource range is certain to be written anew, whatever it held.
     pub fn starts_afresh(self) -> bool {
         matches!(
             self,
@@ -472,8 +473,8 @@ impl Usage {
             Usage::CopySource => T::COPY_SRC,
             Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => T::COPY_DST,
             Usage::Uniform
-            | Usage::HostRead
-            | Usage::HostWrite
+            | Usage::BlackboardRead
+            | Usage::BlackboardWrite
             | Usage::Vertex
             | Usage::Index
             | Usage::Indirect => T::empty(),
@@ -520,10 +521,10 @@ impl Usage {
             Usage::Indirect => "indirect buffer",
             Usage::CopySource => "source of a copy",
             Usage::CopyDestination => "destination of a copy",
-            Usage::CopyDestinationLoad => "destination of a copy of a part",
+            Usage::CopyDestinationLoad => "destination of a copy of a subresource range",
             Usage::CopyDestinationRows => "destination of rows of texels",
-            Usage::HostRead => "host data",
-            Usage::HostWrite => "published host data",
+            Usage::BlackboardRead => "blackboard data",
+            Usage::BlackboardWrite => "published blackboard data",
         }
     }
 }

@@ -14,9 +14,9 @@
 //! - an earlier pass wrote it too: readers see that, since a conditional write never counts as covering;
 //! - every reader has the same toggle, and vanishes with it;
 //! - a **bypass** names what readers see instead. It is a statement about the resource, which only passes of that one
-//!   toggle may write. Each reader gets, beside its use of the resource, a use of what stands in, under the condition
-//!   that the toggle is off; so edges, lifetimes, usages and hazards of both are what they are for any other use. What
-//!   stands in can be bypassed in turn, as in a chain of effects.
+//!   toggle may write. Each reader gets, beside its access of the resource, an access of what stands in, under the
+//!   condition that the toggle is off; so edges, lifetimes, usages and hazards of both are what they are for any other
+//!   access. What stands in can be bypassed in turn, as in a chain of effects.
 //!
 //! Names: `bloom` runs a pass while the toggle is on, `!bloom` while it is off. A toggle of a `use` is that of every
 //! pass of the subgraph. Limits: a pass has one toggle; attachments are not bypassed.
@@ -27,7 +27,7 @@ use std::sync::Arc;
 use super::builder::expression_finding;
 use super::environment::Environment;
 use super::load::{RESERVED, Shared, bad_name, is_name};
-use super::{Pass, Pipeline, ResourceKind, Use, Version, history};
+use super::{Access, Pass, Pipeline, ResourceKind, Version, history};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, did_you_mean, list_of};
 use crate::document::{Document, Entry, Kind, Value, pointer_join};
 use crate::language::{Reference, ToggleDeclaration};
@@ -194,7 +194,7 @@ fn unknown(document: &Document, diagnostics: &mut Diagnostics) {
         }
         let message = format!("there is no toggle \"{name}\"");
         let finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, value.span, message);
-        let written = value.part(text.len() - name.len()..text.len());
+        let written = value.span_within(text.len() - name.len()..text.len());
         let finding = finding.meant(name, names.iter().copied(), written, |names| match names {
             [] => "declare it under \"toggles\"".to_owned(),
             names => format!("the toggles are {}", list_of(names.iter().copied())),
@@ -241,7 +241,7 @@ pub(super) struct Said<'a> {
     pub(super) environment: Arc<Environment>,
 }
 
-/// Finds out what stands in for what, and adds the uses of it to the passes that read. Resources with a bypass that
+/// Finds out what stands in for what, and adds the accesses of it to the passes that read. Resources with a bypass that
 /// cannot be join the uncertain ones.
 pub(super) fn connect(
     said: &[Said<'_>],
@@ -316,28 +316,28 @@ fn leads_back(bypasses: &BTreeMap<ResourceHandle, Bypass>, start: ResourceHandle
 pub fn add_stand_ins(
     pass: &mut Pass,
     bypasses: &BTreeMap<ResourceHandle, Bypass>,
-) -> Vec<(Use, ResourceHandle)> {
-    let (mut added, mut refused): (Vec<Use>, Vec<(Use, ResourceHandle)>) = (Vec::new(), Vec::new());
+) -> Vec<(Access, ResourceHandle)> {
+    let (mut added, mut refused): (Vec<Access>, Vec<(Access, ResourceHandle)>) = (Vec::new(), Vec::new());
     if bypasses.is_empty() {
         return refused;
     }
-    for one in pass.uses.iter_mut().filter(|one| !one.usage.writes()) {
+    for one in pass.accesses.iter_mut().filter(|one| !one.usage.writes()) {
         let mut otherwise = Vec::new();
-        let mut uses: Vec<Use> = Vec::new();
+        let mut accesses: Vec<Access> = Vec::new();
         let mut at = one.resource;
         while let Some(bypass) = bypasses.get(&at).filter(|bypass| pass.condition != Some(bypass.condition)) {
             if one.usage.is_attachment() {
                 refused.push((one.clone(), at));
                 break;
             }
-            match uses.last_mut() {
+            match accesses.last_mut() {
                 None => one.when = vec![bypass.condition],
                 Some(last) => last.when.push(bypass.condition),
             }
             otherwise.push(bypass.condition.opposite());
-            uses.push(Use {
+            accesses.push(Access {
                 resource: bypass.stand_in,
-                part: one.part,
+                range: one.range,
                 usage: one.usage,
                 version: bypass.version.clone(),
                 when: otherwise.clone(),
@@ -346,17 +346,17 @@ pub fn add_stand_ins(
             });
             at = bypass.stand_in;
         }
-        added.extend(uses);
+        added.extend(accesses);
     }
     for one in added {
         // What the pass reads anyway it reads in these frames too.
-        let anyway = pass.uses().iter().any(|known| {
+        let anyway = pass.accesses().iter().any(|known| {
             known.when.is_empty()
-                && (known.resource, known.part, known.usage, &known.version)
-                    == (one.resource, one.part, one.usage, &one.version)
+                && (known.resource, known.range, known.usage, &known.version)
+                    == (one.resource, one.range, one.usage, &one.version)
         });
-        if !anyway && !pass.uses().contains(&one) {
-            pass.uses.push(one);
+        if !anyway && !pass.accesses().contains(&one) {
+            pass.accesses.push(one);
         }
     }
     refused
@@ -393,9 +393,9 @@ impl Look<'_> {
         let environment = &self.said.environment;
         let name = environment.interpolate(&self.one.key, &self.shared.scope).ok();
         let named = name.and_then(|name| self.shared.find(&environment.resource(&name)));
-        let uses = self.members().flat_map(Pass::uses);
+        let accesses = self.members().flat_map(Pass::accesses);
         let written: BTreeSet<ResourceHandle> =
-            uses.filter(|one| one.usage.writes()).map(|one| one.resource).collect();
+            accesses.filter(|one| one.usage.writes()).map(|one| one.resource).collect();
         match named.filter(|named| written.contains(named)) {
             Some(named) => BTreeSet::from([named]),
             None => written.into_iter().chain(named).collect(),
@@ -471,7 +471,7 @@ impl Look<'_> {
         let Some((resource, _)) = self.resource(&self.one.key, key)? else { return Ok(None) };
         let Some((stand_in, version)) = self.resource(written, self.one.value.span)? else { return Ok(None) };
         let writes =
-            |pass: &Pass| pass.uses().iter().any(|one| one.resource == resource && one.usage.writes());
+            |pass: &Pass| pass.accesses().iter().any(|one| one.resource == resource && one.usage.writes());
         let known = &self.shared.resources[resource.index()];
         let other = &self.shared.resources[stand_in.index()];
         let mut members = self.members().peekable();
@@ -498,13 +498,13 @@ impl Look<'_> {
         if let Some(pass) = self.passes.iter().find(|pass| writes(pass) && pass.condition != Some(condition))
         {
             let loads = pass
-                .uses()
+                .accesses()
                 .iter()
                 .any(|one| one.resource == resource && one.usage.writes() && one.usage.reads());
             let verb = if loads { "loads and writes" } else { "writes" };
             let message =
                 format!("\"{}\" {verb} \"{}\" too, without the toggle \"{toggle}\"", pass.name, known.name);
-            let place = pass.uses().iter().find(|one| one.resource == resource && one.usage.writes());
+            let place = pass.accesses().iter().find(|one| one.resource == resource && one.usage.writes());
             let help = "what is bypassed is written only by passes of one toggle: give the other the same, or write to another resource";
             let finding = self.finding(codes::BYPASS, key, message, help);
             let finding = finding.related(place.map_or(pass.place, |one| one.place), "it is written here");
@@ -533,7 +533,7 @@ impl Look<'_> {
             )),
         };
         if let Some(message) = fault {
-            let help = "what stands in is of the same kind; host data has the same shape";
+            let help = "what stands in is of the same kind; blackboard data has the same shape";
             return Err(self.refuse(self.one.value.span, message, help));
         }
         let pointer = pointer_join(&format!("{}/bypass", self.said.pointer), &self.one.key);

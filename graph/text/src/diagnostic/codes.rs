@@ -106,7 +106,7 @@ crate::codes! {
         "A toggle is declared, but no pass has it: throwing it changes nothing.";
     /// A bypass that cannot stand in.
     BYPASS = "UG0216", "impossible bypass",
-        "`bypass` says what readers see instead of a resource in a frame without the passes that write it. That works for a resource that only passes of one and the same toggle write, and for one that is bound or copied from (not attached). What stands in has to be of the same kind: the same dimension, layers and samples, a format that the readers can use, buffers no smaller, host data of the same shape.\n\nA pass that loads what a toggled pass makes fresh, and adds to it, cannot be served by another resource: give it the same toggle, or let the toggled pass load what an earlier pass made, so that without it the earlier contents stay.";
+        "`bypass` says what readers see instead of a resource in a frame without the passes that write it. That works for a resource that only passes of one and the same toggle write, and for one that is bound or copied from (not attached). What stands in has to be of the same kind: the same dimension, layers and samples, a format that the readers can use, buffers no smaller, blackboard data of the same shape.\n\nA pass that loads what a toggled pass makes fresh, and adds to it, cannot be served by another resource: give it the same toggle, or let the toggled pass load what an earlier pass made, so that without it the earlier contents stay.";
     /// A group of features of which not exactly one is on.
     FEATURE_GROUP = "UG0217", "not one of a group",
         "Features with the same name under `one_of` form a group, and exactly one of them is on.\n\n```json\n\"features\": {\n  \"hard\": { \"type\": \"bool\", \"default\": true, \"one_of\": \"filter\" },\n  \"soft\": { \"type\": \"bool\", \"default\": false, \"one_of\": \"filter\" }\n}\n```\n\nWhoever switches one on (`--feature soft`, a preset, a parameter file) thereby switches those off that are on by default alone. Two that are both chosen, a group of which none is on, and a group with a single feature are errors. An enumeration is often the simpler way to say the same.";
@@ -130,12 +130,12 @@ crate::codes! {
         "A reference names a resource that \"resources\" does not declare.";
     /// A resource of the wrong kind.
     WRONG_RESOURCE = "UG0302", "wrong kind of resource",
-        "A place that takes a texture, a buffer, a sampler or host data is given another of them.";
-    /// Host data that nobody publishes.
+        "A place that takes a texture, a buffer, a sampler or blackboard data is given another of them.";
+    /// Blackboard data that nobody publishes.
     NOT_PUBLISHED = "UG0303", "data is not published",
-        "A pass reads host data that no pass publishes. Host passes (a camera, for one) name what they publish under `to`.";
-    /// Host data that is published twice.
-    PUBLISHED_TWICE = "UG0304", "data is published twice", "Two passes publish host data under one name.";
+        "A pass reads blackboard data that no pass publishes. CPU passes (a camera, for one) name what they publish under `to`.";
+    /// Blackboard data that is published twice.
+    PUBLISHED_TWICE = "UG0304", "data is published twice", "Two passes publish blackboard data under one name.";
     /// A text that is no expression.
     EXPRESSION_SYNTAX = "UG0310", "not an expression",
         "An expression cannot be parsed. Expressions have numbers, names, `+ - * / %`, comparisons, `&& || !`, `a ? b : c`, `[lists]`, `list[index]` and functions.";
@@ -157,15 +157,15 @@ crate::codes! {
     /// A binding that nothing fills.
     UNBOUND = "UG0604", "binding without a value",
         "The shader declares a binding, or a member of a block, for which the pass gives nothing.";
-    /// Host data that lacks what a host pass reads of it.
-    DATA_SHAPE = "UG0305", "host data of another kind",
-        "A host pass reads values of the host data that it names, and another pass publishes data of that name, but without those values, or as other types. Usually the name is that of other data: a list of lights where a placement is wanted.";
-    /// Host data that does not fit the shader's block.
+    /// Blackboard data that lacks what a CPU pass reads of it.
+    DATA_SHAPE = "UG0305", "blackboard data of another kind",
+        "A CPU pass reads values of the blackboard data that it names, and another pass publishes data of that name, but without those values, or as other types. Usually the name is that of other data: a list of lights where a placement is wanted.";
+    /// Blackboard data that does not fit the shader's block.
     BLOCK_MISMATCH = "UG0605", "block does not fit",
-        "A uniform or storage block has a member for which the bound host data publishes no value of that name and type. Offsets never matter: they come from the shader.";
+        "A uniform or storage block has a member for which the bound blackboard data publishes no value of that name and type. Offsets never matter: they come from the shader.";
     /// Variants with different interfaces.
     VARIANT_INTERFACE = "UG0606", "variants disagree",
-        "Two variants of a program, or two programs that share host data, declare one binding differently.";
+        "Two variants of a program, or two programs that share blackboard data, declare one binding differently.";
     /// A shader that wants more of the host than the pipeline promises.
     HOST_CONTRACT = "UG0607", "geometry contract",
         "A shader that draws the host's meshes reads a vertex input, or a binding of group 2 or 3, that the pipeline's `geometry` does not provide, or not of that type.";
@@ -178,21 +178,21 @@ crate::codes! {
     /// A text that is no texture format.
     FORMAT_UNKNOWN = "UG0322", "unknown texture format",
         "Texture formats have the names of the WebGPU specification: `depth32float`, `rgba16float`.";
-    /// A format that does not support a use.
-    FORMAT_USAGE = "UG0323", "format does not support the use",
+    /// A format that does not support a usage.
+    FORMAT_USAGE = "UG0323", "format does not support the usage",
         "None of the format candidates of a texture supports every way in which the passes use it: as a depth or color attachment, storage, sampled with filtering, blended. The message says for each candidate why.";
     /// A resource that is read but never written.
     NEVER_WRITTEN = "UG0401", "read but never written",
-        "A pass reads, or loads, a transient resource (or a part of it) that no pass writes before. The memory of transient resources is shared, so it would find what another one left there.\n\nEach mip, layer, aspect and byte that is read counts: of a texture with four mips of which a pass writes two, a shader that samples all of them needs the other two written as well, or a view of the two (`\"source\": { \"texture\": { \"name\": \"chain\", \"mip\": 0 } }`). A pass that both reads and writes fills in what it does not find, so it needs some of it written. Of a pass that no output needs, only a read of which nothing at all is written is told.";
+        "A pass reads, or loads, a transient resource (or a subresource range of it) that no pass writes before. The memory of transient resources is shared, so it would find what another one left there.\n\nEach mip, layer, aspect and byte that is read counts: of a texture with four mips of which a pass writes two, a shader that samples all of them needs the other two written as well, or a view of the two (`\"source\": { \"texture\": { \"name\": \"chain\", \"mip\": 0 } }`). A pass that both reads and writes fills in what it does not find, so it needs some of it written. Of a pass that no output needs, only a read of which nothing at all is written is told.";
     /// Writers without an order.
     UNORDERED_WRITERS = "UG0402", "unordered writers",
-        "Two passes write the same part of a resource, and nothing says which of them goes first: no data flows from one to the other, no `after`, no version. Any choice would be a guess. A single writer that clears, and that nothing says is later, is ordered before those that load without being told.";
+        "Two passes write the same subresource range of a resource, and nothing says which of them goes first: no data flows from one to the other, no `after`, no version. Any choice would be a guess. A single writer that clears, and that nothing says is later, is ordered before those that load without being told.";
     /// Passes that wait for one another.
     CYCLE = "UG0403", "cycle",
         "Passes wait for one another in a circle. The related places show each step of a shortest circle.";
     /// A pass that reads what it writes.
     FEEDBACK = "UG0404", "reads what it writes",
-        "A pass samples or copies from a part of a texture that it also writes. No device allows that. Different mip levels or layers are fine, and so is a depth attachment that is only tested against.";
+        "A pass samples or copies from a subresource range of a texture that it also writes. No device allows that. Different mip levels or layers are fine, and so is a depth attachment that is only tested against.";
     /// Attachments that do not fit together.
     ATTACHMENTS = "UG0405", "attachments do not fit",
         "The attachments of a pass differ in size or sample count, lie outside their texture, or do not fit the outputs of the fragment shader.";
@@ -207,7 +207,7 @@ crate::codes! {
         "A pass uses a texture of the host's own in a way that the host did not create it for; the usages are told with the imports.";
     /// A combination that no device allows.
     DEVICE_RULE = "UG0409", "no device allows this",
-        "A texture, a view, a copy, an attachment or a block breaks a rule of WebGPU: cubes have six square layers, a texture with several samples has one layer and one mip level and is no volume, multisampled bindings see multisampled textures, a copy joins parts of one format and size (depth, stencil and several samples by whole layers, one aspect to or from a buffer only, a buffer or a mip level of a volume not onto itself), a full-screen pass into an array says which layer it writes, blocks of the host are read-only and within the profile's binding sizes, bind groups are numbered 0 to 3.";
+        "A texture, a view, a copy, an attachment or a block breaks a rule of WebGPU: cubes have six square layers, a texture with several samples has one layer and one mip level and is no volume, multisampled bindings see multisampled textures, a copy joins subresource ranges of one format and size (depth, stencil and several samples by whole layers, one aspect to or from a buffer only, a buffer or a mip level of a volume not onto itself), a full-screen pass into an array says which layer it writes, blocks of the host are read-only and within the profile's binding sizes, bind groups are numbered 0 to 3.";
     /// Contents that a toggle takes away.
     TOGGLED_AWAY = "UG0411", "nothing left without the toggle",
         "A pass reads, or the picture shows, what only a pass with a toggle writes; in a frame in which the toggle is thrown the other way nothing would be there.\n\nFour ways out: give the reader the same toggle, so that it vanishes too; say under `bypass` of the writer what the reader sees instead; let an earlier pass write the resource and the toggled one load it; or write it by a second pass with the opposite toggle (`!name`).";
@@ -256,9 +256,9 @@ crate::codes! {
     /// Frame input that no pass could use.
     FRAME_INPUT = "UG0806", "unusable frame input",
         "The camera or a light of a frame has a value that is not finite, a direction that is not of unit length, or an empty depth range. The frame is recorded without it.";
-    /// A host pass that publishes what it did not declare.
-    HOST_DATA = "UG0807", "undeclared host data",
-        "A host pass sets a value that it did not declare, or more views or elements than declared. That is a defect of the node kind.";
+    /// A CPU pass that publishes what it did not declare.
+    BLACKBOARD = "UG0807", "undeclared blackboard data",
+        "A CPU pass sets a value that it did not declare, or more views or elements than declared. That is a defect of the node kind.";
     /// A filter that the host does not know.
     UNKNOWN_FILTER = "UG0805", "unknown filter",
         "A draw pass names a `filter` that the host's draw source does not know.";

@@ -93,7 +93,7 @@ impl Value {
     }
 
     /// Where `range` of the text stands in the file; nowhere if this is no string, or one with escapes.
-    pub fn part(&self, range: std::ops::Range<usize>) -> Option<Span> {
+    pub fn span_within(&self, range: std::ops::Range<usize>) -> Option<Span> {
         self.span.of_quoted(self.text()?, range)
     }
 

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::Expr;
 use super::format_names::FormatName;
 
-/// A resource: a texture or a buffer. Host data needs no declaration: the pass that publishes it names it.
+/// A resource: a texture or a buffer. Blackboard data needs no declaration: the pass that publishes it names it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ResourceDeclaration {
@@ -20,7 +20,7 @@ pub enum ResourceDeclaration {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TextureDeclaration {
-    /// A texture format of the WebGPU specification, or several: the first that supports every use is taken.
+    /// A texture format of the WebGPU specification, or several: the first that supports every usage is taken.
     pub format: FormatCandidates,
     /// Width and height in texels (rounded down to whole ones): a list of two, or another size such as "viewport",
     /// "maps" or "maps / 2".

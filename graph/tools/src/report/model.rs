@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::settings::settings;
 use crate::compiler::{Edge, Graph, GraphNode, Hazard, Physical, Plan, StoreOperation, surviving_writers};
 use crate::language::{Lifetime, format_name};
-use crate::pipeline::{Part, ResourceKind};
+use crate::pipeline::{ResourceKind, SubresourceRange};
 use crate::source::{Sources, Span};
 use crate::work::{LoadOperation, PassHandle, Work};
 
@@ -146,7 +146,7 @@ pub struct EdgeReport {
     pub kind: EdgeKind,
     /// The resource, if one is the reason.
     pub resource: Option<String>,
-    /// For data the number of the version, from 1, and its part.
+    /// For data the number of the version, from 1, and its subresource range.
     pub version: Option<String>,
 }
 
@@ -249,7 +249,7 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
     let planned = plan.pass(handle);
     let names = |wanted: fn(crate::pipeline::Usage) -> bool| -> Vec<String> {
         let names: BTreeSet<&String> = pass
-            .uses()
+            .accesses()
             .iter()
             .filter(|one| wanted(one.usage))
             .map(|one| &plan.pipeline.resource(one.resource).name)
@@ -279,7 +279,7 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
         kind: pass.kind.clone(),
         work: match pass.work() {
             Work::Nothing => "nothing",
-            Work::Host(_) => "host",
+            Work::Cpu(_) => "host",
             Work::Render(_) => "draw",
             Work::Compute(_) => "compute",
             Work::Transfer(_) => "copy",
@@ -321,7 +321,7 @@ fn shortened(mut way: Vec<String>) -> Vec<String> {
 fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<ResourceReport> {
     let mut used: Vec<(Vec<usize>, Vec<usize>)> = vec![Default::default(); plan.pipeline.resources.len()];
     for (column, pass) in columns.iter().enumerate() {
-        for one in plan.pipeline.pass(*pass).uses() {
+        for one in plan.pipeline.pass(*pass).accesses() {
             let (reads, writes) = &mut used[one.resource.index()];
             if one.usage.reads() && reads.last() != Some(&column) {
                 reads.push(column);
@@ -491,12 +491,12 @@ fn edges(plan: &Plan, graph: &Graph, column_of: &[usize]) -> Vec<EdgeReport> {
     for edge in graph.graph.edge_references() {
         let GraphNode::Pass(to) = graph.graph[edge.target()] else { continue };
         let report = match (graph.graph[edge.source()], edge.weight()) {
-            (GraphNode::Version { resource, part, number, writer }, Edge::Reads) => EdgeReport {
+            (GraphNode::Version { resource, range, number, writer }, Edge::Reads) => EdgeReport {
                 from: column_of[writer.index()],
                 to: column_of[to.index()],
                 kind: EdgeKind::Data,
                 resource: name(resource),
-                version: Some(format!("{number}{}", describe_part(part))),
+                version: Some(format!("{number}{}", describe_range(range))),
             },
             (GraphNode::Pass(from), Edge::Order(hazard)) => {
                 let (kind, resource) = match hazard {
@@ -518,7 +518,7 @@ fn edges(plan: &Plan, graph: &Graph, column_of: &[usize]) -> Vec<EdgeReport> {
     }
     let pipeline = &plan.pipeline;
     for reader in pipeline.pass_handles() {
-        for one in pipeline.pass(reader).uses() {
+        for one in pipeline.pass(reader).accesses() {
             let history = pipeline.resource(one.resource).history.filter(|history| history.back > 0);
             for writer in
                 history.into_iter().flat_map(|history| surviving_writers(pipeline, graph, history.of))
@@ -538,6 +538,6 @@ fn edges(plan: &Plan, graph: &Graph, column_of: &[usize]) -> Vec<EdgeReport> {
     edges
 }
 
-fn describe_part(part: Part) -> String {
-    if part == Part::WHOLE { String::new() } else { format!(", {part}") }
+fn describe_range(range: SubresourceRange) -> String {
+    if range == SubresourceRange::WHOLE { String::new() } else { format!(", {range}") }
 }

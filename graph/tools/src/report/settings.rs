@@ -22,7 +22,7 @@ const MAXIMUM_NUMBERS: usize = 16;
 pub(super) fn settings(plan: &Plan, planned: &PlannedPass) -> BTreeMap<String, String> {
     let mut settings = Settings { plan, planned, told: BTreeMap::new() };
     match plan.pipeline.pass(planned.handle).work() {
-        Work::Nothing | Work::Host(_) => {}
+        Work::Nothing | Work::Cpu(_) => {}
         Work::Render(render) => settings.render(render),
         Work::Compute(compute) => settings.bindings(&compute.bindings),
         Work::Transfer(_) => {
@@ -105,7 +105,8 @@ impl Settings<'_> {
         self.bindings(render.draw.bound().1);
     }
 
-    /// An attachment in words: the name of the resource, and its part unless that is the first or each view's own.
+    /// An attachment in words: the name of the resource, and its subresource range unless that is the first or each
+    /// view's own.
     fn target(&self, to: &Subresource) -> String {
         let target = to.target();
         let mut words = self.name(target.resource).to_owned();
@@ -128,7 +129,7 @@ impl Settings<'_> {
         for slot in slots {
             let bound = match &slot.source {
                 SlotSource::Texture(texture) => self.view(&texture.view()),
-                SlotSource::Buffer { buffer, .. } => match buffer.part.bytes {
+                SlotSource::Buffer { buffer, .. } => match buffer.range.bytes {
                     Some(run) => {
                         format!("{} bytes {} to {}", self.name(buffer.resource), run.first, run.end())
                     }

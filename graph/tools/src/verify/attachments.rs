@@ -12,7 +12,7 @@ use crate::work::{AttachmentTarget, LoadOperation, RenderWork, ResourceHandle, W
 pub(super) fn check(plan: &Plan, faults: &mut Faults) {
     let mut users: HashMap<ResourceHandle, Vec<usize>> = HashMap::new();
     for (at, planned) in plan.passes.iter().enumerate() {
-        for one in plan.pipeline.pass(planned.handle).uses() {
+        for one in plan.pipeline.pass(planned.handle).accesses() {
             users.entry(one.resource).or_default().push(at);
         }
     }
@@ -89,7 +89,7 @@ fn stays(
     users: &HashMap<ResourceHandle, Vec<usize>>,
 ) -> bool {
     let handle = attachment.target.resource;
-    let sampled = plan.pipeline.pass(planned.handle).uses().iter().any(|one| {
+    let sampled = plan.pipeline.pass(planned.handle).accesses().iter().any(|one| {
         one.resource == handle
             && matches!(
                 one.usage,
@@ -138,7 +138,7 @@ fn check_groups(plan: &Plan, faults: &mut Faults) {
                     || condition(pass) != condition(first)
                     || pass.attachments().next().is_none()
                     || pass.attachments().any(|one| word(&one.load) != "load"));
-            for one in plan.pipeline.pass(pass.handle).uses() {
+            for one in plan.pipeline.pass(pass.handle).accesses() {
                 let attached = first.attachments().any(|other| other.target.resource == one.resource);
                 let as_attachment = one.usage.is_attachment();
                 broken |= end - start > 1 && attached != as_attachment;

@@ -18,7 +18,8 @@ use crate::language::Lifetime;
 use crate::pipeline::Condition;
 use crate::work::{PassHandle, ResourceHandle};
 
-/// Adds to a flow what is fed of one resource. `events` are its uses by planned passes in their order, then by others.
+/// Adds to a flow what is fed of one resource. `events` are its accesses by planned passes in their order, then by
+/// others.
 pub(super) fn look(
     plan: &Plan,
     schedule: &Schedule,
@@ -62,7 +63,7 @@ struct Look<'a> {
     events: &'a [Event<'a>],
     /// In which frames each of them happens.
     conditions: Vec<Vec<Condition>>,
-    /// For each region the uses that write it, in their order.
+    /// For each region the accesses that write it, in their order.
     writers: &'a [Vec<usize>],
 }
 

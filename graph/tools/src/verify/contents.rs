@@ -1,14 +1,14 @@
 //! Plays a frame through, region by region.
 //!
-//! A resource is cut into regions so that every use covers whole regions: at each mip, layer and byte where some use
-//! begins or ends, and into depth and stencil where a use tells them apart. For each region the player knows which pass
-//! wrote it last, or that it was dropped. Then:
+//! A resource is cut into regions so that every access covers whole regions: at each mip, layer and byte where some
+//! access begins or ends, and into depth and stencil where an access tells them apart. For each region the player knows
+//! which pass wrote it last, or that it was dropped. Then:
 //!
 //! - a read of the newest version has to come after every write of the region by another pass, but for those that `after`
 //!   puts behind the reader;
 //! - a read of the version of a named pass has to find what that pass left in a region that it writes; a read of what was
 //!   there before finds nothing of this frame;
-//! - a part that is read has to be written in at least one region, and dropped in none;
+//! - a subresource range that is read has to be written in at least one region, and dropped in none;
 //! - at the end nothing of what outlives the frame may be dropped;
 //! - an earlier frame of a history holds what was left then, and this frame's nothing; where a planned pass reads
 //!   earlier frames, what this frame leaves must have all of its writers;
@@ -16,15 +16,15 @@
 //!   the only one that does not load, and `after` does not put it behind another. An order found for one resource may explain that of another.
 //!
 //! Where passes that use a resource have toggles, its frame is played through in every state of those toggles, with the
-//! passes and uses of that state only. With more than [`MAXIMUM_TOGGLES`] of them it is played with all on, all off, and
-//! each alone, as far as [`MAXIMUM_WORK`] goes; who feeds whom in the other states is found by going `back`.
+//! passes and accesses of that state only. With more than [`MAXIMUM_TOGGLES`] of them it is played with all on, all
+//! off, and each alone, as far as [`MAXIMUM_WORK`] goes; who feeds whom in the other states is found by going `back`.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::{FaultKind, Faults, Schedule, back, unfed};
 use crate::compiler::{Plan, StoreOperation};
 use crate::language::Lifetime;
-use crate::pipeline::{Aspect, Part, Run, Usage, Use, Version};
+use crate::pipeline::{Access, Aspect, IndexRange, SubresourceRange, Usage, Version};
 use crate::work::{PassHandle, ResourceHandle, Work};
 
 /// The most toggles of which every combination is tried for one resource.
@@ -50,19 +50,19 @@ enum Content {
     Dropped(PassHandle),
 }
 
-/// One use with its pass and the regions that it covers.
+/// One access with its pass and the regions that it covers.
 pub(super) struct Event<'a> {
     pub(super) pass: PassHandle,
-    pub(super) one: &'a Use,
+    pub(super) one: &'a Access,
     pub(super) regions: Vec<usize>,
 }
 
-/// Regions of one resource: the product of what the uses tell apart in mips, layers, aspects and bytes.
+/// Regions of one resource: the product of what the accesses tell apart in mips, layers, aspects and bytes.
 pub(super) struct Regions {
     axes: [Axis; 4],
 }
 
-/// One direction in which a resource is cut: at each place where some use begins or ends, and the rest.
+/// One direction in which a resource is cut: at each place where some access begins or ends, and the rest.
 struct Axis {
     cuts: Vec<u64>,
 }
@@ -78,7 +78,7 @@ impl Axis {
         self.cuts.len().max(1)
     }
 
-    /// What a piece covers: the last all that no use names.
+    /// What a piece covers: the last all that no access names.
     fn piece(&self, at: usize) -> Vec<(u64, u64)> {
         match (self.cuts.get(at), self.cuts.get(at + 1)) {
             (Some(first), Some(end)) => vec![(*first, *end)],
@@ -93,24 +93,24 @@ impl Axis {
     }
 }
 
-/// What a part covers in each direction; nothing said means everything.
-pub(super) fn extents(part: Part) -> [Option<(u64, u64)>; 4] {
-    let aspect = match part.aspect {
+/// What a subresource range covers in each direction; nothing said means everything.
+pub(super) fn extents(range: SubresourceRange) -> [Option<(u64, u64)>; 4] {
+    let aspect = match range.aspect {
         Aspect::All => None,
         Aspect::DepthOnly => Some((0, 1)),
         Aspect::StencilOnly => Some((1, 2)),
     };
     [
-        part.mip.map(|run| (u64::from(run.first), run.end())),
-        part.layer.map(|run| (u64::from(run.first), run.end())),
+        range.mip.map(|run| (u64::from(run.first), run.end())),
+        range.layer.map(|run| (u64::from(run.first), run.end())),
         aspect,
-        part.bytes.map(|run| (run.first, run.end())),
+        range.bytes.map(|run| (run.first, run.end())),
     ]
 }
 
 impl Regions {
-    fn new<'a>(uses: impl Iterator<Item = &'a Use> + Clone) -> Self {
-        let axis = |at: usize| Axis::new(uses.clone().map(move |one| extents(one.part)[at]));
+    fn new<'a>(accesses: impl Iterator<Item = &'a Access> + Clone) -> Self {
+        let axis = |at: usize| Axis::new(accesses.clone().map(move |one| extents(one.range)[at]));
         let mut axes = [axis(0), axis(1), axis(2), axis(3)];
         // Beside depth and stencil there is nothing: the second piece is the rest.
         if !axes[2].cuts.is_empty() {
@@ -133,9 +133,9 @@ impl Regions {
         pieces
     }
 
-    fn of(&self, part: Part) -> Vec<usize> {
+    fn of(&self, range: SubresourceRange) -> Vec<usize> {
         let mut regions = vec![0];
-        for (axis, extent) in self.axes.iter().zip(extents(part)) {
+        for (axis, extent) in self.axes.iter().zip(extents(range)) {
             let pieces = axis.of(extent);
             regions = regions
                 .into_iter()
@@ -190,7 +190,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
         pipeline.pass_handles().map(|pass| (pipeline.pass(pass).name.as_str(), pass)).collect();
     let mut after = Explained { next: explained.next.clone() };
     for pass in pipeline.pass_handles() {
-        for one in pipeline.pass(pass).uses() {
+        for one in pipeline.pass(pass).accesses() {
             if let Version::WrittenBy(name) = &one.version
                 && let Some(named) = by_name.get(name.as_str())
             {
@@ -198,30 +198,30 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
             }
         }
     }
-    let uses = plan.passes.iter().flat_map(|planned| pipeline.pass(planned.handle).uses());
-    let histories = uses.filter_map(|one| pipeline.resource(one.resource).history);
+    let accesses = plan.passes.iter().flat_map(|planned| pipeline.pass(planned.handle).accesses());
+    let histories = accesses.filter_map(|one| pipeline.resource(one.resource).history);
     let read_back = histories.filter(|history| history.back > 0).map(|history| history.of).collect();
-    let mut all: Vec<Vec<(PassHandle, &Use)>> = vec![Vec::new(); pipeline.resources.len()];
+    let mut all: Vec<Vec<(PassHandle, &Access)>> = vec![Vec::new(); pipeline.resources.len()];
     for pass in plan
         .passes
         .iter()
         .map(|planned| planned.handle)
         .chain(pipeline.pass_handles().filter(|pass| schedule.of(*pass).is_none()))
     {
-        for one in pipeline.pass(pass).uses() {
+        for one in pipeline.pass(pass).accesses() {
             all[one.resource.index()].push((pass, one));
         }
     }
     let mut sequences: Vec<(ResourceHandle, Vec<(PassHandle, bool)>)> = Vec::new();
     for handle in pipeline.resource_handles() {
-        let uses = &all[handle.index()];
-        if uses.is_empty() {
+        let accesses = &all[handle.index()];
+        if accesses.is_empty() {
             continue;
         }
-        let regions = Regions::new(uses.iter().map(|(_, one)| *one));
-        let events: Vec<Event<'_>> = uses
+        let regions = Regions::new(accesses.iter().map(|(_, one)| *one));
+        let events: Vec<Event<'_>> = accesses
             .iter()
-            .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.part) })
+            .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.range) })
             .collect();
         unfed::check(plan, schedule, handle, &events, &regions, faults);
         let mut known: HashSet<(FaultKind, String)> = HashSet::new();
@@ -234,7 +234,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
             let happens = |event: &&Event<'_>| {
                 let pass = plan.pipeline.pass(event.pass);
                 pass.condition.iter().chain(&event.one.when).all(|condition| {
-                    // Sorted by toggle, and has those of all uses.
+                    // Sorted by toggle, and has those of all accesses.
                     state.binary_search(&(condition.toggle, condition.on)).is_ok()
                 })
             };
@@ -271,7 +271,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
 /// Toggles, each with whether it is on.
 type State = Vec<(usize, bool)>;
 
-/// The states of the toggles on which the uses of a resource depend: one without toggles if there are none. Whether
+/// The states of the toggles on which the accesses of a resource depend: one without toggles if there are none. Whether
 /// they are all of them.
 fn states(plan: &Plan, events: &[Event<'_>], regions: usize) -> (Vec<State>, bool) {
     let toggles: BTreeSet<usize> = events
@@ -389,7 +389,7 @@ impl Player<'_, '_> {
                 }
             }
         }
-        // The order of one pass's several uses is no question.
+        // The order of one pass's several accesses is no question.
         writers.dedup();
         writers.retain(|list| list.len() > 1);
         writers
@@ -443,7 +443,7 @@ impl Player<'_, '_> {
                     .pass(named)
                     .condition
                     .is_some_and(|condition| self.state.contains(&(condition.toggle, !condition.on)));
-                // Nor can it say where in the order it would be if it writes other parts than this.
+                // Nor can it say where in the order it would be if it writes other subresource ranges than this.
                 let elsewhere = !culled[*region].iter().any(|(writer, _)| *writer == named);
                 if limit.is_none() && (is_off || elsewhere) {
                     continue;
@@ -567,7 +567,7 @@ impl Player<'_, '_> {
     }
 }
 
-/// Whether a use is an attachment that the plan does not store.
+/// Whether an access is an attachment that the plan does not store.
 pub(super) fn drops(plan: &Plan, schedule: &Schedule, event: &Event<'_>) -> bool {
     if !event.one.usage.is_attachment() {
         return false;
@@ -580,8 +580,8 @@ pub(super) fn drops(plan: &Plan, schedule: &Schedule, event: &Event<'_>) -> bool
     let depth = planned.depth.iter().filter(|_| depth);
     color.chain(depth).chain(planned.stencil.iter().filter(|_| stencil)).any(|attachment| {
         attachment.target.resource == event.one.resource
-            && event.one.part.mip == Some(Run::one(attachment.target.mip))
-            && event.one.part.layer == attachment.target.layer.map(Run::one)
+            && event.one.range.mip == Some(IndexRange::one(attachment.target.mip))
+            && event.one.range.layer == attachment.target.layer.map(IndexRange::one)
             && attachment.store == StoreOperation::Discard
     })
 }
@@ -595,9 +595,9 @@ pub(super) fn covers(
     writers: &[(PassHandle, bool)],
 ) -> bool {
     let loads = writers.iter().any(|(writer, loads)| *writer == pass && *loads);
-    let attached = plan.pipeline.pass(pass).uses().iter().any(|one| {
+    let attached = plan.pipeline.pass(pass).accesses().iter().any(|one| {
         let texture = plan.pipeline.resource(resource).texture();
-        let one_layer = one.part.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
+        let one_layer = one.range.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
         let attached = one.usage.writes() && one.usage.is_attachment() && one_layer;
         one.resource == resource && (attached || one.usage == Usage::StorageReplace)
     });

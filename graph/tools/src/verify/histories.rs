@@ -17,7 +17,7 @@ use crate::work::ResourceHandle;
 pub(super) fn check(plan: &Plan, faults: &mut Faults) -> BTreeSet<Physical> {
     let pipeline = &plan.pipeline;
     let mut used: BTreeSet<ResourceHandle> = BTreeSet::new();
-    for one in plan.passes.iter().flat_map(|planned| pipeline.pass(planned.handle).uses()) {
+    for one in plan.passes.iter().flat_map(|planned| pipeline.pass(planned.handle).accesses()) {
         used.extend(pipeline.resource(one.resource).history.map(|history| history.of));
     }
     for handle in &used {

@@ -9,7 +9,7 @@ use super::contents::extents;
 use super::{FaultKind, Faults};
 use crate::compiler::{Physical, PhysicalBuffer, Plan, PlanOptions, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Part, ResourceKind, Run, Usage};
+use crate::pipeline::{IndexRange, ResourceKind, SubresourceRange, Usage};
 use crate::work::ResourceHandle;
 
 /// Where a resource is really used, and how.
@@ -70,15 +70,15 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physica
     check_sums(plan, options, spare, bound, faults);
 }
 
-/// The last mip or layer of a run.
-fn last(run: Run<u32>) -> u32 {
+/// The last mip or layer of a range.
+fn last(run: IndexRange<u32>) -> u32 {
     u32::try_from(run.end().saturating_sub(1)).unwrap_or(u32::MAX)
 }
 
 fn used(plan: &Plan) -> HashMap<ResourceHandle, Used> {
     let mut used: HashMap<ResourceHandle, Used> = HashMap::new();
     for (at, planned) in plan.passes.iter().enumerate() {
-        for one in plan.pipeline.pass(planned.handle).uses() {
+        for one in plan.pipeline.pass(planned.handle).accesses() {
             let entry = used.entry(one.resource).or_insert(Used {
                 first: at,
                 last: at,
@@ -91,15 +91,15 @@ fn used(plan: &Plan) -> HashMap<ResourceHandle, Used> {
             entry.last = at;
             entry.textures |= needed(one.usage).0;
             entry.buffers |= needed(one.usage).1;
-            entry.highest_mip = entry.highest_mip.max(one.part.mip.map_or(0, last));
-            entry.highest_layer = entry.highest_layer.max(one.part.layer.map_or(0, last));
-            entry.highest_byte = entry.highest_byte.max(one.part.bytes.map_or(0, Run::end));
+            entry.highest_mip = entry.highest_mip.max(one.range.mip.map_or(0, last));
+            entry.highest_layer = entry.highest_layer.max(one.range.layer.map_or(0, last));
+            entry.highest_byte = entry.highest_byte.max(one.range.bytes.map_or(0, IndexRange::end));
         }
     }
     used
 }
 
-/// What wgpu wants a texture, or a buffer, to be created with for a use.
+/// What wgpu wants a texture, or a buffer, to be created with for an access.
 fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
     use BufferUsages as B;
     use TextureUsages as T;
@@ -116,7 +116,7 @@ fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
         Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => {
             (T::COPY_DST, B::COPY_DST)
         }
-        Usage::HostRead | Usage::HostWrite => (T::empty(), B::empty()),
+        Usage::BlackboardRead | Usage::BlackboardWrite => (T::empty(), B::empty()),
         _ if usage.is_attachment() => (T::RENDER_ATTACHMENT, B::empty()),
         _ => (T::empty(), B::empty()),
     }
@@ -146,11 +146,12 @@ fn check_place(
     if let Some(size) = planned.size {
         let volume = matches!(kind, ResourceKind::Texture(texture) if texture.view == Some(TextureShape::D3));
         if used.highest_mip >= size.mips || (!volume && used.highest_layer >= size.layers) {
-            faults.add(FaultKind::PartMissing, format!("\"{name}\" is used beyond its mips or layers"));
+            faults
+                .add(FaultKind::SubresourceMissing, format!("\"{name}\" is used beyond its mips or layers"));
         }
     }
     if matches!(kind, ResourceKind::Buffer(_)) && used.highest_byte > planned.bytes {
-        faults.add(FaultKind::PartMissing, format!("\"{name}\" is used beyond its bytes"));
+        faults.add(FaultKind::SubresourceMissing, format!("\"{name}\" is used beyond its bytes"));
     }
     match planned.physical {
         Physical::Texture(index) => match plan.textures.get(index) {
@@ -214,16 +215,16 @@ fn check_place(
     }
 }
 
-/// The transient resources of which some part is first written by a pass that can be off.
+/// The transient resources of which some subresource range is first written by a pass that can be off.
 fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
-    let mut always: HashMap<ResourceHandle, Vec<Part>> = HashMap::new();
+    let mut always: HashMap<ResourceHandle, Vec<SubresourceRange>> = HashMap::new();
     let mut conditional = HashSet::new();
     for planned in &plan.passes {
         let pass = plan.pipeline.pass(planned.handle);
-        for one in pass.uses().iter().filter(|one| one.usage.writes()) {
+        for one in pass.accesses().iter().filter(|one| one.usage.writes()) {
             let written = always.entry(one.resource).or_default();
-            let covers = |below: &Part| {
-                extents(*below).into_iter().zip(extents(one.part)).all(|(below, own)| match (below, own) {
+            let covers = |below: &SubresourceRange| {
+                extents(*below).into_iter().zip(extents(one.range)).all(|(below, own)| match (below, own) {
                     (None, _) => true,
                     (Some(below), Some(own)) => below.0 <= own.0 && own.1 <= below.1,
                     (Some(_), None) => false,
@@ -233,7 +234,7 @@ fn conditional(plan: &Plan) -> HashSet<ResourceHandle> {
                 continue;
             }
             if pass.condition.is_none() {
-                written.push(one.part);
+                written.push(one.range);
             } else if !written.iter().any(covers) {
                 conditional.insert(one.resource);
             }

@@ -17,7 +17,7 @@
 //! - `histories`: as many frames are kept as can be read, apart from one another and from everything else.
 //!
 //! Limits: shaders and sizes are not computed again; a plan for another viewport is not recognised as such. A writer is
-//! taken to write all of the part that it declares.
+//! taken to write all of the subresource range that it declares.
 //!
 //! Cost: about linear; writers whose order only a long detour explains cost more.
 
@@ -82,7 +82,7 @@ pub enum FaultKind {
     ResourceMissing,
     /// A planned resource is used by no planned pass.
     ResourceUnused,
-    /// The first or last use of a resource is stated wrong.
+    /// The first or last access of a resource is stated wrong.
     SpanWrong,
     /// A resource has a place that does not fit its kind or lifetime.
     PlaceWrong,
@@ -99,7 +99,7 @@ pub enum FaultKind {
     /// An imported texture is used beyond what the host allows.
     ImportMisused,
     /// A mip or layer is used that the texture does not have.
-    PartMissing,
+    SubresourceMissing,
     /// There are more physical resources than are ever alive at once.
     NotMinimal,
     /// A physical resource stands for nothing.

@@ -6,10 +6,10 @@ use super::contents::Flow;
 use super::{FaultKind, Faults, Schedule};
 use crate::compiler::{CullReason, KeepReason, Kept, Plan};
 use crate::language::Lifetime;
-use crate::pipeline::{History, Part, Pass, Use};
+use crate::pipeline::{Access, History, Pass, SubresourceRange};
 use crate::work::{Dispatch, PassHandle, ResourceHandle, Work};
 
-/// Up to so many writers of parts, or with toggles, a plan has to say for certain who reads them.
+/// Up to so many writers of subresource ranges, or with toggles, a plan has to say for certain who reads them.
 const TOLD_APART: usize = 64;
 
 /// The schedule, unless a planned pass is not one of the pipeline's.
@@ -126,7 +126,8 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, fault
     let mut stack: Vec<PassHandle> = needed.iter().copied().collect();
     while let Some(pass) = stack.pop() {
         // What earlier frames are read of, those feed that write this frame of it.
-        let earlier = pipeline.pass(pass).uses().iter().filter_map(|one| earlier_frame(plan, one.resource));
+        let earlier =
+            pipeline.pass(pass).accesses().iter().filter_map(|one| earlier_frame(plan, one.resource));
         let carried = earlier.flat_map(|history| flow.carried.get(&history.of)).flatten();
         for writer in feeders.get(&pass).into_iter().flatten().chain(carried) {
             if needed.insert(*writer) {
@@ -189,7 +190,7 @@ fn reason_holds(plan: &Plan, schedule: &Schedule, flow: &Flow, pass: PassHandle,
         KeepReason::MayBeLeft(resource) => may_leave(plan, pass, resource),
         KeepReason::ReadLater(reader, resource) => {
             let read = plan.pipeline.passes.get(reader.index()).is_some_and(|reader| {
-                reader.uses().iter().any(|one| one.resource == resource && one.usage.reads())
+                reader.accesses().iter().any(|one| one.resource == resource && one.usage.reads())
             });
             let carries = earlier_frame(plan, resource)
                 .and_then(|history| flow.carried.get(&history.of))
@@ -218,35 +219,38 @@ fn says(plan: &Plan, reason: KeepReason, words: &Kept) -> bool {
     }
 }
 
-/// Whether a resource has so many writers of parts, or with toggles, that a plan need not tell them all apart.
+/// Whether a resource has so many writers of subresource ranges, or with toggles, that a plan need not tell them all
+/// apart.
 fn has_many_writers(plan: &Plan, resource: ResourceHandle) -> bool {
     let writes = |pass: &&Pass| {
-        let written = |one: &Use| one.resource == resource && one.usage.writes();
-        pass.uses().iter().any(|one| written(one) && (pass.condition.is_some() || one.part != Part::WHOLE))
+        let written = |one: &Access| one.resource == resource && one.usage.writes();
+        pass.accesses()
+            .iter()
+            .any(|one| written(one) && (pass.condition.is_some() || one.range != SubresourceRange::WHOLE))
     };
     plan.pipeline.passes.iter().filter(writes).nth(TOLD_APART).is_some()
 }
 
-/// Whether a pass writes something of the parts that another reads, of a resource with many writers.
+/// Whether a pass writes something of the subresource ranges that another reads, of a resource with many writers.
 fn may_feed(plan: &Plan, pass: PassHandle, reader: PassHandle, resource: ResourceHandle) -> bool {
     let (pass, reader) =
         match (plan.pipeline.passes.get(pass.index()), plan.pipeline.passes.get(reader.index())) {
             (Some(pass), Some(reader)) => (pass, reader),
             _ => return false,
         };
-    let read = reader.uses().iter().filter(|one| one.resource == resource && one.usage.reads());
-    let meets = |read: &Use| {
-        let written = |one: &&Use| one.resource == resource && one.usage.writes();
-        pass.uses().iter().filter(written).any(|one| one.part.overlaps(read.part))
+    let read = reader.accesses().iter().filter(|one| one.resource == resource && one.usage.reads());
+    let meets = |read: &Access| {
+        let written = |one: &&Access| one.resource == resource && one.usage.writes();
+        pass.accesses().iter().filter(written).any(|one| one.range.overlaps(read.range))
     };
     has_many_writers(plan, resource) && read.into_iter().any(meets)
 }
 
 /// Whether a pass writes a resource with many writers that outlives the frame.
 fn may_leave(plan: &Plan, pass: PassHandle, resource: ResourceHandle) -> bool {
-    let writes = |one: &Use| one.resource == resource && one.usage.writes();
+    let writes = |one: &Access| one.resource == resource && one.usage.writes();
     plan.pipeline.resources.get(resource.index()).is_some_and(|one| one.lifetime() != Lifetime::Transient)
-        && plan.pipeline.passes.get(pass.index()).is_some_and(|pass| pass.uses().iter().any(writes))
+        && plan.pipeline.passes.get(pass.index()).is_some_and(|pass| pass.accesses().iter().any(writes))
         && has_many_writers(plan, resource)
 }
 
@@ -256,12 +260,12 @@ fn earlier_frame(plan: &Plan, resource: ResourceHandle) -> Option<History> {
 }
 
 fn cull_holds(plan: &Plan, pass: PassHandle, reason: &CullReason) -> bool {
-    let uses = plan.pipeline.pass(pass).uses();
+    let accesses = plan.pipeline.pass(pass).accesses();
     let writes = |name: &String| {
-        uses.iter().any(|one| one.usage.writes() && plan.pipeline.resource(one.resource).name == *name)
+        accesses.iter().any(|one| one.usage.writes() && plan.pipeline.resource(one.resource).name == *name)
     };
     match reason {
-        CullReason::WritesNothing => !uses.iter().any(|one| one.usage.writes()),
+        CullReason::WritesNothing => !accesses.iter().any(|one| one.usage.writes()),
         CullReason::NothingReads(resources) => !resources.is_empty() && resources.iter().all(writes),
         CullReason::OnlyCulledRead(readers) => {
             !readers.is_empty() && readers.iter().all(|reader| plan.culled.contains_key(reader))

@@ -6,7 +6,7 @@ use crate::language::TextureShape;
 use crate::pipeline::{Condition, Pass, Version};
 use crate::work::ResourceHandle;
 
-/// Checks the stated toggles and bypasses, the uses of stand-ins, and that they fit.
+/// Checks the stated toggles and bypasses, the accesses of stand-ins, and that they fit.
 pub(super) fn check(plan: &Plan, faults: &mut Faults) {
     let stated: Vec<(&String, bool)> = plan.toggles.iter().map(|(name, on)| (name, *on)).collect();
     if stated != plan.pipeline.toggles.iter().map(|one| (&one.name, one.default)).collect::<Vec<_>>() {
@@ -23,7 +23,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
             let message = format!("the plan is wrong about the toggle or the bypass of \"{}\"", planned.name);
             faults.add(FaultKind::ToggleWrong, message);
         }
-        for one in pass.uses().iter().filter(|one| !one.usage.writes()) {
+        for one in pass.accesses().iter().filter(|one| !one.usage.writes()) {
             let Some(bypass) = plan.pipeline.bypasses.get(&one.resource) else { continue };
             if pass.condition == Some(bypass.condition) {
                 continue;
@@ -33,7 +33,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
                 let message = format!("\"{}\" uses \"{name}\" also in frames without it", pass.name);
                 faults.add(FaultKind::BypassMissing, message);
             }
-            // Without this resource, and in what other states the use happens.
+            // Without this resource, and in what other states the access happens.
             let otherwise = |condition: &Condition| {
                 if *condition == bypass.condition {
                     Condition { toggle: condition.toggle, on: !condition.on }
@@ -42,10 +42,10 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
                 }
             };
             let wanted: Vec<Condition> = one.when.iter().map(otherwise).collect();
-            let found = pass.uses().iter().any(|other| {
+            let found = pass.accesses().iter().any(|other| {
                 other.resource == bypass.stand_in
                     && other.version == bypass.version
-                    && (other.usage, other.part) == (one.usage, one.part)
+                    && (other.usage, other.range) == (one.usage, one.range)
                     && happens_where(plan, &other.when, bypass.stand_in, &wanted)
             });
             if !found {
@@ -66,7 +66,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
     }
 }
 
-/// Whether a use of a stand-in happens in every state that is wanted, but for those in which it is bypassed itself.
+/// Whether an access of a stand-in happens in every state that is wanted, but for those in which it is bypassed itself.
 fn happens_where(plan: &Plan, when: &[Condition], stand_in: ResourceHandle, wanted: &[Condition]) -> bool {
     let own = plan.pipeline.bypasses.get(&stand_in).map(|bypass| bypass.condition);
     when.iter().all(|condition| wanted.contains(condition) || Some(*condition) == own)
@@ -75,7 +75,7 @@ fn happens_where(plan: &Plan, when: &[Condition], stand_in: ResourceHandle, want
 fn states_bypasses(plan: &Plan, pass: &Pass, stated: &std::collections::BTreeMap<String, String>) -> bool {
     let mut count = 0;
     for (resource, bypass) in &plan.pipeline.bypasses {
-        if !pass.uses().iter().any(|one| one.resource == *resource && one.usage.writes()) {
+        if !pass.accesses().iter().any(|one| one.resource == *resource && one.usage.writes()) {
             continue;
         }
         let mut stand_in = plan.pipeline.resource(bypass.stand_in).name.clone();

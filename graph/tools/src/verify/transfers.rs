@@ -1,9 +1,9 @@
 //! Whether copies touch what their passes say, and what the plan copies is what the passes describe.
 //!
-//! From the description of a transfer follow the mips, layers, aspect or bytes that it reads and writes. The uses of its
-//! pass, on which all orders and lifetimes rest, have to name just those. What the plan copies has to add up to them: one
-//! box for each mip level, or runs of bytes, within what there is; rows of texels far enough apart and within the bytes
-//! that are named.
+//! From the description of a transfer follow the mips, layers, aspect or bytes that it reads and writes. The accesses
+//! of its pass, on which all orders and lifetimes rest, have to name just those. What the plan copies has to add up to
+//! them: one box for each mip level, or ranges of bytes, within what there is; rows of texels far enough apart and
+//! within the bytes that are named.
 //!
 //! Limits: expressions for an origin and an extent are not evaluated again; boxes that have them are only checked to lie
 //! within their mip level and to be of one size.
@@ -13,15 +13,15 @@ use wgpu_types::{COPY_BYTES_PER_ROW_ALIGNMENT, TextureAspect, TextureFormat};
 use super::{FaultKind, Faults};
 use crate::compiler::{Plan, PlannedCopy, PlannedPass, PlannedResource, TexelOrigin, TexelRows};
 use crate::language::TextureShape;
-use crate::pipeline::{Aspect, Part, Run, Usage};
+use crate::pipeline::{Aspect, IndexRange, SubresourceRange, Usage};
 use crate::work::{BufferRegion, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work};
 
-/// Checks the uses and the copies of every planned transfer.
+/// Checks the accesses and the copies of every planned transfer.
 pub(super) fn check(plan: &Plan, faults: &mut Faults) {
     for planned in &plan.passes {
         match plan.pipeline.pass(planned.handle).work() {
             Work::Transfer(transfer) => {
-                let wrong = uses(plan, planned, transfer).or_else(|| {
+                let wrong = check_accesses(plan, planned, transfer).or_else(|| {
                     let transfer = Transfer { plan, transfer };
                     transfer.check(&planned.copies).err()
                 });
@@ -37,15 +37,15 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
     }
 }
 
-/// What is wrong with the uses of a transfer: they are those of its ends and no others.
-fn uses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -> Option<String> {
+/// What is wrong with the accesses of a transfer: they are those of its ends and no others.
+fn check_accesses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -> Option<String> {
     let pass = plan.pipeline.pass(planned.handle);
-    let mut wanted: Vec<(ResourceHandle, Part, bool)> = Vec::new();
+    let mut wanted: Vec<(ResourceHandle, SubresourceRange, bool)> = Vec::new();
     for (end, writes) in transfer.source.iter().map(|end| (end, false)).chain([(&transfer.destination, true)])
     {
-        wanted.push((end.subresource().resource, part(plan, end), writes));
+        wanted.push((end.subresource().resource, range(plan, end), writes));
     }
-    for one in pass.uses() {
+    for one in pass.accesses() {
         let writes = match one.usage {
             Usage::CopySource => false,
             Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => true,
@@ -54,35 +54,43 @@ fn uses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -> Option<S
         // What stands in for another resource is copied in its place.
         let stands_in =
             |wanted: ResourceHandle| plan.pipeline.stand_ins(wanted).any(|known| known == one.resource);
-        let is_described = wanted.iter().any(|(resource, part, written)| {
-            (one.resource == *resource || stands_in(*resource)) && one.part == *part && writes == *written
+        let is_described = wanted.iter().any(|(resource, range, written)| {
+            (one.resource == *resource || stands_in(*resource)) && one.range == *range && writes == *written
         });
         if !is_described {
             let name = &plan.pipeline.resource(one.resource).name;
-            return Some(format!("says that it uses other parts of \"{name}\" than it copies"));
+            return Some(format!("says that it uses other subresource ranges of \"{name}\" than it copies"));
         }
     }
-    let missing = wanted.into_iter().find(|(resource, part, writes)| {
-        !pass.uses().iter().any(|one| {
-            one.resource == *resource && one.part == *part && (one.usage != Usage::CopySource) == *writes
+    let missing = wanted.into_iter().find(|(resource, range, writes)| {
+        !pass.accesses().iter().any(|one| {
+            one.resource == *resource && one.range == *range && (one.usage != Usage::CopySource) == *writes
         })
     });
     missing.map(|(resource, ..)| {
-        format!("copies parts of \"{}\" that it does not use", plan.pipeline.resource(resource).name)
+        format!(
+            "copies subresource ranges of \"{}\" that it does not use",
+            plan.pipeline.resource(resource).name
+        )
     })
 }
 
-/// The part that one end of a transfer touches.
-fn part(plan: &Plan, end: &TransferEnd) -> Part {
+/// The subresource range that one end of a transfer touches.
+fn range(plan: &Plan, end: &TransferEnd) -> SubresourceRange {
     match end {
         TransferEnd::Buffer(region) => {
-            Part { mip: None, layer: None, aspect: Aspect::All, bytes: region.buffer.part.bytes }
+            SubresourceRange { mip: None, layer: None, aspect: Aspect::All, bytes: region.buffer.range.bytes }
         }
         TransferEnd::Texture(region) => {
             let format = planned(plan, region.texture.resource).and_then(|one| one.format);
             let aspect =
-                if format.is_some_and(has_two_aspects) { region.texture.part.aspect } else { Aspect::All };
-            Part { mip: Some(region.mip()), layer: region.texture.part.layer, aspect, bytes: None }
+                if format.is_some_and(has_two_aspects) { region.texture.range.aspect } else { Aspect::All };
+            SubresourceRange {
+                mip: Some(region.mip()),
+                layer: region.texture.range.layer,
+                aspect,
+                bytes: None,
+            }
         }
     }
 }
@@ -158,7 +166,7 @@ impl Transfer<'_> {
     /// The first byte of a region of a buffer, and how many.
     fn run(&self, region: &BufferRegion) -> Result<(u64, u64), String> {
         let all = planned(self.plan, region.buffer.resource).ok_or("copies what is not planned")?.bytes;
-        let run = region.buffer.part.bytes.unwrap_or(Run { first: 0, count: all });
+        let run = region.buffer.range.bytes.unwrap_or(IndexRange { first: 0, count: all });
         if run.end() > all {
             return Err("copies bytes that the buffer does not have".to_owned());
         }
@@ -173,7 +181,7 @@ impl Transfer<'_> {
         };
         let declared = self.plan.pipeline.resource(region.texture.resource).texture();
         let volume = declared.is_some_and(|texture| texture.view == Some(TextureShape::D3));
-        let aspect = if has_two_aspects(format) { region.texture.part.aspect } else { Aspect::All };
+        let aspect = if has_two_aspects(format) { region.texture.range.aspect } else { Aspect::All };
         let (block_width, block_height) = format.block_dimensions();
         let mut list = boxes.iter();
         for mip in u64::from(region.mip().first)..region.mip().end() {
@@ -187,7 +195,7 @@ impl Transfer<'_> {
                 half(size.height).next_multiple_of(block_height),
             ];
             let slices = if volume { half(size.layers) } else { size.layers };
-            let layers = region.texture.part.layer.unwrap_or(Run { first: 0, count: slices });
+            let layers = region.texture.range.layer.unwrap_or(IndexRange { first: 0, count: slices });
             if layers.end() > u64::from(slices) {
                 return Err("copies layers that are not there".to_owned());
             }
@@ -230,7 +238,7 @@ impl Transfer<'_> {
         let (first, count) = self.run(buffer)?;
         let format = planned(self.plan, region.texture.resource).and_then(|one| one.format);
         let format = format.ok_or("copies texels of what is no texture")?;
-        let aspect = match region.texture.part.aspect {
+        let aspect = match region.texture.range.aspect {
             Aspect::All => TextureAspect::All,
             Aspect::DepthOnly => TextureAspect::DepthOnly,
             Aspect::StencilOnly => TextureAspect::StencilOnly,

@@ -5,7 +5,7 @@
 //! of its own over frames, or is the host's, has contents anyway; what also writes fills in what it does not find.
 //! Which regions exist follows from the sizes and formats of the plan.
 //!
-//! Cost: linear in the regions of uses.
+//! Cost: linear in the regions of accesses.
 
 use std::collections::BTreeSet;
 
@@ -42,8 +42,8 @@ pub(super) fn check(
     let volume = resource.texture().is_some_and(|texture| texture.view == Some(TextureShape::D3));
     let mut written = vec![Written::default(); regions.count()];
     let live = events.iter().take_while(|event| schedule.of(event.pass).is_some()).count();
-    for uses in events[..live].chunk_by(|a, b| a.pass == b.pass) {
-        for event in uses.iter().filter(|event| event.one.usage.reads() && !event.one.usage.writes()) {
+    for accesses in events[..live].chunk_by(|a, b| a.pass == b.pass) {
+        for event in accesses.iter().filter(|event| event.one.usage.reads() && !event.one.usage.writes()) {
             let condition = plan.pipeline.pass(event.pass).condition;
             let known: Vec<Condition> = condition.iter().chain(&event.one.when).copied().collect();
             if known.iter().any(|one| known.contains(&one.opposite())) {
@@ -57,11 +57,12 @@ pub(super) fn check(
             // What finds nothing at all is found where the frame is played.
             if event.regions.iter().any(is_written) && event.regions.iter().any(|region| missing(&region)) {
                 let (pass, name) = (&plan.pipeline.pass(event.pass).name, &resource.name);
-                let message = format!("\"{pass}\" reads a part of \"{name}\" that nothing has written");
+                let message =
+                    format!("\"{pass}\" reads a subresource range of \"{name}\" that nothing has written");
                 faults.add(FaultKind::ReadUnfed, message);
             }
         }
-        for event in uses.iter().filter(|event| event.one.usage.writes()) {
+        for event in accesses.iter().filter(|event| event.one.usage.writes()) {
             for region in &event.regions {
                 match plan.pipeline.pass(event.pass).condition {
                     None => written[*region].always = true,

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::find::{Found, Use};
+use super::find::{Found, SubgraphUse};
 use super::origin::{Location, location};
 use super::{Kind, Subject, given};
 use crate::compiler::{Physical, Plan};
@@ -120,7 +120,7 @@ pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> V
     for before in &pass.after {
         facts.push(fact("after", &*pipeline.pass(*before).name));
     }
-    for one in pass.uses() {
+    for one in pass.accesses() {
         let resource = &pipeline.resource(one.resource).name;
         let about = match (one.usage.reads(), one.usage.writes()) {
             (true, true) => "reads, writes",
@@ -233,8 +233,8 @@ fn words(text: &str) -> Vec<&str> {
     words
 }
 
-fn used(subject: &Subject<'_>, uses: &[Use<'_>]) -> Vec<Fact> {
-    let one = |used: &Use<'_>| {
+fn used(subject: &Subject<'_>, uses: &[SubgraphUse<'_>]) -> Vec<Fact> {
+    let one = |used: &SubgraphUse<'_>| {
         let subgraph = used.entry.value.get("use").and_then(Value::text).unwrap_or_default();
         Fact {
             about: "part of",
@@ -246,7 +246,7 @@ fn used(subject: &Subject<'_>, uses: &[Use<'_>]) -> Vec<Fact> {
 }
 
 /// Who uses a resource, and what stands for it on the device.
-pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[Use<'_>]) -> Vec<Fact> {
+pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse<'_>]) -> Vec<Fact> {
     let mut facts = used(subject, uses);
     let Some(pipeline) = subject.checked.pipeline.as_deref() else {
         facts.push(fact("memory", "not known: the pipeline has errors"));
@@ -258,7 +258,7 @@ pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[Use<'_>]) -
     };
     let plan = subject.checked.plan.as_ref();
     for pass in &pipeline.passes {
-        for one in pass.uses().iter().filter(|one| one.resource == handle) {
+        for one in pass.accesses().iter().filter(|one| one.resource == handle) {
             let about = if one.usage.writes() { "written by" } else { "read by" };
             let culled = plan.is_some_and(|plan| plan.culled.contains_key(&pass.name));
             let culled = if culled { ", culled" } else { "" };

@@ -29,12 +29,12 @@ pub(super) struct Found<'a> {
     pub(super) pointer: String,
     pub(super) entry: &'a Entry,
     /// The uses of subgraphs on the way, the outermost first.
-    pub(super) uses: Vec<Use<'a>>,
+    pub(super) uses: Vec<SubgraphUse<'a>>,
 }
 
 /// A use of a subgraph.
 #[derive(Clone)]
-pub(super) struct Use<'a> {
+pub(super) struct SubgraphUse<'a> {
     pub(super) name: String,
     pub(super) pointer: String,
     pub(super) entry: &'a Entry,
@@ -82,7 +82,7 @@ fn walk<'a>(
     pointer: &str,
     segments: &[&str],
     prefix: String,
-    uses: &[Use<'a>],
+    uses: &[SubgraphUse<'a>],
     found: &mut Vec<Found<'a>>,
 ) {
     let Some((head, mut rest)) = segments.split_first() else { return };
@@ -109,7 +109,7 @@ fn walk<'a>(
             && is_there
         {
             let mut inner = uses.to_vec();
-            inner.push(Use { name: name.clone(), pointer: at, entry });
+            inner.push(SubgraphUse { name: name.clone(), pointer: at, entry });
             let below = pointer_join("/subgraphs", used);
             walk(subject, subgraph, &below, rest, format!("{name}."), &inner, found);
         }

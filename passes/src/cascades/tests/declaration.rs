@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use umbragraph_pipeline::data::HostData;
+use umbragraph_pipeline::data::BlackboardData;
 use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::pipeline::{Choice, Pipeline, load};
 use umbragraph_pipeline::shader::{TargetProfile, TemplateSet};
 use umbragraph_pipeline::source::Sources;
-use umbragraph_pipeline::work::{HostContext, Work};
+use umbragraph_pipeline::work::{CpuContext, Work};
 use umbragraph_pipeline::{document, node::Registry};
 
 use super::*;
@@ -32,16 +32,15 @@ fn declare(settings: &str, parameters: &str) -> (Option<Pipeline>, Diagnostics, 
 }
 
 /// What a pass with these settings publishes for a frame.
-pub(super) fn run(settings: &str, frame: &FrameInput) -> HostData {
+pub(super) fn run(settings: &str, frame: &FrameInput) -> BlackboardData {
     let (pipeline, diagnostics, _) = declare(settings, "");
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
     let pipeline = pipeline.expect("a pipeline without findings is there");
-    let Some(Work::Host(work)) = pipeline.passes.first().map(umbragraph_pipeline::pipeline::Pass::work)
-    else {
-        panic!("host work")
+    let Some(Work::Cpu(work)) = pipeline.passes.first().map(umbragraph_pipeline::pipeline::Pass::work) else {
+        panic!("CPU work")
     };
-    let mut data = HostData::new(node::shape(declared(&pipeline)));
-    work.node.clone().start().run(&HostContext { frame, inputs: &[] }, &mut data);
+    let mut data = BlackboardData::new(node::shape(declared(&pipeline)));
+    work.node.clone().start().run(&CpuContext { frame, inputs: &[] }, &mut data);
     assert_eq!(data.refused(), None);
     data
 }
@@ -54,7 +53,7 @@ fn declared(pipeline: &Pipeline) -> u32 {
     shape.maximum_views
 }
 
-fn floats(data: &HostData, name: &str) -> Vec<f32> {
+fn floats(data: &BlackboardData, name: &str) -> Vec<f32> {
     data.words(name).unwrap().iter().map(|word| f32::from_bits(*word)).collect()
 }
 

@@ -1,7 +1,7 @@
 //! Whatever the host says, everything is finite, and nothing panics.
 
 use glam::{DMat4, Mat4};
-use umbragraph_pipeline::data::HostData;
+use umbragraph_pipeline::data::BlackboardData;
 
 use super::*;
 use crate::cascades::CascadeSet;
@@ -149,7 +149,7 @@ fn a_frame_with_large_numbers_is_published_within_32_bits() {
     let floats = |name: &str| -> Vec<f32> {
         data.words(name).unwrap_or_default().iter().map(|word| f32::from_bits(*word)).collect()
     };
-    let published: &HostData = &data;
+    let published: &BlackboardData = &data;
     for (name, _) in &published.shape().values {
         assert!(floats(name).iter().all(|value| value.is_finite()), "{name}");
     }

@@ -217,7 +217,7 @@ pub fn expression_finding(
     let (value, pointer) = faulty(error, value, pointer).unwrap_or((value, pointer.to_owned()));
     let end = error.range.end.max(error.range.start + 1);
     // What is missing at the end is missing at the closing quote.
-    let is_placed = error.range != (0..0) && value.part(0..0).is_some();
+    let is_placed = error.range != (0..0) && value.span_within(0..0).is_some();
     let place = is_placed.then(|| value.span.inside(error.range.start + 1..end + 1));
     let code = match error.fault {
         Fault::Syntax => codes::EXPRESSION_SYNTAX,
@@ -250,7 +250,7 @@ pub fn expression_finding(
     let range = error.range.start..error.range.start + name.len();
     // Inside a subgraph a name may be written in another way than it reads outside.
     let is_written = value.text().and_then(|text| text.get(range.clone())) == Some(name);
-    let written = value.part(range).filter(|_| is_written);
+    let written = value.span_within(range).filter(|_| is_written);
     Some(finding.meant(name, known, written, |_| help()))
 }
 

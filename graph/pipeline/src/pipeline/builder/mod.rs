@@ -4,18 +4,18 @@
 //! compiled and their bindings matched by name. Each method takes the JSON pointer of the setting (relative to the
 //! node kind's settings), so that a finding stands at its place; it reports the finding itself and returns `None`.
 
+mod blackboard;
 mod blocks;
 mod expressions;
-mod host_data;
-mod parts;
 mod programs;
 mod references;
 mod slots;
+mod subresources;
 mod vertices;
 
 pub use expressions::expression_finding;
-pub use parts::{Face, PartSettings};
 pub use programs::axis_value;
+pub use subresources::{Face, SubresourceRangeSettings};
 
 use super::environment::Environment;
 use super::host_contract;
@@ -80,7 +80,7 @@ impl PassBuilder<'_> {
             (Some(entry), _) => Some(entry.key_span),
             (None, Some(text)) if text == name => Some(value.span),
             // A reference, perhaps to a version.
-            (None, Some(text)) if text.starts_with(&format!("{name}@")) => value.part(0..name.len()),
+            (None, Some(text)) if text.starts_with(&format!("{name}@")) => value.span_within(0..name.len()),
             _ => None,
         };
         let taken = |known: &str| {

@@ -3,12 +3,17 @@
 use super::PassBuilder;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Reference, parse_format};
-use crate::pipeline::{Aspect, Part, ResourceKind, Version, history};
+use crate::pipeline::{Aspect, ResourceKind, SubresourceRange, Version, history};
 use crate::work::{ResourceHandle, Subresource, TextureRegion};
 
 impl PassBuilder<'_> {
-    /// A part of a texture that a reference names.
-    pub fn texture(&mut self, reference: &str, part: Part, pointer: &str) -> Option<Subresource> {
+    /// A subresource range of a texture that a reference names.
+    pub fn texture(
+        &mut self,
+        reference: &str,
+        range: SubresourceRange,
+        pointer: &str,
+    ) -> Option<Subresource> {
         let (handle, version) = self.reference(reference, pointer)?;
         let resource = &self.shared.resources[handle.index()];
         if resource.texture().is_none() {
@@ -17,7 +22,7 @@ impl PassBuilder<'_> {
             self.report(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
             return None;
         }
-        Some(self.subresource(handle, part, version, pointer))
+        Some(self.subresource(handle, range, version, pointer))
     }
 
     /// A declared texture of which only the size is wanted.
@@ -49,11 +54,11 @@ impl PassBuilder<'_> {
     /// The bytes that texels of a texture have in a buffer, if numbers of its declaration say so and no bytes are left
     /// between their rows.
     pub fn bytes_of_full_rows(&self, region: &TextureRegion) -> Option<u64> {
-        let (part, mip_levels) = (region.texture.part, region.mip());
+        let (range, mip_levels) = (region.texture.range, region.mip());
         let texture = self.shared.resources[region.texture.resource.index()].texture()?;
         let mut names = texture.format.names().iter();
         let format = names.next().filter(|_| names.next().is_none()).and_then(|name| parse_format(name))?;
-        let aspect = match part.aspect {
+        let aspect = match range.aspect {
             Aspect::All => wgpu_types::TextureAspect::All,
             Aspect::DepthOnly => wgpu_types::TextureAspect::DepthOnly,
             Aspect::StencilOnly => wgpu_types::TextureAspect::StencilOnly,
@@ -62,7 +67,7 @@ impl PassBuilder<'_> {
         let (block_width, block_height) = format.block_dimensions();
         let number = |value: Option<&serde_json::Value>| value?.as_u64();
         let [width, height] = [0, 1].map(|axis| number(texture.size.0.get(axis)));
-        let layers = match (part.layer, &texture.layers) {
+        let layers = match (range.layer, &texture.layers) {
             (Some(run), _) => u64::from(run.count),
             (None, None) => 1,
             (None, Some(layers)) => layers.0.as_u64()?,
@@ -93,10 +98,15 @@ impl PassBuilder<'_> {
 
     /// All of a buffer that a reference names.
     pub fn buffer(&mut self, reference: &str, pointer: &str) -> Option<Subresource> {
-        self.buffer_named(reference, Part::WHOLE, pointer)
+        self.buffer_named(reference, SubresourceRange::WHOLE, pointer)
     }
 
-    pub(super) fn buffer_named(&mut self, reference: &str, part: Part, pointer: &str) -> Option<Subresource> {
+    pub(super) fn buffer_named(
+        &mut self,
+        reference: &str,
+        range: SubresourceRange,
+        pointer: &str,
+    ) -> Option<Subresource> {
         let (handle, version) = self.reference(reference, pointer)?;
         let resource = &self.shared.resources[handle.index()];
         if !matches!(resource.kind, ResourceKind::Buffer(_)) {
@@ -105,7 +115,7 @@ impl PassBuilder<'_> {
             self.report(codes::WRONG_RESOURCE, pointer, message, "name a buffer of \"resources\"");
             return None;
         }
-        Some(self.subresource(handle, part, version, pointer))
+        Some(self.subresource(handle, range, version, pointer))
     }
 
     pub(super) fn reference(&mut self, text: &str, pointer: &str) -> Option<(ResourceHandle, Version)> {
@@ -194,10 +204,10 @@ impl PassBuilder<'_> {
     pub(super) fn subresource(
         &self,
         resource: ResourceHandle,
-        part: Part,
+        range: SubresourceRange,
         version: Version,
         pointer: &str,
     ) -> Subresource {
-        Subresource { resource, part, version, place: self.place(pointer), pointer: self.absolute(pointer) }
+        Subresource { resource, range, version, place: self.place(pointer), pointer: self.absolute(pointer) }
     }
 }

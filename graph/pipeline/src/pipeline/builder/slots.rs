@@ -3,12 +3,14 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{PartSettings, PassBuilder, host_contract};
+use super::{PassBuilder, SubresourceRangeSettings, host_contract};
 use crate::diagnostic::{codes, did_you_mean};
 use crate::document;
 use crate::draw::MATERIAL_GROUP;
 use crate::language::{TextureShape, Word};
-use crate::pipeline::{Bind, BindObject, Contents, Part, Program, ProgramBinding, Run, Usage};
+use crate::pipeline::{
+    Bind, BindObject, Contents, IndexRange, Program, ProgramBinding, SubresourceRange, Usage,
+};
 use crate::shader::{AxisValue, AxisValues, describe};
 use crate::work::{BoundSlot, BoundTexture, ProgramHandle, Sampler, SlotSource};
 
@@ -249,7 +251,7 @@ impl PassBuilder<'_> {
                     let at = format!("{here}/buffer");
                     let bytes = self.bytes(buffer.offset.as_ref(), buffer.size.as_ref(), &at)?;
                     let usage = self.written(buffer_usage(ty), buffer.contents.as_ref(), &at)?;
-                    let buffer = self.buffer_part(&buffer.name, bytes, &format!("{at}/name"))?;
+                    let buffer = self.buffer_range(&buffer.name, bytes, &format!("{at}/name"))?;
                     Some(SlotSource::Buffer { buffer, usage })
                 }
                 Bind::Name(name) => {
@@ -260,7 +262,7 @@ impl PassBuilder<'_> {
                     Some(SlotSource::Data { data: self.data(name, here)?, values: None })
                 }
                 Bind::Object(_) => {
-                    let help = "bind the name of a buffer or of host data, or { \"values\": { } }";
+                    let help = "bind the name of a buffer or of blackboard data, or { \"values\": { } }";
                     self.report(codes::WRONG_RESOURCE, here, wanted("a buffer"), help);
                     None
                 }
@@ -301,11 +303,11 @@ impl PassBuilder<'_> {
                 return None;
             }
         };
-        let (name, part, shape, format, at) = match bind {
-            Bind::Name(name) => (name, Part::WHOLE, None, None, here.to_owned()),
+        let (name, range, shape, format, at) = match bind {
+            Bind::Name(name) => (name, SubresourceRange::WHOLE, None, None, here.to_owned()),
             Bind::Object(BindObject::Texture(texture)) => {
                 let at = format!("{here}/texture");
-                let settings = PartSettings {
+                let settings = SubresourceRangeSettings {
                     mip: texture.mip.as_ref(),
                     mips: texture.mips.as_ref(),
                     layer: texture.layer.as_ref(),
@@ -313,12 +315,12 @@ impl PassBuilder<'_> {
                     face: texture.face.as_ref(),
                     aspect: texture.aspect.as_ref(),
                 };
-                let part = self.part(settings, &at)?;
+                let range = self.subresource_range(settings, &at)?;
                 let format = match &texture.format {
                     Some(name) => Some(self.format(name, &format!("{at}/format"))?),
                     None => None,
                 };
-                (&texture.name, part, texture.view, format, format!("{at}/name"))
+                (&texture.name, range, texture.view, format, format!("{at}/name"))
             }
             Bind::Object(_) => {
                 self.report(codes::WRONG_RESOURCE, here, wanted(), "bind the name of a texture");
@@ -332,8 +334,8 @@ impl PassBuilder<'_> {
             _ => usage,
         };
         // Storage is one mip level.
-        let mip = part.mip.or((usage != Usage::Sampled).then_some(Run::one(0)));
-        let texture = self.texture(name, Part { mip, ..part }, &at)?;
+        let mip = range.mip.or((usage != Usage::Sampled).then_some(IndexRange::one(0)));
+        let texture = self.texture(name, SubresourceRange { mip, ..range }, &at)?;
         Some(SlotSource::Texture(BoundTexture { texture, usage, shape: shape.unwrap_or(declared), format }))
     }
 }

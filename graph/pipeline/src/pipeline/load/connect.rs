@@ -1,4 +1,4 @@
-//! What passes say of one another once all are declared: host data fits the blocks that it is bound to.
+//! What passes say of one another once all are declared: blackboard data fits the blocks that it is bound to.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,11 +10,11 @@ use crate::pipeline::{Pass, ResourceKind};
 use crate::source::Span;
 use crate::work::{BoundSlot, ProgramHandle, ResourceHandle, Work};
 
-/// Finds host data that does not fit the blocks that it is bound to, now that all of it is published.
+/// Finds blackboard data that does not fit the blocks that it is bound to, now that all of it is published.
 pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, shared: &mut Shared) {
     let mut unpublished: BTreeMap<ResourceHandle, (Span, String)> = BTreeMap::new();
     for pass in passes {
-        for one in pass.uses() {
+        for one in pass.accesses() {
             if matches!(shared.resources[one.resource.index()].kind, ResourceKind::Data(None))
                 && !uncertain.contains(&one.resource)
             {
@@ -47,13 +47,13 @@ pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, sha
         let written = (shared.sources.text(place) == format!("\"{name}\"")).then_some(place);
         let finding = Diagnostic::error(codes::NOT_PUBLISHED, place, message).pointer(pointer);
         let finding = finding.meant(&name, published, written, |_| {
-            "a host pass, such as a camera, has to publish it".to_owned()
+            "a CPU pass, such as a camera, has to publish it".to_owned()
         });
         shared.diagnostics.push(finding);
     }
 }
 
-/// Finds host data that lacks what a host pass reads of it.
+/// Finds blackboard data that lacks what a CPU pass reads of it.
 fn check_expected(shared: &mut Shared) {
     for expected in std::mem::take(&mut shared.expected) {
         let resource = &shared.resources[expected.resource.index()];
@@ -83,6 +83,6 @@ fn bound(work: &Work) -> Option<(ProgramHandle, &[BoundSlot])> {
     match work {
         Work::Render(render) => Some(render.draw.bound()),
         Work::Compute(compute) => Some((compute.program, &*compute.bindings)),
-        Work::Nothing | Work::Host(_) | Work::Transfer(_) => None,
+        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
     }
 }

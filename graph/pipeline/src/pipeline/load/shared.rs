@@ -17,7 +17,7 @@ use crate::pipeline::{Resource, ResourceKind, StaticScope, Toggle};
 use crate::source::{Sources, Span};
 use crate::work::ResourceHandle;
 
-/// Values that a host pass reads of host data.
+/// Values that a CPU pass reads of blackboard data.
 pub(in crate::pipeline) struct Expected {
     pub(in crate::pipeline) resource: ResourceHandle,
     pub(in crate::pipeline) values: Vec<(String, ValueType)>,
@@ -42,7 +42,7 @@ pub(in crate::pipeline) struct Shared {
     /// How often a pass had a fault that only follows from a finding elsewhere.
     pub(in crate::pipeline) withheld: usize,
     pub(super) sources: Sources,
-    /// What host passes read of one another.
+    /// What CPU passes read of one another.
     pub(in crate::pipeline) expected: Vec<Expected>,
 }
 

@@ -6,7 +6,7 @@ use super::Shared;
 use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::document::Entry;
 use crate::pipeline::expand::Instance;
-use crate::pipeline::{Environment, History, Pass, ResourceKind, Use, Version};
+use crate::pipeline::{Access, Environment, History, Pass, ResourceKind, Version};
 use crate::work::ResourceHandle;
 
 /// Finds versions that no pass writes.
@@ -16,19 +16,19 @@ pub(super) fn check_versions(
     gaps: &[(String, &Entry)],
     shared: &mut Shared,
 ) {
-    let is_named = |one: &Use| matches!(one.version, Version::WrittenBy(_));
-    if !passes.iter().any(|pass| pass.uses().iter().any(is_named)) {
+    let is_named = |one: &Access| matches!(one.version, Version::WrittenBy(_));
+    if !passes.iter().any(|pass| pass.accesses().iter().any(is_named)) {
         return;
     }
     let mut writers_of: HashMap<ResourceHandle, BTreeSet<&str>> = HashMap::new();
     for pass in passes {
-        for one in pass.uses().iter().filter(|one| one.usage.writes()) {
+        for one in pass.accesses().iter().filter(|one| one.usage.writes()) {
             writers_of.entry(one.resource).or_default().insert(&pass.name);
         }
     }
     let nobody = BTreeSet::new();
     for pass in passes {
-        for one in pass.uses() {
+        for one in pass.accesses() {
             let Version::WrittenBy(writer) = &one.version else { continue };
             let resource = &shared.resources[one.resource.index()].name;
             let writers = writers_of.get(&one.resource).unwrap_or(&nobody);

@@ -1,4 +1,5 @@
-//! Parts of resources: stencil beside depth, faces, aspects, view formats, and passes that only some viewport breaks.
+//! Subresource ranges of resources: stencil beside depth, faces, aspects, view formats, and passes that only some
+//! viewport breaks.
 
 use umbragraph_test_support::gpu;
 

@@ -1,10 +1,10 @@
-//! Host data: published by one pass under a name, read by others.
+//! Blackboard data: published by one pass under a name, read by others.
 
 use super::PassBuilder;
 use crate::data::{DataShape, ValueType};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::pipeline::load::Expected;
-use crate::pipeline::{Part, ResourceKind, Version};
+use crate::pipeline::{ResourceKind, SubresourceRange, Version};
 use crate::work::Subresource;
 
 impl PassBuilder<'_> {
@@ -20,7 +20,7 @@ impl PassBuilder<'_> {
                 *published = Some(shape);
                 resource.place = place;
                 resource.pointer = at;
-                Some(self.subresource(handle, Part::WHOLE, Version::Newest, pointer))
+                Some(self.subresource(handle, SubresourceRange::WHOLE, Version::Newest, pointer))
             }
             ResourceKind::Data(Some(_)) => {
                 let finding = Diagnostic::error(
@@ -35,7 +35,7 @@ impl PassBuilder<'_> {
                 None
             }
             _ => {
-                let message = format!("\"{name}\" is {}, not host data", resource.kind_name());
+                let message = format!("\"{name}\" is {}, not blackboard data", resource.kind_name());
                 let finding = Diagnostic::error(codes::WRONG_RESOURCE, place, message)
                     .related(resource.place, "it is declared here")
                     .help("publish under a name that no texture or buffer has")
@@ -46,7 +46,7 @@ impl PassBuilder<'_> {
         }
     }
 
-    /// Reads host data that another pass publishes.
+    /// Reads blackboard data that another pass publishes.
     pub fn data(&mut self, name: &str, pointer: &str) -> Option<Subresource> {
         let place = self.place(pointer);
         let at = self.absolute(pointer);
@@ -57,19 +57,21 @@ impl PassBuilder<'_> {
             return None;
         }
         if !matches!(resource.kind, ResourceKind::Data(_)) {
-            let message = format!("\"{name}\" is {}, but host data is wanted here", resource.kind_name());
+            let message =
+                format!("\"{name}\" is {}, but blackboard data is wanted here", resource.kind_name());
             self.report(
                 codes::WRONG_RESOURCE,
                 pointer,
                 message,
-                "name what a host pass publishes, such as a camera",
+                "name what a CPU pass publishes, such as a camera",
             );
             return None;
         }
-        Some(self.subresource(handle, Part::WHOLE, Version::Newest, pointer))
+        Some(self.subresource(handle, SubresourceRange::WHOLE, Version::Newest, pointer))
     }
 
-    /// Reads host data that has to publish certain values: of an array the type of the elements counts, not their number.
+    /// Reads blackboard data that has to publish certain values: of an array the type of the elements counts, not their
+    /// number.
     pub fn data_with(
         &mut self,
         name: &str,

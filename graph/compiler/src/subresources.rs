@@ -1,10 +1,10 @@
 //! Mips, layers and bytes that a texture or a buffer does not have.
 //!
-//! A pass that uses such a part has its finding and is [set aside](set_aside) before there is a graph, as if it had not
-//! been declared: what it meant to write would be missed elsewhere, and what it meant to read would be said to be
-//! unwritten. Nothing is said of who writes or reads the resources that it uses.
+//! A pass that uses such a subresource range has its finding and is [set aside](set_aside) before there is a graph, as
+//! if it had not been declared: what it meant to write would be missed elsewhere, and what it meant to read would be
+//! said to be unwritten. Nothing is said of who writes or reads the resources that it uses.
 //!
-//! Cost: linear in uses; sizes are looked at for resources of which a part is used.
+//! Cost: linear in accesses; sizes are looked at for resources of which a subresource range is used.
 
 use std::collections::BTreeSet;
 
@@ -13,7 +13,7 @@ use super::plan::PlanOptions;
 use super::size::{Size, Sizes};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::TextureShape;
-use crate::pipeline::{History, Part, Pass, Pipeline, Use};
+use crate::pipeline::{Access, History, Pass, Pipeline, SubresourceRange};
 use crate::source::Sources;
 use crate::work::PassHandle;
 
@@ -24,8 +24,8 @@ pub fn set_aside(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) {
-    let is_partial = |one: &Use| one.part != Part::WHOLE;
-    if !pipeline.passes.iter().flat_map(Pass::uses).any(is_partial) {
+    let is_partial = |one: &Access| one.range != SubresourceRange::WHOLE;
+    if !pipeline.passes.iter().flat_map(Pass::accesses).any(is_partial) {
         return;
     }
     // What is wrong with the sizes themselves is found again by the plan.
@@ -40,7 +40,7 @@ pub fn set_aside(
     for (handle, pass) in pipeline.pass_handles().zip(std::mem::take(&mut pipeline.passes)) {
         if broken.contains(&handle) {
             positions.push(None);
-            for one in pass.uses() {
+            for one in pass.accesses() {
                 pipeline.uncertain.insert(one.resource);
                 let history = pipeline.resource(one.resource).history;
                 pipeline.uncertain.extend(history.into_iter().flat_map(History::members));
@@ -57,11 +57,11 @@ pub fn set_aside(
     pipeline.passes = kept;
 }
 
-/// The uses of what is not there, also by passes that are culled.
+/// The accesses of what is not there, also by passes that are culled.
 pub(super) fn beyond(pipeline: &Pipeline, sizes: &Sizes<'_>) -> Vec<(PassHandle, Diagnostic)> {
     let mut found = Vec::new();
     for (handle, pass) in pipeline.pass_handles().zip(&pipeline.passes) {
-        for one in pass.uses().iter().filter(|one| one.part != Part::WHOLE) {
+        for one in pass.accesses().iter().filter(|one| one.range != SubresourceRange::WHOLE) {
             let findings = [bytes_beyond(pipeline, sizes, one)];
             let findings = findings.into_iter().flatten().chain(subresources_beyond(pipeline, sizes, one));
             found.extend(findings.map(|finding| (handle, finding)));
@@ -70,8 +70,8 @@ pub(super) fn beyond(pipeline: &Pipeline, sizes: &Sizes<'_>) -> Vec<(PassHandle,
     found
 }
 
-fn bytes_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Use) -> Option<Diagnostic> {
-    let run = one.part.bytes?;
+fn bytes_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Access) -> Option<Diagnostic> {
+    let run = one.range.bytes?;
     let Size::Buffer(bytes) = sizes.of(one.resource)? else { return None };
     if run.end() <= bytes {
         return None;
@@ -87,16 +87,16 @@ fn bytes_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Use) -> Option<Dia
     )
 }
 
-fn subresources_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Use) -> Vec<Diagnostic> {
+fn subresources_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Access) -> Vec<Diagnostic> {
     let resource = pipeline.resource(one.resource);
     let (Some(texture), Some(size)) = (resource.texture(), sizes.texture(one.resource)) else {
         return Vec::new();
     };
     let volume = texture.view == Some(TextureShape::D3);
     // The layers of a volume are slices, fewer on each mip.
-    let mip = one.part.mip.map_or(0, |run| run.first);
+    let mip = one.range.mip.map_or(0, |run| run.first);
     let layers = if volume { (size.layers >> mip.min(31)).max(1) } else { size.layers };
-    let runs = [("mip", one.part.mip, size.mips), ("layer", one.part.layer, layers)];
+    let runs = [("mip", one.range.mip, size.mips), ("layer", one.range.layer, layers)];
     let beyond = runs.into_iter().filter_map(|(what, run, count)| {
         let run = run.filter(|run| run.end() > u64::from(count))?;
         let (first, last) = (run.first, run.end() - 1);

@@ -1,4 +1,5 @@
-//! Parts of resources as settings say them: runs of mips and layers, faces of cubes, aspects, bytes, view formats.
+//! Subresource ranges of resources as settings say them: ranges of mips and layers, faces of cubes, aspects, bytes,
+//! view formats.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -6,7 +7,7 @@ use serde::Deserialize;
 use super::PassBuilder;
 use crate::diagnostic::codes;
 use crate::language::{Expr, Word, parse_format};
-use crate::pipeline::{Aspect, Part, Run};
+use crate::pipeline::{Aspect, IndexRange, SubresourceRange};
 use crate::work::Subresource;
 
 /// A face of a cube, by its direction: layers 0 to 5 in this order.
@@ -32,9 +33,9 @@ pub enum Face {
     NegativeZ,
 }
 
-/// What settings say of a part of a texture; each is a key of the object at the pointer.
+/// What settings say of a subresource range of a texture; each is a key of the object at the pointer.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct PartSettings<'a> {
+pub struct SubresourceRangeSettings<'a> {
     /// `mip`: the first mip level.
     pub mip: Option<&'a Expr>,
     /// `mips`: how many from there; 1 without it.
@@ -50,8 +51,12 @@ pub struct PartSettings<'a> {
 }
 
 impl PassBuilder<'_> {
-    /// The part that settings name.
-    pub fn part(&mut self, settings: PartSettings<'_>, at: &str) -> Option<Part> {
+    /// The subresource range that settings name.
+    pub fn subresource_range(
+        &mut self,
+        settings: SubresourceRangeSettings<'_>,
+        at: &str,
+    ) -> Option<SubresourceRange> {
         let mip = self.run(settings.mip, settings.mips, at, ["mip", "mips"])?;
         let mut layer = self.run(settings.layer, settings.layers, at, ["layer", "layers"])?;
         if let Some(face) = settings.face {
@@ -67,13 +72,13 @@ impl PassBuilder<'_> {
                 self.report(codes::OUT_OF_BOUNDS, &format!("{at}/layers"), "a face is one layer", help);
                 return None;
             }
-            layer = Some(Run::one(first));
+            layer = Some(IndexRange::one(first));
         }
         let aspect = match settings.aspect {
             Some(word) => self.word(word, &format!("{at}/aspect"))?,
             None => Aspect::All,
         };
-        Some(Part { mip, layer, aspect, bytes: None })
+        Some(SubresourceRange { mip, layer, aspect, bytes: None })
     }
 
     fn run(
@@ -82,7 +87,7 @@ impl PassBuilder<'_> {
         count: Option<&Expr>,
         at: &str,
         [one, several]: [&str; 2],
-    ) -> Option<Option<Run<u32>>> {
+    ) -> Option<Option<IndexRange<u32>>> {
         let number = |pass: &mut Self, expr: Option<&Expr>, key: &str| match expr {
             Some(expr) => pass.count(expr, &format!("{at}/{key}")).map(Some),
             None => Some(None),
@@ -95,7 +100,7 @@ impl PassBuilder<'_> {
             return None;
         }
         let run = (first.is_some() || count.is_some())
-            .then(|| Run { first: first.unwrap_or(0), count: count.unwrap_or(1) });
+            .then(|| IndexRange { first: first.unwrap_or(0), count: count.unwrap_or(1) });
         Some(run)
     }
 
@@ -105,7 +110,7 @@ impl PassBuilder<'_> {
         offset: Option<&Expr>,
         size: Option<&Expr>,
         at: &str,
-    ) -> Option<Option<Run<u64>>> {
+    ) -> Option<Option<IndexRange<u64>>> {
         let first = match offset {
             Some(expr) => u64::from(self.count(expr, &format!("{at}/offset"))?),
             None => 0,
@@ -130,17 +135,17 @@ impl PassBuilder<'_> {
             );
             return None;
         }
-        Some(Some(Run { first, count }))
+        Some(Some(IndexRange { first, count }))
     }
 
     /// Bytes of a buffer that a reference names.
-    pub fn buffer_part(
+    pub fn buffer_range(
         &mut self,
         reference: &str,
-        bytes: Option<Run<u64>>,
+        bytes: Option<IndexRange<u64>>,
         pointer: &str,
     ) -> Option<Subresource> {
-        self.buffer_named(reference, Part { bytes, ..Part::WHOLE }, pointer)
+        self.buffer_named(reference, SubresourceRange { bytes, ..SubresourceRange::WHOLE }, pointer)
     }
 
     /// A texture format by its WebGPU name.

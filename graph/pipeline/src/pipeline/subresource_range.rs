@@ -1,8 +1,9 @@
-//! Parts of resources: mip levels, layers and aspects of textures, bytes of buffers.
+//! Subresource ranges of resources: mip levels, layers and aspects of textures, bytes of buffers.
 //!
-//! Two uses touch one another where their parts overlap: hazards, loads and stores are found part by part. A run is a
-//! range of whole numbers; nothing said means everything. The depth and the stencil of one texture are parts of their
-//! own; a texture whose format has one of the two only has no such parts, so its uses name [`Aspect::All`].
+//! Two accesses touch one another where their subresource ranges overlap: hazards, loads and stores are found range by
+//! range. An index range is a range of whole numbers; nothing said means everything. The depth and the stencil of one
+//! texture are subresource ranges of their own; a texture whose format has one of the two only has no such subresource
+//! ranges, so its accesses name [`Aspect::All`].
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -13,15 +14,15 @@ use crate::language::{TextureDeclaration, format_name, parse_format};
 
 /// Successive mip levels, layers or bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-pub struct Run<T> {
+pub struct IndexRange<T> {
     /// The first.
     pub first: T,
     /// How many.
     pub count: T,
 }
 
-impl<T: Copy + Into<u64>> Run<T> {
-    /// The first after the run.
+impl<T: Copy + Into<u64>> IndexRange<T> {
+    /// The first after the range.
     pub fn end(self) -> u64 {
         self.first.into().saturating_add(self.count.into())
     }
@@ -35,7 +36,7 @@ impl<T: Copy + Into<u64>> Run<T> {
     }
 }
 
-impl Run<u32> {
+impl IndexRange<u32> {
     /// A single one.
     pub const fn one(at: u32) -> Self {
         Self { first: at, count: 1 }
@@ -57,31 +58,31 @@ pub enum Aspect {
     StencilOnly,
 }
 
-/// The part of a resource that is used; everything where nothing is said.
+/// The subresource range of a resource that is used; everything where nothing is said.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
-pub struct Part {
+pub struct SubresourceRange {
     /// Mip levels.
-    pub mip: Option<Run<u32>>,
+    pub mip: Option<IndexRange<u32>>,
     /// Layers.
-    pub layer: Option<Run<u32>>,
+    pub layer: Option<IndexRange<u32>>,
     /// The aspect.
     pub aspect: Aspect,
     /// Bytes of a buffer.
-    pub bytes: Option<Run<u64>>,
+    pub bytes: Option<IndexRange<u64>>,
 }
 
-impl Part {
+impl SubresourceRange {
     /// Everything.
     pub const WHOLE: Self = Self { mip: None, layer: None, aspect: Aspect::All, bytes: None };
 
     /// One mip level (or all) of one layer (or all).
     pub fn of(mip: Option<u32>, layer: Option<u32>) -> Self {
-        Self { mip: mip.map(Run::one), layer: layer.map(Run::one), ..Self::WHOLE }
+        Self { mip: mip.map(IndexRange::one), layer: layer.map(IndexRange::one), ..Self::WHOLE }
     }
 
     /// Bytes of a buffer.
     pub const fn bytes(first: u64, count: u64) -> Self {
-        Self { bytes: Some(Run { first, count }), ..Self::WHOLE }
+        Self { bytes: Some(IndexRange { first, count }), ..Self::WHOLE }
     }
 
     /// The same of one aspect.
@@ -91,7 +92,7 @@ impl Part {
 
     /// Whether the two have a subresource in common.
     pub fn overlaps(self, other: Self) -> bool {
-        fn meet<T: Copy + Into<u64>>(a: Option<Run<T>>, b: Option<Run<T>>) -> bool {
+        fn meet<T: Copy + Into<u64>>(a: Option<IndexRange<T>>, b: Option<IndexRange<T>>) -> bool {
             a.zip(b).is_none_or(|(a, b)| a.overlaps(b))
         }
         meet(self.mip, other.mip)
@@ -100,9 +101,9 @@ impl Part {
             && (self.aspect == Aspect::All || other.aspect == Aspect::All || self.aspect == other.aspect)
     }
 
-    /// Whether everything of `other` belongs to this part.
+    /// Whether everything of `other` belongs to this subresource range.
     pub fn contains(self, other: Self) -> bool {
-        fn holds<T: Copy + Into<u64>>(a: Option<Run<T>>, b: Option<Run<T>>) -> bool {
+        fn holds<T: Copy + Into<u64>>(a: Option<IndexRange<T>>, b: Option<IndexRange<T>>) -> bool {
             a.is_none_or(|a| b.is_some_and(|b| a.contains(b)))
         }
         holds(self.mip, other.mip)
@@ -113,14 +114,14 @@ impl Part {
 
     /// Whether it names at most one mip level and one layer, all aspects and no bytes.
     pub fn is_plain(self) -> bool {
-        let plain = |run: Option<Run<u32>>| run.is_none_or(|run| run.count == 1);
+        let plain = |run: Option<IndexRange<u32>>| run.is_none_or(|run| run.count == 1);
         plain(self.mip) && plain(self.layer) && self.aspect == Aspect::All && self.bytes.is_none()
     }
 }
 
-impl std::fmt::Display for Part {
+impl std::fmt::Display for SubresourceRange {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let run = |what: &str, run: Option<Run<u32>>| {
+        let run = |what: &str, run: Option<IndexRange<u32>>| {
             run.map(|run| match run.count {
                 1 => format!("{what} {}", run.first),
                 _ => format!("{what}s {} to {}", run.first, run.end().saturating_sub(1)),
@@ -138,20 +139,20 @@ impl std::fmt::Display for Part {
     }
 }
 
-/// The part as the compiler tells parts apart: depth and stencil only where the format may have both.
-pub fn canonical(texture: &TextureDeclaration, part: Part, usage: Usage) -> Part {
+/// The subresource range as the compiler tells ranges apart: depth and stencil only where the format may have both.
+pub fn canonical(texture: &TextureDeclaration, range: SubresourceRange, usage: Usage) -> SubresourceRange {
     let both = texture.format.names().iter().filter_map(|name| parse_format(name)).any(|format| {
         let name = format_name(format);
         name.starts_with("depth") && format.has_stencil_aspect()
     });
-    let aspect = match part.aspect {
+    let aspect = match range.aspect {
         _ if !both => Aspect::All,
         _ if usage.is_depth() => Aspect::DepthOnly,
         _ if usage.is_stencil() => Aspect::StencilOnly,
         Aspect::All if usage == Usage::Sampled => Aspect::DepthOnly,
         aspect => aspect,
     };
-    part.aspect(aspect)
+    range.aspect(aspect)
 }
 
 #[cfg(test)]
@@ -160,27 +161,27 @@ mod tests {
     use proptest::prelude::*;
     use umbragraph_test_support::property;
 
-    fn part() -> impl Strategy<Value = Part> {
+    fn range() -> impl Strategy<Value = SubresourceRange> {
         let run = || proptest::option::of((0u32..4, 1u32..4));
         let aspects = [Aspect::All, Aspect::DepthOnly, Aspect::StencilOnly];
         (run(), run(), 0usize..3).prop_map(move |(mip, layer, aspect)| {
-            let run = |run: Option<(u32, u32)>| run.map(|(first, count)| Run { first, count });
-            Part { mip: run(mip), layer: run(layer), aspect: aspects[aspect], bytes: None }
+            let run = |run: Option<(u32, u32)>| run.map(|(first, count)| IndexRange { first, count });
+            SubresourceRange { mip: run(mip), layer: run(layer), aspect: aspects[aspect], bytes: None }
         })
     }
 
     /// The subresources of an eight by eight texture with two aspects.
-    fn members(part: Part) -> Vec<(u32, u32, Aspect)> {
-        let within = |run: Option<Run<u32>>, at: u32| {
+    fn members(range: SubresourceRange) -> Vec<(u32, u32, Aspect)> {
+        let within = |run: Option<IndexRange<u32>>, at: u32| {
             run.is_none_or(|run| run.first <= at && at < run.first + run.count)
         };
         let mut all = Vec::new();
         for mip in 0..8 {
             for layer in 0..8 {
                 for aspect in [Aspect::DepthOnly, Aspect::StencilOnly] {
-                    if within(part.mip, mip)
-                        && within(part.layer, layer)
-                        && (part.aspect == Aspect::All || part.aspect == aspect)
+                    if within(range.mip, mip)
+                        && within(range.layer, layer)
+                        && (range.aspect == Aspect::All || range.aspect == aspect)
                     {
                         all.push((mip, layer, aspect));
                     }
@@ -194,7 +195,7 @@ mod tests {
         #![proptest_config(property::config(256))]
 
         #[test]
-        fn parts_overlap_and_contain_as_their_subresources_do(a in part(), b in part()) {
+        fn ranges_overlap_and_contain_as_their_subresources_do(a in range(), b in range()) {
             let (first, second) = (members(a), members(b));
             prop_assert_eq!(a.overlaps(b), first.iter().any(|one| second.contains(one)));
             prop_assert_eq!(a.contains(b), second.iter().all(|one| first.contains(one)));
@@ -203,8 +204,11 @@ mod tests {
 
     #[test]
     fn neighbouring_ranges_of_bytes_do_not_overlap() {
-        assert!(!Part::bytes(0, 256).overlaps(Part::bytes(256, 256)));
-        assert!(Part::bytes(0, 257).overlaps(Part::bytes(256, 256)));
-        assert!(Part::WHOLE.contains(Part::bytes(4, 4)) && !Part::bytes(4, 4).contains(Part::WHOLE));
+        assert!(!SubresourceRange::bytes(0, 256).overlaps(SubresourceRange::bytes(256, 256)));
+        assert!(SubresourceRange::bytes(0, 257).overlaps(SubresourceRange::bytes(256, 256)));
+        assert!(
+            SubresourceRange::WHOLE.contains(SubresourceRange::bytes(4, 4))
+                && !SubresourceRange::bytes(4, 4).contains(SubresourceRange::WHOLE)
+        );
     }
 }
