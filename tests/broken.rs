@@ -99,7 +99,7 @@ fn fixes_never_make_a_document_worse_and_come_to_an_end() {
         for round in 0.. {
             let fixed = fix::apply(&outcome.findings, &outcome.sources, |name| name == "chain.json");
             let Some(fixed) = fixed.into_iter().next() else { break };
-            assert!(round < 8, "{}: fixes lead in a circle: {}", case.name, fixed.text);
+            assert!(round < 8, "{}: fixes lead in a cycle: {}", case.name, fixed.text);
             let after = check_with("chain.json", &fixed.text, &With::default());
             assert!(!after.codes().contains(&"UG0101"), "{}: {}", case.name, after.text());
             let (errors, left) = (outcome.findings.error_count(), after.findings.error_count());

@@ -51,7 +51,7 @@ fn right() -> Plan {
         version.clone(),
     );
     let _ = assembly.pass("blend").reads(past2).color(past, CLEAR);
-    let _ = assembly.pass("circle").reads(forgotten1).color(forgotten, CLEAR);
+    let _ = assembly.pass("cycle").reads(forgotten1).color(forgotten, CLEAR);
     let _ = assembly.pass("probe").color(g, CLEAR).side_effect();
     let _ = assembly.pass("dead").reads(a).writes(f);
     let read = Usage::StorageRead;
@@ -121,7 +121,7 @@ fn the_plan_without_faults_aliases_and_merges() {
     assert_eq!(plan.resources["b"].physical, plan.resources["e"].physical);
     assert_eq!(plan.passes[at(&plan, "draw1")].group, plan.passes[at(&plan, "draw2")].group);
     assert!(plan.passes[at(&plan, "probe")].color[0].transient_attachment);
-    assert_eq!(plan.culled.keys().collect::<Vec<_>>(), ["circle", "dead"]);
+    assert_eq!(plan.culled.keys().collect::<Vec<_>>(), ["cycle", "dead"]);
     assert_eq!(plan.histories["past"].places.len(), 3);
     assert_eq!(plan.order.objective, Objective::Declaration);
 }
@@ -214,7 +214,7 @@ fn a_pass_before_the_one_it_has_to_follow_is_caught() {
 
 #[test]
 fn a_reader_before_its_writer_is_caught() {
-    caught(FaultKind::ReadUnfed, |plan| shift(plan, "blur1", "draw1"));
+    caught(FaultKind::UninitialisedRead, |plan| shift(plan, "blur1", "draw1"));
 }
 
 #[test]
@@ -240,7 +240,7 @@ fn a_reader_of_more_than_was_written_is_caught() {
     let writer = pipeline(&mut plan).find_pass("mip1").expect("mip1");
     pipeline(&mut plan).passes[writer.index()].tamper().1[0].range = SubresourceRange::of(Some(2), None);
     let faults = verify(&plan, &options());
-    assert!(kinds(&faults).contains(&FaultKind::ReadUnfed), "{faults:#?}");
+    assert!(kinds(&faults).contains(&FaultKind::UninitialisedRead), "{faults:#?}");
 }
 
 #[test]
@@ -292,7 +292,7 @@ fn a_clear_where_a_load_is_declared_is_caught() {
 }
 
 #[test]
-fn a_store_of_what_is_declared_to_be_thrown_away_is_caught() {
+fn a_store_of_what_is_declared_to_be_discarded_is_caught() {
     caught(FaultKind::StoreDiffers, |plan| {
         let draw2 = plan.pipeline.find_pass("draw2").expect("a pass").index();
         if let Work::Render(render) = pipeline(plan).passes[draw2].tamper().0 {
@@ -389,7 +389,7 @@ fn a_persistent_resource_that_shares_is_caught() {
 
 #[test]
 fn another_format_than_the_resource_has_is_caught() {
-    caught(FaultKind::ClassMismatch, |plan| {
+    caught(FaultKind::CompatibilityMismatch, |plan| {
         let index = texture_of(plan, "b");
         plan.textures[index].format = TextureFormat::Rgba16Float;
     });
@@ -397,7 +397,7 @@ fn another_format_than_the_resource_has_is_caught() {
 
 #[test]
 fn another_layer_count_than_the_resource_has_is_caught() {
-    caught(FaultKind::ClassMismatch, |plan| {
+    caught(FaultKind::CompatibilityMismatch, |plan| {
         let index = texture_of(plan, "b");
         plan.textures[index].size.layers = 4;
     });
@@ -405,7 +405,7 @@ fn another_layer_count_than_the_resource_has_is_caught() {
 
 #[test]
 fn another_sample_count_than_the_resource_has_is_caught() {
-    caught(FaultKind::ClassMismatch, |plan| {
+    caught(FaultKind::CompatibilityMismatch, |plan| {
         let index = texture_of(plan, "a");
         plan.textures[index].size.samples = 4;
     });
@@ -413,12 +413,12 @@ fn another_sample_count_than_the_resource_has_is_caught() {
 
 #[test]
 fn a_buffer_that_is_too_small_is_caught() {
-    caught(FaultKind::ClassMismatch, |plan| plan.buffers[0].bytes = 4);
+    caught(FaultKind::CompatibilityMismatch, |plan| plan.buffers[0].bytes = 4);
 }
 
 #[test]
 fn a_buffer_larger_than_the_largest_that_it_stands_for_is_caught() {
-    caught(FaultKind::ClassMismatch, |plan| {
+    caught(FaultKind::CompatibilityMismatch, |plan| {
         plan.buffers[0].bytes += 4;
         plan.bytes += 4;
         plan.bytes_bound += 4;
@@ -444,7 +444,7 @@ fn a_resource_in_a_buffer_of_its_class_that_is_too_small_is_caught() {
     plan.buffers[index].bytes = 600;
     plan.bytes -= 100;
     let faults = verify(&plan, &options());
-    assert_eq!(kinds(&faults)[0], FaultKind::ClassMismatch);
+    assert_eq!(kinds(&faults)[0], FaultKind::CompatibilityMismatch);
     assert_eq!(faults[0].message, format!("\"b2\" is not of the class of buffer {index}, or larger"));
 }
 

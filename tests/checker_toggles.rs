@@ -15,7 +15,7 @@ fn options() -> PlanOptions {
     PlanOptions::new(64, 64)
 }
 
-/// A picture that fog may cover and haze may add to, an early chain that aliases, an effect with a bypass.
+/// A picture that fog may cover and haze may add to, an early chain that aliases, an effect with a passthrough.
 fn right() -> Plan {
     let mut assembly = Assembly::new("toggles");
     let [a, b, c, d, e, early] = ["a", "b", "c", "d", "e", "early"].map(|name| assembly.texture(name));
@@ -31,7 +31,7 @@ fn right() -> Plan {
     let _ = assembly.pass("late").reads(b).writes(d);
     let _ = assembly.pass("later").reads(d).writes(e);
     let _ = assembly.pass("show").reads(b).reads(e).color(target, CLEAR);
-    assembly.bypass(b, a, Version::Newest, Condition { toggle: effect, on: true });
+    assembly.passthrough(b, a, Version::Newest, Condition { toggle: effect, on: true });
     let (pipeline, sources) = assembly.finish();
     let mut findings = Diagnostics::new();
     let graph = build(&pipeline, &mut findings).expect("a graph");
@@ -87,7 +87,7 @@ fn a_culled_writer_that_only_the_state_without_the_cover_needs_is_caught() {
 
 #[test]
 fn a_writer_that_can_be_off_under_a_reader_that_stays_is_caught() {
-    caught(FaultKind::ReadUnfed, |plan| {
+    caught(FaultKind::UninitialisedRead, |plan| {
         let base = pipeline(plan).find_pass("base").expect("base");
         pipeline(plan).passes[base.index()].condition = Some(Condition { toggle: 1, on: true });
     });
@@ -127,10 +127,10 @@ fn a_toggle_stated_wrong_is_caught() {
 }
 
 #[test]
-fn a_bypass_stated_wrong_is_caught() {
-    caught(FaultKind::ToggleWrong, |plan| pass(plan, "effect").bypass.clear());
+fn a_passthrough_stated_wrong_is_caught() {
+    caught(FaultKind::ToggleWrong, |plan| pass(plan, "effect").passthrough.clear());
     caught(FaultKind::ToggleWrong, |plan| {
-        pass(plan, "fog").bypass.insert("a".to_owned(), "c".to_owned());
+        pass(plan, "fog").passthrough.insert("a".to_owned(), "c".to_owned());
     });
 }
 
@@ -142,8 +142,8 @@ fn other_states_at_the_start_than_the_pipeline_says_are_caught() {
 }
 
 #[test]
-fn a_reader_that_does_not_use_what_stands_in_is_caught() {
-    caught(FaultKind::BypassMissing, |plan| {
+fn a_reader_that_does_not_use_the_fallback_is_caught() {
+    caught(FaultKind::PassthroughMissing, |plan| {
         let (show, a) = (pipeline(plan).find_pass("show"), pipeline(plan).find_resource("a"));
         let accesses = pipeline(plan).passes[show.expect("show").index()].tamper().1;
         accesses.retain(|one| Some(one.resource) != a);
@@ -151,8 +151,8 @@ fn a_reader_that_does_not_use_what_stands_in_is_caught() {
 }
 
 #[test]
-fn a_reader_that_uses_what_is_bypassed_in_every_frame_is_caught() {
-    caught(FaultKind::BypassMissing, |plan| {
+fn a_reader_that_uses_what_is_passed_through_in_every_frame_is_caught() {
+    caught(FaultKind::PassthroughMissing, |plan| {
         let (show, b) = (pipeline(plan).find_pass("show"), pipeline(plan).find_resource("b"));
         for one in pipeline(plan).passes[show.expect("show").index()].tamper().1 {
             if Some(one.resource) == b {
@@ -163,15 +163,15 @@ fn a_reader_that_uses_what_is_bypassed_in_every_frame_is_caught() {
 }
 
 #[test]
-fn a_stand_in_with_other_samples_is_caught() {
-    caught(FaultKind::BypassMisfit, |plan| {
+fn a_fallback_with_other_samples_is_caught() {
+    caught(FaultKind::PassthroughMisfit, |plan| {
         let size = plan.resources.get_mut("a").and_then(|one| one.size.as_mut());
         size.expect("a size").samples = 4;
     });
 }
 
 #[test]
-fn a_stand_in_that_is_overwritten_before_its_reader_is_caught() {
+fn a_fallback_that_is_overwritten_before_its_reader_is_caught() {
     caught(FaultKind::ReadTooEarly, |plan| {
         let (from, to) = (at(plan, "haze"), at(plan, "show"));
         let moved = plan.passes.remove(from);

@@ -72,14 +72,14 @@ fn a_read_of_the_frame_before_waits_for_no_writer_and_keeps_it_alive() {
 
 #[test]
 fn a_history_that_only_its_own_writer_reads_keeps_nothing() {
-    let passes = [copy("circle", "h@-1", "h"), fill("show", "target")];
+    let passes = [copy("cycle", "h@-1", "h"), fill("show", "target")];
     let outcome = check(&with_history(&[], &passes));
     assert_eq!(outcome.order(), ["show"]);
-    assert_eq!(outcome.plan().culled["circle"], CullReason::NothingReads(vec!["h".into()]));
+    assert_eq!(outcome.plan().culled["cycle"], CullReason::NothingReads(vec!["h".into()]));
 }
 
 #[test]
-fn a_circle_of_passes_over_frames_is_culled_with_its_reasons() {
+fn a_cycle_of_passes_over_frames_is_culled_with_its_reasons() {
     let passes = [copy("one", "h@-1", "a"), copy("two", "a", "h"), fill("show", "target")];
     let outcome = check(&with_history(&["a"], &passes));
     assert_eq!(outcome.order(), ["show"]);

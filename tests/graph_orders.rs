@@ -533,8 +533,8 @@ fn each_class_of_buffers_has_as_many_as_are_alive_at_once() {
             bound += (0..plan.passes.len()).map(alive).max().unwrap_or(0);
         }
         for (index, buffer) in plan.buffers.iter().enumerate() {
-            let tenants = plan.resources.values().filter(|one| one.physical == Physical::Buffer(index));
-            assert_eq!(Some(buffer.bytes), tenants.map(|one| one.bytes).max(), "{}", buffer.label);
+            let aliases = plan.resources.values().filter(|one| one.physical == Physical::Buffer(index));
+            assert_eq!(Some(buffer.bytes), aliases.map(|one| one.bytes).max(), "{}", buffer.label);
         }
         assert_eq!(plan.bytes_bound, bound);
         assert!(bound <= plan.bytes);

@@ -199,7 +199,7 @@ fn a_reader_with_the_opposite_toggle_never_sees_the_write() {
 }
 
 #[test]
-fn two_writers_with_opposite_toggles_need_neither_an_order_nor_a_bypass() {
+fn two_writers_with_opposite_toggles_need_neither_an_order_nor_a_passthrough() {
     let (mut assembly, [a, ..], target) = start();
     let toggle = assembly.toggle("fine");
     let _ = assembly.pass("fine").writes(a).toggle(toggle, true);
@@ -212,22 +212,22 @@ fn two_writers_with_opposite_toggles_need_neither_an_order_nor_a_bypass() {
 }
 
 #[test]
-fn a_bypass_feeds_the_reader_and_keeps_what_stands_in_alive_until_then() {
+fn a_passthrough_feeds_the_reader_and_keeps_the_fallback_alive_until_then() {
     let (mut assembly, [a, b, c], target) = start();
     let toggle = assembly.toggle("blur");
     let _ = assembly.pass("draw").writes(a);
     let _ = assembly.pass("blur").reads(a).writes(b).toggle(toggle, true);
-    assembly.bypass(b, a, Version::Newest, on(toggle));
+    assembly.passthrough(b, a, Version::Newest, on(toggle));
     let _ = assembly.pass("other").writes(c).side_effect();
     let _ = assembly.pass("show").reads(b).color(target, CLEAR);
     let plan = right(assembly);
     assert_eq!(names(&plan), ["draw", "blur", "other", "show"]);
     assert_eq!(plan.resources["a"].last, 3);
-    assert_eq!(pass(&plan, "blur").bypass["b"], "a");
+    assert_eq!(pass(&plan, "blur").passthrough["b"], "a");
 }
 
 #[test]
-fn a_later_write_of_what_stands_in_waits_for_the_readers_that_may_see_it() {
+fn a_later_write_of_the_fallback_waits_for_the_readers_that_may_see_it() {
     let (mut assembly, [a, b, c], target) = start();
     let toggle = assembly.toggle("blur");
     // "later" updates what "show" sees without the blur; it is declared first, but must not run first.
@@ -240,14 +240,14 @@ fn a_later_write_of_what_stands_in_waits_for_the_readers_that_may_see_it() {
         .toggle(toggle, true);
     let _ = assembly.pass("show").reads(b).writes(c);
     let _ = assembly.pass("out").reads(c).color(target, CLEAR);
-    assembly.bypass(b, a, Version::WrittenBy("draw".into()), on(toggle));
+    assembly.passthrough(b, a, Version::WrittenBy("draw".into()), on(toggle));
     let plan = right(assembly);
     let at = |name: &str| names(&plan).iter().position(|one| *one == name);
     assert!(at("show") < at("later"), "{:?}", names(&plan));
 }
 
 #[test]
-fn bypasses_of_a_chain_of_effects_lead_back_to_what_is_there() {
+fn passthroughs_of_a_chain_of_effects_lead_back_to_what_is_there() {
     let (mut assembly, [a, b, c], target) = start();
     let bloom = assembly.toggle("bloom");
     let dof = assembly.toggle("dof");
@@ -255,8 +255,8 @@ fn bypasses_of_a_chain_of_effects_lead_back_to_what_is_there() {
     let _ = assembly.pass("bloom").reads(a).writes(b).toggle(bloom, true);
     let _ = assembly.pass("dof").reads(b).writes(c).toggle(dof, true);
     let _ = assembly.pass("show").reads(c).color(target, CLEAR);
-    assembly.bypass(b, a, Version::Newest, on(bloom));
-    assembly.bypass(c, b, Version::Newest, on(dof));
+    assembly.passthrough(b, a, Version::Newest, on(bloom));
+    assembly.passthrough(c, b, Version::Newest, on(dof));
     let plan = right(assembly);
     assert_eq!(plan.resources["a"].last, 3);
     assert_eq!(plan.resources["b"].last, 3);
@@ -272,7 +272,7 @@ fn a_conditional_writer_never_aliases() {
         let pass = assembly.pass("p3").reads(b).writes(c);
         let _ = if toggled { pass.toggle(toggle, true) } else { pass };
         let _ = assembly.pass("p4").reads(c).color(target, CLEAR);
-        assembly.bypass(c, b, Version::Newest, on(toggle));
+        assembly.passthrough(c, b, Version::Newest, on(toggle));
         right(assembly)
     };
     assert_eq!(build(false).textures.len(), 2);

@@ -44,8 +44,8 @@ fn a_subgraph_used_wrongly_is_told_so() {
     assert_eq!(check(&subgraph(r#"{ "imgae": "color" }"#)).codes(), ["UG0102"]);
     assert_eq!(check(&subgraph("{}")).codes(), ["UG0106"]);
     assert_eq!(check(&subgraph(r#"{ "image": "color@fill", "divisor": 9 }"#)).codes(), ["UG0204"]);
-    let circle = subgraph(r#"{ "image": "color" }"#);
-    assert_eq!(check(&circle).codes(), ["UG0403"], "without a version, down waits for up");
+    let cycle = subgraph(r#"{ "image": "color" }"#);
+    assert_eq!(check(&cycle).codes(), ["UG0403"], "without a version, down waits for up");
     let itself = subgraph(r#"{ "image": "color@fill" }"#).replace(
         "\"down\": {",
         "\"again\": { \"use\": \"soften\", \"with\": { \"image\": \"small\" } }, \"down\": {",
@@ -89,8 +89,8 @@ fn a_use_of_a_subgraph_waits_for_passes_and_for_other_uses() {
     let unordered = check(&two_uses(behind, behind));
     assert_eq!(unordered.codes(), ["UG0402"]);
     assert!(unordered.text().contains(r#"add "after": ["u"] to "v", or"#), "{}", unordered.text());
-    let circle = check(&two_uses(r#", "after": ["v"]"#, r#", "after": ["u"]"#));
-    assert_eq!(circle.codes(), ["UG0403"]);
+    let cycle = check(&two_uses(r#", "after": ["v"]"#, r#", "after": ["u"]"#));
+    assert_eq!(cycle.codes(), ["UG0403"]);
 }
 
 #[test]

@@ -48,12 +48,12 @@ fn the_order_of_passes_follows_from_what_they_use() {
 }
 
 #[test]
-fn toggles_are_in_one_plan_with_what_stands_in() {
+fn toggles_are_in_one_plan_with_the_fallback() {
     let outcome = lesson("17-toggles");
     assert_eq!(outcome.order(), ["paint", "quarter", "soften", "show", "veil"]);
     let pass = |name: &str| outcome.plan().passes.iter().find(|pass| pass.name == name).unwrap();
     assert_eq!(pass("quarter").toggle.as_deref(), Some("softer"));
-    assert_eq!(pass("soften").bypass["soft"], "color");
+    assert_eq!(pass("soften").passthrough["soft"], "color");
     assert_eq!(outcome.plan().resources["color"].last, 4);
 }
 

@@ -420,7 +420,7 @@ pub(crate) struct RenderArguments {
     /// Compresses PNG files less, in a fraction of the time.
     #[arg(long)]
     pub(crate) fast: bool,
-    /// Throws a toggle; without a value it is switched on. Toggles change nothing about the plan.
+    /// Switches a toggle; without a value it is switched on. Toggles change nothing about the plan.
     #[arg(long = "toggle", value_name = "NAME[=on|off]", value_parser = parse_toggle)]
     pub(crate) toggles: Vec<(String, bool)>,
     #[command(flatten)]

@@ -26,7 +26,7 @@ pub(crate) fn run(arguments: &SchemaArguments) -> bool {
         Ok(Some(committed)) if committed.trim_ascii_end() == text.as_bytes() => true,
         Ok(_) => {
             complain(&format!(
-                "{} is not the schema of this version; write it anew: umbragraph schema{said} > {0}\n",
+                "{} is not the schema of this version; write it again: umbragraph schema{said} > {0}\n",
                 path.display()
             ));
             false

@@ -474,7 +474,7 @@ fn collect(
     for entry in entries {
         let path = entry.path();
         let text = path.to_string_lossy();
-        // Links to folders are not followed: they may lead in a circle.
+        // Links to folders are not followed: they may lead in a cycle.
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) && depth < 8 {
             collect(root, &path, files, depth + 1)?;
         } else if text.ends_with(".wgsl.jinja") || text.ends_with(".axes.json") {

@@ -340,7 +340,7 @@ const EVERYWHERE: [(&str, &str); 4] = [
     "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
   "passes": {
     "fill": { "fullscreen": { "shader": "gradeint<gradient>.wgsl.jinja", "color": [{ "to": "first" }] } },
-    "more": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "first@flil<fill>" }, "color": [{ "to": "second" }] }, "toggle": "!debgu<debug>", "bypass": { "second": "frist<first>" } },
+    "more": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "first@flil<fill>" }, "color": [{ "to": "second" }] }, "toggle": "!debgu<debug>", "passthrough": { "second": "frist<first>" } },
     "small": { "use": "cpoy<copy>", "with": { "image": "secnod<second>", "divisor": "sdie<side> / 32" } },
     "show": { "fullscreen": { "shader": "resample.wgsl.jinja", "bind": { "source": "second" }, "color": [{ "to": "target" }] }, "after": ["flil<fill>"] } } }
 "#,
@@ -418,8 +418,8 @@ fn findings_of_a_subgraph_file_stand_in_it_and_are_mended_there() {
 
 /// What is read was written in this frame by then, though the attachment names the mip level and the reader nothing.
 #[test]
-fn what_is_thrown_away_after_it_was_read_is_no_finding() {
-    let folder = ScratchFolder::new("check-thrown-away-later");
+fn what_is_discarded_after_it_was_read_is_no_finding() {
+    let folder = ScratchFolder::new("check-discarded-later");
     let path = folder.join("pipeline.json");
     let check = |toggle: &str| {
         let text = format!(

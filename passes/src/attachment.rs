@@ -76,7 +76,7 @@ pub struct ResolveSettings {
 pub enum Store {
     /// It is stored where it is needed.
     Automatic,
-    /// It is thrown away.
+    /// It is discarded.
     Discard,
 }
 
@@ -455,7 +455,7 @@ fn contents<T>(
     })
 }
 
-/// Whether an attachment is thrown away.
+/// Whether an attachment is discarded.
 fn discards(pass: &mut PassBuilder<'_>, store: Option<&Word<Store>>, at: &str) -> Option<bool> {
     let Some(word) = store else { return Some(false) };
     Some(pass.word(word, &format!("{at}/store"))? == Store::Discard)

@@ -112,7 +112,7 @@ pub fn render_frame(gpu: &Gpu, plan: &Plan, scene: &Scene, input: &FrameInput) -
     read(gpu, &target)
 }
 
-/// A host that plans anew until CPU passes have the sizes that they want, as an application would over some frames.
+/// A host that plans again until CPU passes have the sizes that they want, as an application would over some frames.
 pub struct Host<'a> {
     pub gpu: &'a Gpu,
     pub outcome: &'a Outcome,
@@ -134,7 +134,7 @@ impl<'a> Host<'a> {
         Self { gpu, outcome, scene, executor, target, options }
     }
 
-    /// Records one frame; whether CPU passes wanted other sizes, for which everything is planned anew.
+    /// Records one frame; whether CPU passes wanted other sizes, for which everything is planned again.
     #[track_caller]
     pub fn frame(&mut self, input: &FrameInput) -> bool {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

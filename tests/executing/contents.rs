@@ -141,7 +141,7 @@ fn attachments_load_or_discard_as_is_said() {
 }
 
 #[test]
-fn what_is_thrown_away_is_not_stored_and_no_output() {
+fn what_is_discarded_is_not_stored_and_no_output() {
     use umbragraph::compiler::StoreOperation;
     let Some(gpu) = gpu::device() else { return };
     let depth = r#""depth": { "texture": { "format": "depth32float", "size": "viewport", "lifetime": "persistent" } }"#;

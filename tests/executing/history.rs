@@ -210,7 +210,7 @@ fn a_frame_whose_writer_is_toggled_off_is_no_frame_to_the_history() {
     let Some(gpu) = gpu::device() else { return };
     let passes = FIBONACCI.replacen(
         r#""add": {"#,
-        r#""add": { "toggle": "advance", "bypass": { "numbers": "numbers@-1" },"#,
+        r#""add": { "toggle": "advance", "passthrough": { "numbers": "numbers@-1" },"#,
         1,
     );
     let text = format!(r#"{passes} }}, "toggles": {{ "advance": {{ "default": true }}"#);

@@ -16,7 +16,7 @@ fn clearing() -> String {
 }
 
 #[test]
-fn another_generation_binds_anew_and_the_same_does_not() {
+fn another_generation_binds_again_and_the_same_does_not() {
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &clearing());
     let mut squares = Squares::new(&gpu.device, &gpu.queue, &[square([1.0; 4])], &[RED]);
@@ -71,7 +71,7 @@ fn a_host_that_gives_a_texture_for_a_block_is_a_finding_and_no_panic() {
 }
 
 #[test]
-fn another_interface_wants_the_plan_anew() {
+fn another_interface_wants_the_plan_again() {
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &clearing());
     let mut squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);

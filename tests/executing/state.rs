@@ -114,7 +114,7 @@ fn a_pass_goes_on_in_another_plan_where_it_is_the_same() {
     let mut player = Player::new(&gpu, &plan("count", 10));
     player.next();
     player.set_plan(plan("count", 10));
-    assert_eq!(player.next(), (11, false), "the same pass of a plan that was made anew");
+    assert_eq!(player.next(), (11, false), "the same pass of a plan that was made again");
     player.set_plan(plan("other", 10));
     assert_eq!(player.next(), (10, true), "another name");
     player.set_plan(plan("other", 20));

@@ -56,7 +56,7 @@ impl Stage {
         Some(Self { gpu, executor, target })
     }
 
-    /// The first texel of the picture with the toggles thrown like this.
+    /// The first texel of the picture with the toggles switched like this.
     fn shows(&mut self, toggles: &[(&str, bool)]) -> [u8; 4] {
         let scope = self.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -73,12 +73,12 @@ const RED_TEXEL: [u8; 4] = [255, 0, 0, 255];
 const GREEN_TEXEL: [u8; 4] = [0, 255, 0, 255];
 
 #[test]
-fn a_bypassed_effect_shows_what_stands_in_back_and_forth_without_anything_new() {
+fn a_passed_through_effect_shows_the_fallback_back_and_forth_without_anything_new() {
     let passes = [
         fill("base", r#"{ "to": "first" }"#, RED_FILL),
         filled(
             "effect",
-            r#""toggle": "effect", "bypass": { "second": "first" }"#,
+            r#""toggle": "effect", "passthrough": { "second": "first" }"#,
             r#"{ "to": "second" }"#,
             GREEN_FILL,
         ),
@@ -106,7 +106,7 @@ fn a_bypassed_effect_shows_what_stands_in_back_and_forth_without_anything_new() 
 #[test]
 fn a_chain_of_effects_shows_the_last_one_that_is_on() {
     let effect = |name: &str, to: &str, from: &str, color: &str| {
-        let common = format!(r#""toggle": "{name}", "bypass": {{ "{to}": "{from}" }}"#);
+        let common = format!(r#""toggle": "{name}", "passthrough": {{ "{to}": "{from}" }}"#);
         filled(name, &common, &format!(r#"{{ "to": "{to}" }}"#), color)
     };
     let passes = [
@@ -156,12 +156,12 @@ fn two_ways_to_make_the_same_take_turns() {
 }
 
 #[test]
-fn a_copy_takes_what_stands_in() {
+fn a_copy_takes_the_fallback() {
     let passes = [
         fill("base", r#"{ "to": "first" }"#, RED_FILL),
         filled(
             "effect",
-            r#""toggle": "effect", "bypass": { "second": "first" }"#,
+            r#""toggle": "effect", "passthrough": { "second": "first" }"#,
             r#"{ "to": "second" }"#,
             GREEN_FILL,
         ),
@@ -180,7 +180,7 @@ fn a_copy_takes_what_stands_in() {
 #[test]
 fn blackboard_data_of_a_pass_that_is_off_is_that_of_the_other() {
     let passes = r#""few": { "views": { "to": "few", "maximum": 4 } },
-        "many": { "toggle": "many", "bypass": { "many": "few" }, "views": { "to": "many", "maximum": 4 } },
+        "many": { "toggle": "many", "passthrough": { "many": "few" }, "views": { "to": "many", "maximum": 4 } },
         "squares": { "draw": { "geometry": "squares", "filter": "all", "views": "many", "shader": "square.wgsl.jinja",
             "color": [{ "to": "target", "clear": [0, 0, 1, 1] }] } }"#;
     let plan = plan(r#""many": { "default": true }"#, &texture("unused"), passes);
@@ -218,12 +218,12 @@ fn a_toggle_that_the_pipeline_does_not_have_is_an_error_and_the_next_frame_is_fi
 }
 
 #[test]
-fn the_toggle_of_a_subgraph_is_that_of_its_passes_and_its_bypass_that_of_its_output() {
+fn the_toggle_of_a_subgraph_is_that_of_its_passes_and_its_passthrough_that_of_its_output() {
     let text = format!(
         r#"{{ "format": 1, "name": "test", {GEOMETRY}, "toggles": {{ "effect": {{ "default": true }} }},
             "resources": {{ {}, {}, {} }},
             "subgraphs": {{ "paint": {{ "inputs": {{ "to": "what is painted" }}, "passes": {{ {}, {} }} }} }},
-            "passes": {{ {}, "effect": {{ "toggle": "effect", "bypass": {{ "second": "first" }},
+            "passes": {{ {}, "effect": {{ "toggle": "effect", "passthrough": {{ "second": "first" }},
                 "use": "paint", "with": {{ "to": "second" }} }}, {} }} }}"#,
         target(1),
         texture("first"),

@@ -1,7 +1,7 @@
 //! `cargo xtask mutants`: faults planted on purpose, and whether a test finds them.
 //!
 //! In the templates of `shaders-templates/` the project's own harness plants them (`tests/mutants/`), which renders the
-//! table of reference pictures with planted text and builds nothing anew. In Rust, `cargo-mutants` does, over the node
+//! table of reference pictures with planted text and builds nothing again. In Rust, `cargo-mutants` does, over the node
 //! kinds, scenes, and the engine's plan and executor.
 
 use std::process::ExitCode;

@@ -34,7 +34,7 @@ pub(crate) fn program(name: &str) -> Command {
     command
 }
 
-/// Whether a program runs and succeeds, its output thrown away.
+/// Whether a program runs and succeeds, its output discarded.
 pub(crate) fn succeeds(name: &str, arguments: &[&str]) -> bool {
     program(name).args(arguments).output().is_ok_and(|output| output.status.success())
 }

@@ -2,7 +2,7 @@
 //!
 //! Two figures: its topology alone (dependencies, culling, order, lifetimes), and its compile, which also takes
 //! textures from its pool, here on a device that does nothing; ours is graph and plan, which decides on sharing but
-//! creates nothing. Both are given graphs anew each time, since the rival is built for that; building them is not
+//! creates nothing. Both are given graphs again each time, since the rival is built for that; building them is not
 //! counted for either. Its pool is fresh each time and then used a second time, which is its steady state.
 //!
 //! What the rival does not do: name cycles (its sort fails), refuse unordered writers (its versions are chained by

@@ -153,7 +153,7 @@ impl Output {
     }
 }
 
-/// How often a frame is planned anew, so that CPU passes get the sizes that they want.
+/// How often a frame is planned again, so that CPU passes get the sizes that they want.
 const ROUNDS: usize = 8;
 
 /// A scene, drawn frame by frame.

@@ -9,8 +9,8 @@ use std::sync::Arc;
 use crate::document::{Kind, Value};
 use crate::language::{BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration, WordValue};
 use crate::pipeline::{
-    Access, Bypass, Condition, History, Pass, Pipeline, Program, Resource, ResourceKind, SubresourceRange,
-    Toggle, Usage, Version,
+    Access, Condition, History, Pass, Passthrough, Pipeline, Program, Resource, ResourceKind,
+    SubresourceRange, Toggle, Usage, Version,
 };
 use crate::shader::TargetProfile;
 use crate::source::{Sources, Span};
@@ -56,7 +56,7 @@ impl Assembly {
             features: Default::default(),
             derived: Default::default(),
             toggles: Vec::new(),
-            bypasses: Default::default(),
+            passthroughs: Default::default(),
             geometry: Default::default(),
             resources: Vec::new(),
             passes: Vec::new(),
@@ -176,17 +176,17 @@ impl Assembly {
         self.pipeline.toggles.len() - 1
     }
 
-    /// Lets readers see another resource while the toggle of the passes that write one is thrown the other way.
-    pub fn bypass(
+    /// Lets readers see another resource while the toggle of the passes that write one is switched the other way.
+    pub fn passthrough(
         &mut self,
         resource: ResourceHandle,
-        stand_in: ResourceHandle,
+        fallback: ResourceHandle,
         version: Version,
         condition: Condition,
     ) {
         let (place, pointer) = (self.place, String::new());
-        let bypass = Bypass { condition, stand_in, version, place, pointer };
-        self.pipeline.bypasses.insert(resource, bypass);
+        let passthrough = Passthrough { condition, fallback, version, place, pointer };
+        self.pipeline.passthroughs.insert(resource, passthrough);
     }
 
     fn resource(&mut self, name: &str, kind: ResourceKind) -> ResourceHandle {
@@ -222,8 +222,8 @@ impl Assembly {
     pub fn finish(mut self) -> (Arc<Pipeline>, Sources) {
         for (pass, (work, others)) in self.pipeline.passes.iter_mut().zip(self.works) {
             pass.set_work(work, others, &self.pipeline.resources);
-            // Attachments that are bypassed have a finding when they are read from a text; here nobody makes them.
-            let _ = crate::pipeline::add_stand_ins(pass, &self.pipeline.bypasses);
+            // Attachments with a passthrough have a finding when they are read from a text; here nobody makes them.
+            let _ = crate::pipeline::add_fallbacks(pass, &self.pipeline.passthroughs);
         }
         (Arc::new(self.pipeline), self.sources)
     }

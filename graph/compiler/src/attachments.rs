@@ -1,7 +1,7 @@
 //! Attachments: what each loads and stores, and whether they fit the shader. Whether their sizes fit one another, the
 //! passes' sizes (`pass_sizes`) say.
 //!
-//! Load comes from the pass. Store is per access, unless the pass throws the attachment away: an attachment is stored
+//! Load comes from the pass. Store is per access, unless the pass discards the attachment: an attachment is stored
 //! if a later live pass reads a subresource range of it before another clears all of that subresource range, or if it
 //! outlives the frame. Only storage that says so, and an attachment that clears or discards, of one fixed layer, count
 //! as clearing: what draws a layer for each view may have fewer views than layers this frame. Nor does a pass count
@@ -41,7 +41,7 @@ impl Planner<'_> {
                 store = StoreOperation::Store;
                 break;
             }
-            let clears = later.usage.starts_afresh();
+            let clears = later.usage.replaces_contents();
             let fixed = later.range.layer.is_some()
                 || single_layer(self.pipeline, target.resource)
                 || !later.usage.is_attachment();

@@ -18,7 +18,7 @@
 //!
 //! A pass goes on in the plan that replaces another, with its state, its data and its notices, if there a pass of the same
 //! name has an equal node (of one type, with equal settings) and publishes data of the same shape. Any other pass begins
-//! anew, and gives its notices again.
+//! again, and gives its notices again.
 //!
 //! In a frame without diagnostics nothing is allocated but by the nodes.
 
@@ -90,7 +90,7 @@ impl CpuPasses {
         }
     }
 
-    /// Runs the passes for a frame, with the toggles that are thrown otherwise than the pipeline says.
+    /// Runs the passes for a frame, with the toggles that are switched otherwise than the pipeline says.
     ///
     /// # Errors
     /// Toggles that the pipeline does not have; a pass that publishes what it did not declare.
@@ -180,17 +180,17 @@ impl CpuPasses {
 
 /// What an executor needs besides.
 impl CpuPasses {
-    /// Throws the toggles of a frame.
+    /// Switches the toggles of a frame.
     pub fn switch(&mut self, toggles: &[(&str, bool)]) {
         self.switches.set(&self.plan, toggles);
     }
 
-    /// The data that a reader of a resource sees: that of what stands for it, as toggles are thrown.
+    /// The data that a reader of a resource sees: that of its fallback where toggles are switched.
     pub fn seen(&self, resource: ResourceHandle) -> Option<&BlackboardData> {
         self.data.get(self.switches.seen(resource).index())?.as_ref()
     }
 
-    /// How the toggles of the frame are thrown.
+    /// How the toggles of the frame are switched.
     pub fn switches(&self) -> &Switches {
         &self.switches
     }

@@ -110,7 +110,7 @@ pub(super) fn keep(pipeline: &Pipeline, graph: &Graph) -> Vec<Option<KeepReason>
 
 /// The passes of whose writes something is left at the end of the frame: those that no later attachment with a clear
 /// or discard covers whole. Storage that does not say that it replaces everything, and copies, may leave texels as they
-/// were, so they never count as covering. Nothing is left of what an attachment throws away.
+/// were, so they never count as covering. Nothing is left of what an attachment discards.
 pub fn surviving_writers(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> Vec<PassHandle> {
     survivors(pipeline, graph, resource).0
 }
@@ -119,11 +119,11 @@ pub fn surviving_writers(pipeline: &Pipeline, graph: &Graph, resource: ResourceH
 fn survivors(pipeline: &Pipeline, graph: &Graph, resource: ResourceHandle) -> (Vec<PassHandle>, bool) {
     let clears = |range: SubresourceRange, writer: PassHandle| {
         let whole = range.layer.is_some() || single_layer(pipeline, resource);
-        let afresh = |one: &Access| {
+        let replaces = |one: &Access| {
             let all = whole || !one.usage.is_attachment();
-            one.resource == resource && one.range == range && one.usage.starts_afresh() && all
+            one.resource == resource && one.range == range && one.usage.replaces_contents() && all
         };
-        pipeline.pass(writer).accesses().iter().any(afresh)
+        pipeline.pass(writer).accesses().iter().any(replaces)
     };
     let discards = |range: SubresourceRange, writer: PassHandle| match pipeline.pass(writer).work() {
         Work::Render(render) => discards::discards(render, resource, range),

@@ -1,8 +1,8 @@
-//! Attachments that are thrown away after their pass, and who reads them nevertheless.
+//! Attachments that are discarded after their pass, and who reads them nevertheless.
 //!
 //! Whether an attachment is stored follows from who reads it later. `"store": "discard"` is a promise beyond that:
 //! nobody does, neither a later pass, nor a later frame, nor the host. Passes that break it are found here; the host's
-//! own reads are its own affair. What is thrown away counts for no output.
+//! own reads are its own affair. What is discarded counts for no output.
 //!
 //! A read comes from the frame before where writes of this frame leave something of it [open](super::visible) in some
 //! state of the toggles.
@@ -17,17 +17,17 @@ use crate::language::Lifetime;
 use crate::pipeline::{Access, Pipeline, SubresourceRange};
 use crate::work::{AttachmentTarget, PassHandle, RenderWork, ResourceHandle, Work};
 
-/// Finds the readers of what passes throw away.
+/// Finds the readers of what passes discard.
 pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagnostics) {
-    let mut thrown_away = Vec::new();
+    let mut discarded = Vec::new();
     for handle in pipeline.pass_handles() {
         let pass = pipeline.pass(handle);
         let Work::Render(render) = pass.work() else { continue };
         let written = pass.accesses().iter().filter(|one| one.usage.is_attachment() && one.usage.writes());
-        thrown_away
+        discarded
             .extend(written.filter(|one| discards(render, one.resource, one.range)).map(|one| (handle, one)));
     }
-    if thrown_away.is_empty() {
+    if discarded.is_empty() {
         return;
     }
     // The passes that use each resource, or an earlier frame of it.
@@ -41,12 +41,12 @@ pub(super) fn check(pipeline: &Pipeline, graph: &Graph, diagnostics: &mut Diagno
             }
         }
     }
-    for (handle, one) in thrown_away {
+    for (handle, one) in discarded {
         Check { pipeline, graph, handle, one, users: &users[one.resource.index()] }.run(diagnostics);
     }
 }
 
-/// Whether a pass throws away what it leaves in a subresource range.
+/// Whether a pass discards what it leaves in a subresource range.
 pub(super) fn discards(render: &RenderWork, resource: ResourceHandle, range: SubresourceRange) -> bool {
     use crate::pipeline::Aspect::{DepthOnly, StencilOnly};
     let same = |target: AttachmentTarget| {
@@ -67,9 +67,9 @@ pub(super) fn discards(render: &RenderWork, resource: ResourceHandle, range: Sub
 struct Check<'a> {
     pipeline: &'a Pipeline,
     graph: &'a Graph,
-    /// The pass that throws away.
+    /// The pass that discards.
     handle: PassHandle,
-    /// What it throws away.
+    /// What it discards.
     one: &'a Access,
     /// Who uses the resource, in this frame or a later one.
     users: &'a [PassHandle],
@@ -108,7 +108,7 @@ impl Check<'_> {
         }
     }
 
-    /// Where a pass reads what is thrown away.
+    /// Where a pass reads what is discarded.
     fn reads(&self, reader: PassHandle) -> impl Iterator<Item = &Access> {
         let accesses = self.pipeline.pass(reader).accesses().iter();
         accesses
@@ -116,7 +116,7 @@ impl Check<'_> {
             .filter(|read| read.range.overlaps(self.one.range))
     }
 
-    /// Whether passes before write, in each frame with the reader, all that it reads of what is thrown away.
+    /// Whether passes before write, in each frame with the reader, all that it reads of what is discarded.
     fn is_written(&self, reader: PassHandle, read: &Access) -> bool {
         let Some(known) = toggles::known(self.pipeline.pass(reader), read) else { return true };
         let mut effort = Effort::default();
@@ -135,10 +135,10 @@ impl Check<'_> {
     fn finding(&self, reader: PassHandle, read: &Access, when: &str) -> Diagnostic {
         let (by, name) = (&self.pipeline.pass(self.handle).name, &self.pipeline.pass(reader).name);
         let resource = &self.pipeline.resource(self.one.resource).name;
-        let message = format!("\"{name}\" reads \"{resource}\"{when}, which \"{by}\" throws away");
+        let message = format!("\"{name}\" reads \"{resource}\"{when}, which \"{by}\" discards");
         Diagnostic::error(codes::DISCARDED, read.place, message)
             .pointer(&read.pointer)
-            .related(self.one.place, "thrown away here")
+            .related(self.one.place, "discarded here")
             .help(format!("remove \"store\" from \"{by}\", or let another pass write it before it is read"))
     }
 }

@@ -85,8 +85,12 @@ impl<'a> Facts<'a> {
     ) -> Self {
         let mut facts = Self::empty(pipeline, options, sources);
         let mut formats = format::Formats::default();
-        let mut classes =
-            Classes { pipeline, known: FxHashMap::default(), conditional, aliasing: options.aliasing };
+        let mut classes = CompatibilityClasses {
+            pipeline,
+            known: FxHashMap::default(),
+            conditional,
+            aliasing: options.aliasing,
+        };
         let wants = format::wants(pipeline, live);
         for handle in pipeline.resource_handles() {
             let resource = pipeline.resource(handle);
@@ -160,8 +164,12 @@ impl<'a> Facts<'a> {
         findings: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
         let mut facts = Self::empty(pipeline, options, sources);
-        let mut classes =
-            Classes { pipeline, known: FxHashMap::default(), conditional, aliasing: options.aliasing };
+        let mut classes = CompatibilityClasses {
+            pipeline,
+            known: FxHashMap::default(),
+            conditional,
+            aliasing: options.aliasing,
+        };
         for handle in pipeline.resource_handles() {
             let Some(fact) = before[handle.index()] else { continue };
             let descriptor = match (fact.descriptor, facts.sizes.of(handle)?) {
@@ -274,7 +282,7 @@ fn told<'a>(options: &'a PlanOptions, resource: &Resource) -> Option<&'a Import>
 }
 
 /// Numbers the classes of resources.
-struct Classes<'a> {
+struct CompatibilityClasses<'a> {
     pipeline: &'a Pipeline,
     /// What is alike, and of what stands for nothing else the handle.
     known: FxHashMap<(Descriptor, Option<ResourceHandle>), usize>,
@@ -282,7 +290,7 @@ struct Classes<'a> {
     aliasing: bool,
 }
 
-impl Classes<'_> {
+impl CompatibilityClasses<'_> {
     fn fact(&mut self, handle: ResourceHandle, descriptor: Option<Descriptor>) -> Fact {
         let lifetime = self.pipeline.resource(handle).lifetime();
         let created = descriptor.filter(|_| lifetime != Lifetime::Imported);

@@ -66,7 +66,7 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Wa
                 if let SlotSource::Texture(bound) = &slot.source
                     && let Some(binding) = program.binding_at(slot.group, slot.binding)
                 {
-                    for resource in pipeline.stand_ins(bound.texture.resource) {
+                    for resource in pipeline.fallbacks(bound.texture.resource) {
                         let wants = &mut wants[resource.index()];
                         wants.bindings.push((*pass, binding.entry.ty, bound.view()));
                         wants.views.extend(bound.format.map(|format| (*pass, format)));

@@ -2,7 +2,7 @@
 //!
 //! A history of n frames stands on n + 1 textures (or buffers) of one descriptor. In the first frame the copy at a place
 //! of the list holds what was left as many frames ago; from frame to frame every copy moves on by one place, and the
-//! last becomes the first, which is written anew. They are never shared with other resources.
+//! last becomes the first, which is written again. They are never shared with other resources.
 
 use std::collections::{BTreeMap, HashSet};
 

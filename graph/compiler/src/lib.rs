@@ -6,7 +6,7 @@
 //! - [`plan`](self::plan()): lifetimes, physical resources, load and store operations, sizes, dispatches.
 //!
 //! [`CpuPasses`] and [`Switches`] are what changes from frame to frame without a device: what CPU passes keep and publish,
-//! and how toggles are thrown.
+//! and how toggles are switched.
 //!
 //! [`Assembly`] makes pipelines in code, without a text.
 
@@ -45,7 +45,7 @@ mod subresources;
 mod switches;
 mod texture_rules;
 mod toggles;
-mod unfed;
+mod uninitialised;
 mod values;
 mod visible;
 mod writers;

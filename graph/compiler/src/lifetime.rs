@@ -5,10 +5,10 @@
 //! their start, and a physical resource of the class that is free wherever there is one, needs exactly as many as are
 //! ever alive at once, which no assignment can beat (interval graphs are perfect).
 //!
-//! A physical resource is as large as its largest tenant. Members of a class of textures are of one size; those of a
+//! A physical resource is as large as its largest alias. Members of a class of textures are of one size; those of a
 //! class of buffers are not, and which of the free ones is taken decides about bytes: the smallest that is large enough,
 //! else the largest, which has to grow least; among equals the one that has been free the longest. Together they never
-//! have more bytes than their tenants. The fewest bytes with as few buffers are NP-hard to find (max-coloring of
+//! have more bytes than their aliases. The fewest bytes with as few buffers are NP-hard to find (max-coloring of
 //! interval graphs: Pemmaraju, Raman and Varadarajan, "Buffer minimization using max-coloring", SODA 2004); what is
 //! left above the bytes that are alive at once is less than half, since sizes of a class are within a factor of two.
 //!
@@ -41,7 +41,7 @@ pub(super) struct Assignment {
 
 /// The physical resources of one class.
 #[derive(Clone, Default)]
-struct Class {
+struct CompatibilityClass {
     /// Those in use with the pass that uses them last, the earliest on top.
     busy: BinaryHeap<Reverse<(usize, usize)>>,
     /// Those that are free: their bytes, the pass that used them last, and their index.
@@ -53,11 +53,11 @@ pub(super) fn assign(wants: &[Want]) -> Assignment {
     let mut by_start: Vec<usize> = (0..wants.len()).collect();
     by_start.sort_by_key(|at| (wants[*at].first, *at));
     let count = wants.iter().map(|want| want.class + 1).max().unwrap_or(0);
-    let mut classes = vec![Class::default(); count];
+    let mut classes = vec![CompatibilityClass::default(); count];
     let mut assignment = Assignment { places: vec![0; wants.len()], bytes: Vec::new() };
     for at in by_start {
         let want = &wants[at];
-        let Class { busy, free } = &mut classes[want.class];
+        let CompatibilityClass { busy, free } = &mut classes[want.class];
         while let Some(Reverse((last, place))) =
             busy.peek().copied().filter(|Reverse((last, _))| *last < want.first)
         {
@@ -144,8 +144,8 @@ mod tests {
             let most = |of: &dyn Fn(usize, usize) -> u64| (0usize..3).map(|class| (0..60).map(|at| of(class, at)).max().unwrap_or(0)).sum::<u64>();
             prop_assert_eq!(bytes.len() as u64, most(&|class, at| alive(class, at).count() as u64));
             for (place, own) in bytes.iter().enumerate() {
-                let tenants = (0..wants.len()).filter(|at| places[*at] == place);
-                prop_assert_eq!(Some(*own), tenants.map(|at| wants[at].bytes).max());
+                let aliases = (0..wants.len()).filter(|at| places[*at] == place);
+                prop_assert_eq!(Some(*own), aliases.map(|at| wants[at].bytes).max());
             }
             let created: u64 = bytes.iter().sum();
             let bound = most(&|class, at| alive(class, at).map(|want| want.bytes).sum());

@@ -26,7 +26,7 @@ use super::order::{self, Objective, OrderReport};
 use super::planner::Planner;
 use super::size::TextureSize;
 use super::toggles;
-use super::unfed;
+use super::uninitialised;
 use super::values::PackedBlock;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
@@ -160,7 +160,7 @@ pub struct PlannedPass {
     pub toggle: Option<String>,
     /// What readers see in a frame without it, in place of what only passes with its toggle write.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
-    pub bypass: BTreeMap<String, String>,
+    pub passthrough: BTreeMap<String, String>,
     /// Why it is kept: the first step of the way to an output. [`Plan::why_kept`] gives the whole way.
     pub kept: Kept,
     /// The color attachments.
@@ -362,9 +362,9 @@ pub fn plan(
     let mut findings = Vec::new();
     let conditional = toggles::conditional(pipeline, graph, &live);
     let facts = Facts::new(pipeline, options, sources, &live, &conditional, &mut findings);
-    toggles::check_bypasses(pipeline, &facts, &live, &mut findings);
+    toggles::check_passthroughs(pipeline, &facts, &live, &mut findings);
     toggles::check_outputs(pipeline, graph, &live, &mut findings);
-    unfed::check(&facts, &graph.partial, |pass| kept[pass.index()].is_some(), &mut findings);
+    uninitialised::check(&facts, &graph.partial, |pass| kept[pass.index()].is_some(), &mut findings);
     let report = order::choose(pipeline, graph, &facts, options.objective, &mut live);
     let planner = Planner::new(pipeline, &facts, &live);
     let mut passes: Vec<PlannedPass> = Vec::with_capacity(live.len());
@@ -506,7 +506,7 @@ impl Plan {
                 }
             };
             words.push(step);
-            // A way has no circle; the limit only bounds what a plan changed by hand can do.
+            // A way has no cycle; the limit only bounds what a plan changed by hand can do.
             next = then.filter(|_| words.len() < steps && words.len() <= self.passes.len());
         }
         words

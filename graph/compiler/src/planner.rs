@@ -52,7 +52,7 @@ impl<'a> Planner<'a> {
             name: pass.name.clone(),
             kind: pass.kind.clone(),
             toggle: pass.condition.map(|condition| self.pipeline.condition_name(condition)),
-            bypass: super::toggles::bypass_names(self.pipeline, pass),
+            passthrough: super::toggles::passthrough_names(self.pipeline, pass),
             kept: match reason {
                 KeepReason::SideEffect => Kept::SideEffect,
                 KeepReason::Output(resource) => Kept::Output(resource_name(resource)),

@@ -8,7 +8,7 @@
 //! host's textures; a number of samples, which formats depend on; layers where there were none, which render passes
 //! depend on. So is what has findings, since there they come in their order.
 //!
-//! Cost: linear in passes and resources; without graph, order and names sorted anew.
+//! Cost: linear in passes and resources; without graph, order and names sorted again.
 
 use std::collections::BTreeMap;
 
@@ -19,7 +19,7 @@ use super::graph::Graph;
 use super::order::Objective;
 use super::plan::{Plan, PlanOptions, plan};
 use super::toggles;
-use super::unfed;
+use super::uninitialised;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::Sources;
 
@@ -62,8 +62,8 @@ impl Plan {
             &fixed.conditional,
             &mut findings,
         )?;
-        toggles::check_bypasses(&self.pipeline, &facts, &live, &mut findings);
-        unfed::check(&facts, &graph.partial, |pass| self.position(pass).is_some(), &mut findings);
+        toggles::check_passthroughs(&self.pipeline, &facts, &live, &mut findings);
+        uninitialised::check(&facts, &graph.partial, |pass| self.position(pass).is_some(), &mut findings);
         let mut passes = self.passes.clone();
         for pass in &mut passes {
             facts.size_pass(pass, &mut findings);

@@ -1,6 +1,6 @@
-//! The toggles of a frame: which passes are recorded, and which resources stand in for which.
+//! The toggles of a frame: which passes are recorded, and which resource is the fallback of which.
 //!
-//! A frame names the toggles that it wants otherwise than the pipeline's defaults. What stands in for a resource depends
+//! A frame names the toggles that it wants otherwise than the pipeline's defaults. The fallback of a resource depends
 //! on nothing else, so one table serves all passes: a reader that has the toggle of the writers runs only where the
 //! resource stands for itself. In a frame without findings nothing is allocated.
 
@@ -8,7 +8,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::plan::Plan;
 use crate::work::{PassHandle, ResourceHandle};
 
-/// How the toggles are thrown, and what follows.
+/// How the toggles are switched, and what follows.
 pub struct Switches {
     states: Vec<bool>,
     /// For each resource what readers see.
@@ -41,7 +41,7 @@ impl Switches {
         findings
     }
 
-    /// Throws the toggles of a frame; those that it does not name are as the pipeline says.
+    /// Switches the toggles of a frame; those that it does not name are as the pipeline says.
     pub fn set(&mut self, plan: &Plan, given: &[(&str, bool)]) {
         if self.states.is_empty() {
             return;
@@ -55,12 +55,12 @@ impl Switches {
 
     /// Finds what readers see of each resource.
     fn look(&mut self, plan: &Plan) {
-        for resource in plan.pipeline.bypasses.keys() {
+        for resource in plan.pipeline.passthroughs.keys() {
             let is_there = |handle: &ResourceHandle| {
-                let bypass = plan.pipeline.bypasses.get(handle);
-                bypass.is_none_or(|bypass| bypass.condition.holds(&self.states))
+                let passthrough = plan.pipeline.passthroughs.get(handle);
+                passthrough.is_none_or(|passthrough| passthrough.condition.holds(&self.states))
             };
-            let seen = plan.pipeline.stand_ins(*resource).find(is_there);
+            let seen = plan.pipeline.fallbacks(*resource).find(is_there);
             if let (Some(seen), Some(slot)) = (seen, self.seen.get_mut(resource.index())) {
                 *slot = seen;
             }

@@ -1,10 +1,11 @@
 //! What toggles mean for a plan, which is one for all of their states.
 //!
-//! A pass that can be off, and an access that happens only without or only with a bypass, have [`Condition`]s. Seen
-//! from a reader in a frame in which it runs, another pass runs always, never, or [sometimes](Runs). Resources whose
-//! first write can be off get memory of their own, so that what another resource left is never taken for contents.
+//! A pass that can be off, and an access that happens only without or only with a passthrough, have [`Condition`]s.
+//! Seen from a reader in a frame in which it runs, another pass runs always, never, or [sometimes](Runs). Resources
+//! whose first write can be off get memory of their own, so that what another resource left is never taken for
+//! contents.
 //!
-//! Findings: reads, and outputs, for which nothing is left in some state; stand-ins that do not fit.
+//! Findings: reads, and outputs, for which nothing is left in some state; fallbacks that do not fit.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +15,7 @@ use super::graph::Graph;
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Lifetime, TextureShape};
-use crate::pipeline::{Access, Bypass, Condition, Pass, Pipeline, SubresourceRange, Usage};
+use crate::pipeline::{Access, Condition, Pass, Passthrough, Pipeline, SubresourceRange, Usage};
 use crate::work::{PassHandle, ResourceHandle};
 
 /// Whether a pass runs in the frames in which something else happens.
@@ -69,7 +70,7 @@ pub(super) fn taken_away(
         )
     } else {
         format!(
-            "give \"{}\" \"bypass\": {{ \"{resource}\": … }}, or \"{}\" \"toggle\": \"{written}\" too",
+            "give \"{}\" \"passthrough\": {{ \"{resource}\": … }}, or \"{}\" \"toggle\": \"{written}\" too",
             writes.name, reads.name
         )
     };
@@ -82,19 +83,20 @@ pub(super) fn taken_away(
         .help(help)
 }
 
-/// The bypasses of what a pass writes, by names; a version as it is written in a reference.
-pub(super) fn bypass_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<String, String> {
+/// The passthroughs of what a pass writes, by names; a version as it is written in a reference.
+pub(super) fn passthrough_names(pipeline: &Pipeline, pass: &Pass) -> BTreeMap<String, String> {
     let name = |handle: ResourceHandle| pipeline.resource(handle).name.clone();
     let written = pass.accesses().iter().filter(|one| one.usage.writes());
-    let bypasses = written.filter_map(|one| Some((one.resource, pipeline.bypasses.get(&one.resource)?)));
-    bypasses
-        .map(|(resource, bypass)| {
-            let version = match &bypass.version {
+    let passthroughs =
+        written.filter_map(|one| Some((one.resource, pipeline.passthroughs.get(&one.resource)?)));
+    passthroughs
+        .map(|(resource, passthrough)| {
+            let version = match &passthrough.version {
                 crate::pipeline::Version::WrittenBy(pass) => format!("@{pass}"),
                 crate::pipeline::Version::Before => "@0".to_owned(),
                 crate::pipeline::Version::Newest => String::new(),
             };
-            (name(resource), format!("{}{version}", name(bypass.stand_in)))
+            (name(resource), format!("{}{version}", name(passthrough.fallback)))
         })
         .collect()
 }
@@ -137,8 +139,8 @@ fn uncovered<'a>(
     })
 }
 
-/// Finds pictures of the host's that a toggle leaves without anything: written afresh, and only by passes that can be
-/// off. What loads shows what the host had there; of two passes with opposite toggles one always runs.
+/// Finds pictures of the host's that a toggle leaves without anything: written without loading, and only by passes that
+/// can be off. What loads shows what the host had there; of two passes with opposite toggles one always runs.
 pub(super) fn check_outputs(
     pipeline: &Pipeline,
     graph: &Graph,
@@ -193,28 +195,30 @@ pub(super) fn check_outputs(
     }
 }
 
-/// Finds stand-ins that do not fit what the readers do with them. Formats and subresource ranges are checked as those
+/// Finds fallbacks that do not fit what the readers do with them. Formats and subresource ranges are checked as those
 /// of any access.
-pub(super) fn check_bypasses(
+pub(super) fn check_passthroughs(
     pipeline: &Pipeline,
     facts: &Facts<'_>,
     live: &[PassHandle],
     findings: &mut Vec<Diagnostic>,
 ) {
-    if pipeline.bypasses.is_empty() {
+    if pipeline.passthroughs.is_empty() {
         return;
     }
     let mut copied = vec![false; pipeline.resources.len()];
     for one in live.iter().flat_map(|pass| pipeline.pass(*pass).accesses()) {
         copied[one.resource.index()] |= one.usage == Usage::CopySource;
     }
-    for (resource, bypass) in &pipeline.bypasses {
+    for (resource, passthrough) in &pipeline.passthroughs {
         let descriptor = |handle| facts.get(handle).and_then(|fact| fact.descriptor);
-        let (Some(own), Some(other)) = (descriptor(*resource), descriptor(bypass.stand_in)) else { continue };
+        let (Some(own), Some(other)) = (descriptor(*resource), descriptor(passthrough.fallback)) else {
+            continue;
+        };
         let fault = match (own, other) {
             (Descriptor::Texture(a), Descriptor::Texture(b)) => {
                 let shape = |handle| pipeline.resource(handle).texture().and_then(|texture| texture.view);
-                let (own_shape, other_shape) = (shape(*resource), shape(bypass.stand_in));
+                let (own_shape, other_shape) = (shape(*resource), shape(passthrough.fallback));
                 let shape = own_shape.unwrap_or(TextureShape::D2) != other_shape.unwrap_or(TextureShape::D2);
                 let extent = |size: super::TextureSize| [size.width, size.height, size.layers, size.mips];
                 if a.size.samples != b.size.samples {
@@ -236,17 +240,22 @@ pub(super) fn check_bypasses(
             _ => None,
         };
         if let Some(fault) = fault {
-            findings.push(misfit(pipeline, *resource, bypass, &fault));
+            findings.push(misfit(pipeline, *resource, passthrough, &fault));
         }
     }
 }
 
-fn misfit(pipeline: &Pipeline, resource: ResourceHandle, bypass: &Bypass, fault: &str) -> Diagnostic {
-    let (own, other) = (pipeline.resource(resource), pipeline.resource(bypass.stand_in));
+fn misfit(
+    pipeline: &Pipeline,
+    resource: ResourceHandle,
+    passthrough: &Passthrough,
+    fault: &str,
+) -> Diagnostic {
+    let (own, other) = (pipeline.resource(resource), pipeline.resource(passthrough.fallback));
     let message = format!("\"{}\" and \"{}\" {fault}", own.name, other.name);
-    Diagnostic::error(codes::BYPASS, bypass.place, message)
-        .pointer(&bypass.pointer)
-        .related(own.place, "what is bypassed")
-        .related(other.place, "what stands in")
-        .help("what stands in has the dimension, layers and samples of what it stands for, and is no smaller a buffer")
+    Diagnostic::error(codes::PASSTHROUGH, passthrough.place, message)
+        .pointer(&passthrough.pointer)
+        .related(own.place, "the resource with the passthrough")
+        .related(other.place, "the fallback")
+        .help("a fallback has the dimension, layers and samples of the resource that it replaces, and is no smaller a buffer")
 }

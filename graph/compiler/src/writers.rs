@@ -40,7 +40,7 @@ use super::implied::Unmet;
 use super::later::{Later, Stated};
 use super::rows::Rows;
 use super::toggles::{self, Runs};
-use super::unfed::{Left, PartialRead};
+use super::uninitialised::{Left, PartialRead};
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
@@ -388,10 +388,10 @@ impl<'a> Builder<'a> {
         let writers = look.writers;
         let list = &self.accesses[resource.index()];
         let Some(known) = toggles::known(pipeline.pass(reader.pass), reader.one) else {
-            // It never happens: the pass runs only in frames in which something else stands in.
+            // It never happens: the pass runs only in frames in which the fallback is seen.
             return;
         };
-        let mut fed = false;
+        let mut written = false;
         let mut missing: Option<(usize, Condition)> = None;
         let mut left = None;
         // Pieces of one subresource or of everything hide one another one by one, those of a range only together.
@@ -409,7 +409,7 @@ impl<'a> Builder<'a> {
                     continue;
                 }
                 self.feed(resource, rank, writer.pass, reader.pass);
-                fed = true;
+                written = true;
                 // Most reads end at the first write, which covers them, and need no set.
                 covered = writer.range.contains(reader.range);
                 if covered {
@@ -431,7 +431,7 @@ impl<'a> Builder<'a> {
                 }
                 if view.sees(range, condition) {
                     self.feed(resource, rank, writer.pass, reader.pass);
-                    fed = true;
+                    written = true;
                     count += 1;
                 }
                 let loads = writer.reads && writer.one.when.is_empty() && *writer.version == Version::Newest;
@@ -461,7 +461,7 @@ impl<'a> Builder<'a> {
         };
         let needs = !reader.one.usage.keeps_what_is_there();
         if own_memory && needs && !pipeline.uncertain.contains(&resource) {
-            if !fed {
+            if !written {
                 // Data that nobody publishes has its finding from the load.
                 if !matches!(pipeline.resource(resource).kind, ResourceKind::Data(None)) {
                     diagnostics.push(never_written(pipeline, resource, reader, list));
@@ -512,7 +512,7 @@ impl<'a> Builder<'a> {
                 format!("the passes {} wait for one another", names.join(", ")),
             )
             .pointer(&first.pointer)
-            .help("break the circle: read an older version (name@pass), or write to another resource");
+            .help("break the cycle: read an older version (name@pass), or write to another resource");
             for (at, pass) in members.iter().enumerate().take(SHOWN) {
                 let step = self.describe_step(*pass, members[(at + 1) % members.len()]);
                 finding = finding.related(self.pipeline.passes[*pass].place, step);

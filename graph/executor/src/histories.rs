@@ -7,10 +7,10 @@
 //! was written last stays the frame before. A record that fails moves nothing; one whose encoder is never submitted has moved all the same, and what
 //! it would have written is not there: a reset helps.
 //!
-//! A history that is new, whose copies were made anew (for another size, another format), or that was reset, begins with
-//! its initial value: the next record clears every copy before its first pass, in its own encoder, so that records
-//! before it are not disturbed. Textures are cleared by render passes, one for each mip and layer, stencil to zero, buffers from a buffer
-//! that holds the value.
+//! A history that is new, whose copies were made again (for another size, another format), or that was reset, begins
+//! with its initial value: the next record clears every copy before its first pass, in its own encoder, so that records
+//! before it are not disturbed. Textures are cleared by render passes, one for each mip and layer, stencil to zero,
+//! buffers from a buffer that holds the value.
 
 use super::creation::Creation;
 use super::textures::Textures;

@@ -1,7 +1,7 @@
 //! Bind groups of what the host binds: its materials and its objects.
 //!
 //! There is one bind group for each material and layout, and one for all objects of a layout, whose blocks are moved by
-//! dynamic offsets. They are made anew when the host's generation says that something behind them was replaced. Passes
+//! dynamic offsets. They are made again when the host's generation says that something behind them was replaced. Passes
 //! whose shaders see materials alike share them.
 
 use super::creation::Creation;

@@ -1,6 +1,6 @@
 //! The host's own textures, and views of them.
 //!
-//! The host gives them anew with each frame, and they may be others each time: a swap chain has a handful. Views are
+//! The host gives them again with each frame, and they may be others each time: a swap chain has a handful. Views are
 //! kept for those that were seen in the last few frames, so that a texture that comes again needs no new one, and the
 //! host's textures are not held on to for longer than that.
 

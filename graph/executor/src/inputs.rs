@@ -20,8 +20,9 @@ pub(super) fn check(realized: &Realized, device: &wgpu::Device, frame: &Frame<'_
         {
             let declared = realized.plan.pipeline.resource(resource.handle);
             let finding = Diagnostic::error(codes::IMPORT, declared.place, fault).pointer(&declared.pointer);
-            findings
-                .push(finding.help("give the executor the texture that the plan was made for, or plan anew"));
+            findings.push(
+                finding.help("give the executor the texture that the plan was made for, or plan again"),
+            );
         }
     }
     let mut has_scenes = false;
@@ -41,7 +42,7 @@ pub(super) fn check(realized: &Realized, device: &wgpu::Device, frame: &Frame<'_
                 "the host's interface of \"{geometry}\" is not the one that pipelines were built for"
             );
             let finding = Diagnostic::error(codes::HOST_INTERFACE, Place::Nowhere, message);
-            findings.push(finding.help("give the executor its plan anew, with this draw source"));
+            findings.push(finding.help("give the executor its plan again, with this draw source"));
         }
     }
     findings

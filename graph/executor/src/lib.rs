@@ -83,8 +83,8 @@ pub struct Frame<'a> {
     pub draws: Option<&'a dyn DrawSource>,
     /// The host's textures by the names of the resources that stand for them.
     pub imports: &'a [(&'a str, &'a wgpu::Texture)],
-    /// The toggles that are thrown otherwise than the pipeline says, by their names; the later of two counts. Nothing is
-    /// planned or compiled for it; bind groups of a state are made when it comes up for the first time.
+    /// The toggles that are switched otherwise than the pipeline says, by their names; the later of two counts. Nothing
+    /// is planned or compiled for it; bind groups of a state are made when it comes up for the first time.
     pub toggles: &'a [(&'a str, bool)],
 }
 
@@ -229,7 +229,7 @@ impl Executor {
         names.zip(self.times.passes().iter().copied())
     }
 
-    /// The passes that the last record left out, since their toggles are thrown that way; in the plan's order.
+    /// The passes that the last record left out, since their toggles are switched that way; in the plan's order.
     pub fn skipped(&self) -> impl Iterator<Item = &str> {
         let realized = &self.realized;
         let skipped = |pass: &&PlannedPass| !realized.switches().runs(&realized.plan, pass.handle);

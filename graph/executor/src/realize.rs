@@ -119,7 +119,7 @@ impl Realized {
         Ok(realized)
     }
 
-    /// How the toggles of the frame are thrown.
+    /// How the toggles of the frame are switched.
     pub(super) fn switches(&self) -> &Switches {
         self.cpu_passes.switches()
     }
@@ -242,7 +242,7 @@ impl Realized {
                             let view = TextureView { resource, ..view };
                             Some((resource, Bound::View(self.resources.view(creation, &plan, view)?)))
                         };
-                        switched(plan.pipeline.stand_ins(view.resource).filter_map(bound).collect())
+                        switched(plan.pipeline.fallbacks(view.resource).filter_map(bound).collect())
                     }
                     SlotSource::Sampler(sampler) => {
                         Some(Bound::Sampler(objects.sampler(creation, &slot.name, *sampler)))
@@ -254,7 +254,7 @@ impl Realized {
                             let all = IndexRange { first: 0, count: plan.resource(resource)?.bytes };
                             Some((resource, Bound::Buffer(buffer, named.range.bytes.unwrap_or(all))))
                         };
-                        switched(plan.pipeline.stand_ins(named.resource).filter_map(bound).collect())
+                        switched(plan.pipeline.fallbacks(named.resource).filter_map(bound).collect())
                     }
                     SlotSource::View => place.map(Bound::ViewBlock),
                     SlotSource::Data { .. } | SlotSource::Values(_) => place.map(Bound::Block),
@@ -310,7 +310,7 @@ fn join(leader: &mut RealizedPass, followers: &mut [RealizedPass]) {
     leader.merged = 1 + followers.len();
 }
 
-/// What is bound of a resource and of what may stand in for it; nothing is switched where there is only one.
+/// What is bound of a resource and of its fallbacks; nothing is switched where there is only one.
 fn switched(mut all: Vec<(ResourceHandle, Bound)>) -> Option<Bound> {
     if all.len() > 1 {
         return Some(Bound::Switched(all));

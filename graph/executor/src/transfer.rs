@@ -1,6 +1,6 @@
 //! Copies, clears of buffers, and buffers of counts.
 //!
-//! What is copied, the plan says. Where a toggle takes the writers of a source away, what stands in for it is copied.
+//! What is copied, the plan says. Where a toggle takes the writers of a source away, its fallback is copied.
 
 use super::resources::{Buffer, Resources, Texture};
 use crate::compiler::Switches;
@@ -8,7 +8,7 @@ use crate::compiler::{Plan, PlannedCopy, PlannedPass, TexelOrigin, TexelRows};
 use crate::pipeline::Aspect;
 use crate::work::{ResourceHandle, Subresource, TransferWork};
 
-/// A buffer of counts, and what stands in for it.
+/// A buffer of counts, and its fallback.
 pub(super) struct Counts {
     buffers: Vec<(ResourceHandle, Buffer)>,
     /// The first byte.
@@ -18,7 +18,7 @@ pub(super) struct Counts {
 impl Counts {
     /// The counts in a buffer.
     pub(super) fn new(resources: &Resources, plan: &Plan, named: &Subresource) -> Self {
-        let buffers = plan.pipeline.stand_ins(named.resource);
+        let buffers = plan.pipeline.fallbacks(named.resource);
         let buffers = buffers.filter_map(|one| Some((one, resources.buffer(plan, one)?)));
         Self { buffers: buffers.collect(), offset: named.offset() }
     }
@@ -34,7 +34,7 @@ impl Counts {
     }
 }
 
-/// A transfer with everything that it needs on the device; of the source one for each that can stand in for it.
+/// A transfer with everything that it needs on the device; of the source one for each of its fallbacks.
 pub(super) struct Transfer {
     sources: Vec<(ResourceHandle, End)>,
     destination: End,
@@ -78,7 +78,7 @@ impl Transfer {
         let destination = End::new(resources, plan, work.destination.subresource().resource)?;
         let mut sources = Vec::new();
         if let Some(source) = &work.source {
-            for one in plan.pipeline.stand_ins(source.subresource().resource) {
+            for one in plan.pipeline.fallbacks(source.subresource().resource) {
                 sources.push((one, End::new(resources, plan, one)?));
             }
         }

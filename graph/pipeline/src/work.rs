@@ -277,7 +277,7 @@ pub struct ColorAttachment {
     pub format: Option<wgpu_types::TextureFormat>,
     /// Where its samples are resolved to, one for each texel.
     pub resolve: Option<Subresource>,
-    /// Whether what it holds afterwards is thrown away, whoever might have read it.
+    /// Whether what it holds afterwards is discarded, whoever might have read it.
     pub discard: bool,
 }
 
@@ -304,7 +304,7 @@ pub struct DepthAttachment {
     pub compare: wgpu_types::CompareFunction,
     /// The bias of the rasteriser per unit of depth slope, away from the viewer where positive and depth grows away.
     pub slope_bias: f32,
-    /// Whether what it holds afterwards is thrown away, whoever might have read it.
+    /// Whether what it holds afterwards is discarded, whoever might have read it.
     pub discard: bool,
 }
 
@@ -330,7 +330,7 @@ pub struct StencilAttachment {
     pub state: wgpu_types::StencilState,
     /// What is compared and written.
     pub reference: u32,
-    /// Whether what it holds afterwards is thrown away, whoever might have read it.
+    /// Whether what it holds afterwards is discarded, whoever might have read it.
     pub discard: bool,
 }
 

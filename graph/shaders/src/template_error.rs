@@ -151,9 +151,9 @@ fn recursive(placed: &[(&Error, Span)], place: Place) -> (String, Place, &'stati
     for (error, span) in placed {
         let Some(name) = error.name() else { continue };
         if let Some(first) = names.iter().position(|known| *known == name) {
-            let circle = [&names[first..], &[name]].concat().join("\" includes \"");
+            let cycle = [&names[first..], &[name]].concat().join("\" includes \"");
             let from = placed.get(first).map_or(*span, |(_, span)| *span);
-            let message = format!("the template includes itself: \"{circle}\"");
+            let message = format!("the template includes itself: \"{cycle}\"");
             return (message, Place::Span(from), "include it under a condition that ends, or not at all");
         }
         names.push(name);

@@ -250,7 +250,7 @@ impl TemplateSet {
     }
 
     /// The axes that a template declares and inherits. Every template is worked out once; a template that inherits
-    /// itself in a circle gets what is known so far.
+    /// itself in a cycle gets what is known so far.
     fn collect<'s>(
         &'s self,
         name: &'s str,

@@ -79,7 +79,7 @@ fn free_name(plan: &Plan, at: usize) -> String {
     name
 }
 
-/// Width and height of a mip level, and the layers, as expressions: they follow a resource that is planned anew for
+/// Width and height of a mip level, and the layers, as expressions: they follow a resource that is planned again for
 /// another size, where its name can stand in an expression.
 fn extent(plan: &Plan, resource: &PlannedResource, mip: u32) -> (serde_json::Value, serde_json::Value) {
     let name = &plan.pipeline.resource(resource.handle).name;

@@ -23,7 +23,7 @@ mod property_tests;
 #[cfg(test)]
 mod property_tests_toggles;
 #[cfg(test)]
-mod property_tests_unfed;
+mod property_tests_uninitialised;
 #[cfg(test)]
 mod property_tests_writers;
 mod reach;

@@ -1,6 +1,6 @@
 //! Properties that hold for every valid pipeline, tried on random ones.
 //!
-//! A random pipeline is made so that it is valid: passes come in an order of their own, each writes resources afresh or
+//! A random pipeline is made so that it is valid: passes come in an order of their own, each overwrites resources or
 //! updates them after the last writer, and reads what is written before it (all of it, or one mip), a named older version, or an earlier frame
 //! of a history, which may be one that it writes itself. Some leave a buffer to a later pass, of bytes that follow the
 //! viewport.

@@ -1,8 +1,8 @@
 //! Random pipelines with toggles: their plans pass the checker, which plays every state through.
 //!
-//! Each resource has a first writer of everything that always runs, or several that each write some of its mips, so that
-//! whatever is toggled above them leaves something; others write and read ranges of mips, and clear the picture or draw over it. Effects with a bypass are the
-//! exception: what they write nobody else does.
+//! Each resource has a first writer of everything that always runs, or several that each write some of its mips, so
+//! that whatever is toggled above them leaves something; others write and read ranges of mips, and clear the picture or
+//! draw over it. Effects with a passthrough are the exception: what they write nobody else does.
 
 use proptest::prelude::*;
 use umbragraph_test_support::property;
@@ -79,7 +79,7 @@ fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -
         let name = format!("p{at}");
         let (before, version) = last[own].clone();
         if random.action == 5 {
-            // The picture anew, or more of it.
+            // The picture again, or more of it.
             let version = Version::WrittenBy(version);
             let pass = assembly.pass(&name).accesses(
                 textures[own],
@@ -92,9 +92,9 @@ fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -
             if let Some((toggle, on)) = random.toggle {
                 pass = pass.toggle(toggle, on);
             }
-            let anew = random.mips.is_none();
-            let _ =
-                pass.color(target, if anew { LoadOperation::Clear([0.0; 4]) } else { LoadOperation::Load });
+            let is_cleared = random.mips.is_none();
+            let _ = pass
+                .color(target, if is_cleared { LoadOperation::Clear([0.0; 4]) } else { LoadOperation::Load });
             continue;
         }
         if random.action >= 3 {
@@ -106,13 +106,13 @@ fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -
                 .accesses(textures[own], SubresourceRange::WHOLE, Usage::Sampled, from.clone())
                 .writes(effect);
             let mut seen = effect;
-            assembly.bypass(effect, textures[own], from, Condition { toggle, on });
+            assembly.passthrough(effect, textures[own], from, Condition { toggle, on });
             if random.action == 4 {
                 // A second effect on the first, with another toggle.
                 let toggle = (toggle + 1) % TOGGLES;
                 seen = assembly.texture(&format!("y{at}"));
                 let _ = assembly.pass(&format!("q{at}")).reads(effect).writes(seen).toggle(toggle, !on);
-                assembly.bypass(seen, effect, Version::Newest, Condition { toggle, on: !on });
+                assembly.passthrough(seen, effect, Version::Newest, Condition { toggle, on: !on });
             }
             let reader = assembly.pass(&format!("c{at}")).reads(seen).after(last_target);
             last_target = reader.color(target, LoadOperation::Load).handle();

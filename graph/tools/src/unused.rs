@@ -30,7 +30,7 @@ impl<'a> Mentioned<'a> {
             Kind::Array(elements) => elements.iter().for_each(|element| self.read(element)),
             Kind::Object(entries) => {
                 for entry in entries.iter().filter(|entry| entry.key != "description") {
-                    // Keys name what is bypassed, and can be computed.
+                    // Keys name the resource with a passthrough, and can be computed.
                     self.text(&entry.key);
                     self.read(&entry.value);
                 }

@@ -17,8 +17,8 @@
 //! 5. [`slots`]: runs of slots for descriptors, views, cubes and layers, kept likewise;
 //! 6. `follow`: the sizes that would be enough for all, up at once and down after some calm frames.
 //!
-//! [`placement`] puts the steps together. All of it is on the CPU; a frame in which nothing settles anew costs one pass
-//! over the requests and takes nothing from the heap.
+//! [`placement`] puts the steps together. All of it is on the CPU; a frame in which nothing settles again costs one
+//! pass over the requests and takes nothing from the heap.
 //!
 //! Limits: tiles from [`SMALLEST_TILE`] to [`LARGEST_TILE`] texels, atlases to [`LARGEST_SIDE`], at most
 //! [`MAXIMUM_TILES`] tiles to one light, all of one size.

@@ -99,7 +99,7 @@ struct Scratch {
     movable: Vec<(usize, usize, u32, u8)>,
     /// Blocks that could be cleared: the area in them, the block, the part of `movable`.
     blocks: Vec<(u64, usize, usize, usize)>,
-    /// Runs that are laid anew: the slot of before, the key, the entry.
+    /// Runs that are laid again: the slot of before, the key, the entry.
     runs: Vec<(u32, Key, u32)>,
 }
 

@@ -1,10 +1,10 @@
 //! The node kind `shadow_atlas`: which lights cast shadows in a frame, and where their maps lie.
 //!
 //! Each usable light that casts shadows, and whose light the camera can see something of, asks for what its kind needs;
-//! [`crate::atlas`] grants it by importance ([`crate::importance`]), keeps tiles and slots from frame to frame, and says
-//! who has less than it asked for. How large the atlas and the arrays should be is published as sizes for textures:
-//! `atlas_side`, `cube_count` and `layer_count` (see [`umbragraph_pipeline::data`]); until the host plans anew, lights have
-//! to do with what there is.
+//! [`crate::atlas`] grants it by importance ([`crate::importance`]), keeps tiles and slots from frame to frame, and
+//! says who has less than it asked for. How large the atlas and the arrays should be is published as sizes for
+//! textures: `atlas_side`, `cube_count` and `layer_count` (see [`umbragraph_pipeline::data`]); until the host plans
+//! again, lights have to do with what there is.
 //!
 //! Published (d descriptors):
 //!

@@ -27,7 +27,7 @@ const UNSEEN: char = '^';
 /// What names mean in one instance of a subgraph or one round of a loop.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
-    /// What stands in front of names outside; empty at the top, else ending in a dot.
+    /// The fallback front of names outside; empty at the top, else ending in a dot.
     pub(super) prefix: String,
     /// Whether this is a subgraph in a file of its own, which sees nothing of the pipeline but what it is given.
     pub(super) is_file: bool,

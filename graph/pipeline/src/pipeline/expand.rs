@@ -53,8 +53,8 @@ pub(super) struct Expander<'a, 's> {
     shared: &'s mut Shared,
     pub(super) resources: Vec<Instance<'a>>,
     pub(super) instances: Vec<Instance<'a>>,
-    /// Uses of subgraphs with a bypass: the name, the entry, its pointer, what names mean there.
-    pub(super) bypasses: Vec<(String, &'a Entry, String, Arc<Environment>)>,
+    /// Uses of subgraphs with a passthrough: the name, the entry, its pointer, what names mean there.
+    pub(super) passthroughs: Vec<(String, &'a Entry, String, Arc<Environment>)>,
     /// Uses of subgraphs that wait for passes.
     pub(super) waiting: Vec<Waiting<'a>>,
     /// Passes that could not be expanded.
@@ -88,7 +88,7 @@ impl<'a, 's> Expander<'a, 's> {
             shared,
             resources: Vec::new(),
             instances: Vec::new(),
-            bypasses: Vec::new(),
+            passthroughs: Vec::new(),
             waiting: Vec::new(),
             gaps: Vec::new(),
             unreadable: false,
@@ -371,8 +371,8 @@ impl<'a, 's> Expander<'a, 's> {
         };
         inner.toggles.clone_from(&environment.toggles);
         inner.toggles.extend(entry.value.get("toggle").and_then(document::Value::text).map(str::to_owned));
-        if entry.value.get("bypass").is_some() {
-            self.bypasses.push((name.clone(), entry, pointer.to_owned(), environment.clone()));
+        if entry.value.get("passthrough").is_some() {
+            self.passthroughs.push((name.clone(), entry, pointer.to_owned(), environment.clone()));
         }
         inner.side_effect = environment.side_effect
             || entry.value.get("side_effect").is_some_and(|value| matches!(value.kind, Kind::Bool(true)));

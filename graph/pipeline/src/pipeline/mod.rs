@@ -52,7 +52,7 @@ pub use schema::{FileKind, schema, schema_of};
 pub use scope::StaticScope;
 pub use setting::{Choice, Feature, Parameter, Setting};
 pub use subresource_range::{Aspect, IndexRange, SubresourceRange, canonical};
-pub use toggle::{Bypass, Condition, Toggle, add_stand_ins};
+pub use toggle::{Condition, Passthrough, Toggle, add_fallbacks};
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -78,8 +78,8 @@ pub struct Pipeline {
     pub derived: BTreeMap<String, Derived>,
     /// The toggles in the order of their names; a [`Condition`] names a position here.
     pub toggles: Vec<Toggle>,
-    /// What stands in for resources that only passes with a toggle write, in frames without them.
-    pub bypasses: BTreeMap<ResourceHandle, Bypass>,
+    /// The fallback of resources that only passes with a toggle write, in frames without them.
+    pub passthroughs: BTreeMap<ResourceHandle, Passthrough>,
     /// The contracts with the host's draws, by name.
     pub geometry: BTreeMap<String, GeometryDeclaration>,
     /// The resources; a [`ResourceHandle`] is a position here.
@@ -260,7 +260,7 @@ impl Pass {
         &self.work
     }
 
-    /// What it uses: what its work accesses, and what stands in for that.
+    /// What it uses: what its work accesses, and the fallback of that.
     pub fn accesses(&self) -> &[Access] {
         &self.accesses
     }
@@ -299,8 +299,8 @@ pub struct Access {
     pub usage: Usage,
     /// The version that is read.
     pub version: Version,
-    /// In which of the frames in which the pass runs it happens: all have to hold. Empty but for what can be bypassed,
-    /// and for what stands in for it.
+    /// In which of the frames in which the pass runs it happens: all have to hold. Empty but for what has a
+    /// passthrough, and for its fallback.
     pub when: Vec<Condition>,
     /// Where it is said.
     pub place: Span,
@@ -450,8 +450,8 @@ impl Usage {
         )
     }
 
-    /// Whether all of a subresource range is certain to be written anew, whatever it held.
-    pub fn starts_afresh(self) -> bool {
+    /// Whether all of a subresource range is certain to be written again, whatever it held.
+    pub fn replaces_contents(self) -> bool {
         matches!(
             self,
             Usage::StorageReplace

@@ -1,9 +1,9 @@
-//! Toggles: passes that the host switches from frame to frame, and what stands in for what they write.
+//! Toggles: passes that the host switches from frame to frame, and the fallbacks of what they write.
 //!
 //! ```jsonc
 //! "toggles": { "bloom": { "default": true } },
 //! "passes": {
-//!   "glow": { "toggle": "bloom", "bypass": { "glowing": "color" }, "fullscreen": { … "color" … "to": "glowing" } },
+//!   "glow": { "toggle": "bloom", "passthrough": { "glowing": "color" }, "fullscreen": { … "color" … "to": "glowing" } },
 //!   "show": { "fullscreen": { … "glowing" … } }
 //! }
 //! ```
@@ -13,13 +13,13 @@
 //!
 //! - an earlier pass wrote it too: readers see that, since a conditional write never counts as covering;
 //! - every reader has the same toggle, and vanishes with it;
-//! - a **bypass** names what readers see instead. It is a statement about the resource, which only passes of that one
-//!   toggle may write. Each reader gets, beside its access of the resource, an access of what stands in, under the
+//! - a **passthrough** names what readers see instead. It is a statement about the resource, which only passes of that
+//!   one toggle may write. Each reader gets, beside its access of the resource, an access of the fallback, under the
 //!   condition that the toggle is off; so edges, lifetimes, usages and hazards of both are what they are for any other
-//!   access. What stands in can be bypassed in turn, as in a chain of effects.
+//!   access. The fallback can have a passthrough in turn, as in a chain of effects.
 //!
 //! Names: `bloom` runs a pass while the toggle is on, `!bloom` while it is off. A toggle of a `use` is that of every
-//! pass of the subgraph. Limits: a pass has one toggle; attachments are not bypassed.
+//! pass of the subgraph. Limits: a pass has one toggle; attachments have no passthrough.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -34,7 +34,7 @@ use crate::language::{Reference, ToggleDeclaration};
 use crate::source::Span;
 use crate::work::ResourceHandle;
 
-/// A named switch that the host throws from frame to frame.
+/// A runtime toggle that the host switches from frame to frame.
 #[derive(Clone, Debug)]
 pub struct Toggle {
     /// Its name.
@@ -49,7 +49,7 @@ pub struct Toggle {
     pub pointer: String,
 }
 
-/// A toggle that is thrown one way.
+/// A toggle that is switched one way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Condition {
     /// The position in [`Pipeline::toggles`].
@@ -59,25 +59,25 @@ pub struct Condition {
 }
 
 impl Condition {
-    /// The same toggle, thrown the other way.
+    /// The same toggle, switched the other way.
     #[must_use]
     pub fn opposite(self) -> Self {
         Self { on: !self.on, ..self }
     }
 
-    /// Whether it holds where the toggles are thrown like this.
+    /// Whether it holds where the toggles are switched like this.
     pub fn holds(self, states: &[bool]) -> bool {
         states.get(self.toggle) == Some(&self.on)
     }
 }
 
-/// What stands in for a resource in frames without the passes that write it.
+/// The fallback of a resource in frames without the passes that write it.
 #[derive(Clone, Debug)]
-pub struct Bypass {
+pub struct Passthrough {
     /// When the resource itself is there.
     pub condition: Condition,
-    /// What stands in for it otherwise.
-    pub stand_in: ResourceHandle,
+    /// Its fallback otherwise.
+    pub fallback: ResourceHandle,
     /// Which version of that.
     pub version: Version,
     /// Where it is said.
@@ -103,10 +103,11 @@ impl Pipeline {
         self.toggles.iter().map(|toggle| toggle.default).collect()
     }
 
-    /// A resource, what stands in for it when it is bypassed, what stands in for that, and so on.
-    pub fn stand_ins(&self, resource: ResourceHandle) -> impl Iterator<Item = ResourceHandle> + '_ {
-        let next = |known: &ResourceHandle| self.bypasses.get(known).map(|bypass| bypass.stand_in);
-        std::iter::successors(Some(resource), next).take(self.bypasses.len() + 1)
+    /// A resource, its fallback when its passthrough applies, the fallback of that, and so on.
+    pub fn fallbacks(&self, resource: ResourceHandle) -> impl Iterator<Item = ResourceHandle> + '_ {
+        let next =
+            |known: &ResourceHandle| self.passthroughs.get(known).map(|passthrough| passthrough.fallback);
+        std::iter::successors(Some(resource), next).take(self.passthroughs.len() + 1)
     }
 }
 
@@ -213,13 +214,13 @@ pub(super) fn condition(
     diagnostics: &mut Diagnostics,
 ) -> Option<Condition> {
     let own = entry.value.get("toggle").and_then(Value::text);
-    let thrown = |text: &str| {
+    let switched = |text: &str| {
         let (on, name) = text.strip_prefix('!').map_or((true, text), |name| (false, name));
         let toggle = toggles.iter().position(|toggle| toggle.name == name)?;
         Some(Condition { toggle, on })
     };
     let all = environment.toggles.iter().map(String::as_str).chain(own);
-    let mut all: Vec<(&str, Condition)> = all.filter_map(|text| Some((text, thrown(text)?))).collect();
+    let mut all: Vec<(&str, Condition)> = all.filter_map(|text| Some((text, switched(text)?))).collect();
     all.dedup();
     if let [(first, _), (second, _), ..] = all[..] {
         let place = entry.value.get("toggle").map_or(entry.key_span, |value| value.span);
@@ -232,7 +233,7 @@ pub(super) fn condition(
     all.first().map(|(_, condition)| *condition)
 }
 
-/// One "bypass" of a pass or of a use of a subgraph.
+/// One "passthrough" of a pass or of a use of a subgraph.
 pub(super) struct Said<'a> {
     /// The pass, or what the names of the passes of the subgraph start with.
     pub(super) name: String,
@@ -241,23 +242,23 @@ pub(super) struct Said<'a> {
     pub(super) environment: Arc<Environment>,
 }
 
-/// Finds out what stands in for what, and adds the accesses of it to the passes that read. Resources with a bypass that
-/// cannot be join the uncertain ones.
+/// Determines the fallback of each resource, and adds its accesses to the passes that read. Resources with a
+/// passthrough that cannot be join the uncertain ones.
 pub(super) fn connect(
     said: &[Said<'_>],
     passes: &mut [Pass],
     toggles: &[Toggle],
     uncertain: &mut BTreeSet<ResourceHandle>,
     shared: &mut Shared,
-) -> BTreeMap<ResourceHandle, Bypass> {
-    let mut bypasses: BTreeMap<ResourceHandle, Bypass> = BTreeMap::new();
+) -> BTreeMap<ResourceHandle, Passthrough> {
+    let mut passthroughs: BTreeMap<ResourceHandle, Passthrough> = BTreeMap::new();
     for said in said {
-        for one in said.entry.value.get("bypass").and_then(Value::entries).unwrap_or_default() {
+        for one in said.entry.value.get("passthrough").and_then(Value::entries).unwrap_or_default() {
             let look = Look { said, one, passes, toggles, uncertain, shared };
-            match look.bypass(&bypasses) {
+            match look.passthrough(&passthroughs) {
                 Ok(found) => {
-                    if let Some((resource, bypass)) = found {
-                        bypasses.entry(resource).or_insert(bypass);
+                    if let Some((resource, passthrough)) = found {
+                        passthroughs.entry(resource).or_insert(passthrough);
                     }
                 }
                 Err(finding) => {
@@ -272,79 +273,82 @@ pub(super) fn connect(
             }
         }
     }
-    let circles: Vec<ResourceHandle> =
-        bypasses.keys().copied().filter(|resource| leads_back(&bypasses, *resource)).collect();
-    if let Some(first) = circles.first() {
-        let bypass = &bypasses[first];
-        let names = list_of(circles.iter().map(|one| shared.resources[one.index()].name.as_str()));
-        let message = format!("{names} stand in for one another in a circle");
-        let finding = Diagnostic::error(codes::BYPASS, bypass.place, message).pointer(&bypass.pointer);
-        shared.diagnostics.push(finding.help("let one of them stand for itself"));
-        uncertain.extend(&circles);
-        bypasses.retain(|resource, _| !circles.contains(resource));
+    let cycles: Vec<ResourceHandle> =
+        passthroughs.keys().copied().filter(|resource| leads_back(&passthroughs, *resource)).collect();
+    if let Some(first) = cycles.first() {
+        let passthrough = &passthroughs[first];
+        let names = list_of(cycles.iter().map(|one| shared.resources[one.index()].name.as_str()));
+        let message = format!("{names} are fallbacks of one another in a cycle");
+        let finding =
+            Diagnostic::error(codes::PASSTHROUGH, passthrough.place, message).pointer(&passthrough.pointer);
+        shared.diagnostics.push(finding.help("remove the passthrough of one of them"));
+        uncertain.extend(&cycles);
+        passthroughs.retain(|resource, _| !cycles.contains(resource));
     }
     for pass in passes.iter_mut() {
-        for (one, bypassed) in add_stand_ins(pass, &bypasses) {
-            let name = &shared.resources[bypassed.index()].name;
-            let message = format!("\"{}\" attaches \"{name}\", which has a bypass", pass.name);
-            let mut finding = Diagnostic::error(codes::BYPASS, one.place, message)
+        for (one, original) in add_fallbacks(pass, &passthroughs) {
+            let name = &shared.resources[original.index()].name;
+            let message = format!("\"{}\" attaches \"{name}\", which has a passthrough", pass.name);
+            let mut finding = Diagnostic::error(codes::PASSTHROUGH, one.place, message)
                 .pointer(&one.pointer)
-                .help("only what is bound or copied from can be bypassed; give the pass the same toggle");
-            if let Some(bypass) = bypasses.get(&bypassed) {
-                finding = finding.related(bypass.place, "the bypass");
+                .help("only resources that are bound or copied from can have a passthrough; give the pass the same toggle");
+            if let Some(passthrough) = passthroughs.get(&original) {
+                finding = finding.related(passthrough.place, "the passthrough");
             }
             shared.diagnostics.push(finding);
         }
     }
-    bypasses
+    passthroughs
 }
 
-fn leads_back(bypasses: &BTreeMap<ResourceHandle, Bypass>, start: ResourceHandle) -> bool {
+fn leads_back(passthroughs: &BTreeMap<ResourceHandle, Passthrough>, start: ResourceHandle) -> bool {
     let mut at = start;
-    for _ in 0..bypasses.len() {
-        match bypasses.get(&at) {
-            Some(bypass) if bypass.stand_in == start => return true,
-            Some(bypass) => at = bypass.stand_in,
+    for _ in 0..passthroughs.len() {
+        match passthroughs.get(&at) {
+            Some(passthrough) if passthrough.fallback == start => return true,
+            Some(passthrough) => at = passthrough.fallback,
             None => return false,
         }
     }
     false
 }
 
-/// Adds, for each read of what can be bypassed, the reads of what stands in. The result is what cannot be bypassed,
+/// Adds, for each read of what has a passthrough, the reads of the fallback. The result is what cannot have one,
 /// since it is attached: the use, and the resource.
-pub fn add_stand_ins(
+pub fn add_fallbacks(
     pass: &mut Pass,
-    bypasses: &BTreeMap<ResourceHandle, Bypass>,
+    passthroughs: &BTreeMap<ResourceHandle, Passthrough>,
 ) -> Vec<(Access, ResourceHandle)> {
     let (mut added, mut refused): (Vec<Access>, Vec<(Access, ResourceHandle)>) = (Vec::new(), Vec::new());
-    if bypasses.is_empty() {
+    if passthroughs.is_empty() {
         return refused;
     }
     for one in pass.accesses.iter_mut().filter(|one| !one.usage.writes()) {
         let mut otherwise = Vec::new();
         let mut accesses: Vec<Access> = Vec::new();
         let mut at = one.resource;
-        while let Some(bypass) = bypasses.get(&at).filter(|bypass| pass.condition != Some(bypass.condition)) {
+        while let Some(passthrough) =
+            passthroughs.get(&at).filter(|passthrough| pass.condition != Some(passthrough.condition))
+        {
             if one.usage.is_attachment() {
                 refused.push((one.clone(), at));
                 break;
             }
             match accesses.last_mut() {
-                None => one.when = vec![bypass.condition],
-                Some(last) => last.when.push(bypass.condition),
+                None => one.when = vec![passthrough.condition],
+                Some(last) => last.when.push(passthrough.condition),
             }
-            otherwise.push(bypass.condition.opposite());
+            otherwise.push(passthrough.condition.opposite());
             accesses.push(Access {
-                resource: bypass.stand_in,
+                resource: passthrough.fallback,
                 range: one.range,
                 usage: one.usage,
-                version: bypass.version.clone(),
+                version: passthrough.version.clone(),
                 when: otherwise.clone(),
-                place: bypass.place,
-                pointer: bypass.pointer.clone(),
+                place: passthrough.place,
+                pointer: passthrough.pointer.clone(),
             });
-            at = bypass.stand_in;
+            at = passthrough.fallback;
         }
         added.extend(accesses);
     }
@@ -362,10 +366,10 @@ pub fn add_stand_ins(
     refused
 }
 
-/// Why an entry of a "bypass" is none; `None` where that only follows from a finding elsewhere.
+/// Why an entry of a "passthrough" is none; `None` where that only follows from a finding elsewhere.
 type Refusal = Option<Box<Diagnostic>>;
 
-/// One entry of one "bypass".
+/// One entry of one "passthrough".
 struct Look<'a> {
     said: &'a Said<'a>,
     one: &'a Entry,
@@ -377,7 +381,7 @@ struct Look<'a> {
 
 impl Look<'_> {
     fn refuse(&self, place: Span, message: String, help: impl Into<String>) -> Refusal {
-        Some(Box::new(self.finding(codes::BYPASS, place, message, help)))
+        Some(Box::new(self.finding(codes::PASSTHROUGH, place, message, help)))
     }
 
     fn finding(&self, code: Code, place: Span, message: String, help: impl Into<String>) -> Diagnostic {
@@ -385,7 +389,7 @@ impl Look<'_> {
     }
 
     fn pointer(&self) -> String {
-        pointer_join(&format!("{}/bypass", self.said.pointer), &self.one.key)
+        pointer_join(&format!("{}/passthrough", self.said.pointer), &self.one.key)
     }
 
     /// What a faulty entry may be about: the resource that it names if the passes write that, else all that they write.
@@ -454,26 +458,26 @@ impl Look<'_> {
         Ok(known.then_some((handle, version)))
     }
 
-    /// What stands in for which resource; `None` where a bypass changes nothing, or nothing is known.
-    fn bypass(
+    /// The fallback of a resource; `None` where a passthrough changes nothing, or nothing is known.
+    fn passthrough(
         &self,
-        others: &BTreeMap<ResourceHandle, Bypass>,
-    ) -> Result<Option<(ResourceHandle, Bypass)>, Refusal> {
+        others: &BTreeMap<ResourceHandle, Passthrough>,
+    ) -> Result<Option<(ResourceHandle, Passthrough)>, Refusal> {
         let key = self.one.key_span;
         let has_toggle =
             self.said.entry.value.get("toggle").is_some() || !self.said.environment.toggles.is_empty();
         if !has_toggle {
-            let message = format!("\"{}\" has a bypass, but no toggle", self.said.name);
-            let help = "add \"toggle\", or remove the bypass";
+            let message = format!("\"{}\" has a passthrough, but no toggle", self.said.name);
+            let help = "add \"toggle\", or remove the passthrough";
             return Err(self.refuse(key, message, help));
         }
         let Some(written) = self.one.value.text() else { return Ok(None) };
         let Some((resource, _)) = self.resource(&self.one.key, key)? else { return Ok(None) };
-        let Some((stand_in, version)) = self.resource(written, self.one.value.span)? else { return Ok(None) };
+        let Some((fallback, version)) = self.resource(written, self.one.value.span)? else { return Ok(None) };
         let writes =
             |pass: &Pass| pass.accesses().iter().any(|one| one.resource == resource && one.usage.writes());
         let known = &self.shared.resources[resource.index()];
-        let other = &self.shared.resources[stand_in.index()];
+        let other = &self.shared.resources[fallback.index()];
         let mut members = self.members().peekable();
         // A pass that could not be declared, or is switched off, says nothing about what it writes.
         if members.peek().is_none() {
@@ -484,14 +488,14 @@ impl Look<'_> {
                 return Ok(None);
             }
             let message = format!("\"{}\" does not write \"{}\"", self.said.name, known.name);
-            let help = "a bypass names what the pass writes, and what readers see instead";
+            let help = "a passthrough names what the pass writes, and what readers see instead";
             return Err(self.refuse(key, message, help));
         };
         // An unknown toggle has a finding already.
         let Some(condition) = writer.condition else { return Ok(None) };
         let toggle = &self.toggles[condition.toggle].name;
-        if stand_in == resource {
-            let message = format!("\"{}\" cannot stand in for itself", known.name);
+        if fallback == resource {
+            let message = format!("\"{}\" cannot be its own fallback", known.name);
             let help = "name what readers see instead";
             return Err(self.refuse(self.one.value.span, message, help));
         }
@@ -505,15 +509,16 @@ impl Look<'_> {
             let message =
                 format!("\"{}\" {verb} \"{}\" too, without the toggle \"{toggle}\"", pass.name, known.name);
             let place = pass.accesses().iter().find(|one| one.resource == resource && one.usage.writes());
-            let help = "what is bypassed is written only by passes of one toggle: give the other the same, or write to another resource";
-            let finding = self.finding(codes::BYPASS, key, message, help);
+            let help = "a resource with a passthrough is written only by passes of one toggle: give the other the same, or write to another resource";
+            let finding = self.finding(codes::PASSTHROUGH, key, message, help);
             let finding = finding.related(place.map_or(pass.place, |one| one.place), "it is written here");
             return Err(Some(Box::new(finding)));
         }
         if let Some(twin) = others.get(&resource) {
-            if (twin.stand_in, &twin.version) != (stand_in, &version) {
-                let message = format!("\"{}\" has two bypasses", known.name);
-                let finding = self.finding(codes::BYPASS, key, message, "one resource has one bypass");
+            if (twin.fallback, &twin.version) != (fallback, &version) {
+                let message = format!("\"{}\" has two passthroughs", known.name);
+                let finding =
+                    self.finding(codes::PASSTHROUGH, key, message, "one resource has one passthrough");
                 return Err(Some(Box::new(finding.related(twin.place, "the other"))));
             }
             return Ok(None);
@@ -533,11 +538,11 @@ impl Look<'_> {
             )),
         };
         if let Some(message) = fault {
-            let help = "what stands in is of the same kind; blackboard data has the same shape";
+            let help = "the fallback is of the same kind; blackboard data has the same shape";
             return Err(self.refuse(self.one.value.span, message, help));
         }
-        let pointer = pointer_join(&format!("{}/bypass", self.said.pointer), &self.one.key);
+        let pointer = pointer_join(&format!("{}/passthrough", self.said.pointer), &self.one.key);
         let place = self.one.value.span;
-        Ok(Some((resource, Bypass { condition, stand_in, version, place, pointer })))
+        Ok(Some((resource, Passthrough { condition, fallback, version, place, pointer })))
     }
 }

@@ -47,7 +47,7 @@ pub(super) fn over(
     lay_over(base, value, pointer, false, changes, diagnostics)
 }
 
-/// The same. What stands in a pass that takes over shared settings `keeps` its nulls, which delete what these have too.
+/// The same. The fallback a pass that takes over shared settings `keeps` its nulls, which delete what these have too.
 fn lay_over(
     base: Value,
     value: Value,
@@ -178,7 +178,7 @@ pub(super) fn refuse_deletions(
     }
 }
 
-/// Adds the sections of an included document; what stands in both is a finding.
+/// Adds the sections of an included document; the fallback both is a finding.
 pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnostics) {
     let Kind::Object(part_entries) = part.kind else {
         let message = "an included file is an object with sections of a pipeline";

@@ -20,7 +20,7 @@ crate::codes! {
     FILE_OUTSIDE = "UG0010", "file outside of what may be read",
         "What a document names (files that it extends or includes, subgraphs, templates, buffers and images of a scene) lies below the working folder, below the folder of the pipeline or scene that is named on the command line, or below a folder given with `--root FOLDER`. Links are followed before that is looked at. A file elsewhere is not opened, and whether it exists is not said.";
     /// Files that lead back to themselves.
-    FILE_CYCLE = "UG0007", "files in a circle",
+    FILE_CYCLE = "UG0007", "files in a cycle",
         "A file extends or includes another that, perhaps by a detour, extends or includes the first; or a pipeline is made of more files than allowed.";
     /// A deletion of nothing.
     DELETES_NOTHING = "UG0109", "deletes nothing",
@@ -103,10 +103,10 @@ crate::codes! {
         "A pass, a frame or the command line names a toggle that the pipeline does not declare under `toggles`. A pass has one toggle at most; `!name` means that it runs while the toggle is off.";
     /// A toggle that switches nothing.
     UNUSED_TOGGLE = "UG0215", "toggle without a pass",
-        "A toggle is declared, but no pass has it: throwing it changes nothing.";
-    /// A bypass that cannot stand in.
-    BYPASS = "UG0216", "impossible bypass",
-        "`bypass` says what readers see instead of a resource in a frame without the passes that write it. That works for a resource that only passes of one and the same toggle write, and for one that is bound or copied from (not attached). What stands in has to be of the same kind: the same dimension, layers and samples, a format that the readers can use, buffers no smaller, blackboard data of the same shape.\n\nA pass that loads what a toggled pass makes fresh, and adds to it, cannot be served by another resource: give it the same toggle, or let the toggled pass load what an earlier pass made, so that without it the earlier contents stay.";
+        "A toggle is declared, but no pass has it: switching it changes nothing.";
+    /// A passthrough that is not possible.
+    PASSTHROUGH = "UG0216", "impossible passthrough",
+        "`passthrough` says what readers see instead of a resource in a frame without the passes that write it. That works for a resource that only passes of one and the same toggle write, and for one that is bound or copied from (not attached). The fallback has to be of the same kind: the same dimension, layers and samples, a format that the readers can use, buffers no smaller, blackboard data of the same shape.\n\nA pass that loads what a toggled pass makes fresh, and adds to it, cannot be served by another resource: give it the same toggle, or let the toggled pass load what an earlier pass made, so that without it the earlier contents stay.";
     /// A group of features of which not exactly one is on.
     FEATURE_GROUP = "UG0217", "not one of a group",
         "Features with the same name under `one_of` form a group, and exactly one of them is on.\n\n```json\n\"features\": {\n  \"hard\": { \"type\": \"bool\", \"default\": true, \"one_of\": \"filter\" },\n  \"soft\": { \"type\": \"bool\", \"default\": false, \"one_of\": \"filter\" }\n}\n```\n\nWhoever switches one on (`--feature soft`, a preset, a parameter file) thereby switches those off that are on by default alone. Two that are both chosen, a group of which none is on, and a group with a single feature are errors. An enumeration is often the simpler way to say the same.";
@@ -189,7 +189,7 @@ crate::codes! {
         "Two passes write the same subresource range of a resource, and nothing says which of them goes first: no data flows from one to the other, no `after`, no version. Any choice would be a guess. A single writer that clears, and that nothing says is later, is ordered before those that load without being told.";
     /// Passes that wait for one another.
     CYCLE = "UG0403", "cycle",
-        "Passes wait for one another in a circle. The related places show each step of a shortest circle.";
+        "Passes wait for one another in a cycle. The related places show each step of a shortest cycle.";
     /// A pass that reads what it writes.
     FEEDBACK = "UG0404", "reads what it writes",
         "A pass samples or copies from a subresource range of a texture that it also writes. No device allows that. Different mip levels or layers are fine, and so is a depth attachment that is only tested against.";
@@ -210,9 +210,9 @@ crate::codes! {
         "A texture, a view, a copy, an attachment or a block breaks a rule of WebGPU: cubes have six square layers, a texture with several samples has one layer and one mip level and is no volume, multisampled bindings see multisampled textures, a copy joins subresource ranges of one format and size (depth, stencil and several samples by whole layers, one aspect to or from a buffer only, a buffer or a mip level of a volume not onto itself), a full-screen pass into an array says which layer it writes, blocks of the host are read-only and within the profile's binding sizes, bind groups are numbered 0 to 3.";
     /// Contents that a toggle takes away.
     TOGGLED_AWAY = "UG0411", "nothing left without the toggle",
-        "A pass reads, or the picture shows, what only a pass with a toggle writes; in a frame in which the toggle is thrown the other way nothing would be there.\n\nFour ways out: give the reader the same toggle, so that it vanishes too; say under `bypass` of the writer what the reader sees instead; let an earlier pass write the resource and the toggled one load it; or write it by a second pass with the opposite toggle (`!name`).";
-    /// Contents that a pass throws away are read.
-    DISCARDED = "UG0412", "read of what is thrown away",
+        "A pass reads, or the picture shows, what only a pass with a toggle writes; in a frame in which the toggle is switched the other way nothing would be there.\n\nFour ways out: give the reader the same toggle, so that it vanishes too; say under `passthrough` of the writer what the reader sees instead; let an earlier pass write the resource and the toggled one load it; or write it by a second pass with the opposite toggle (`!name`).";
+    /// Contents that a pass discards are read.
+    DISCARDED = "UG0412", "read of what is discarded",
         "An attachment with `\"store\": \"discard\"` promises that nobody reads what it holds after its pass, so that a tiling device never writes it to memory; but a later pass of the frame does, or a pass of a later frame, since the texture is persistent or a history.\n\nWithout `store` an attachment is stored exactly where something reads it later, or where it outlives the frame. The key is for what outlives the frame and still is not needed: the depth of a host's own texture, for one.";
     /// A history of which nothing says how it begins.
     HISTORY_INITIAL = "UG0430", "history without an initial value",

@@ -1,7 +1,7 @@
 //! Applies the fixes of findings to their texts.
 //!
 //! A fix is applied as a whole or not at all. The same edit of two findings is made once; of two fixes that overlap the
-//! first (by place) is made, and the other is left to the next round: after a round the texts are checked anew, until
+//! first (by place) is made, and the other is left to the next round: after a round the texts are checked again, until
 //! nothing changes.
 
 use std::collections::BTreeMap;

@@ -40,7 +40,7 @@ pub struct PipelineDeclaration {
     /// Named values that follow from parameters, features and one another: an expression each.
     #[serde(default)]
     pub derived: BTreeMap<String, Expr>,
-    /// Named switches that the host throws from frame to frame, without another plan.
+    /// Runtime toggles that the host switches from frame to frame, without another plan.
     #[serde(default)]
     pub toggles: BTreeMap<String, ToggleDeclaration>,
     /// What the host's draws provide.
@@ -262,8 +262,8 @@ pub enum FeatureType {
     Enum,
 }
 
-/// A named switch that the host throws from frame to frame. Unlike a feature it changes no shader and no size, so that
-/// expressions cannot see it.
+/// A runtime toggle that the host switches from frame to frame. Unlike a feature it changes no shader and no size, so
+/// that expressions cannot see it.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToggleDeclaration {
@@ -340,5 +340,5 @@ pub struct PassCommon {
     pub toggle: Option<String>,
     /// For resources that only passes with this toggle write: what readers see instead in a frame without them.
     #[serde(default)]
-    pub bypass: BTreeMap<String, String>,
+    pub passthrough: BTreeMap<String, String>,
 }

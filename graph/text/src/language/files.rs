@@ -44,7 +44,7 @@ pub struct ExtensionDeclaration {
     /// Named values that follow from parameters, features and one another: an expression each.
     #[serde(default)]
     pub derived: BTreeMap<String, Expr>,
-    /// Named switches that the host throws from frame to frame, without another plan.
+    /// Runtime toggles that the host switches from frame to frame, without another plan.
     #[serde(default)]
     pub toggles: BTreeMap<String, ToggleDeclaration>,
     /// What the host's draws provide.

@@ -66,7 +66,7 @@ fn passes(before: &Report, after: &Report, lines: &mut Vec<String>) {
             let (now, before) = (words(&new.toggle), words(&old.toggle));
             lines.push(format!("the pass {name} has {now}, it had {before}"));
         }
-        names(&format!("without the pass {name} readers see"), &old.bypass, &new.bypass, lines);
+        names(&format!("without the pass {name} readers see"), &old.passthrough, &new.passthrough, lines);
         for (verb, old, new) in [("reads", &old.reads, &new.reads), ("writes", &old.writes, &new.writes)] {
             names(&format!("the pass {name} {verb}"), old, new, lines);
         }

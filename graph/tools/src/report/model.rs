@@ -50,9 +50,9 @@ pub struct PassReport {
     /// The toggle with which it runs, or with "!" in front the one without which it runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub toggle: Option<String>,
-    /// What readers see in a frame without it, in words, for each resource that has a bypass.
+    /// What readers see in a frame without it, in words, for each resource that has a passthrough.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub bypass: Vec<String>,
+    pub passthrough: Vec<String>,
     /// Why it is kept or culled, step by step; the first [`MAXIMUM_STEPS`] of a longer way.
     pub why: Vec<String>,
     /// What it reads, by name.
@@ -166,12 +166,12 @@ pub struct MemoryReport {
     /// What is alive in each column.
     pub alive: Vec<u64>,
     /// The classes of what can stand for one another.
-    pub classes: Vec<ClassReport>,
+    pub classes: Vec<CompatibilityClassReport>,
 }
 
 /// One class of resources that can stand for one another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ClassReport {
+pub struct CompatibilityClassReport {
     /// What they are.
     pub description: String,
     /// The number of resources.
@@ -288,8 +288,12 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
         live: planned.is_some(),
         group: planned.map(|planned| planned.group),
         toggle: pass.condition.map(|condition| plan.pipeline.condition_name(condition)),
-        bypass: planned.map_or_else(Vec::new, |planned| {
-            planned.bypass.iter().map(|(name, stand_in)| format!("{stand_in} in place of {name}")).collect()
+        passthrough: planned.map_or_else(Vec::new, |planned| {
+            planned
+                .passthrough
+                .iter()
+                .map(|(name, fallback)| format!("{fallback} in place of {name}"))
+                .collect()
         }),
         why: {
             let way = if planned.is_some() {
@@ -331,9 +335,9 @@ fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<Reso
             }
         }
     }
-    let mut tenants: BTreeMap<Physical, Vec<&String>> = BTreeMap::new();
+    let mut aliases: BTreeMap<Physical, Vec<&String>> = BTreeMap::new();
     for (name, planned) in &plan.resources {
-        tenants.entry(planned.physical).or_default().push(name);
+        aliases.entry(planned.physical).or_default().push(name);
     }
     let mut list = Vec::new();
     for handle in plan.pipeline.resource_handles() {
@@ -353,7 +357,7 @@ fn resources(plan: &Plan, sources: &Sources, columns: &[PassHandle]) -> Vec<Reso
         };
         let shared =
             planned.filter(|planned| matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_)));
-        let others = shared.and_then(|planned| tenants.get(&planned.physical));
+        let others = shared.and_then(|planned| aliases.get(&planned.physical));
         list.push(ResourceReport {
             name: resource.name.clone(),
             kind: match resource.kind {
@@ -425,15 +429,15 @@ fn alive(resources: &[ResourceReport], columns: usize) -> Vec<u64> {
     alive
 }
 
-fn classes(plan: &Plan) -> Vec<ClassReport> {
+fn classes(plan: &Plan) -> Vec<CompatibilityClassReport> {
     /// What is known of a class so far: its places with their bytes, and the bytes of its resources.
     #[derive(Default)]
-    struct Class {
+    struct CompatibilityClass {
         places: BTreeMap<Physical, u64>,
         members: Vec<u64>,
     }
     // By what they are, for buffers their size class, and how they are used.
-    let mut classes: BTreeMap<(String, u64, String), Class> = BTreeMap::new();
+    let mut classes: BTreeMap<(String, u64, String), CompatibilityClass> = BTreeMap::new();
     for planned in plan.resources.values() {
         let shares = planned.lifetime == Lifetime::Transient && !planned.conditional;
         let place = match planned.physical {
@@ -467,7 +471,7 @@ fn classes(plan: &Plan) -> Vec<ClassReport> {
         class.places.insert(planned.physical, bytes);
         class.members.push(planned.bytes);
     }
-    let report = |((what, _, usages), class): ((String, u64, String), Class)| {
+    let report = |((what, _, usages), class): ((String, u64, String), CompatibilityClass)| {
         let size = |of: Option<&u64>| bytes_in_words(of.copied().unwrap_or(0));
         let (least, most) = (size(class.members.iter().min()), size(class.members.iter().max()));
         let what = match what.is_empty() {
@@ -475,7 +479,7 @@ fn classes(plan: &Plan) -> Vec<ClassReport> {
             true if least == most => least,
             true => format!("{least} to {most}"),
         };
-        ClassReport {
+        CompatibilityClassReport {
             description: format!("{what} {usages}"),
             resources: class.members.len(),
             created: class.places.len(),

@@ -80,7 +80,7 @@ function passDetails(pass) {
       ...(pass.toggle ? [make("span", { class: "tag" }, `toggle ${pass.toggle}`)] : [])),
     make("div", { class: "soft" }, pass.declared),
     make("h3", {}, pass.live ? "Why it is kept" : "Why it is culled"), make("ol", {}, pass.why.map((step) => make("li", {}, step))),
-    ...(pass.bypass ? [make("h3", {}, "In a frame without it"), make("ul", {}, pass.bypass.map((one) => make("li", {}, `readers see ${one}`)))] : []),
+    ...(pass.passthrough ? [make("h3", {}, "In a frame without it"), make("ul", {}, pass.passthrough.map((one) => make("li", {}, `readers see ${one}`)))] : []),
     make("h3", {}, "Reads"), make("div", {}, ...list(pass.reads)), make("h3", {}, "Writes"), make("div", {}, ...list(pass.writes)),
     ...(pass.attachments.length ? [make("h3", {}, "Attachments"), rows(["", "load", "store"], pass.attachments.map((one) =>
       [[link(one.resource), ` ${one.kind}`], one.load, one.store + (one.transient_attachment ? " (never leaves the pass)" : "")]))] : []),

@@ -226,7 +226,7 @@ fn title(pass: &PassReport) -> String {
     let state = if pass.live { "kept" } else { "culled" };
     let mut words = format!("{} ({})\n{state}: {}", pass.name, pass.kind, pass.why.join(", "));
     words.extend(pass.toggle.iter().map(|toggle| format!("\ntoggle: {toggle}")));
-    words.extend(pass.bypass.iter().map(|bypass| format!("\nwithout it: {bypass}")));
+    words.extend(pass.passthrough.iter().map(|passthrough| format!("\nwithout it: {passthrough}")));
     words
 }
 

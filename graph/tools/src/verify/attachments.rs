@@ -50,7 +50,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
             if *discard && attachment.store == StoreOperation::Store {
                 faults.add(
                     FaultKind::StoreDiffers,
-                    format!("\"{}\" declares that \"{}\" is thrown away", planned.name, attachment.resource),
+                    format!("\"{}\" declares that \"{}\" is discarded", planned.name, attachment.resource),
                 );
             }
             if attachment.transient_attachment && !stays(plan, planned, attachment, at, &users) {
@@ -64,7 +64,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
     check_groups(plan, faults);
 }
 
-/// The declared attachments in order, each with its load operation as a word, and whether it is thrown away.
+/// The declared attachments in order, each with its load operation as a word, and whether it is discarded.
 fn declared(render: &RenderWork) -> Vec<(AttachmentTarget, &'static str, bool)> {
     let color = render.color.iter().map(|one| (one.to.target(), word(&one.load), one.discard));
     let depth = render.depth.iter().map(|one| (one.to.target(), word(&one.load), one.discard));

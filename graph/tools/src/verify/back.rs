@@ -18,8 +18,8 @@ use crate::language::Lifetime;
 use crate::pipeline::Condition;
 use crate::work::{PassHandle, ResourceHandle};
 
-/// Adds to a flow what is fed of one resource. `events` are its accesses by planned passes in their order, then by
-/// others.
+/// Adds to a flow which accesses of one resource feed which. `events` are its accesses by planned passes in their
+/// order, then by others.
 pub(super) fn look(
     plan: &Plan,
     schedule: &Schedule,

@@ -21,7 +21,7 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::{FaultKind, Faults, Schedule, back, unfed};
+use super::{FaultKind, Faults, Schedule, back, uninitialised};
 use crate::compiler::{Plan, StoreOperation};
 use crate::language::Lifetime;
 use crate::pipeline::{Access, Aspect, IndexRange, SubresourceRange, Usage, Version};
@@ -223,7 +223,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
             .iter()
             .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.range) })
             .collect();
-        unfed::check(plan, schedule, handle, &events, &regions, faults);
+        uninitialised::check(plan, schedule, handle, &events, &regions, faults);
         let mut known: HashSet<(FaultKind, String)> = HashSet::new();
         let single = has_single_first(plan, schedule, &events, &after);
         let (states, are_all) = states(plan, &events, regions.count());
@@ -412,7 +412,7 @@ impl Player<'_, '_> {
         let is_later = |writer: PassHandle| {
             event.one.version == Version::Before || self.after.leads(self.schedule, event.pass, writer)
         };
-        let mut fed = lasting || event.one.usage == Usage::CopyDestinationRows;
+        let mut written = lasting || event.one.usage == Usage::CopyDestinationRows;
         let mut wrong: Option<(FaultKind, String)> = None;
         for region in &event.regions {
             match content[*region] {
@@ -425,7 +425,7 @@ impl Player<'_, '_> {
                     ));
                 }
                 Content::Written(by) => {
-                    fed = true;
+                    written = true;
                     self.flow.feeds.insert((by, event.pass, self.handle));
                 }
             }
@@ -511,9 +511,9 @@ impl Player<'_, '_> {
                 ));
             }
         }
-        if !fed && !matches!(wrong, Some((FaultKind::ContentsDropped | FaultKind::CulledButNeeded, _))) {
+        if !written && !matches!(wrong, Some((FaultKind::ContentsDropped | FaultKind::CulledButNeeded, _))) {
             self.faults.add(
-                FaultKind::ReadUnfed,
+                FaultKind::UninitialisedRead,
                 format!("\"{name}\" reads \"{resource}\", which nothing has written"),
             );
         }
@@ -552,7 +552,7 @@ impl Player<'_, '_> {
         }
     }
 
-    /// Whether a pass says that it throws away what it leaves.
+    /// Whether a pass says that it discards what it leaves.
     fn throws_away(&self, pass: PassHandle) -> bool {
         let Work::Render(render) = self.plan.pipeline.pass(pass).work() else { return false };
         let color = render.color.iter().map(|one| (one.to.target(), one.discard));
@@ -630,8 +630,8 @@ fn has_single_first(plan: &Plan, schedule: &Schedule, events: &[Event<'_>], afte
 }
 
 /// A culled writer whose result the newest version contains, as far as that is certain: one that loads what nothing
-/// wrote afresh, or a single first one did, or the only one that does not load, if no live writer starts afresh after
-/// it.
+/// wrote without loading, or a single first one did, or the only one that does not load, if no live writer overwrites
+/// it after it.
 fn needed_but_culled(
     live: &[(PassHandle, bool)],
     culled: &[(PassHandle, bool)],

@@ -36,7 +36,7 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physica
             faults.add(FaultKind::ResourceMissing, format!("\"{name}\" is used but not planned"));
         }
     }
-    let mut tenants: BTreeMap<Physical, Vec<(usize, usize, &str)>> = BTreeMap::new();
+    let mut aliases: BTreeMap<Physical, Vec<(usize, usize, &str)>> = BTreeMap::new();
     for (name, planned) in &plan.resources {
         let known =
             plan.pipeline.resources.get(planned.handle.index()).filter(|resource| resource.name == *name);
@@ -56,7 +56,7 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physica
         }
         check_place(plan, options, name, planned, used, faults);
         if matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_)) {
-            tenants.entry(planned.physical).or_default().push((used.first, used.last, name));
+            aliases.entry(planned.physical).or_default().push((used.first, used.last, name));
         }
     }
     let conditional = conditional(plan);
@@ -66,7 +66,7 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physica
             faults.add(FaultKind::ToggleWrong, message);
         }
     }
-    let bound = check_sharing(plan, options, &conditional, &mut tenants, spare, faults);
+    let bound = check_sharing(plan, options, &conditional, &mut aliases, spare, faults);
     check_sums(plan, options, spare, bound, faults);
 }
 
@@ -166,7 +166,7 @@ fn check_place(
                     || texture.volume != volume
                 {
                     faults.add(
-                        FaultKind::ClassMismatch,
+                        FaultKind::CompatibilityMismatch,
                         format!("\"{name}\" is not of the class of texture {index}"),
                     );
                 }
@@ -187,7 +187,7 @@ fn check_place(
                 let class = |bytes: u64| (0..64).find(|power| bytes <= 1u64 << power);
                 if planned.bytes > buffer.bytes || class(planned.bytes) != class(buffer.bytes) {
                     faults.add(
-                        FaultKind::ClassMismatch,
+                        FaultKind::CompatibilityMismatch,
                         format!("\"{name}\" is not of the class of buffer {index}, or larger"),
                     );
                 }
@@ -248,11 +248,11 @@ fn check_sharing(
     plan: &Plan,
     options: &PlanOptions,
     conditional: &HashSet<ResourceHandle>,
-    tenants: &mut BTreeMap<Physical, Vec<(usize, usize, &str)>>,
+    aliases: &mut BTreeMap<Physical, Vec<(usize, usize, &str)>>,
     spare: &BTreeSet<Physical>,
     faults: &mut Faults,
 ) -> u64 {
-    for list in tenants.values_mut() {
+    for list in aliases.values_mut() {
         list.sort_unstable();
         for pair in list.windows(2) {
             let ((_, end, first), (start, _, second)) = (pair[0], pair[1]);
@@ -271,7 +271,7 @@ fn check_sharing(
                 .add(FaultKind::SharedThoughLasting, format!("\"{name}\" shares memory, though it may not"));
         }
     }
-    for list in tenants.values().filter(|list| list.len() > 1) {
+    for list in aliases.values().filter(|list| list.len() > 1) {
         let first = list.iter().find(|(.., name)| conditional.contains(&plan.resources[*name].handle));
         if let Some((.., name)) = first {
             faults.add(
@@ -282,21 +282,21 @@ fn check_sharing(
     }
     let textures = (0..plan.textures.len()).map(Physical::Texture);
     for place in textures.chain((0..plan.buffers.len()).map(Physical::Buffer)) {
-        if !tenants.contains_key(&place) && !spare.contains(&place) {
+        if !aliases.contains_key(&place) && !spare.contains(&place) {
             faults.add(FaultKind::PhysicalUnused, format!("{place:?} stands for nothing"));
         }
     }
-    check_buffer_bytes(plan, tenants, faults);
-    check_minimal(plan, options, conditional, tenants, faults)
+    check_buffer_bytes(plan, aliases, faults);
+    check_minimal(plan, options, conditional, aliases, faults)
 }
 
 /// A buffer is as large as the largest resource that it stands for.
 fn check_buffer_bytes(
     plan: &Plan,
-    tenants: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
+    aliases: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
     faults: &mut Faults,
 ) {
-    for (place, list) in tenants {
+    for (place, list) in aliases {
         let Physical::Buffer(index) = place else { continue };
         let Some(buffer) = plan.buffers.get(*index) else { continue };
         let most = list.iter().map(|(.., name)| plan.resources[*name].bytes).max().unwrap_or(0);
@@ -305,14 +305,14 @@ fn check_buffer_bytes(
                 "buffer {index} has {} bytes, and the largest that it stands for {most}",
                 buffer.bytes
             );
-            faults.add(FaultKind::ClassMismatch, message);
+            faults.add(FaultKind::CompatibilityMismatch, message);
         }
     }
 }
 
 /// A class of resources that may stand for one another.
 #[derive(Default)]
-struct Class {
+struct CompatibilityClass {
     /// How many are created.
     created: usize,
     /// At twice the first position, and just behind twice the last one, the bytes that begin and end: lifetimes that
@@ -320,7 +320,7 @@ struct Class {
     events: Vec<(usize, bool, u64)>,
 }
 
-impl Class {
+impl CompatibilityClass {
     /// How many are alive at once, and how many bytes.
     fn peaks(&mut self) -> (usize, u64) {
         self.events.sort_unstable();
@@ -342,13 +342,13 @@ fn check_minimal(
     plan: &Plan,
     options: &PlanOptions,
     conditional: &HashSet<ResourceHandle>,
-    tenants: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
+    aliases: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
     faults: &mut Faults,
 ) -> u64 {
     // Classes by what wgpu would be told at creation.
-    let mut classes: HashMap<String, Class> = HashMap::new();
+    let mut classes: HashMap<String, CompatibilityClass> = HashMap::new();
     let mut bound = 0u64;
-    for (place, list) in tenants {
+    for (place, list) in aliases {
         let class = match place {
             Physical::Texture(index) => plan.textures.get(*index).map(|one| {
                 let like = format!("{:?} {:?} {:?}", one.format, one.size, one.view_format);

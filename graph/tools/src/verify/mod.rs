@@ -8,8 +8,8 @@
 //!   nothing needs;
 //! - `contents`: the frame is played through, texel region by texel region: every read finds what it has to find, and
 //!   nothing is dropped that something later needs; `back` goes the other way where there are too many states;
-//! - `unfed`: every read finds each piece of what it reads written in some state;
-//! - `toggles`: stand-ins are used where they have to be, and fit; toggles and bypasses are stated right;
+//! - `uninitialised`: every read finds each piece of what it reads written in some state;
+//! - `toggles`: fallbacks are used where they have to be, and fit; toggles and passthroughs are stated right;
 //! - `transfers`: copies touch the mips, layers, aspects and bytes that their passes use, and are what they describe;
 //! - `attachments`: load and store operations, marks and render pass groups say what the passes declare;
 //! - `memory`: resources that share memory are never alive together, fit what stands for them, and are as few as
@@ -29,7 +29,7 @@ mod memory;
 mod passes;
 mod toggles;
 mod transfers;
-mod unfed;
+mod uninitialised;
 
 use serde::Serialize;
 
@@ -57,7 +57,7 @@ pub enum FaultKind {
     /// A pass runs before one that it has to follow.
     AfterViolated,
     /// A pass reads what nothing has written.
-    ReadUnfed,
+    UninitialisedRead,
     /// A pass reads another version than it asks for.
     WrongVersion,
     /// A pass reads before the newest version is made.
@@ -72,7 +72,7 @@ pub enum FaultKind {
     AttachmentsDiffer,
     /// A load operation is not the one that the pass declares.
     LoadDiffers,
-    /// A pass declares that it throws an attachment away, but the plan stores it.
+    /// A pass declares that it discards an attachment, but the plan stores it.
     StoreDiffers,
     /// An attachment is marked as staying in its pass, but does not.
     TransientAttachmentLeaves,
@@ -93,7 +93,7 @@ pub enum FaultKind {
     /// A resource that outlives the frame shares memory.
     SharedThoughLasting,
     /// A resource and what stands for it differ in format, size, dimension or usages.
-    ClassMismatch,
+    CompatibilityMismatch,
     /// A texture lacks a usage that a pass needs.
     UsageMissing,
     /// An imported texture is used beyond what the host allows.
@@ -112,12 +112,12 @@ pub enum FaultKind {
     WorkgroupsWrong,
     /// The name, kind or lifetime in the plan is not the pipeline's.
     NameWrong,
-    /// The toggle or the bypass of a pass in the plan is not what the pipeline says.
+    /// The toggle or the passthrough of a pass in the plan is not what the pipeline says.
     ToggleWrong,
-    /// A reader of what can be bypassed does not use what stands in for it, or not in those frames.
-    BypassMissing,
-    /// What stands in differs from what it stands for in dimension, layers or samples, or is too small a buffer.
-    BypassMisfit,
+    /// A reader of what has a passthrough does not use its fallback, or not in those frames.
+    PassthroughMissing,
+    /// The fallback differs from what it stands for in dimension, layers or samples, or is too small a buffer.
+    PassthroughMisfit,
     /// A transfer copies other mips, layers, aspects, texels or bytes than it describes, or says that it uses others.
     CopyWrong,
     /// A resource shares memory though a toggle can switch off what writes it first.

@@ -51,9 +51,9 @@ fn check_accesses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -
             Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => true,
             _ => return Some(format!("uses something as {}, but copies", one.usage.name())),
         };
-        // What stands in for another resource is copied in its place.
+        // The fallback of another resource is copied in its place.
         let stands_in =
-            |wanted: ResourceHandle| plan.pipeline.stand_ins(wanted).any(|known| known == one.resource);
+            |wanted: ResourceHandle| plan.pipeline.fallbacks(wanted).any(|known| known == one.resource);
         let is_described = wanted.iter().any(|(resource, range, written)| {
             (one.resource == *resource || stands_in(*resource)) && one.range == *range && writes == *written
         });

@@ -69,7 +69,7 @@ pub(super) fn what(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Stri
 /// The node kind that an entry names, where no pipeline says so: the one key that holds an object and is no setting
 /// that all passes have.
 fn kind_of(value: &Value) -> Option<&str> {
-    const COMMON: &[&str] = &["for_each", "bypass", "with", "parameters"];
+    const COMMON: &[&str] = &["for_each", "passthrough", "with", "parameters"];
     let entries = value.entries()?.iter();
     let mut kinds =
         entries.filter(|entry| entry.value.entries().is_some() && !COMMON.contains(&entry.key.as_str()));

@@ -4,7 +4,7 @@
 //! answer is taken, and its name is printed once. The noop backend never counts as an adapter: with
 //! it, every test that reads nothing back would pass.
 //!
-//! The choice is made once in a process, the device anew for each caller, so that a test which loses or poisons its
+//! The choice is made once in a process, the device again for each caller, so that a test which loses or poisons its
 //! device does not reach into another. A machine without an adapter skips the test, with a count; with
 //! `UMBRAGRAPH_REQUIRE_GPU=1` that is a failure.
 //!

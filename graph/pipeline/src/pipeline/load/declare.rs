@@ -26,7 +26,7 @@ pub(super) struct Passes<'a> {
     /// Whether something does not fit the schema, so that it may lack the very key that names a resource.
     pub(super) is_unreadable: bool,
     pub(super) waiting: Vec<Waiting<'a>>,
-    pub(super) bypasses: Vec<toggle::Said<'a>>,
+    pub(super) passthroughs: Vec<toggle::Said<'a>>,
 }
 
 /// What a pass came to.
@@ -49,15 +49,15 @@ pub(super) fn declare<'a>(
     let is_broken = |pointer: &str| broken.has(pointer);
     let mut expander = Expander::new(document, registry, &is_broken, shared);
     expander.top();
-    let Expander { resources, instances, bypasses, waiting, gaps, unreadable, absent, .. } = expander;
-    let bypasses = bypasses.into_iter();
+    let Expander { resources, instances, passthroughs, waiting, gaps, unreadable, absent, .. } = expander;
+    let passthroughs = passthroughs.into_iter();
     let mut passes = Passes {
         list: Vec::with_capacity(instances.len()),
         absent,
         gaps,
         is_unreadable: unreadable,
         waiting,
-        bypasses: bypasses
+        passthroughs: passthroughs
             .map(|(name, entry, pointer, environment)| toggle::Said { name, entry, pointer, environment })
             .collect(),
         instances: Vec::new(),
@@ -149,8 +149,8 @@ impl<'a> Passes<'a> {
         let mut findings = Diagnostics::new();
         let condition = toggle::condition(entry, pointer, environment, toggles, &mut findings);
         shared.report_from(findings, environment);
-        if !common.bypass.is_empty() {
-            self.bypasses.push(toggle::Said {
+        if !common.passthrough.is_empty() {
+            self.passthroughs.push(toggle::Said {
                 name: name.clone(),
                 entry,
                 pointer: pointer.clone(),

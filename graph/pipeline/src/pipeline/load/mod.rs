@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 use super::modules::Modules;
 use super::profiles::claimed_profiles;
-use super::{Bypass, Choice, Pass, Pipeline, Toggle, toggle};
+use super::{Choice, Pass, Passthrough, Pipeline, Toggle, toggle};
 use crate::diagnostic::{Diagnostics, MAXIMUM_FINDINGS};
 use crate::document::{self, Document};
 use crate::draw::check_host;
@@ -95,7 +95,7 @@ pub fn load_sharing(
         .map(|passes| Connected::new(document, passes, &toggles, &mut shared));
     diagnostics.extend(shared.diagnostics);
     *modules = shared.programs.modules;
-    let Connected { passes, uncertain, bypasses, gaps } = connected?;
+    let Connected { passes, uncertain, passthroughs, gaps } = connected?;
     diagnostics.extend(shared.misgiven);
     let pipeline = Pipeline {
         name: document.root.get("name").and_then(document::Value::text).unwrap_or_default().to_owned(),
@@ -104,7 +104,7 @@ pub fn load_sharing(
         features: settings.features,
         derived: settings.derived,
         toggles,
-        bypasses,
+        passthroughs,
         geometry: shared.geometry,
         resources: shared.resources,
         passes,
@@ -123,21 +123,21 @@ pub fn load_sharing(
 struct Connected {
     passes: Vec<Pass>,
     uncertain: BTreeSet<ResourceHandle>,
-    bypasses: BTreeMap<ResourceHandle, Bypass>,
+    passthroughs: BTreeMap<ResourceHandle, Passthrough>,
     gaps: Vec<String>,
 }
 
 impl Connected {
     fn new(document: &Document, declared: Passes<'_>, toggles: &[Toggle], shared: &mut Shared) -> Self {
-        let Passes { mut list, instances, absent, gaps, is_unreadable, waiting, bypasses } = declared;
+        let Passes { mut list, instances, absent, gaps, is_unreadable, waiting, passthroughs } = declared;
         after::connect(&waiting, &mut list, &instances, &absent, &gaps, shared);
         check_extension_points(document, &mut shared.diagnostics);
         settings::check_data(document, shared);
         let mut uncertain = uncertain(&gaps, &instances, is_unreadable, shared);
         connect(&list, &uncertain, shared);
-        let bypasses = toggle::connect(&bypasses, &mut list, toggles, &mut uncertain, shared);
+        let passthroughs = toggle::connect(&passthroughs, &mut list, toggles, &mut uncertain, shared);
         check_versions(&list, &absent, &gaps, shared);
         let gaps = gaps.into_iter().map(|(name, _)| name).collect();
-        Self { passes: list, uncertain, bypasses, gaps }
+        Self { passes: list, uncertain, passthroughs, gaps }
     }
 }

@@ -110,7 +110,7 @@ fn pipeline(
     readers: &[RandomAccess],
     begins: bool,
 ) -> (Arc<Pipeline>, Sources) {
-    let mut assembly = Assembly::new("unfed");
+    let mut assembly = Assembly::new("uninitialised");
     let resource = match kind {
         Kind::Buffer => assembly.buffer("a", WORDS as u32 * 4, Lifetime::Transient),
         _ => assembly.texture_with("a", |texture| {
@@ -164,7 +164,7 @@ fn pipeline(
 
 /// Of the pieces that a reader reads, how many no earlier writer leaves in any frame with the reader, and how many are
 /// left.
-fn unfed_and_fed(kind: Kind, writers: &[RandomAccess], reader: &RandomAccess) -> (usize, usize) {
+fn uninitialised_and_written(kind: Kind, writers: &[RandomAccess], reader: &RandomAccess) -> (usize, usize) {
     let earlier =
         reader.version.filter(|version| *version < writers.len()).map_or(writers.len(), |at| at + 1);
     let meet = |writer: &&RandomAccess| match (writer.toggle, reader.toggle) {
@@ -174,9 +174,9 @@ fn unfed_and_fed(kind: Kind, writers: &[RandomAccess], reader: &RandomAccess) ->
     let earlier: Vec<SubresourceRange> =
         writers[..earlier].iter().filter(meet).map(|one| one.range.of(kind)).collect();
     let read = pieces(kind).into_iter().filter(|piece| has(reader.range.of(kind), *piece));
-    let (fed, unfed): (Vec<_>, Vec<_>) =
+    let (written, uninitialised): (Vec<_>, Vec<_>) =
         read.partition(|piece| earlier.iter().any(|range| has(*range, *piece)));
-    (unfed.len(), fed.len())
+    (uninitialised.len(), written.len())
 }
 
 fn accesses(count: std::ops::Range<usize>) -> impl Strategy<Value = Vec<RandomAccess>> {
@@ -208,37 +208,38 @@ fn check(kind: Kind, writers: &[RandomAccess], readers: &[RandomAccess]) -> Resu
         let those = findings.iter().filter(|one| one.code.id == of.id);
         those.filter_map(|one| Some(one.message.split('"').nth(1)?.to_owned())).collect()
     };
-    let (unfed, taken_away) = (found(&codes::NEVER_WRITTEN), found(&codes::TOGGLED_AWAY));
+    let (uninitialised, taken_away) = (found(&codes::NEVER_WRITTEN), found(&codes::TOGGLED_AWAY));
     prop_assert!(
         findings.iter().all(|one| [codes::NEVER_WRITTEN.id, codes::TOGGLED_AWAY.id].contains(&one.code.id)),
         "{findings:#?}"
     );
     for (at, reader) in readers.iter().enumerate() {
         let name = format!("r{at}");
-        let (missing, there) = unfed_and_fed(kind, writers, reader);
+        let (missing, there) = uninitialised_and_written(kind, writers, reader);
         let refused = missing > 0 && (reader.is_live || there == 0);
         // Slices that a mip does not have may hide that nothing at all is there.
         let is_hidden = kind == Kind::Volume && there == 0 && !reader.is_live;
         if !taken_away.contains(&name) && !is_hidden {
-            prop_assert_eq!(unfed.contains(&name), refused, "{} of {:#?}", name, findings);
+            prop_assert_eq!(uninitialised.contains(&name), refused, "{} of {:#?}", name, findings);
         }
     }
     if let Some(planned) = planned.filter(|_| !findings.has_errors()) {
         prop_assert_eq!(verify(&planned, &options), Vec::new());
     }
     // The same with a first write of everything, which is then taken out of the plan.
-    let (fed, sources) = pipeline(kind, writers, readers, true);
+    let (written, sources) = pipeline(kind, writers, readers, true);
     let mut findings = Diagnostics::new();
-    let planned =
-        build(&fed, &mut findings).and_then(|graph| plan(&fed, &graph, &options, &sources, &mut findings));
+    let planned = build(&written, &mut findings)
+        .and_then(|graph| plan(&written, &graph, &options, &sources, &mut findings));
     let mut planned = planned.unwrap_or_else(|| panic!("{findings:#?}"));
     prop_assert_eq!(verify(&planned, &options), Vec::new());
     Arc::make_mut(&mut planned.pipeline).passes[0].tamper().1.clear();
     let faults = verify(&planned, &options);
     for (at, reader) in readers.iter().enumerate() {
         let message = format!("\"r{at}\" reads a subresource range of \"a\" that nothing has written");
-        let (missing, there) = unfed_and_fed(kind, writers, reader);
-        let found = faults.iter().any(|one| one.kind == FaultKind::ReadUnfed && one.message == message);
+        let (missing, there) = uninitialised_and_written(kind, writers, reader);
+        let found =
+            faults.iter().any(|one| one.kind == FaultKind::UninitialisedRead && one.message == message);
         if kind != Kind::Volume || there > 0 {
             prop_assert_eq!(found, reader.is_live && missing > 0 && there > 0, "r{} of {:#?}", at, faults);
         }

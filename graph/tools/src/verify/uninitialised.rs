@@ -1,6 +1,6 @@
 //! Reads of pieces that nothing writes.
 //!
-//! In the order of the plan, each region that exists collects when it is written: always, or while a toggle is thrown
+//! In the order of the plan, each region that exists collects when it is written: always, or while a toggle is switched
 //! one way. A read has to find each of its regions written in some state in which it happens itself. What keeps memory
 //! of its own over frames, or is the host's, has contents anyway; what also writes fills in what it does not find.
 //! Which regions exist follows from the sizes and formats of the plan.
@@ -20,7 +20,7 @@ use crate::work::ResourceHandle;
 #[derive(Clone, Default)]
 struct Written {
     always: bool,
-    while_thrown: BTreeSet<Condition>,
+    while_switched: BTreeSet<Condition>,
 }
 
 /// Finds the reads of one resource that find something, but not all.
@@ -50,8 +50,8 @@ pub(super) fn check(
                 continue;
             }
             let is_written = |region: &usize| {
-                let Written { always, while_thrown } = &written[*region];
-                *always || while_thrown.iter().any(|one| !known.contains(&one.opposite()))
+                let Written { always, while_switched } = &written[*region];
+                *always || while_switched.iter().any(|one| !known.contains(&one.opposite()))
             };
             let missing = |region: &&usize| !is_written(region) && exists(planned, volume, regions, **region);
             // What finds nothing at all is found where the frame is played.
@@ -59,14 +59,14 @@ pub(super) fn check(
                 let (pass, name) = (&plan.pipeline.pass(event.pass).name, &resource.name);
                 let message =
                     format!("\"{pass}\" reads a subresource range of \"{name}\" that nothing has written");
-                faults.add(FaultKind::ReadUnfed, message);
+                faults.add(FaultKind::UninitialisedRead, message);
             }
         }
         for event in accesses.iter().filter(|event| event.one.usage.writes()) {
             for region in &event.regions {
                 match plan.pipeline.pass(event.pass).condition {
                     None => written[*region].always = true,
-                    Some(condition) => _ = written[*region].while_thrown.insert(condition),
+                    Some(condition) => _ = written[*region].while_switched.insert(condition),
                 }
             }
         }
