@@ -17,8 +17,8 @@
 //!   "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } } }
 //! }"#;
 //! let mut sources = Sources::new();
-//! let mut findings = Diagnostics::new();
-//! let templates = umbragraph::templates(&mut sources, &mut findings);
+//! let mut diagnostics = Diagnostics::new();
+//! let templates = umbragraph::templates(&mut sources, &mut diagnostics);
 //! let file = sources.add("smallest.json", text);
 //! let job = umbragraph::Job {
 //!     registry: &umbragraph::registry(),
@@ -27,8 +27,8 @@
 //!     choice: &Choice::default(),
 //!     options: &PlanOptions::new(640, 480),
 //! };
-//! let checked = umbragraph::check(file, &job, &sources, &mut findings);
-//! assert!(findings.is_empty(), "{}", render::human_all(&findings, &sources));
+//! let checked = umbragraph::check(file, &job, &sources, &mut diagnostics);
+//! assert!(diagnostics.is_empty(), "{}", render::human_all(&diagnostics, &sources));
 //! assert_eq!(checked.plan.unwrap().passes[0].name, "fill");
 //! ```
 //!
@@ -64,7 +64,7 @@ pub fn templates_with(
     for (name, path) in files {
         match reader.read(path, sources) {
             Ok(file) => set.add_file(sources, file, name, diagnostics),
-            Err(finding) => set.add_unreadable(sources, name, finding, diagnostics),
+            Err(diagnostic) => set.add_unreadable(sources, name, diagnostic, diagnostics),
         }
     }
     for (name, text) in umbragraph_shaders_templates::FILES
@@ -78,7 +78,7 @@ pub fn templates_with(
     Arc::new(set)
 }
 
-/// Every code that a finding of this crate can have, by its id.
+/// Every code that a diagnostic of this crate can have, by its id.
 pub fn codes() -> Vec<Code> {
     let mut codes = diagnostic::codes::ALL.to_vec();
     codes.extend_from_slice(shader::codes::ALL);

@@ -94,9 +94,9 @@ fn pipeline(graph: &Graph) -> (Arc<Pipeline>, Sources) {
 }
 
 fn compile(pipeline: &Arc<Pipeline>, sources: &Sources) -> usize {
-    let mut findings = Diagnostics::new();
-    let graph = build(pipeline, &mut findings).expect("a graph");
-    let plan = plan(pipeline, &graph, &PlanOptions::new(64, 64), sources, &mut findings).expect("a plan");
+    let mut diagnostics = Diagnostics::new();
+    let graph = build(pipeline, &mut diagnostics).expect("a graph");
+    let plan = plan(pipeline, &graph, &PlanOptions::new(64, 64), sources, &mut diagnostics).expect("a plan");
     std::hint::black_box(plan.passes.len())
 }
 
@@ -112,14 +112,14 @@ fn least(pipeline: &Arc<Pipeline>, sources: &Sources, runs: usize) -> Duration {
 /// The time of planning for another size divided by that of planning from scratch, both without building the graph.
 fn resize_ratio(graph: &Graph) -> f64 {
     let (pipeline, sources) = pipeline(graph);
-    let (mut findings, options) = (Diagnostics::new(), PlanOptions::new(64, 64));
-    let graph = build(&pipeline, &mut findings).expect("a graph");
+    let (mut diagnostics, options) = (Diagnostics::new(), PlanOptions::new(64, 64));
+    let graph = build(&pipeline, &mut diagnostics).expect("a graph");
     let other = PlanOptions::new(65, 64);
     let scratch = || {
-        let mut findings = Diagnostics::new();
-        plan(&pipeline, &graph, &other, &sources, &mut findings).expect("a plan")
+        let mut diagnostics = Diagnostics::new();
+        plan(&pipeline, &graph, &other, &sources, &mut diagnostics).expect("a plan")
     };
-    let first = plan(&pipeline, &graph, &options, &sources, &mut findings).expect("a plan");
+    let first = plan(&pipeline, &graph, &options, &sources, &mut diagnostics).expect("a plan");
     let time = |run: &dyn Fn() -> Plan| {
         let start = Instant::now();
         let made = std::hint::black_box(run());
@@ -138,12 +138,12 @@ fn resize_ratio(graph: &Graph) -> f64 {
 
 fn verify_time(graph: &Graph) -> Duration {
     let (pipeline, sources) = pipeline(graph);
-    let (mut findings, options) = (Diagnostics::new(), PlanOptions::new(64, 64));
-    let graph = build(&pipeline, &mut findings).expect("a graph");
-    let plan = plan(&pipeline, &graph, &options, &sources, &mut findings).expect("a plan");
+    let (mut diagnostics, options) = (Diagnostics::new(), PlanOptions::new(64, 64));
+    let graph = build(&pipeline, &mut diagnostics).expect("a graph");
+    let plan = plan(&pipeline, &graph, &options, &sources, &mut diagnostics).expect("a plan");
     let start = Instant::now();
-    let faults = verify(&plan, &options);
-    assert!(faults.is_empty(), "{:#?}", &faults[..faults.len().min(5)]);
+    let violations = verify(&plan, &options);
+    assert!(violations.is_empty(), "{:#?}", &violations[..violations.len().min(5)]);
     start.elapsed()
 }
 

@@ -1,4 +1,4 @@
-//! Texts of which nothing can be made; each is answered with findings, soon, and in little memory.
+//! Texts of which nothing can be made; each is answered with diagnostics, soon, and in little memory.
 
 use std::fmt::Write as _;
 

@@ -5,7 +5,7 @@
 //! of all is the only one for which the schema is made. Lines `ratio NAME VALUE` are ours divided by the bound that is
 //! aimed at (10 ms for 1,000 passes, a log-log slope of 1.1 to 10,000), by the flat pipeline (what instancing costs),
 //! or by `serde_json` making an untyped tree of the same text (the least that anything could do with it). The last
-//! lines are hopeless texts and how long each takes to be refused; "none" stands where the fault is in an expression
+//! lines are hopeless texts and how long each takes to be refused; "none" stands where the error is in an expression
 //! that is first evaluated with the sizes, when the plan is made. Times are the least of several runs.
 
 use std::collections::BTreeMap;
@@ -92,22 +92,22 @@ impl Bench {
 
     fn least(&self, files: &Files, passes: usize, runs: usize) -> Duration {
         let run = || {
-            let (time, found, findings) = self.resolve(files);
-            assert_eq!(found, passes, "{findings}");
+            let (time, found, diagnostics) = self.resolve(files);
+            assert_eq!(found, passes, "{diagnostics}");
             time
         };
         (0..runs).map(|_| run()).min().unwrap_or_default()
     }
 
-    /// The time, the number of passes, and the findings.
+    /// The time, the number of passes, and the diagnostics.
     fn resolve(&self, files: &Files) -> (Duration, usize, String) {
         let mut sources = self.sources.clone();
-        let mut findings = Diagnostics::new();
+        let mut diagnostics = Diagnostics::new();
         let mut base = Memory(BTreeMap::from([("base.json".to_owned(), files.base.clone())]));
         let start = Instant::now();
         let file = sources.add("bench.json", files.text.as_str());
         let path = Path::new("bench.json");
-        let composed = compose::compose(file, path, &mut base, &mut sources, &mut findings);
+        let composed = compose::compose(file, path, &mut base, &mut sources, &mut diagnostics);
         let pipeline = composed.and_then(|composed| {
             let choice = Choice::default();
             pipeline::load(
@@ -117,21 +117,21 @@ impl Bench {
                 &self.profile,
                 &choice,
                 &sources,
-                &mut findings,
+                &mut diagnostics,
             )
         });
         let time = start.elapsed();
-        let first: Vec<_> = findings.iter().take(1).cloned().collect();
-        let text = first.iter().map(|finding| render::human(finding, &sources)).collect();
+        let first: Vec<_> = diagnostics.iter().take(1).cloned().collect();
+        let text = first.iter().map(|diagnostic| render::human(diagnostic, &sources)).collect();
         (time, pipeline.map_or(0, |pipeline| pipeline.passes.len()), text)
     }
 
     fn hopeless(&self) {
-        println!("\n{:<34} {:>10} {:>10}  first finding", "hopeless text", "MB", "ms");
+        println!("\n{:<34} {:>10} {:>10}  first diagnostic", "hopeless text", "MB", "ms");
         for (name, text) in hopeless::texts() {
             let files = Files::from(text);
-            let (time, _, findings) = self.resolve(&files);
-            let first: String = findings.lines().next().unwrap_or("none").chars().take(60).collect();
+            let (time, _, diagnostics) = self.resolve(&files);
+            let first: String = diagnostics.lines().next().unwrap_or("none").chars().take(60).collect();
             println!(
                 "{name:<34} {:>10.3} {:>10.3}  {first}",
                 files.text.len() as f64 / 1e6,

@@ -72,12 +72,12 @@ fn main() {
 }
 
 fn set(files: &[(&str, &str)]) -> TemplateSet {
-    let (mut sources, mut set, mut findings) = (Sources::new(), TemplateSet::new(), Diagnostics::new());
+    let (mut sources, mut set, mut diagnostics) = (Sources::new(), TemplateSet::new(), Diagnostics::new());
     for (name, text) in files {
-        set.add(&mut sources, name, text, &mut findings);
+        set.add(&mut sources, name, text, &mut diagnostics);
     }
-    set.check(&mut findings);
-    assert!(findings.is_empty(), "{findings:?}");
+    set.check(&mut diagnostics);
+    assert!(diagnostics.is_empty(), "{diagnostics:?}");
     set
 }
 
@@ -212,8 +212,8 @@ fn everything(set: &TemplateSet) {
     let profiles = claimed();
     let outcome = prove(set, &profiles, 2);
     println!("everything: {} distinct texts, {} profiles", outcome.proven, profiles.len());
-    for finding in &outcome.findings {
-        println!("  {} {}", finding.code, finding.message);
+    for diagnostic in &outcome.diagnostics {
+        println!("  {} {}", diagnostic.code, diagnostic.message);
     }
     let (ours, _) = least(2, || drop(prove(set, &profiles, 2)), || {});
     report("everything", "at most 1", ours, Duration::from_secs(10), "allowed");

@@ -48,14 +48,14 @@ fn base() -> String {
 }
 
 #[test]
-fn the_base_has_no_findings() {
+fn the_base_has_no_diagnostics() {
     let outcome = check_with("chain.json", &base(), &With::default());
     assert_eq!(outcome.text(), "");
     assert!(outcome.checked.plan.is_some());
 }
 
 #[test]
-fn every_broken_document_has_exactly_the_expected_findings() {
+fn every_broken_document_has_exactly_the_expected_diagnostics() {
     let bless = std::env::var_os("UMBRAGRAPH_BLESS").is_some();
     let mut failures = Vec::new();
     let cases = cases();
@@ -63,13 +63,13 @@ fn every_broken_document_has_exactly_the_expected_findings() {
     for case in &cases {
         let text = case.text();
         let outcome = check_with("chain.json", &text, &With::default());
-        assert!(outcome.findings.has_errors(), "{} is not broken", case.name);
-        for finding in &outcome.findings {
+        assert!(outcome.diagnostics.has_errors(), "{} is not broken", case.name);
+        for diagnostic in &outcome.diagnostics {
             assert!(
-                finding.help.is_some(),
-                "{}: a finding without a way out: {}",
+                diagnostic.help.is_some(),
+                "{}: a diagnostic without a way out: {}",
                 case.name,
-                finding.message
+                diagnostic.message
             );
         }
         let actual = outcome.text();
@@ -97,45 +97,46 @@ fn fixes_never_make_a_document_worse_and_come_to_an_end() {
         let text = case.text();
         let mut outcome = check_with("chain.json", &text, &With::default());
         for round in 0.. {
-            let fixed = fix::apply(&outcome.findings, &outcome.sources, |name| name == "chain.json");
+            let fixed = fix::apply(&outcome.diagnostics, &outcome.sources, |name| name == "chain.json");
             let Some(fixed) = fixed.into_iter().next() else { break };
             assert!(round < 8, "{}: fixes lead in a cycle: {}", case.name, fixed.text);
             let after = check_with("chain.json", &fixed.text, &With::default());
             assert!(!after.codes().contains(&"UG0101"), "{}: {}", case.name, after.text());
-            let (errors, left) = (outcome.findings.error_count(), after.findings.error_count());
-            // A document that does not parse shows the rest of its findings only when it does.
+            let (errors, left) = (outcome.diagnostics.error_count(), after.diagnostics.error_count());
+            // A document that does not parse shows the rest of its diagnostics only when it does.
             let is_read = !outcome.codes().contains(&"UG0103");
             assert!(!is_read || left < errors, "{}: {}", case.name, after.text());
             outcome = after;
         }
-        mended += usize::from(!outcome.findings.has_errors());
+        mended += usize::from(!outcome.diagnostics.has_errors());
     }
     assert!(mended >= 10, "only {mended} documents were mended in full");
 }
 
-/// The text with only this finding's fix made.
-fn mended(finding: &Diagnostic, outcome: &Outcome) -> Option<String> {
-    let fixed = fix::apply([finding], &outcome.sources, |name| name == "chain.json");
+/// The text with only this diagnostic's fix made.
+fn mended(diagnostic: &Diagnostic, outcome: &Outcome) -> Option<String> {
+    let fixed = fix::apply([diagnostic], &outcome.sources, |name| name == "chain.json");
     fixed.into_iter().next().map(|fixed| fixed.text)
 }
 
 #[test]
-fn a_finding_that_names_what_was_meant_is_gone_when_its_fix_is_made() {
+fn a_diagnostic_that_names_what_was_meant_is_gone_when_its_fix_is_made() {
     let mut without = Vec::new();
     let cases = cases();
     for case in &cases {
         let text = case.text();
         let outcome = check_with("chain.json", &text, &With::default());
-        for finding in &outcome.findings {
-            let is_named = finding.help.as_deref().is_some_and(|help| help.starts_with("did you mean"));
-            let Some(fixed) = mended(finding, &outcome) else {
+        for diagnostic in &outcome.diagnostics {
+            let is_named = diagnostic.help.as_deref().is_some_and(|help| help.starts_with("did you mean"));
+            let Some(fixed) = mended(diagnostic, &outcome) else {
                 without.extend(is_named.then_some(case.name.as_str()));
                 continue;
             };
             let after = check_with("chain.json", &fixed, &With::default());
-            let is_it = |other: &Diagnostic| (other.code, &other.message) == (finding.code, &finding.message);
+            let is_it =
+                |other: &Diagnostic| (other.code, &other.message) == (diagnostic.code, &diagnostic.message);
             assert!(
-                !after.findings.iter().any(is_it),
+                !after.diagnostics.iter().any(is_it),
                 "{}:\n{}\n{}",
                 case.name,
                 outcome.text(),
@@ -162,11 +163,12 @@ fn pointers_lead_through_the_document_as_it_is_written() {
         let file = outcome.sources.find("chain.json").unwrap();
         let Ok(document) = document::parse(&outcome.sources, file) else { continue };
         let root = document.root.to_json();
-        // Findings in a subgraph's own file lead through the pipeline that it is part of.
-        for finding in outcome.findings.iter().filter(|one| one.span().is_some_and(|span| span.file == file))
+        // Diagnostics in a subgraph's own file lead through the pipeline that it is part of.
+        for diagnostic in
+            outcome.diagnostics.iter().filter(|one| one.span().is_some_and(|span| span.file == file))
         {
-            if root.pointer(&finding.pointer).is_none() {
-                lost.push(format!("{}: {} {}", case.name, finding.code, finding.pointer));
+            if root.pointer(&diagnostic.pointer).is_none() {
+                lost.push(format!("{}: {} {}", case.name, diagnostic.code, diagnostic.pointer));
             }
         }
     }
@@ -177,15 +179,15 @@ fn pointers_lead_through_the_document_as_it_is_written() {
 fn a_key_that_says_the_same_twice_is_removed_once() {
     let twice = base().replace("\"name\": \"chain\",", "\"name\": \"chain\",\n  \"name\": \"chain\",");
     let outcome = check_with("chain.json", &twice, &With::default());
-    let fixed = fix::apply(&outcome.findings, &outcome.sources, |_| true);
+    let fixed = fix::apply(&outcome.diagnostics, &outcome.sources, |_| true);
     assert_eq!(fixed[0].text, base());
     let differing = twice.replacen("\"name\": \"chain\"", "\"name\": \"train\"", 1);
     let outcome = check_with("chain.json", &differing, &With::default());
-    assert!(fix::apply(&outcome.findings, &outcome.sources, |_| true).is_empty());
+    assert!(fix::apply(&outcome.diagnostics, &outcome.sources, |_| true).is_empty());
 }
 
 #[test]
-fn hopeless_texts_are_findings_and_never_a_panic() {
+fn hopeless_texts_are_diagnostics_and_never_a_panic() {
     for text in [
         "",
         " ",
@@ -200,6 +202,6 @@ fn hopeless_texts_are_findings_and_never_a_panic() {
         &"{\"a\":".repeat(100_000),
     ] {
         let outcome = check_with("test.json", text, &With::default());
-        assert!(outcome.findings.has_errors(), "{:?}", text.chars().take(20).collect::<String>());
+        assert!(outcome.diagnostics.has_errors(), "{:?}", text.chars().take(20).collect::<String>());
     }
 }

@@ -1,10 +1,10 @@
-//! The checker of plans finds every fault that is planted in a right plan, and none where there is none.
+//! The checker of plans finds every violation that is planted in a right plan, and none where there is none.
 
 use std::sync::Arc;
 
 use umbragraph::compiler::{
-    Assembly, CullReason, Fault, FaultKind, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedCopy,
-    PlannedPass, StoreOperation, TexelOrigin, TexelRows, build, plan, verify,
+    Assembly, CullReason, KeepReason, Objective, Physical, Plan, PlanOptions, PlannedCopy, PlannedPass,
+    StoreOperation, TexelOrigin, TexelRows, Violation, ViolationKind, build, plan, verify,
 };
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::language::{Expr, FormatCandidates, Lifetime, TextureDeclaration};
@@ -63,28 +63,28 @@ fn right() -> Plan {
 
 fn planned(assembly: Assembly) -> Plan {
     let (pipeline, sources) = assembly.finish();
-    let mut findings = Diagnostics::new();
-    let graph = build(&pipeline, &mut findings).expect("a graph");
-    let plan = plan(&pipeline, &graph, &options(), &sources, &mut findings);
-    plan.unwrap_or_else(|| panic!("{findings:#?}"))
+    let mut diagnostics = Diagnostics::new();
+    let graph = build(&pipeline, &mut diagnostics).expect("a graph");
+    let plan = plan(&pipeline, &graph, &options(), &sources, &mut diagnostics);
+    plan.unwrap_or_else(|| panic!("{diagnostics:#?}"))
 }
 
 fn options() -> PlanOptions {
     PlanOptions::new(64, 64)
 }
 
-fn kinds(faults: &[Fault]) -> Vec<FaultKind> {
-    faults.iter().map(|fault| fault.kind).collect()
+fn kinds(violations: &[Violation]) -> Vec<ViolationKind> {
+    violations.iter().map(|violation| violation.kind).collect()
 }
 
-/// Asserts that the checker finds a fault of this kind once it is planted.
+/// Asserts that the checker finds a violation of this kind once it is planted.
 #[track_caller]
-fn caught(kind: FaultKind, plant: impl FnOnce(&mut Plan)) {
+fn caught(kind: ViolationKind, plant: impl FnOnce(&mut Plan)) {
     let mut plan = right();
     assert_eq!(verify(&plan, &options()), Vec::new(), "before anything is planted");
     plant(&mut plan);
-    let faults = verify(&plan, &options());
-    assert!(kinds(&faults).contains(&kind), "{faults:#?}");
+    let violations = verify(&plan, &options());
+    assert!(kinds(&violations).contains(&kind), "{violations:#?}");
 }
 
 fn at(plan: &Plan, name: &str) -> usize {
@@ -116,7 +116,7 @@ fn texture_of(plan: &Plan, name: &str) -> usize {
 }
 
 #[test]
-fn the_plan_without_faults_aliases_and_merges() {
+fn the_plan_without_violations_aliases_and_merges() {
     let plan = right();
     assert_eq!(plan.resources["b"].physical, plan.resources["e"].physical);
     assert_eq!(plan.passes[at(&plan, "draw1")].group, plan.passes[at(&plan, "draw2")].group);
@@ -128,33 +128,33 @@ fn the_plan_without_faults_aliases_and_merges() {
 
 #[test]
 fn a_pass_planned_twice_is_caught() {
-    caught(FaultKind::PassTwice, |plan| plan.passes.push(plan.passes[0].clone()));
+    caught(ViolationKind::PassTwice, |plan| plan.passes.push(plan.passes[0].clone()));
 }
 
 #[test]
 fn a_pass_both_planned_and_culled_is_caught() {
-    caught(FaultKind::PassTwice, |plan| {
+    caught(ViolationKind::PassTwice, |plan| {
         plan.culled.insert("blur1".to_owned(), CullReason::WritesNothing);
     });
 }
 
 #[test]
 fn a_forgotten_pass_is_caught() {
-    caught(FaultKind::PassMissing, |plan| {
+    caught(ViolationKind::PassMissing, |plan| {
         plan.culled.remove("dead");
     });
 }
 
 #[test]
 fn an_invented_pass_is_caught() {
-    caught(FaultKind::PassUnknown, |plan| {
+    caught(ViolationKind::PassUnknown, |plan| {
         plan.culled.insert("ghost".to_owned(), CullReason::WritesNothing);
     });
 }
 
 #[test]
 fn culling_a_writer_whose_version_is_read_is_caught() {
-    caught(FaultKind::CulledButNeeded, |plan| {
+    caught(ViolationKind::CulledButNeeded, |plan| {
         let at = at(plan, "x3");
         plan.passes.remove(at);
         plan.culled.insert("x3".to_owned(), CullReason::NothingReads(vec!["x".to_owned()]));
@@ -163,7 +163,7 @@ fn culling_a_writer_whose_version_is_read_is_caught() {
 
 #[test]
 fn culling_the_writer_of_a_named_version_is_caught() {
-    caught(FaultKind::CulledButNeeded, |plan| {
+    caught(ViolationKind::CulledButNeeded, |plan| {
         let at = at(plan, "v1");
         plan.passes.remove(at);
         plan.culled.insert("v1".to_owned(), CullReason::NothingReads(vec!["v".to_owned()]));
@@ -172,7 +172,7 @@ fn culling_the_writer_of_a_named_version_is_caught() {
 
 #[test]
 fn culling_a_side_effect_is_caught() {
-    caught(FaultKind::CulledButNeeded, |plan| {
+    caught(ViolationKind::CulledButNeeded, |plan| {
         let at = at(plan, "probe");
         plan.passes.remove(at);
         plan.culled.insert("probe".to_owned(), CullReason::NothingReads(vec!["g".to_owned()]));
@@ -181,7 +181,7 @@ fn culling_a_side_effect_is_caught() {
 
 #[test]
 fn keeping_a_dead_pass_is_caught() {
-    caught(FaultKind::KeptWithoutReason, |plan| {
+    caught(ViolationKind::KeptWithoutReason, |plan| {
         let mut dead = plan.passes[at(plan, "blur1")].clone();
         dead.handle = plan.pipeline.find_pass("dead").expect("a pass");
         dead.name = "dead".to_owned();
@@ -192,29 +192,31 @@ fn keeping_a_dead_pass_is_caught() {
 
 #[test]
 fn a_false_reason_for_keeping_is_caught() {
-    caught(FaultKind::WrongReason, |plan| pass(plan, "blur1").reason = KeepReason::SideEffect);
+    caught(ViolationKind::WrongReason, |plan| pass(plan, "blur1").reason = KeepReason::SideEffect);
 }
 
 #[test]
 fn a_reason_in_words_that_differs_from_the_reason_is_caught() {
-    caught(FaultKind::WrongReason, |plan| pass(plan, "blur1").kept = umbragraph::compiler::Kept::SideEffect);
+    caught(ViolationKind::WrongReason, |plan| {
+        pass(plan, "blur1").kept = umbragraph::compiler::Kept::SideEffect
+    });
 }
 
 #[test]
 fn a_false_reason_for_culling_is_caught() {
-    caught(FaultKind::WrongCullReason, |plan| {
+    caught(ViolationKind::WrongCullReason, |plan| {
         plan.culled.insert("dead".to_owned(), CullReason::WritesNothing);
     });
 }
 
 #[test]
 fn a_pass_before_the_one_it_has_to_follow_is_caught() {
-    caught(FaultKind::AfterViolated, |plan| shift(plan, "remember", "draw1"));
+    caught(ViolationKind::AfterViolated, |plan| shift(plan, "remember", "draw1"));
 }
 
 #[test]
 fn a_reader_before_its_writer_is_caught() {
-    caught(FaultKind::UninitialisedRead, |plan| shift(plan, "blur1", "draw1"));
+    caught(ViolationKind::UninitialisedRead, |plan| shift(plan, "blur1", "draw1"));
 }
 
 #[test]
@@ -239,23 +241,23 @@ fn a_reader_of_more_than_was_written_is_caught() {
     assert_eq!(verify(&plan, &options()), Vec::new(), "before anything is planted");
     let writer = pipeline(&mut plan).find_pass("mip1").expect("mip1");
     pipeline(&mut plan).passes[writer.index()].tamper().1[0].range = SubresourceRange::of(Some(2), None);
-    let faults = verify(&plan, &options());
-    assert!(kinds(&faults).contains(&FaultKind::UninitialisedRead), "{faults:#?}");
+    let violations = verify(&plan, &options());
+    assert!(kinds(&violations).contains(&ViolationKind::UninitialisedRead), "{violations:#?}");
 }
 
 #[test]
 fn a_reader_between_two_writers_of_what_it_reads_the_newest_of_is_caught() {
-    caught(FaultKind::ReadTooEarly, |plan| shift(plan, "blur1", "draw2"));
+    caught(ViolationKind::ReadTooEarly, |plan| shift(plan, "blur1", "draw2"));
 }
 
 #[test]
 fn an_old_version_that_is_overwritten_before_it_is_read_is_caught() {
-    caught(FaultKind::WrongVersion, |plan| shift(plan, "v2", "keeper"));
+    caught(ViolationKind::WrongVersion, |plan| shift(plan, "v2", "keeper"));
 }
 
 #[test]
 fn writers_that_nothing_orders_are_caught() {
-    caught(FaultKind::WritersUnordered, |plan| {
+    caught(ViolationKind::WritersUnordered, |plan| {
         let x3 = plan.pipeline.find_pass("x3").expect("a pass").index();
         pipeline(plan).passes[x3].after.clear();
     });
@@ -263,37 +265,41 @@ fn writers_that_nothing_orders_are_caught() {
 
 #[test]
 fn a_store_that_a_later_load_needs_is_missed() {
-    caught(FaultKind::ContentsDropped, |plan| pass(plan, "draw1").color[0].store = StoreOperation::Discard);
+    caught(ViolationKind::ContentsDropped, |plan| {
+        pass(plan, "draw1").color[0].store = StoreOperation::Discard
+    });
 }
 
 #[test]
 fn a_store_that_a_later_reader_needs_is_missed() {
-    caught(FaultKind::ContentsDropped, |plan| pass(plan, "draw2").color[0].store = StoreOperation::Discard);
+    caught(ViolationKind::ContentsDropped, |plan| {
+        pass(plan, "draw2").color[0].store = StoreOperation::Discard
+    });
 }
 
 #[test]
 fn an_output_that_is_not_stored_is_caught() {
-    caught(FaultKind::OutputDropped, |plan| pass(plan, "out").color[0].store = StoreOperation::Discard);
+    caught(ViolationKind::OutputDropped, |plan| pass(plan, "out").color[0].store = StoreOperation::Discard);
 }
 
 #[test]
 fn an_attachment_left_out_is_caught() {
-    caught(FaultKind::AttachmentsDiffer, |plan| pass(plan, "draw1").depth = None);
+    caught(ViolationKind::AttachmentsDiffer, |plan| pass(plan, "draw1").depth = None);
 }
 
 #[test]
 fn an_attachment_at_another_mip_is_caught() {
-    caught(FaultKind::AttachmentsDiffer, |plan| pass(plan, "draw1").color[0].target.mip = 1);
+    caught(ViolationKind::AttachmentsDiffer, |plan| pass(plan, "draw1").color[0].target.mip = 1);
 }
 
 #[test]
 fn a_clear_where_a_load_is_declared_is_caught() {
-    caught(FaultKind::LoadDiffers, |plan| pass(plan, "draw2").color[0].load = LoadOperation::Clear(()));
+    caught(ViolationKind::LoadDiffers, |plan| pass(plan, "draw2").color[0].load = LoadOperation::Clear(()));
 }
 
 #[test]
 fn a_store_of_what_is_declared_to_be_discarded_is_caught() {
-    caught(FaultKind::StoreDiffers, |plan| {
+    caught(ViolationKind::StoreDiffers, |plan| {
         let draw2 = plan.pipeline.find_pass("draw2").expect("a pass").index();
         if let Work::Render(render) = pipeline(plan).passes[draw2].tamper().0 {
             render.color[0].discard = true;
@@ -303,14 +309,14 @@ fn a_store_of_what_is_declared_to_be_discarded_is_caught() {
 
 #[test]
 fn an_attachment_marked_as_staying_in_its_pass_that_is_read_later_is_caught() {
-    caught(FaultKind::TransientAttachmentLeaves, |plan| {
+    caught(ViolationKind::TransientAttachmentLeaves, |plan| {
         pass(plan, "draw2").color[0].transient_attachment = true;
     });
 }
 
 #[test]
 fn a_render_pass_of_draws_with_different_attachments_is_caught() {
-    caught(FaultKind::GroupBroken, |plan| {
+    caught(ViolationKind::GroupBroken, |plan| {
         let before = at(plan, "probe") - 1;
         plan.passes[before + 1].group = plan.passes[before].group;
     });
@@ -318,19 +324,19 @@ fn a_render_pass_of_draws_with_different_attachments_is_caught() {
 
 #[test]
 fn a_group_that_is_not_one_run_is_caught() {
-    caught(FaultKind::GroupBroken, |plan| pass(plan, "out").group = 0);
+    caught(ViolationKind::GroupBroken, |plan| pass(plan, "out").group = 0);
 }
 
 #[test]
 fn a_resource_without_a_place_is_caught() {
-    caught(FaultKind::ResourceMissing, |plan| {
+    caught(ViolationKind::ResourceMissing, |plan| {
         plan.resources.remove("b");
     });
 }
 
 #[test]
 fn a_resource_that_only_a_culled_pass_uses_is_caught() {
-    caught(FaultKind::ResourceUnused, |plan| {
+    caught(ViolationKind::ResourceUnused, |plan| {
         let mut unused = plan.resources["b"].clone();
         unused.handle = plan.pipeline.find_resource("f").expect("a resource");
         plan.resources.insert("f".to_owned(), unused);
@@ -339,33 +345,33 @@ fn a_resource_that_only_a_culled_pass_uses_is_caught() {
 
 #[test]
 fn a_lifetime_that_ends_too_early_is_caught() {
-    caught(FaultKind::SpanWrong, |plan| plan.resources.get_mut("b").expect("planned").last -= 1);
+    caught(ViolationKind::SpanWrong, |plan| plan.resources.get_mut("b").expect("planned").last -= 1);
 }
 
 #[test]
 fn a_texture_in_the_place_of_a_buffer_is_caught() {
-    caught(FaultKind::PlaceWrong, |plan| {
+    caught(ViolationKind::PlaceWrong, |plan| {
         plan.resources.get_mut("b").expect("planned").physical = Physical::Buffer(0);
     });
 }
 
 #[test]
 fn an_import_that_the_plan_creates_is_caught() {
-    caught(FaultKind::PlaceWrong, |plan| {
+    caught(ViolationKind::PlaceWrong, |plan| {
         plan.resources.get_mut("target").expect("planned").physical = Physical::Texture(0);
     });
 }
 
 #[test]
 fn a_place_that_does_not_exist_is_caught() {
-    caught(FaultKind::PlaceMissing, |plan| {
+    caught(ViolationKind::PlaceMissing, |plan| {
         plan.resources.get_mut("b").expect("planned").physical = Physical::Texture(99);
     });
 }
 
 #[test]
 fn overlapping_lifetimes_on_one_texture_are_caught() {
-    caught(FaultKind::Overlap, |plan| {
+    caught(ViolationKind::Overlap, |plan| {
         let place = plan.resources["b"].physical;
         plan.resources.get_mut("c").expect("planned").physical = place;
     });
@@ -373,7 +379,7 @@ fn overlapping_lifetimes_on_one_texture_are_caught() {
 
 #[test]
 fn overlapping_lifetimes_on_one_buffer_are_caught() {
-    caught(FaultKind::Overlap, |plan| {
+    caught(ViolationKind::Overlap, |plan| {
         let place = plan.resources["first"].physical;
         plan.resources.get_mut("second").expect("planned").physical = place;
     });
@@ -381,7 +387,7 @@ fn overlapping_lifetimes_on_one_buffer_are_caught() {
 
 #[test]
 fn a_persistent_resource_that_shares_is_caught() {
-    caught(FaultKind::SharedThoughLasting, |plan| {
+    caught(ViolationKind::SharedThoughLasting, |plan| {
         let place = plan.resources["state"].physical;
         plan.resources.get_mut("b").expect("planned").physical = place;
     });
@@ -389,7 +395,7 @@ fn a_persistent_resource_that_shares_is_caught() {
 
 #[test]
 fn another_format_than_the_resource_has_is_caught() {
-    caught(FaultKind::CompatibilityMismatch, |plan| {
+    caught(ViolationKind::CompatibilityMismatch, |plan| {
         let index = texture_of(plan, "b");
         plan.textures[index].format = TextureFormat::Rgba16Float;
     });
@@ -397,7 +403,7 @@ fn another_format_than_the_resource_has_is_caught() {
 
 #[test]
 fn another_layer_count_than_the_resource_has_is_caught() {
-    caught(FaultKind::CompatibilityMismatch, |plan| {
+    caught(ViolationKind::CompatibilityMismatch, |plan| {
         let index = texture_of(plan, "b");
         plan.textures[index].size.layers = 4;
     });
@@ -405,7 +411,7 @@ fn another_layer_count_than_the_resource_has_is_caught() {
 
 #[test]
 fn another_sample_count_than_the_resource_has_is_caught() {
-    caught(FaultKind::CompatibilityMismatch, |plan| {
+    caught(ViolationKind::CompatibilityMismatch, |plan| {
         let index = texture_of(plan, "a");
         plan.textures[index].size.samples = 4;
     });
@@ -413,12 +419,12 @@ fn another_sample_count_than_the_resource_has_is_caught() {
 
 #[test]
 fn a_buffer_that_is_too_small_is_caught() {
-    caught(FaultKind::CompatibilityMismatch, |plan| plan.buffers[0].bytes = 4);
+    caught(ViolationKind::CompatibilityMismatch, |plan| plan.buffers[0].bytes = 4);
 }
 
 #[test]
 fn a_buffer_larger_than_the_largest_that_it_stands_for_is_caught() {
-    caught(FaultKind::CompatibilityMismatch, |plan| {
+    caught(ViolationKind::CompatibilityMismatch, |plan| {
         plan.buffers[0].bytes += 4;
         plan.bytes += 4;
         plan.bytes_bound += 4;
@@ -443,9 +449,9 @@ fn a_resource_in_a_buffer_of_its_class_that_is_too_small_is_caught() {
     let Physical::Buffer(index) = plan.resources["b2"].physical else { panic!("no buffer") };
     plan.buffers[index].bytes = 600;
     plan.bytes -= 100;
-    let faults = verify(&plan, &options());
-    assert_eq!(kinds(&faults)[0], FaultKind::CompatibilityMismatch);
-    assert_eq!(faults[0].message, format!("\"b2\" is not of the class of buffer {index}, or larger"));
+    let violations = verify(&plan, &options());
+    assert_eq!(kinds(&violations)[0], ViolationKind::CompatibilityMismatch);
+    assert_eq!(violations[0].message, format!("\"b2\" is not of the class of buffer {index}, or larger"));
 }
 
 /// A plan that copies two mips of two layers, the stencil of a texture to rows of a buffer, and bytes.
@@ -505,8 +511,8 @@ fn caught_in_a_copy(plant: impl FnOnce(&mut Plan)) {
     let mut plan = copies();
     assert_eq!(verify(&plan, &options()), Vec::new(), "before anything is planted");
     plant(&mut plan);
-    let faults = verify(&plan, &options());
-    assert!(kinds(&faults).contains(&FaultKind::CopyWrong), "{faults:#?}");
+    let violations = verify(&plan, &options());
+    assert!(kinds(&violations).contains(&ViolationKind::CopyWrong), "{violations:#?}");
 }
 
 /// The subresource range that a transfer says that it reads, or writes.
@@ -603,7 +609,7 @@ fn a_planned_copy_of_other_bytes_is_caught() {
 
 #[test]
 fn a_missing_usage_is_caught() {
-    caught(FaultKind::UsageMissing, |plan| {
+    caught(ViolationKind::UsageMissing, |plan| {
         let index = texture_of(plan, "a");
         plan.textures[index].usages = TextureUsages::TEXTURE_BINDING;
     });
@@ -614,12 +620,12 @@ fn an_import_used_beyond_its_usage_is_caught() {
     let plan = right();
     let mut options = options();
     options.import_usages.insert("target".to_owned(), TextureUsages::TEXTURE_BINDING);
-    assert_eq!(kinds(&verify(&plan, &options)), [FaultKind::ImportMisused]);
+    assert_eq!(kinds(&verify(&plan, &options)), [ViolationKind::ImportMisused]);
 }
 
 #[test]
 fn a_mip_that_the_texture_does_not_have_is_caught() {
-    caught(FaultKind::SubresourceMissing, |plan| {
+    caught(ViolationKind::SubresourceMissing, |plan| {
         let blur = plan.pipeline.find_pass("blur1").expect("a pass").index();
         pipeline(plan).passes[blur].tamper().1[1].range = SubresourceRange::of(Some(3), None);
     });
@@ -627,7 +633,7 @@ fn a_mip_that_the_texture_does_not_have_is_caught() {
 
 #[test]
 fn a_texture_too_many_is_caught() {
-    caught(FaultKind::NotMinimal, |plan| {
+    caught(ViolationKind::NotMinimal, |plan| {
         let spare = plan.textures[texture_of(plan, "e")].clone();
         plan.textures.push(spare);
         plan.resources.get_mut("e").expect("planned").physical = Physical::Texture(plan.textures.len() - 1);
@@ -636,30 +642,30 @@ fn a_texture_too_many_is_caught() {
 
 #[test]
 fn a_texture_that_stands_for_nothing_is_caught() {
-    caught(FaultKind::PhysicalUnused, |plan| plan.textures.push(plan.textures[0].clone()));
+    caught(ViolationKind::PhysicalUnused, |plan| plan.textures.push(plan.textures[0].clone()));
 }
 
 #[test]
 fn wrong_sums_of_bytes_are_caught() {
-    caught(FaultKind::BytesWrong, |plan| plan.bytes += 1);
-    caught(FaultKind::BytesWrong, |plan| plan.bytes_without_aliasing -= 1);
-    caught(FaultKind::BytesWrong, |plan| plan.bytes_bound += 1);
-    caught(FaultKind::BytesWrong, |plan| plan.bytes_peak += 1);
+    caught(ViolationKind::BytesWrong, |plan| plan.bytes += 1);
+    caught(ViolationKind::BytesWrong, |plan| plan.bytes_without_aliasing -= 1);
+    caught(ViolationKind::BytesWrong, |plan| plan.bytes_bound += 1);
+    caught(ViolationKind::BytesWrong, |plan| plan.bytes_peak += 1);
 }
 
 #[test]
 fn workgroups_of_a_pass_that_dispatches_nothing_are_caught() {
-    caught(FaultKind::WorkgroupsWrong, |plan| pass(plan, "blur1").workgroups = Some([1, 1, 1]));
+    caught(ViolationKind::WorkgroupsWrong, |plan| pass(plan, "blur1").workgroups = Some([1, 1, 1]));
 }
 
 #[test]
 fn a_wrong_name_is_caught() {
-    caught(FaultKind::NameWrong, |plan| pass(plan, "blur1").name = "blur".to_owned());
+    caught(ViolationKind::NameWrong, |plan| pass(plan, "blur1").name = "blur".to_owned());
 }
 
 #[test]
 fn a_wrong_lifetime_is_caught() {
-    caught(FaultKind::NameWrong, |plan| {
+    caught(ViolationKind::NameWrong, |plan| {
         plan.resources.get_mut("b").expect("planned").lifetime = Lifetime::Persistent;
     });
 }
@@ -671,9 +677,9 @@ fn sizes_given_as_numbers_or_expressions_are_the_same_to_the_checker() {
         .texture_with("a", |texture| texture.size = Expr::from("[viewport.width / 2, viewport.height / 2]"));
     let _ = assembly.pass("make").writes(a).side_effect();
     let (pipeline, sources) = assembly.finish();
-    let mut findings = Diagnostics::new();
-    let graph = build(&pipeline, &mut findings).expect("a graph");
-    let plan = plan(&pipeline, &graph, &options(), &sources, &mut findings).expect("a plan");
+    let mut diagnostics = Diagnostics::new();
+    let graph = build(&pipeline, &mut diagnostics).expect("a graph");
+    let plan = plan(&pipeline, &graph, &options(), &sources, &mut diagnostics).expect("a plan");
     assert_eq!(plan.bytes, 32 * 32 * 4);
     assert_eq!(verify(&plan, &options()), Vec::new());
 }
@@ -688,21 +694,21 @@ fn places<'a>(plan: &'a mut Plan, name: &str) -> &'a mut Vec<Physical> {
 
 #[test]
 fn a_history_that_is_forgotten_is_caught() {
-    caught(FaultKind::HistoryWrong, |plan| {
+    caught(ViolationKind::HistoryWrong, |plan| {
         plan.histories.remove("past");
     });
 }
 
 #[test]
 fn a_history_with_too_few_copies_is_caught() {
-    caught(FaultKind::HistoryWrong, |plan| {
+    caught(ViolationKind::HistoryWrong, |plan| {
         places(plan, "past").pop();
     });
 }
 
 #[test]
 fn two_frames_of_a_history_at_one_place_are_caught() {
-    caught(FaultKind::HistoryWrong, |plan| {
+    caught(ViolationKind::HistoryWrong, |plan| {
         let first = place(plan, "past", 0);
         places(plan, "past")[1] = first;
         plan.resources.get_mut("past@-1").expect("planned").physical = first;
@@ -711,12 +717,12 @@ fn two_frames_of_a_history_at_one_place_are_caught() {
 
 #[test]
 fn a_frame_that_stands_elsewhere_than_its_turn_is_caught() {
-    caught(FaultKind::HistoryWrong, |plan| places(plan, "past").swap(0, 1));
+    caught(ViolationKind::HistoryWrong, |plan| places(plan, "past").swap(0, 1));
 }
 
 #[test]
 fn copies_that_cannot_be_cleared_are_caught() {
-    caught(FaultKind::HistoryWrong, |plan| {
+    caught(ViolationKind::HistoryWrong, |plan| {
         let at = texture_of(plan, "past@-2");
         plan.textures[at].usages -= TextureUsages::RENDER_ATTACHMENT;
     });
@@ -724,7 +730,7 @@ fn copies_that_cannot_be_cleared_are_caught() {
 
 #[test]
 fn copies_of_different_formats_are_caught() {
-    caught(FaultKind::HistoryWrong, |plan| {
+    caught(ViolationKind::HistoryWrong, |plan| {
         let at = texture_of(plan, "past@-2");
         plan.textures[at].format = TextureFormat::Rgba8Snorm;
     });
@@ -732,7 +738,7 @@ fn copies_of_different_formats_are_caught() {
 
 #[test]
 fn an_initial_value_of_another_kind_is_caught() {
-    caught(FaultKind::HistoryWrong, |plan| {
+    caught(ViolationKind::HistoryWrong, |plan| {
         plan.histories.get_mut("past").expect("planned").initial =
             umbragraph::compiler::InitialValue::Depth(1.0);
     });
@@ -740,7 +746,7 @@ fn an_initial_value_of_another_kind_is_caught() {
 
 #[test]
 fn a_transient_resource_where_a_history_takes_turns_is_caught() {
-    caught(FaultKind::SharedThoughLasting, |plan| {
+    caught(ViolationKind::SharedThoughLasting, |plan| {
         let past = place(plan, "past", 2);
         plan.resources.get_mut("w").expect("planned").physical = past;
     });
@@ -748,7 +754,7 @@ fn a_transient_resource_where_a_history_takes_turns_is_caught() {
 
 #[test]
 fn a_culled_writer_of_a_history_that_is_read_back_is_caught() {
-    caught(FaultKind::CulledButNeeded, |plan| {
+    caught(ViolationKind::CulledButNeeded, |plan| {
         let at = at(plan, "blend");
         plan.passes.remove(at);
         plan.culled.insert("blend".to_owned(), CullReason::NothingReads(vec!["past".to_owned()]));
@@ -757,7 +763,7 @@ fn a_culled_writer_of_a_history_that_is_read_back_is_caught() {
 
 #[test]
 fn a_history_that_nothing_live_reads_back_is_no_reason_to_keep_its_writer() {
-    caught(FaultKind::KeptWithoutReason, |plan| {
+    caught(ViolationKind::KeptWithoutReason, |plan| {
         // Without its reader the history leads nowhere any more.
         let past = plan.resources["past@-1"].handle;
         for pass in &mut pipeline(plan).passes {
@@ -770,7 +776,7 @@ fn a_history_that_nothing_live_reads_back_is_no_reason_to_keep_its_writer() {
 
 #[test]
 fn a_reason_of_a_later_frame_that_does_not_hold_is_caught() {
-    caught(FaultKind::WrongReason, |plan| {
+    caught(ViolationKind::WrongReason, |plan| {
         let past = plan.resources["past@-1"].handle;
         let reader = plan.passes[at(plan, "probe")].handle;
         pass(plan, "blend").reason = KeepReason::ReadLater(reader, past);
@@ -779,7 +785,7 @@ fn a_reason_of_a_later_frame_that_does_not_hold_is_caught() {
 
 #[test]
 fn a_history_that_is_not_stored_is_caught() {
-    caught(FaultKind::OutputDropped, |plan| {
+    caught(ViolationKind::OutputDropped, |plan| {
         pass(plan, "blend").color[0].store = StoreOperation::Discard;
     });
 }

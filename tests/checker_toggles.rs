@@ -1,9 +1,9 @@
-//! The checker of plans finds the faults that only some state of the toggles shows.
+//! The checker of plans finds the violations that only some state of the toggles shows.
 
 use std::sync::Arc;
 
 use umbragraph::compiler::{
-    Assembly, CullReason, FaultKind, Plan, PlanOptions, PlannedPass, StoreOperation, build, plan, verify,
+    Assembly, CullReason, Plan, PlanOptions, PlannedPass, StoreOperation, ViolationKind, build, plan, verify,
 };
 use umbragraph::diagnostic::Diagnostics;
 use umbragraph::pipeline::{Condition, Pipeline, Version};
@@ -33,20 +33,20 @@ fn right() -> Plan {
     let _ = assembly.pass("show").reads(b).reads(e).color(target, CLEAR);
     assembly.passthrough(b, a, Version::Newest, Condition { toggle: effect, on: true });
     let (pipeline, sources) = assembly.finish();
-    let mut findings = Diagnostics::new();
-    let graph = build(&pipeline, &mut findings).expect("a graph");
-    let plan = plan(&pipeline, &graph, &options(), &sources, &mut findings);
-    plan.unwrap_or_else(|| panic!("{findings:#?}"))
+    let mut diagnostics = Diagnostics::new();
+    let graph = build(&pipeline, &mut diagnostics).expect("a graph");
+    let plan = plan(&pipeline, &graph, &options(), &sources, &mut diagnostics);
+    plan.unwrap_or_else(|| panic!("{diagnostics:#?}"))
 }
 
-/// Asserts that the checker finds a fault of this kind once it is planted.
+/// Asserts that the checker finds a violation of this kind once it is planted.
 #[track_caller]
-fn caught(kind: FaultKind, plant: impl FnOnce(&mut Plan)) {
+fn caught(kind: ViolationKind, plant: impl FnOnce(&mut Plan)) {
     let mut plan = right();
     assert_eq!(verify(&plan, &options()), Vec::new(), "before anything is planted");
     plant(&mut plan);
-    let faults = verify(&plan, &options());
-    assert!(faults.iter().any(|fault| fault.kind == kind), "{faults:#?}");
+    let violations = verify(&plan, &options());
+    assert!(violations.iter().any(|violation| violation.kind == kind), "{violations:#?}");
 }
 
 fn at(plan: &Plan, name: &str) -> usize {
@@ -63,7 +63,7 @@ fn pipeline(plan: &mut Plan) -> &mut Pipeline {
 }
 
 #[test]
-fn the_plan_without_faults_aliases_but_never_what_a_toggle_can_leave_unwritten() {
+fn the_plan_without_violations_aliases_but_never_what_a_toggle_can_leave_unwritten() {
     let plan = right();
     assert_eq!(plan.resources["early"].physical, plan.resources["d"].physical);
     assert!(plan.resources["b"].conditional);
@@ -71,14 +71,14 @@ fn the_plan_without_faults_aliases_but_never_what_a_toggle_can_leave_unwritten()
 
 #[test]
 fn a_store_that_only_the_state_without_a_clear_needs_is_caught() {
-    caught(FaultKind::ContentsDropped, |plan| {
+    caught(ViolationKind::ContentsDropped, |plan| {
         pass(plan, "base").color[0].store = StoreOperation::Discard;
     });
 }
 
 #[test]
 fn a_culled_writer_that_only_the_state_without_the_cover_needs_is_caught() {
-    caught(FaultKind::CulledButNeeded, |plan| {
+    caught(ViolationKind::CulledButNeeded, |plan| {
         let base = at(plan, "base");
         plan.passes.remove(base);
         plan.culled.insert("base".to_owned(), CullReason::NothingReads(vec!["a".to_owned()]));
@@ -87,7 +87,7 @@ fn a_culled_writer_that_only_the_state_without_the_cover_needs_is_caught() {
 
 #[test]
 fn a_writer_that_can_be_off_under_a_reader_that_stays_is_caught() {
-    caught(FaultKind::UninitialisedRead, |plan| {
+    caught(ViolationKind::UninitialisedRead, |plan| {
         let base = pipeline(plan).find_pass("base").expect("base");
         pipeline(plan).passes[base.index()].condition = Some(Condition { toggle: 1, on: true });
     });
@@ -95,7 +95,7 @@ fn a_writer_that_can_be_off_under_a_reader_that_stays_is_caught() {
 
 #[test]
 fn a_render_pass_of_two_toggles_is_caught() {
-    caught(FaultKind::GroupBroken, |plan| {
+    caught(ViolationKind::GroupBroken, |plan| {
         let group = pass(plan, "more").group;
         let from = at(plan, "haze");
         for pass in &mut plan.passes[from..] {
@@ -107,7 +107,7 @@ fn a_render_pass_of_two_toggles_is_caught() {
 
 #[test]
 fn shared_memory_of_what_a_toggle_can_leave_unwritten_is_caught() {
-    caught(FaultKind::SharedThoughConditional, |plan| {
+    caught(ViolationKind::SharedThoughConditional, |plan| {
         let early = plan.resources["early"].physical;
         plan.resources.get_mut("b").expect("b").physical = early;
     });
@@ -115,35 +115,35 @@ fn shared_memory_of_what_a_toggle_can_leave_unwritten_is_caught() {
 
 #[test]
 fn a_wrong_word_about_what_a_toggle_can_leave_unwritten_is_caught() {
-    caught(FaultKind::ToggleWrong, |plan| {
+    caught(ViolationKind::ToggleWrong, |plan| {
         plan.resources.get_mut("b").expect("b").conditional = false;
     });
 }
 
 #[test]
 fn a_toggle_stated_wrong_is_caught() {
-    caught(FaultKind::ToggleWrong, |plan| pass(plan, "fog").toggle = Some("!fog".to_owned()));
-    caught(FaultKind::ToggleWrong, |plan| pass(plan, "haze").toggle = None);
+    caught(ViolationKind::ToggleWrong, |plan| pass(plan, "fog").toggle = Some("!fog".to_owned()));
+    caught(ViolationKind::ToggleWrong, |plan| pass(plan, "haze").toggle = None);
 }
 
 #[test]
 fn a_passthrough_stated_wrong_is_caught() {
-    caught(FaultKind::ToggleWrong, |plan| pass(plan, "effect").passthrough.clear());
-    caught(FaultKind::ToggleWrong, |plan| {
+    caught(ViolationKind::ToggleWrong, |plan| pass(plan, "effect").passthrough.clear());
+    caught(ViolationKind::ToggleWrong, |plan| {
         pass(plan, "fog").passthrough.insert("a".to_owned(), "c".to_owned());
     });
 }
 
 #[test]
 fn other_states_at_the_start_than_the_pipeline_says_are_caught() {
-    caught(FaultKind::ToggleWrong, |plan| {
+    caught(ViolationKind::ToggleWrong, |plan| {
         plan.toggles.insert("fog".to_owned(), false);
     });
 }
 
 #[test]
 fn a_reader_that_does_not_use_the_fallback_is_caught() {
-    caught(FaultKind::PassthroughMissing, |plan| {
+    caught(ViolationKind::PassthroughMissing, |plan| {
         let (show, a) = (pipeline(plan).find_pass("show"), pipeline(plan).find_resource("a"));
         let accesses = pipeline(plan).passes[show.expect("show").index()].tamper().1;
         accesses.retain(|one| Some(one.resource) != a);
@@ -152,7 +152,7 @@ fn a_reader_that_does_not_use_the_fallback_is_caught() {
 
 #[test]
 fn a_reader_that_uses_what_is_passed_through_in_every_frame_is_caught() {
-    caught(FaultKind::PassthroughMissing, |plan| {
+    caught(ViolationKind::PassthroughMissing, |plan| {
         let (show, b) = (pipeline(plan).find_pass("show"), pipeline(plan).find_resource("b"));
         for one in pipeline(plan).passes[show.expect("show").index()].tamper().1 {
             if Some(one.resource) == b {
@@ -164,7 +164,7 @@ fn a_reader_that_uses_what_is_passed_through_in_every_frame_is_caught() {
 
 #[test]
 fn a_fallback_with_other_samples_is_caught() {
-    caught(FaultKind::PassthroughMisfit, |plan| {
+    caught(ViolationKind::PassthroughMisfit, |plan| {
         let size = plan.resources.get_mut("a").and_then(|one| one.size.as_mut());
         size.expect("a size").samples = 4;
     });
@@ -172,7 +172,7 @@ fn a_fallback_with_other_samples_is_caught() {
 
 #[test]
 fn a_fallback_that_is_overwritten_before_its_reader_is_caught() {
-    caught(FaultKind::ReadTooEarly, |plan| {
+    caught(ViolationKind::ReadTooEarly, |plan| {
         let (from, to) = (at(plan, "haze"), at(plan, "show"));
         let moved = plan.passes.remove(from);
         plan.passes.insert(to, moved);

@@ -66,7 +66,7 @@ fn templates_of_a_document_bring_about_what_the_document_alone_cannot() {
     );
     let found = |text: &str, templates: &[(&str, &str)]| {
         let outcome = check_with("one.json", text, &With { templates, ..With::default() });
-        assert!(outcome.findings.iter().all(|finding| finding.help.is_some()), "{}", outcome.text());
+        assert!(outcome.diagnostics.iter().all(|diagnostic| diagnostic.help.is_some()), "{}", outcome.text());
         outcome.codes()
     };
     let vertex = "@vertex fn vertex() -> @builtin(position) vec4<f32> { return vec4<f32>(); }\n";

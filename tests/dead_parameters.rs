@@ -109,7 +109,7 @@ impl Subject<'_> {
             ..With::default()
         };
         let outcome = check_with(self.name, self.text, &with);
-        if outcome.findings.has_errors() { None } else { outcome.checked.plan }
+        if outcome.diagnostics.has_errors() { None } else { outcome.checked.plan }
     }
 
     fn contexts(&self, pipeline: &Pipeline) -> Vec<Context> {

@@ -22,17 +22,17 @@ struct Validator<'a> {
 
 impl Validator<'_> {
     /// What a value breaks, each with its pointer.
-    fn faults(&self, value: &Value, schema: &Value, at: &str) -> Vec<String> {
+    fn violations(&self, value: &Value, schema: &Value, at: &str) -> Vec<String> {
         let Value::Object(rules) = schema else {
             assert!(schema.is_boolean(), "{schema}");
             return if schema == &json!(true) { Vec::new() } else { vec![format!("{at}: nothing fits")] };
         };
-        let fits = |schema: &Value| self.faults(value, schema, at).is_empty();
+        let fits = |schema: &Value| self.violations(value, schema, at).is_empty();
         let list = |words: &Value| words.as_array().expect("a list").clone();
-        let mut faults = Vec::new();
+        let mut violations = Vec::new();
         let mut want = |holds: bool, what: &str| {
             if !holds {
-                faults.push(format!("{at}: {what}"));
+                violations.push(format!("{at}: {what}"));
             }
         };
         let mut below: Vec<String> = Vec::new();
@@ -43,7 +43,7 @@ impl Validator<'_> {
                         rule.as_str().and_then(|text| text.strip_prefix('#')).expect("a local reference");
                     let target =
                         self.root.pointer(pointer).unwrap_or_else(|| panic!("{pointer} leads nowhere"));
-                    below.extend(self.faults(value, target, at));
+                    below.extend(self.violations(value, target, at));
                 }
                 "type" => {
                     let types = if rule.is_array() { list(rule) } else { vec![rule.clone()] };
@@ -55,14 +55,14 @@ impl Validator<'_> {
                 "enum" => want(list(rule).contains(value), "is none of the words"),
                 "const" => want(rule == value, &format!("is not {rule}")),
                 "not" => want(!fits(rule), "is what it must not be"),
-                "allOf" => below.extend(list(rule).iter().flat_map(|one| self.faults(value, one, at))),
+                "allOf" => below.extend(list(rule).iter().flat_map(|one| self.violations(value, one, at))),
                 "anyOf" => want(list(rule).iter().any(fits), "fits none of the alternatives"),
                 "oneOf" => {
                     want(list(rule).iter().filter(|one| fits(one)).count() == 1, "does not fit exactly one");
                 }
                 "if" => {
                     let then = rules.get(if fits(rule) { "then" } else { "else" });
-                    below.extend(then.into_iter().flat_map(|then| self.faults(value, then, at)));
+                    below.extend(then.into_iter().flat_map(|then| self.violations(value, then, at)));
                 }
                 "then" | "else" => assert!(rules.contains_key("if")),
                 "required" => {
@@ -77,27 +77,27 @@ impl Validator<'_> {
                         let Some(member) = value.as_object().and_then(|object| object.get(key)) else {
                             continue;
                         };
-                        below.extend(self.faults(member, rule, &format!("{at}/{key}")));
+                        below.extend(self.violations(member, rule, &format!("{at}/{key}")));
                     }
                 }
                 "additionalProperties" => {
                     let known = rules.get("properties").and_then(Value::as_object);
                     for (key, member) in value.as_object().into_iter().flatten() {
                         if known.is_none_or(|known| !known.contains_key(key)) {
-                            below.extend(self.faults(member, rule, &format!("{at}/{key}")));
+                            below.extend(self.violations(member, rule, &format!("{at}/{key}")));
                         }
                     }
                 }
                 "items" => {
                     let before = rules.get("prefixItems").and_then(Value::as_array).map_or(0, Vec::len);
                     for (index, element) in value.as_array().into_iter().flatten().enumerate().skip(before) {
-                        below.extend(self.faults(element, rule, &format!("{at}/{index}")));
+                        below.extend(self.violations(element, rule, &format!("{at}/{index}")));
                     }
                 }
                 "prefixItems" => {
                     let elements = value.as_array().into_iter().flatten().zip(list(rule));
                     for (index, (element, rule)) in elements.enumerate() {
-                        below.extend(self.faults(element, &rule, &format!("{at}/{index}")));
+                        below.extend(self.violations(element, &rule, &format!("{at}/{index}")));
                     }
                 }
                 "minItems" => want(
@@ -127,8 +127,8 @@ impl Validator<'_> {
                 silent => assert!(SILENT.contains(&silent), "the keyword {silent} is not known here"),
             }
         }
-        faults.extend(below);
-        faults
+        violations.extend(below);
+        violations
     }
 }
 
@@ -149,8 +149,8 @@ fn committed() -> Value {
     serde_json::from_str(&std::fs::read_to_string(root().join("pipeline.schema.json")).unwrap()).unwrap()
 }
 
-fn faults(schema: &Value, value: &Value) -> Vec<String> {
-    Validator { root: schema }.faults(value, schema, "")
+fn violations(schema: &Value, value: &Value) -> Vec<String> {
+    Validator { root: schema }.violations(value, schema, "")
 }
 
 /// A file as it is written, not composed, without its comments.
@@ -186,7 +186,7 @@ fn every_file_that_names_the_schema_conforms_to_it_as_it_is_written() {
         let Some(named) = value["$schema"].as_str() else { continue };
         let named = path.parent().unwrap().join(named).canonicalize().unwrap();
         assert_eq!(named, root().join("pipeline.schema.json").canonicalize().unwrap(), "{}", path.display());
-        assert_eq!(faults(&schema, &value), Vec::<String>::new(), "{}", path.display());
+        assert_eq!(violations(&schema, &value), Vec::<String>::new(), "{}", path.display());
         count += 1;
     }
     assert!(count >= 29, "{count} files");
@@ -203,16 +203,16 @@ fn files_of_the_other_kinds_conform_to_theirs() {
     for (kind, paths) in kinds {
         let schema = schema_of(kind, &umbragraph::registry());
         for path in paths {
-            assert_eq!(faults(&schema, &read(&path)), Vec::<String>::new(), "{}", path.display());
+            assert_eq!(violations(&schema, &read(&path)), Vec::<String>::new(), "{}", path.display());
         }
     }
     let schema = |kind| schema_of(kind, &umbragraph::registry());
     let settings =
         json!({ "format": 1, "name": "x", "inserts": { "point": { "a": { "copy": { "form": 1 } } } } });
-    assert!(!faults(&schema(FileKind::Extension), &settings).is_empty(), "settings of passes too");
+    assert!(!violations(&schema(FileKind::Extension), &settings).is_empty(), "settings of passes too");
     let subgraph = json!({ "inputs": {}, "passes": { "a": { "fullscreen": 1 } } });
-    assert!(!faults(&schema(FileKind::Subgraph), &subgraph).is_empty());
-    assert!(!faults(&schema(FileKind::Parameters), &json!({ "parametres": {} })).is_empty());
+    assert!(!violations(&schema(FileKind::Subgraph), &subgraph).is_empty());
+    assert!(!violations(&schema(FileKind::Parameters), &json!({ "parametres": {} })).is_empty());
 }
 
 /// A sound document, and one that is laid over it.
@@ -221,7 +221,7 @@ fn whole() -> Value {
 }
 
 #[test]
-fn what_is_missing_or_deleted_is_a_fault_unless_the_file_extends_another() {
+fn what_is_missing_or_deleted_is_a_error_unless_the_file_extends_another() {
     let schema = committed();
     let required = [
         "/passes",
@@ -237,24 +237,28 @@ fn what_is_missing_or_deleted_is_a_fault_unless_the_file_extends_another() {
             panic!("{pointer}")
         };
         assert!(object.remove(key).is_some(), "{pointer}");
-        assert!(!faults(&schema, &lacking).is_empty(), "{pointer} is missing");
+        assert!(!violations(&schema, &lacking).is_empty(), "{pointer} is missing");
         lacking["extends"] = "base.json".into();
-        assert_eq!(faults(&schema, &lacking), Vec::<String>::new(), "{pointer} may stand in the file below");
+        assert_eq!(
+            violations(&schema, &lacking),
+            Vec::<String>::new(),
+            "{pointer} may stand in the file below"
+        );
         let mut deleted = whole();
         *deleted.pointer_mut(pointer).unwrap() = Value::Null;
-        assert!(!faults(&schema, &deleted).is_empty(), "{pointer} is null");
+        assert!(!violations(&schema, &deleted).is_empty(), "{pointer} is null");
         deleted["extends"] = "base.json".into();
-        assert_eq!(faults(&schema, &deleted), Vec::<String>::new(), "{pointer} may be deleted");
+        assert_eq!(violations(&schema, &deleted), Vec::<String>::new(), "{pointer} may be deleted");
     }
 }
 
 #[test]
-fn what_is_wrong_is_a_fault_in_a_file_that_extends_another_too() {
+fn what_is_wrong_is_a_error_in_a_file_that_extends_another_too() {
     let schema = committed();
     let over = |value: Value| {
         let mut document = json!({ "format": 1, "name": "x", "extends": "base.json" });
         document.as_object_mut().unwrap().extend(value.as_object().unwrap().clone());
-        faults(&schema, &document)
+        violations(&schema, &document)
     };
     assert_eq!(
         over(json!({ "passes": { "a": null, "b": { "fullscreen": { "shader": "s" } } } })),

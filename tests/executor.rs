@@ -371,8 +371,11 @@ fn imports_that_are_missing_or_not_as_planned_are_refused_and_the_next_frame_is_
     let mut record = |imports: &[(&str, &wgpu::Texture)]| {
         let result =
             executor.record(&mut encoder, &Frame { input: &input, draws: None, imports, toggles: &[] });
-        result.err().map(|findings| {
-            findings.iter().map(|finding| (finding.code.id, finding.message.clone())).collect::<Vec<_>>()
+        result.err().map(|diagnostics| {
+            diagnostics
+                .iter()
+                .map(|diagnostic| (diagnostic.code.id, diagnostic.message.clone()))
+                .collect::<Vec<_>>()
         })
     };
     assert_eq!(record(&[]), Some(vec![("UG0802", "the host gave no texture for \"target\"".to_owned())]));
@@ -391,8 +394,8 @@ fn a_pipeline_that_draws_meshes_wants_a_source_of_them() {
     let outcome = check_file("pipelines/nebula.json", &With::default());
     let plan = std::sync::Arc::new(outcome.plan().clone());
     let result = pollster::block_on(umbragraph::executor::Executor::new(&gpu.device, &gpu.queue, plan, None));
-    let findings = result.err().expect("a refusal");
-    assert!(findings.iter().all(|finding| finding.code.id == "UG0608"), "{findings:?}");
+    let diagnostics = result.err().expect("a refusal");
+    assert!(diagnostics.iter().all(|diagnostic| diagnostic.code.id == "UG0608"), "{diagnostics:?}");
 }
 
 #[test]

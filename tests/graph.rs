@@ -244,9 +244,9 @@ fn a_cycle_names_all_of_its_members() {
         &[copy("p1", "c", "a"), copy("p2", "a", "b"), copy("p3", "b", "c"), copy("show", "c", "target")],
     ));
     assert_eq!(outcome.codes(), ["UG0403"]);
-    let finding = outcome.findings.iter().next().unwrap();
-    assert_eq!(finding.message, "the passes \"p1\", \"p2\", \"p3\" wait for one another");
-    assert_eq!(finding.related.len(), 3);
+    let diagnostic = outcome.diagnostics.iter().next().unwrap();
+    assert_eq!(diagnostic.message, "the passes \"p1\", \"p2\", \"p3\" wait for one another");
+    assert_eq!(diagnostic.related.len(), 3);
 }
 
 #[test]

@@ -14,28 +14,28 @@ const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 
 fn compile(assembly: Assembly, options: &PlanOptions) -> (Option<Plan>, Diagnostics) {
     let (pipeline, sources) = assembly.finish();
-    let mut findings = Diagnostics::new();
-    let plan = build(&pipeline, &mut findings)
-        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
-    let plan = plan.filter(|_| !findings.has_errors());
+    let mut diagnostics = Diagnostics::new();
+    let plan = build(&pipeline, &mut diagnostics)
+        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut diagnostics));
+    let plan = plan.filter(|_| !diagnostics.has_errors());
     if let Some(plan) = &plan {
         assert_eq!(verify(plan, options), Vec::new());
     }
-    (plan, findings)
+    (plan, diagnostics)
 }
 
 #[track_caller]
 fn planned(assembly: Assembly, objective: Objective) -> Plan {
     let options = PlanOptions { objective, ..PlanOptions::new(64, 64) };
-    let (plan, findings) = compile(assembly, &options);
-    plan.unwrap_or_else(|| panic!("{findings:#?}"))
+    let (plan, diagnostics) = compile(assembly, &options);
+    plan.unwrap_or_else(|| panic!("{diagnostics:#?}"))
 }
 
 #[track_caller]
 fn refused(assembly: Assembly) -> Vec<&'static str> {
-    let (plan, findings) = compile(assembly, &PlanOptions::new(64, 64));
+    let (plan, diagnostics) = compile(assembly, &PlanOptions::new(64, 64));
     assert!(plan.is_none());
-    findings.iter().map(|finding| finding.code.id).collect()
+    diagnostics.iter().map(|diagnostic| diagnostic.code.id).collect()
 }
 
 fn names(plan: &Plan) -> Vec<&str> {
@@ -289,9 +289,10 @@ fn an_import_used_beyond_its_usage_is_refused_at_the_use() {
     let _ = assembly.pass("p").writes(target);
     let mut options = PlanOptions::new(64, 64);
     options.import_usages.insert("target".to_owned(), TextureUsages::RENDER_ATTACHMENT);
-    let (plan, findings) = compile(assembly, &options);
+    let (plan, diagnostics) = compile(assembly, &options);
     assert!(plan.is_none());
-    let found: Vec<_> = findings.iter().map(|finding| (finding.code.id, finding.message.as_str())).collect();
+    let found: Vec<_> =
+        diagnostics.iter().map(|diagnostic| (diagnostic.code.id, diagnostic.message.as_str())).collect();
     let message =
         "\"p\" uses the import \"target\" as write-only storage, which the host's texture does not allow";
     assert_eq!(found, [("UG0408", message)]);
@@ -319,7 +320,7 @@ fn a_size_that_leads_through_too_many_resources_is_refused_instead_of_overflowin
 }
 
 #[test]
-fn a_hundred_thousand_passes_and_a_cycle_through_all_of_them_end_in_a_finding() {
+fn a_hundred_thousand_passes_and_a_cycle_through_all_of_them_end_in_a_diagnostic() {
     let mut assembly = Assembly::new("cycle");
     let count = 100_000;
     let textures: Vec<_> = (0..count).map(|at| assembly.texture(&format!("t{at}"))).collect();
@@ -333,8 +334,8 @@ fn a_hundred_thousand_passes_and_a_cycle_through_all_of_them_end_in_a_finding() 
 #[test]
 fn without_aliasing_every_resource_has_memory_of_its_own() {
     let options = PlanOptions { aliasing: false, ..PlanOptions::new(64, 64) };
-    let (plan, findings) = compile(fan(3), &options);
-    let plan = plan.unwrap_or_else(|| panic!("{findings:#?}"));
+    let (plan, diagnostics) = compile(fan(3), &options);
+    let plan = plan.unwrap_or_else(|| panic!("{diagnostics:#?}"));
     assert_eq!(plan.textures.len(), 3);
     assert_eq!(plan.bytes, plan.bytes_without_aliasing);
 }
@@ -386,8 +387,8 @@ fn message(format: &str, writes: &[SubresourceRange], read: SubresourceRange) ->
         let _ = pass.accesses(texture, *range, Usage::CopyDestination, Version::Newest);
     }
     let _ = assembly.pass("read").reads_range(texture, read).side_effect();
-    let (_, findings) = compile(assembly, &PlanOptions::new(64, 64));
-    findings.iter().map(|one| format!("{} {}", one.code.id, one.message)).collect()
+    let (_, diagnostics) = compile(assembly, &PlanOptions::new(64, 64));
+    diagnostics.iter().map(|one| format!("{} {}", one.code.id, one.message)).collect()
 }
 
 #[test]
@@ -418,14 +419,14 @@ fn a_read_of_which_a_range_is_written_is_refused_and_the_rest_is_named() {
     let depth = [SubresourceRange::WHOLE.aspect(Aspect::DepthOnly)];
     assert_eq!(message("depth24plus-stencil8", &depth, SubresourceRange::WHOLE), unwritten("the stencil"));
     assert_eq!(message("depth24plus-stencil8", &depth, depth[0]), "");
-    let (_, findings) = compile(
+    let (_, diagnostics) = compile(
         bytes(&[SubresourceRange::bytes(0, 512)], SubresourceRange::bytes(256, 512)),
         &PlanOptions::new(64, 64),
     );
-    let finding = findings.iter().next().expect("a finding");
-    assert_eq!(finding.message, "\"read\" reads bytes 512 to 767 of \"a\", which nothing writes before");
+    let diagnostic = diagnostics.iter().next().expect("a diagnostic");
+    assert_eq!(diagnostic.message, "\"read\" reads bytes 512 to 767 of \"a\", which nothing writes before");
     assert!(
-        finding.help.as_deref().is_some_and(|help| help.contains("{ \"clear\": { \"buffer\": \"a\" } }"))
+        diagnostic.help.as_deref().is_some_and(|help| help.contains("{ \"clear\": { \"buffer\": \"a\" } }"))
     );
 }
 
@@ -439,8 +440,8 @@ fn what_lasts_what_is_culled_and_what_fills_in_the_rest_may_find_a_part() {
         let reader = assembly.pass("read").accesses(buffer, SubresourceRange::WHOLE, usage, Version::Newest);
         let _ = if is_live { reader.side_effect() } else { reader };
         let _ = assembly.pass("end").side_effect();
-        let (plan, findings) = compile(assembly, &PlanOptions::new(64, 64));
-        (plan.is_some(), findings.iter().map(|one| one.code.id).collect::<Vec<_>>())
+        let (plan, diagnostics) = compile(assembly, &PlanOptions::new(64, 64));
+        (plan.is_some(), diagnostics.iter().map(|one| one.code.id).collect::<Vec<_>>())
     };
     use Lifetime::{Persistent, Transient};
     assert_eq!(ranges(Transient, Usage::StorageRead, true), (false, vec!["UG0401"]));
@@ -461,13 +462,13 @@ fn a_size_of_the_viewport_decides_what_of_a_read_is_missing() {
     }
     let _ = assembly.pass("read").reads(layers).side_effect();
     let (pipeline, sources) = assembly.finish();
-    let mut findings = Diagnostics::new();
-    let graph = build(&pipeline, &mut findings).expect("a graph");
-    let two = plan(&pipeline, &graph, &PlanOptions::new(128, 64), &sources, &mut findings);
-    let two = two.unwrap_or_else(|| panic!("{findings:#?}"));
+    let mut diagnostics = Diagnostics::new();
+    let graph = build(&pipeline, &mut diagnostics).expect("a graph");
+    let two = plan(&pipeline, &graph, &PlanOptions::new(128, 64), &sources, &mut diagnostics);
+    let two = two.unwrap_or_else(|| panic!("{diagnostics:#?}"));
     assert!(two.resized(&graph, &PlanOptions::new(191, 64), &sources).is_ok());
-    let findings = two.resized(&graph, &PlanOptions::new(256, 64), &sources).expect_err("two layers more");
-    let messages: Vec<&str> = findings.iter().map(|one| one.message.as_str()).collect();
+    let diagnostics = two.resized(&graph, &PlanOptions::new(256, 64), &sources).expect_err("two layers more");
+    let messages: Vec<&str> = diagnostics.iter().map(|one| one.message.as_str()).collect();
     assert_eq!(messages, ["\"read\" reads layers 2 to 3 of \"a\", which nothing writes before"]);
 }
 

@@ -1,7 +1,7 @@
 //! What toggles mean for graphs and plans: what stays alive, what is stored, what shares memory, what is refused.
 
 use umbragraph::compiler::{
-    Assembly, FaultKind, KeepReason, Plan, PlanOptions, StoreOperation, build, plan, verify,
+    Assembly, KeepReason, Plan, PlanOptions, StoreOperation, ViolationKind, build, plan, verify,
 };
 use umbragraph::diagnostic::{Diagnostics, codes};
 use umbragraph::language::{Expr, Lifetime, TextureDeclaration};
@@ -12,29 +12,29 @@ const CLEAR: LoadOperation<[f64; 4]> = LoadOperation::Clear([0.0; 4]);
 
 fn planned(assembly: Assembly) -> Result<Plan, Diagnostics> {
     let (pipeline, sources) = assembly.finish();
-    let mut findings = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     let options = PlanOptions::new(64, 64);
-    let plan = build(&pipeline, &mut findings)
-        .and_then(|graph| plan(&pipeline, &graph, &options, &sources, &mut findings));
+    let plan = build(&pipeline, &mut diagnostics)
+        .and_then(|graph| plan(&pipeline, &graph, &options, &sources, &mut diagnostics));
     match plan {
-        Some(plan) if !findings.has_errors() => {
+        Some(plan) if !diagnostics.has_errors() => {
             assert_eq!(verify(&plan, &options), Vec::new());
             Ok(plan)
         }
-        _ => Err(findings),
+        _ => Err(diagnostics),
     }
 }
 
 #[track_caller]
 fn right(assembly: Assembly) -> Plan {
-    planned(assembly).unwrap_or_else(|findings| panic!("{findings:#?}"))
+    planned(assembly).unwrap_or_else(|diagnostics| panic!("{diagnostics:#?}"))
 }
 
 #[track_caller]
 fn refused(assembly: Assembly) -> (&'static str, String) {
-    let findings = planned(assembly).expect_err("findings");
-    let finding = findings.iter().next().expect("a finding");
-    (finding.code.id, finding.message.clone())
+    let diagnostics = planned(assembly).expect_err("diagnostics");
+    let diagnostic = diagnostics.iter().next().expect("a diagnostic");
+    (diagnostic.code.id, diagnostic.message.clone())
 }
 
 fn names(plan: &Plan) -> Vec<&str> {
@@ -336,7 +336,10 @@ fn a_store_that_only_one_state_needs_is_not_dropped() {
     let _ = assembly.pass("show").reads(a).color(target, CLEAR);
     let mut plan = right(assembly);
     plan.passes[0].color[0].store = StoreOperation::Discard;
-    let faults = verify(&plan, &PlanOptions::new(64, 64));
-    assert_eq!(faults[0].kind, FaultKind::ContentsDropped);
-    assert_eq!(faults[0].message, "\"show\" needs \"a\", which \"base\" does not store, with \"fog\" off");
+    let violations = verify(&plan, &PlanOptions::new(64, 64));
+    assert_eq!(violations[0].kind, ViolationKind::ContentsDropped);
+    assert_eq!(
+        violations[0].message,
+        "\"show\" needs \"a\", which \"base\" does not store, with \"fog\" off"
+    );
 }

@@ -1,5 +1,5 @@
-//! Texts of which nothing can be made, and random mutations of those of which something can: findings that stand inside
-//! the text, never a panic.
+//! Texts of which nothing can be made, and random mutations of those of which something can: diagnostics that stand
+//! inside the text, never a panic.
 
 mod common;
 #[path = "../benches/hopeless.rs"]
@@ -12,59 +12,59 @@ use umbragraph::compose::{self, Memory};
 use umbragraph::diagnostic::{Diagnostics, Place, codes};
 use umbragraph::source::Sources;
 
-/// Asserts that every finding, and all that is related to it, stands inside its text.
+/// Asserts that every diagnostic, and all that is related to it, stands inside its text.
 #[track_caller]
 fn assert_placed(outcome: &Outcome, what: &str) {
-    for finding in &outcome.findings {
-        let related = finding.related.iter().map(|related| &related.place);
-        for place in related.chain([&finding.place]) {
+    for diagnostic in &outcome.diagnostics {
+        let related = diagnostic.related.iter().map(|related| &related.place);
+        for place in related.chain([&diagnostic.place]) {
             let Place::Span(span) = place else { continue };
             let length = outcome.sources.get(span.file).map_or(0, |file| file.text().len());
             assert!(
                 span.start <= span.end && span.end as usize <= length,
                 "{what}: {} at {span:?} of {length} bytes",
-                finding.message
+                diagnostic.message
             );
         }
     }
 }
 
 #[test]
-fn hopeless_texts_are_findings_inside_the_text() {
+fn hopeless_texts_are_diagnostics_inside_the_text() {
     for (name, text) in texts::texts() {
         let outcome = check_with("hopeless.json", &text, &With::default());
-        assert!(outcome.findings.has_errors(), "{name}");
-        assert!(outcome.findings.len() <= 2_000, "{name}: {} findings", outcome.findings.len());
+        assert!(outcome.diagnostics.has_errors(), "{name}");
+        assert!(outcome.diagnostics.len() <= 2_000, "{name}: {} diagnostics", outcome.diagnostics.len());
         assert_placed(&outcome, name);
     }
 }
 
 #[test]
-fn every_truncation_of_a_pipeline_is_a_finding_inside_the_text() {
+fn every_truncation_of_a_pipeline_is_a_diagnostic_inside_the_text() {
     let text = std::fs::read_to_string(root().join("pipelines/nebula.json")).unwrap();
     let end = text.trim_end().len();
     for at in (0..end).step_by(37).filter(|at| text.is_char_boundary(*at)) {
         let outcome = check_with("pipelines/cut.json", &text[..at], &With::default());
-        assert!(outcome.findings.has_errors(), "cut at byte {at}");
+        assert!(outcome.diagnostics.has_errors(), "cut at byte {at}");
         assert_placed(&outcome, &format!("cut at byte {at}"));
     }
 }
 
 #[test]
-fn bytes_that_are_no_text_are_a_finding_at_the_first_of_them() {
+fn bytes_that_are_no_text_are_a_diagnostic_at_the_first_of_them() {
     let path = std::env::temp_dir().join(format!("umbragraph-not-utf8-{}.json", std::process::id()));
     for (bytes, at) in [(&b"{ \"a\": \"\xff\" }"[..], 8), (b"\xff\xfe{\0}\0", 0), (b"{}\xe2\x82", 2)] {
         std::fs::write(&path, bytes).unwrap();
-        let finding = umbragraph::read_source(&path, &mut Sources::new()).unwrap_err();
-        assert_eq!(finding.code.id, "UG0002");
-        let Place::Span(span) = finding.place else { panic!("{finding:?}") };
+        let diagnostic = umbragraph::read_source(&path, &mut Sources::new()).unwrap_err();
+        assert_eq!(diagnostic.code.id, "UG0002");
+        let Place::Span(span) = diagnostic.place else { panic!("{diagnostic:?}") };
         assert_eq!(span.start, at);
     }
     std::fs::remove_file(&path).unwrap();
 }
 
 #[test]
-fn files_that_lead_back_to_themselves_are_one_finding() {
+fn files_that_lead_back_to_themselves_are_one_diagnostic() {
     for key in ["extends", "include"] {
         for length in [1, 2, 30] {
             let files = (0..length).map(|at| {
@@ -72,18 +72,18 @@ fn files_that_lead_back_to_themselves_are_one_finding() {
                 (format!("f{at}.json"), format!("{{ \"{key}\": \"f{next}.json\" }}"))
             });
             let mut memory = Memory(files.collect());
-            let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+            let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
             let file = sources.add("f0.json", memory.0["f0.json"].as_str());
             let path = Path::new("f0.json");
-            assert!(compose::compose(file, path, &mut memory, &mut sources, &mut findings).is_none());
-            let codes: Vec<_> = findings.iter().map(|finding| finding.code).collect();
+            assert!(compose::compose(file, path, &mut memory, &mut sources, &mut diagnostics).is_none());
+            let codes: Vec<_> = diagnostics.iter().map(|diagnostic| diagnostic.code).collect();
             assert_eq!(codes, [codes::FILE_CYCLE], "{key} of {length} files");
         }
     }
 }
 
 #[test]
-fn subgraph_files_without_end_are_a_finding() {
+fn subgraph_files_without_end_are_a_diagnostic() {
     // Each file uses the next, which either is there or is not.
     for there in [true, false] {
         let uses = |from: usize, to: usize| {
@@ -94,12 +94,12 @@ fn subgraph_files_without_end_are_a_finding() {
         let text = if there { uses(1, 2) } else { uses(1, 100_000) };
         let files = (1..500).filter(|_| there).map(|at| (format!("f{at}.json"), uses(at + 1, at + 2)));
         let mut memory = Memory(files.collect());
-        let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+        let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
         let file = sources.add("f0.json", text);
         let path = Path::new("f0.json");
-        assert!(compose::compose(file, path, &mut memory, &mut sources, &mut findings).is_none());
-        assert!(findings.len() <= 65, "{}", findings.len());
-        assert!(findings.iter().any(|finding| finding.code == codes::FILE_CYCLE), "{there}");
+        assert!(compose::compose(file, path, &mut memory, &mut sources, &mut diagnostics).is_none());
+        assert!(diagnostics.len() <= 65, "{}", diagnostics.len());
+        assert!(diagnostics.iter().any(|diagnostic| diagnostic.code == codes::FILE_CYCLE), "{there}");
     }
 }
 
@@ -176,7 +176,7 @@ fn mutate(text: &str, random: &mut Random) -> String {
 }
 
 #[test]
-fn mutations_of_valid_pipelines_never_panic_and_findings_stand_inside_the_text() {
+fn mutations_of_valid_pipelines_never_panic_and_diagnostics_stand_inside_the_text() {
     let mut random = Random(0x9e37_79b9_7f4a_7c15);
     for (file, rounds) in
         [("tests/broken/chain.json", 600), ("pipelines/nebula.json", 60), ("pipelines/awsm.json", 20)]
@@ -188,19 +188,19 @@ fn mutations_of_valid_pipelines_never_panic_and_findings_stand_inside_the_text()
             assert_placed(&outcome, &format!("{file}, mutation {round}"));
             // Nothing is refused without a word.
             assert!(
-                outcome.checked.plan.is_some() || outcome.findings.has_errors(),
-                "{file}, mutation {round} has no plan and no finding:\n{mutated}"
+                outcome.checked.plan.is_some() || outcome.diagnostics.has_errors(),
+                "{file}, mutation {round} has no plan and no diagnostic:\n{mutated}"
             );
         }
     }
 }
 
 #[test]
-fn more_faults_than_anybody_reads_are_cut_off() {
+fn more_errors_than_anybody_reads_are_cut_off() {
     let values = format!("[{}0]", "0,".repeat(1_500_001));
     assert_eq!(check(&values).codes(), ["UG0003"]);
     let keys: String = (0..5_000).map(|at| format!("\"k{at}\": 1, ")).collect();
     let outcome = check(&format!("{{ {keys} \"format\": 1 }}"));
-    assert!(outcome.findings.len() < 1_100, "{}", outcome.findings.len());
+    assert!(outcome.diagnostics.len() < 1_100, "{}", outcome.diagnostics.len());
     assert!(outcome.checked.pipeline.is_none());
 }

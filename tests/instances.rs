@@ -61,16 +61,17 @@ fn settings_are_decoded_once_however_often_their_subgraph_is_used() {
   "passes": {{ {} }} }}"#,
         uses.join(", ")
     );
-    let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
-    let templates = umbragraph::templates(&mut sources, &mut findings);
+    let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
+    let templates = umbragraph::templates(&mut sources, &mut diagnostics);
     let file = sources.add("many.json", text);
     let document = document::parse(&sources, file).unwrap();
     let mut registry = umbragraph::registry();
     registry.register::<Counted>();
     let (profile, choice) = (TargetProfile::webgpu(), Choice::default());
     let pipeline =
-        pipeline::load(&document, &registry, &templates, &profile, &choice, &sources, &mut findings).unwrap();
-    assert_eq!(render::human_all(&findings, &sources), "");
+        pipeline::load(&document, &registry, &templates, &profile, &choice, &sources, &mut diagnostics)
+            .unwrap();
+    assert_eq!(render::human_all(&diagnostics, &sources), "");
     assert_eq!(pipeline.passes.len(), 3_000);
     assert!(pipeline.find_resource("u999.y1").is_some());
     assert_eq!(COUNTED.each_ref().map(|count| count.load(Ordering::Relaxed)), [2, 3_000]);

@@ -144,7 +144,7 @@ fn a_side_effect_of_a_use_keeps_all_of_its_passes() {
 }
 
 #[test]
-fn more_pairs_in_an_order_than_a_graph_can_hold_are_a_finding() {
+fn more_pairs_in_an_order_than_a_graph_can_hold_are_a_diagnostic() {
     let pass = r#"{ "for_each": { "round": 1200 }, "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target", "blend": "add" }] } }"#;
     let text = two_uses("", "");
     let begin = text.find(r#""u": {"#).unwrap();
@@ -175,7 +175,7 @@ fn subgraphs_that_use_themselves_end_at_once() {
 }
 
 #[test]
-fn a_fault_inside_a_subgraph_is_reported_once_with_the_places_where_it_is_used() {
+fn a_error_inside_a_subgraph_is_reported_once_with_the_places_where_it_is_used() {
     let text = subgraph(r#"{ "image": "color@fill" }"#)
         .replace("\"bind\": { \"source\": \"small\" }", "\"bind\": { \"source\": \"smal\" }");
     let text = text.replace(
@@ -208,19 +208,19 @@ fn a_loop_makes_a_pass_for_each_round() {
     }
 }
 
-/// Composes files; the first is the pipeline. Returns the document and the findings as text.
+/// Composes files; the first is the pipeline. Returns the document and the diagnostics as text.
 fn composed(files: &[(&str, &str)]) -> (Option<serde_json::Value>, String) {
     let mut memory =
         Memory(files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect());
-    let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+    let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
     let file = sources.add(files[0].0, files[0].1);
-    let composed = compose::compose(file, Path::new(files[0].0), &mut memory, &mut sources, &mut findings);
-    (composed.map(|composed| composed.document.root.to_json()), render::human_all(&findings, &sources))
+    let composed = compose::compose(file, Path::new(files[0].0), &mut memory, &mut sources, &mut diagnostics);
+    (composed.map(|composed| composed.document.root.to_json()), render::human_all(&diagnostics, &sources))
 }
 
 #[test]
 fn extends_merges_objects_replaces_the_rest_and_deletes_with_null() {
-    let (document, findings) = composed(&[
+    let (document, diagnostics) = composed(&[
         (
             "a/top.json",
             r#"{ "extends": "../base.json", "parameters": { "x": { "default": 2 }, "y": null }, "list": [3] }"#,
@@ -230,7 +230,7 @@ fn extends_merges_objects_replaces_the_rest_and_deletes_with_null() {
             r#"{ "parameters": { "x": { "type": "u32", "default": 1 }, "y": { "default": 0 } }, "list": [1, 2] }"#,
         ),
     ]);
-    assert_eq!(findings, "");
+    assert_eq!(diagnostics, "");
     assert_eq!(
         document.unwrap(),
         serde_json::json!({ "parameters": { "x": { "type": "u32", "default": 2 } }, "list": [3] })
@@ -240,27 +240,27 @@ fn extends_merges_objects_replaces_the_rest_and_deletes_with_null() {
 #[test]
 fn extending_nothing_changes_nothing() {
     let text = r#"{ "name": "x", "passes": { "a": { "b": [1, { "c": true }] } } }"#;
-    let (document, findings) = composed(&[("a.json", text)]);
-    assert_eq!(findings, "");
+    let (document, diagnostics) = composed(&[("a.json", text)]);
+    assert_eq!(diagnostics, "");
     assert_eq!(document.unwrap(), serde_json::from_str::<serde_json::Value>(text).unwrap());
 }
 
 #[test]
-fn files_that_lead_back_to_themselves_or_are_not_there_are_findings_at_the_path() {
-    let (document, findings) =
+fn files_that_lead_back_to_themselves_or_are_not_there_are_diagnostics_at_the_path() {
+    let (document, diagnostics) =
         composed(&[("a.json", r#"{ "extends": "b.json" }"#), ("b.json", r#"{ "include": ["a.json"] }"#)]);
     assert!(document.is_none());
-    assert!(findings.contains("UG0007") && findings.contains("b.json:1:15"), "{findings}");
-    let (_, findings) = composed(&[("a.json", r#"{ "extends": "gone.json" }"#)]);
-    assert!(findings.contains("UG0001") && findings.contains("a.json:1:14"), "{findings}");
-    let (_, findings) =
+    assert!(diagnostics.contains("UG0007") && diagnostics.contains("b.json:1:15"), "{diagnostics}");
+    let (_, diagnostics) = composed(&[("a.json", r#"{ "extends": "gone.json" }"#)]);
+    assert!(diagnostics.contains("UG0001") && diagnostics.contains("a.json:1:14"), "{diagnostics}");
+    let (_, diagnostics) =
         composed(&[("a.json", r#"{ "extends": "gone.json", "x": null, "y": { "z": null } }"#)]);
-    assert!(findings.contains("UG0001") && !findings.contains("UG0109"), "{findings}");
+    assert!(diagnostics.contains("UG0001") && !diagnostics.contains("UG0109"), "{diagnostics}");
     let base = ("b.json", r#"{ "x": 1 }"#);
-    let (_, findings) = composed(&[("a.json", r#"{ "extend": "b.json", "x": null }"#), base]);
-    assert!(findings.contains("UG0102") && !findings.contains("UG0109"), "{findings}");
-    let (_, findings) = composed(&[("a.json", r#"{ "extends": "b.json", "x": null }"#), ("b.json", "{}")]);
-    assert!(findings.contains("UG0109"), "{findings}");
+    let (_, diagnostics) = composed(&[("a.json", r#"{ "extend": "b.json", "x": null }"#), base]);
+    assert!(diagnostics.contains("UG0102") && !diagnostics.contains("UG0109"), "{diagnostics}");
+    let (_, diagnostics) = composed(&[("a.json", r#"{ "extends": "b.json", "x": null }"#), ("b.json", "{}")]);
+    assert!(diagnostics.contains("UG0109"), "{diagnostics}");
 }
 
 #[test]
@@ -279,7 +279,7 @@ fn an_include_adds_and_never_changes() {
 fn an_extension_puts_its_passes_at_a_named_point() {
     let base = r#"{ "extension_points": { "late": { "after": ["shade"], "before": ["show"] } },
         "passes": { "shade": {}, "show": {} } }"#;
-    let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+    let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
     let mut parse = |name: &str, text: &str| {
         let file = sources.add(name, text);
         document::parse(&sources, file).unwrap().root
@@ -290,15 +290,15 @@ fn an_extension_puts_its_passes_at_a_named_point() {
         r#"{ "inserts": { "late": { "grain": {}, "glow": {} } }, "parameters": { "amount": {} } }"#,
     );
     let wrong = parse("wrong.json", r#"{ "inserts": { "lat": { "x": {} } } }"#);
-    compose::insert(&mut document, extension, &mut findings);
-    assert!(findings.is_empty());
+    compose::insert(&mut document, extension, &mut diagnostics);
+    assert!(diagnostics.is_empty());
     let json = document.to_json();
     assert_eq!(json["passes"]["grain"]["after"], serde_json::json!(["shade"]));
     assert_eq!(json["passes"]["glow"]["after"], serde_json::json!(["shade", "grain"]));
     assert_eq!(json["passes"]["show"]["after"], serde_json::json!(["grain", "glow"]));
     assert!(json["parameters"]["amount"].is_object());
-    compose::insert(&mut document, wrong, &mut findings);
-    assert_eq!(findings.iter().next().unwrap().code.id, "UG0210");
+    compose::insert(&mut document, wrong, &mut diagnostics);
+    assert_eq!(diagnostics.iter().next().unwrap().code.id, "UG0210");
 }
 
 /// Files in memory, and which of them were read.
@@ -331,17 +331,18 @@ fn a_subgraph_file_is_read_once_however_often_it_is_used() {
     ];
     let memory = files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect();
     let mut counted = Counted(Memory(memory), Vec::new());
-    let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+    let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
     let file = sources.add("top.json", top);
-    let composed = compose::compose(file, Path::new("top.json"), &mut counted, &mut sources, &mut findings);
-    let mut composed = composed.unwrap_or_else(|| panic!("{}", render::human_all(&findings, &sources)));
+    let composed =
+        compose::compose(file, Path::new("top.json"), &mut counted, &mut sources, &mut diagnostics);
+    let mut composed = composed.unwrap_or_else(|| panic!("{}", render::human_all(&diagnostics, &sources)));
     assert_eq!(counted.1, ["parts/base.json", "parts/deep/half.json", "other.json", "parts/blur.json"]);
     let file = sources.add("extension.json", extension);
     let path = Path::new("extension.json");
-    let extension = compose::compose(file, path, &mut counted, &mut sources, &mut findings).unwrap();
-    composed.insert(extension, &mut findings);
-    let text = render::human_all(&findings, &sources);
-    assert!(text.contains("UG0210") && findings.len() == 1, "only the extension point is missing: {text}");
+    let extension = compose::compose(file, path, &mut counted, &mut sources, &mut diagnostics).unwrap();
+    composed.insert(extension, &mut diagnostics);
+    let text = render::human_all(&diagnostics, &sources);
+    assert!(text.contains("UG0210") && diagnostics.len() == 1, "only the extension point is missing: {text}");
     let document = composed.document.root.to_json();
     let names: Vec<&String> = document["subgraphs"].as_object().unwrap().keys().collect();
     assert_eq!(names, ["own", "parts/deep/half.json", "other.json", "parts/blur.json", "new.json"]);
@@ -355,11 +356,12 @@ fn a_subgraph_file_is_read_once_however_often_it_is_used() {
 fn check_files(files: &[(&str, &str)]) -> common::Outcome {
     let mut memory =
         Memory(files.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned())).collect());
-    let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
-    let templates = umbragraph::templates(&mut sources, &mut findings);
+    let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
+    let templates = umbragraph::templates(&mut sources, &mut diagnostics);
     let (name, text) = files[0];
     let file = sources.add(name, text);
-    let composed = compose::compose(file, Path::new(name), &mut memory, &mut sources, &mut findings).unwrap();
+    let composed =
+        compose::compose(file, Path::new(name), &mut memory, &mut sources, &mut diagnostics).unwrap();
     let job = umbragraph::Job {
         registry: &umbragraph::registry(),
         templates: &templates,
@@ -367,8 +369,8 @@ fn check_files(files: &[(&str, &str)]) -> common::Outcome {
         choice: &umbragraph::pipeline::Choice::default(),
         options: &umbragraph::compiler::PlanOptions::new(640, 480),
     };
-    let checked = umbragraph::check_document(&composed.document, &job, &sources, &mut findings);
-    common::Outcome { sources, findings, checked }
+    let checked = umbragraph::check_document(&composed.document, &job, &sources, &mut diagnostics);
+    common::Outcome { sources, diagnostics, checked }
 }
 
 #[test]
@@ -392,7 +394,7 @@ fn a_subgraph_file_sees_what_it_is_given_and_a_subgraph_of_the_pipeline_what_sta
     };
     let seen = |used: &str, with: &str, part: &str| {
         let outcome = check_files(&[("top.json", &pipeline(used, with)), ("parts/blur.json", part)]);
-        if !outcome.findings.is_empty() {
+        if !outcome.diagnostics.is_empty() {
             return Err(outcome.text());
         }
         let plan = outcome.plan();
@@ -439,15 +441,15 @@ fn an_input_is_never_what_has_its_name_outside() {
 }
 
 #[test]
-fn passes_of_an_extension_outside_a_point_are_a_finding() {
+fn passes_of_an_extension_outside_a_point_are_a_diagnostic() {
     let mut sources = Sources::new();
     let pipeline = r#"{ "extension_points": { "point": {} }, "passes": {} }"#;
     let extension = r#"{ "inserts": { "point": {} }, "passes": { "lost": {} } }"#;
     let (pipeline, extension) = (sources.add("a.json", pipeline), sources.add("b.json", extension));
     let mut document = document::parse(&sources, pipeline).expect("JSON").root;
     let extension = document::parse(&sources, extension).expect("JSON").root;
-    let mut findings = Diagnostics::new();
-    compose::insert(&mut document, extension, &mut findings);
-    let codes: Vec<&str> = findings.iter().map(|finding| finding.code.id).collect();
+    let mut diagnostics = Diagnostics::new();
+    compose::insert(&mut document, extension, &mut diagnostics);
+    let codes: Vec<&str> = diagnostics.iter().map(|diagnostic| diagnostic.code.id).collect();
     assert_eq!(codes, ["UG0102"]);
 }

@@ -186,7 +186,7 @@ fn features_switch_passes_and_require_one_another() {
     assert_eq!(both.order(), ["paint", "show", "glow", "glow_again"]);
     let conflict = with(&[("strong_glow", "true")]);
     assert!(
-        conflict.findings.has_errors() && conflict.text().contains("requires \"glow\""),
+        conflict.diagnostics.has_errors() && conflict.text().contains("requires \"glow\""),
         "{}",
         conflict.text()
     );

@@ -28,13 +28,13 @@ const SIZE: [u32; 2] = [480, 270];
 
 fn checked(host: HostInterface) -> (Option<Plan>, Vec<String>) {
     let folder = Path::new("examples/own_meshes");
-    let (mut sources, mut findings) = (Sources::new(), Diagnostics::new());
+    let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
     let own = ["dominoes.wgsl.jinja", "dominoes.axes.json"].map(|name| (name.to_owned(), folder.join(name)));
     let templates = umbragraph::templates_with(
         &own,
         &mut Disk(Roots::default().and(folder)),
         &mut sources,
-        &mut findings,
+        &mut diagnostics,
     );
     let mut registry = umbragraph::registry();
     registry.host(GEOMETRY, host);
@@ -45,8 +45,9 @@ fn checked(host: HostInterface) -> (Option<Plan>, Vec<String>) {
         choice: &Choice::default(),
         options: &PlanOptions::new(SIZE[0], SIZE[1]),
     };
-    let plan = umbragraph::check_path(&folder.join("dominoes.json"), &job, &mut sources, &mut findings).plan;
-    (plan, findings.iter().map(|finding| render::human(finding, &sources)).collect())
+    let plan =
+        umbragraph::check_path(&folder.join("dominoes.json"), &job, &mut sources, &mut diagnostics).plan;
+    (plan, diagnostics.iter().map(|diagnostic| render::human(diagnostic, &sources)).collect())
 }
 
 fn frame() -> FrameInput {
@@ -94,17 +95,17 @@ fn brightness(picture: &Picture, input: &FrameInput, point: DVec3) -> u32 {
 #[test]
 fn an_application_of_its_own_draws_its_meshes_with_the_shadows_of_a_pipeline_it_extends() {
     let Some(gpu) = gpu::device() else { return };
-    let (plan, findings) = checked(interface());
-    assert!(findings.is_empty(), "{findings:#?}");
+    let (plan, diagnostics) = checked(interface());
+    assert!(diagnostics.is_empty(), "{diagnostics:#?}");
     let plan = Arc::new(plan.expect("a plan"));
     let meshes = Dominoes::new(&gpu.device, &gpu.queue);
     let target = common::gpu::import(&gpu, &plan, "target");
     let mut executor = pollster::block_on(Executor::new(&gpu.device, &gpu.queue, plan, Some(&meshes)))
-        .unwrap_or_else(|findings| panic!("{findings:?}"));
+        .unwrap_or_else(|diagnostics| panic!("{diagnostics:?}"));
     let input = frame();
     let frame = Frame { input: &input, draws: Some(&meshes), imports: &[("target", &target)], toggles: &[] };
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    executor.record(&mut encoder, &frame).unwrap_or_else(|findings| panic!("{findings:?}"));
+    executor.record(&mut encoder, &frame).unwrap_or_else(|diagnostics| panic!("{diagnostics:?}"));
     gpu.queue.submit([encoder.finish()]);
     let picture = common::gpu::read(&gpu, &target);
 
@@ -123,11 +124,11 @@ fn a_host_whose_blocks_lie_elsewhere_is_found_without_a_device() {
     if let HostSlotKind::Block { members, .. } = &mut host.object[0].kind {
         members[2].offset = 76;
     }
-    let (_, findings) = checked(host);
-    assert_eq!(findings.len(), 1, "{findings:#?}");
+    let (_, diagnostics) = checked(host);
+    assert_eq!(diagnostics.len(), 1, "{diagnostics:#?}");
     assert!(
-        findings[0].contains("\"domino.color\" lies at byte 76 on the host and at byte 80"),
+        diagnostics[0].contains("\"domino.color\" lies at byte 76 on the host and at byte 80"),
         "{}",
-        findings[0]
+        diagnostics[0]
     );
 }

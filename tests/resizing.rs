@@ -42,10 +42,10 @@ fn compare(name: &str) -> usize {
     for objective in Objective::ALL {
         let options = PlanOptions { objective, ..PlanOptions::new(640, 480) };
         let scratch = |options: &PlanOptions| {
-            let mut findings = Diagnostics::new();
-            plan(pipeline, graph, options, &outcome.sources, &mut findings).ok_or(findings)
+            let mut diagnostics = Diagnostics::new();
+            plan(pipeline, graph, options, &outcome.sources, &mut diagnostics).ok_or(diagnostics)
         };
-        let first = scratch(&options).unwrap_or_else(|findings| panic!("{name}: {findings:#?}"));
+        let first = scratch(&options).unwrap_or_else(|diagnostics| panic!("{name}: {diagnostics:#?}"));
         let others = [
             PlanOptions { viewport: [641, 479], ..options.clone() },
             PlanOptions { viewport: [1, 1], ..options.clone() },
@@ -62,9 +62,10 @@ fn compare(name: &str) -> usize {
                     assert_eq!(verify(&resized, options), Vec::new(), "{name}");
                 }
                 (resized, scratch) => {
-                    let words = |findings: Option<Diagnostics>| {
-                        findings
-                            .map(|findings| findings.iter().map(|one| format!("{one:?}")).collect::<Vec<_>>())
+                    let words = |diagnostics: Option<Diagnostics>| {
+                        diagnostics.map(|diagnostics| {
+                            diagnostics.iter().map(|one| format!("{one:?}")).collect::<Vec<_>>()
+                        })
                     };
                     assert_eq!(words(resized.err()), words(scratch.err()), "{name}: {options:?}");
                 }

@@ -176,7 +176,7 @@ fn the_lighting_block_is_filled_from_the_fit_and_from_parameters() {
 }
 
 #[test]
-fn a_value_goes_before_what_the_data_publishes_and_a_member_that_neither_has_is_a_finding() {
+fn a_value_goes_before_what_the_data_publishes_and_a_member_that_neither_has_is_a_diagnostic() {
     let text = std::fs::read_to_string(root().join(CARACAL)).unwrap();
     let doubled = text.replace("\"map_side\": \"2 * resolution\",", "\"map_side\": 5, \"last_far\": 7,");
     let outcome = check_with(CARACAL, &doubled, &With::default());
@@ -184,7 +184,7 @@ fn a_value_goes_before_what_the_data_publishes_and_a_member_that_neither_has_is_
     assert_eq!(packed(outcome.plan(), "shade", "lighting", &data)[252..256], 7.0_f32.to_le_bytes());
     let missing =
         check_with(CARACAL, &text.replace("\"map_side\": \"2 * resolution\",", ""), &With::default());
-    assert!(missing.findings.has_errors() && missing.text().contains("map_side"), "{}", missing.text());
+    assert!(missing.diagnostics.has_errors() && missing.text().contains("map_side"), "{}", missing.text());
     let misspelt = check_with(CARACAL, &text.replace("\"map_side\"", "\"map_sides\""), &With::default());
     assert!(misspelt.text().contains("did you mean \"map_side\"?"), "{}", misspelt.text());
 }
@@ -203,7 +203,7 @@ fn a_preset_goes_before_a_default_a_file_before_a_preset_and_a_setting_before_a_
 }
 
 #[test]
-fn a_preset_that_is_not_there_is_a_finding_and_so_is_a_wrong_value_of_one_that_nobody_chose() {
+fn a_preset_that_is_not_there_is_a_diagnostic_and_so_is_a_wrong_value_of_one_that_nobody_chose() {
     let outcome = check_file(MANTIS, &With { preset: Some("practical_split"), ..With::default() });
     assert_eq!(outcome.codes(), ["UG0213"]);
     assert!(outcome.text().contains("did you mean \"practical_splits\"?"));

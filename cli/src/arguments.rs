@@ -64,7 +64,7 @@ pub(crate) enum Command {
     Diff(DiffArguments),
     /// Prints the generated shaders of a pipeline.
     Wgsl(WgslArguments),
-    /// Explains the code of a finding.
+    /// Explains the code of a diagnostic.
     Explain(ExplainArguments),
     /// Lays JSON files out in the canonical way; comments and values stay as they are.
     Fmt(FmtArguments),
@@ -130,9 +130,9 @@ pub(crate) struct CheckArguments {
     /// The pipelines.
     #[arg(required = true)]
     pub(crate) pipelines: Vec<PathBuf>,
-    /// The form of the findings: human (on standard error), json, github or sarif (on standard output).
+    /// The form of the diagnostics: human (on standard error), json, github or sarif (on standard output).
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
-    pub(crate) format: FindingsFormat,
+    pub(crate) format: DiagnosticsFormat,
     /// Checks one configuration, that of the given settings or the defaults, instead of every one that the features which
     /// are given no value can reach.
     #[arg(long)]
@@ -182,9 +182,9 @@ pub(crate) struct PermutationsArguments {
     /// How long a further validator may take for one text.
     #[arg(long, value_name = "SECONDS", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=3600))]
     pub(crate) also_time_limit: u64,
-    /// The form of the findings: human, json, github or sarif.
+    /// The form of the diagnostics: human, json, github or sarif.
     #[arg(long, value_enum, value_name = "NAME", default_value_t)]
-    pub(crate) format: FindingsFormat,
+    pub(crate) format: DiagnosticsFormat,
     /// Puts the passes of an extension file at the pipeline's extension points. Several run in the order given.
     #[arg(long, value_name = "FILE")]
     pub(crate) extension: Vec<PathBuf>,
@@ -196,13 +196,13 @@ pub(crate) struct PermutationsArguments {
     pub(crate) root: Vec<PathBuf>,
 }
 
-/// The form of findings.
+/// The form of diagnostics.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
-pub(crate) enum FindingsFormat {
-    /// For people: findings with the lines that they are about, then a summary.
+pub(crate) enum DiagnosticsFormat {
+    /// For people: diagnostics with the lines that they are about, then a summary.
     #[default]
     Human,
-    /// One JSON object with findings and statistics.
+    /// One JSON object with diagnostics and statistics.
     Json,
     /// Annotations that GitHub shows on a pull request, then a summary.
     Github,
@@ -210,7 +210,7 @@ pub(crate) enum FindingsFormat {
     Sarif,
 }
 
-impl FindingsFormat {
+impl DiagnosticsFormat {
     /// Whether standard output is one JSON text.
     pub(crate) fn is_data(self) -> bool {
         matches!(self, Self::Json | Self::Sarif)
@@ -363,7 +363,7 @@ pub(crate) struct SchemaArguments {
     /// Which files it is the schema of.
     #[arg(long, value_name = "KIND", value_enum, default_value = "pipeline")]
     pub(crate) of: SchemaKind,
-    /// Compares with this file instead of printing; a difference is a finding.
+    /// Compares with this file instead of printing; a difference is a diagnostic.
     #[arg(long, value_name = "FILE")]
     pub(crate) check: Option<PathBuf>,
 }

@@ -6,7 +6,7 @@ use umbragraph::diagnostic::render;
 use umbragraph::pipeline::{Cover, MAXIMUM_CONFIGURATIONS};
 use umbragraph::shader::permutations::Count;
 
-use crate::arguments::{CheckArguments, FindingsFormat};
+use crate::arguments::{CheckArguments, DiagnosticsFormat};
 use crate::mend::mend;
 use crate::session::{Covered, Session};
 use crate::streams::{complain, print, print_json};
@@ -20,20 +20,23 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
             mended.print_difference();
             return true;
         }
-        session.findings.extend(mended.write());
+        session.diagnostics.extend(mended.write());
     }
     let mut is_sound = true;
     let mut pipelines = Vec::new();
     for path in &arguments.pipelines {
-        let before = session.findings.error_count();
+        let before = session.diagnostics.error_count();
         let covered = session.check_all(path, &arguments.choices, arguments.config, arguments.verify);
         let Some(covered) = covered else { continue };
         pipelines.push(numbers(path, &covered));
-        for fault in &covered.coverage.faults {
-            complain(&format!("{}: fault: {fault}\nthis is a defect of the compiler\n", path.display()));
+        for violation in &covered.coverage.violations {
+            complain(&format!(
+                "{}: violation: {violation}\nthis is a defect of the compiler\n",
+                path.display()
+            ));
             is_sound = false;
         }
-        if session.findings.error_count() == before && !arguments.format.is_data() {
+        if session.diagnostics.error_count() == before && !arguments.format.is_data() {
             print(&summary(path, &covered, arguments.verify));
         }
     }
@@ -103,28 +106,31 @@ fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
     )
 }
 
-fn report(session: &mut Session, format: FindingsFormat, pipelines: Vec<serde_json::Value>) -> bool {
+fn report(session: &mut Session, format: DiagnosticsFormat, pipelines: Vec<serde_json::Value>) -> bool {
     match format {
-        FindingsFormat::Human => return session.report(),
-        FindingsFormat::Json => {
+        DiagnosticsFormat::Human => return session.report(),
+        DiagnosticsFormat::Json => {
             session.arrange();
-            let findings: Vec<_> =
-                session.findings.iter().map(|finding| render::json(finding, &session.sources)).collect();
+            let diagnostics: Vec<_> = session
+                .diagnostics
+                .iter()
+                .map(|diagnostic| render::json(diagnostic, &session.sources))
+                .collect();
             print_json(&format!(
                 "{:#}\n",
-                serde_json::json!({ "findings": findings, "pipelines": pipelines })
+                serde_json::json!({ "diagnostics": diagnostics, "pipelines": pipelines })
             ));
         }
-        FindingsFormat::Sarif => {
+        DiagnosticsFormat::Sarif => {
             session.arrange();
-            print_json(&format!("{:#}\n", render::sarif(&session.findings, &session.sources)));
+            print_json(&format!("{:#}\n", render::sarif(&session.diagnostics, &session.sources)));
         }
-        FindingsFormat::Github => {
+        DiagnosticsFormat::Github => {
             session.arrange();
-            for finding in &session.findings {
-                print(&render::github(finding, &session.sources));
+            for diagnostic in &session.diagnostics {
+                print(&render::github(diagnostic, &session.sources));
             }
         }
     }
-    !session.findings.has_errors()
+    !session.diagnostics.has_errors()
 }

@@ -33,8 +33,8 @@ fn side(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report>
     match kept(session, path) {
         Kept::Report(report) => Some(*report),
         Kept::Pipeline => report(session, path, choices),
-        Kept::Neither(finding) => {
-            session.findings.push(*finding);
+        Kept::Neither(diagnostic) => {
+            session.diagnostics.push(*diagnostic);
             None
         }
     }
@@ -43,7 +43,7 @@ fn side(session: &mut Session, path: &Path, choices: &Choices) -> Option<Report>
 /// What a file is.
 enum Kept {
     Report(Box<Report>),
-    /// Or nothing that could be told: the pipeline's own findings tell more.
+    /// Or nothing that could be told: the pipeline's own diagnostics tell more.
     Pipeline,
     Neither(Box<Diagnostic>),
 }
@@ -57,10 +57,10 @@ fn kept(session: &mut Session, path: &Path) -> Kept {
             Ok(report) => Kept::Report(Box::new(report)),
             Err(error) => {
                 let message = format!("the file \"{}\" is no report: {error}", path.display());
-                let finding =
+                let diagnostic =
                     Diagnostic::in_file(codes::NOT_A_REPORT, path.display().to_string(), "", message);
                 Kept::Neither(Box::new(
-                    finding.help("print one with `umbragraph graph PIPELINE --format json`"),
+                    diagnostic.help("print one with `umbragraph graph PIPELINE --format json`"),
                 ))
             }
         },

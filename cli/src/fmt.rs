@@ -13,22 +13,22 @@ use crate::arguments::FmtArguments;
 use crate::replace::{replace, unwritable};
 use crate::streams::{complain, print, print_contents, print_json};
 
-/// What findings call standard input.
+/// What diagnostics call standard input.
 const STANDARD_INPUT: &str = "<standard input>";
 
 /// Formats every file that can be; whether there were no errors, and with `--check` nothing to change.
 pub(crate) fn run(arguments: &FmtArguments) -> bool {
     let mut sources = Sources::new();
-    let mut findings = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     let mut canonical = true;
     for path in &arguments.files {
         match treat(path, arguments, &mut sources) {
             Ok(is_canonical) => canonical &= is_canonical,
-            Err(of_file) => findings.extend(of_file),
+            Err(of_file) => diagnostics.extend(of_file),
         }
     }
-    complain(&render::human_all(&findings, &sources));
-    !findings.has_errors() && (canonical || !arguments.check)
+    complain(&render::human_all(&diagnostics, &sources));
+    !diagnostics.has_errors() && (canonical || !arguments.check)
 }
 
 /// Whether the file had its canonical layout already.
@@ -62,8 +62,8 @@ fn read_file(path: &Path, sources: &mut Sources) -> Result<(FileId, Vec<u8>), Di
     if unmarked != text {
         let name = path.display().to_string();
         let message = format!("\"{name}\" changed while it was read");
-        let finding = Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", message);
-        return Err(finding.help("run this again").into());
+        let diagnostic = Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", message);
+        return Err(diagnostic.help("run this again").into());
     }
     Ok((file, bytes))
 }

@@ -31,7 +31,7 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
         }
         Some(path) => {
             if let Err(error) = replace(path, text) {
-                session.findings.push(unwritable(path, &error));
+                session.diagnostics.push(unwritable(path, &error));
             } else if arguments.format == GraphFormat::Html {
                 complain(&format!("open {} in a browser; it needs no network\n", path.display()));
             }

@@ -1,7 +1,7 @@
 //! The `umbragraph` command.
 //!
-//! Exit status: 0 if all is well, 1 if there are errors among the findings or output is lost, 2 if the command line cannot
-//! be understood.
+//! Exit status: 0 if all is well, 1 if there are errors among the diagnostics or output is lost, 2 if the command line
+//! cannot be understood.
 
 #![warn(clippy::print_stdout, clippy::print_stderr)]
 

@@ -15,7 +15,7 @@ use crate::replace::{replace, unwritable};
 use crate::session::Session;
 use crate::streams::{complain, print_contents};
 
-/// The most rounds; each mends at least one finding.
+/// The most rounds; each mends at least one diagnostic.
 const MAXIMUM_ROUNDS: usize = 64;
 
 /// What was mended.
@@ -41,7 +41,7 @@ pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
             session.check_all(path, &arguments.choices, arguments.config, false);
         }
         session.arrange();
-        let fixed = fix::apply(&session.findings, &session.sources, |name| session.files.contains(name));
+        let fixed = fix::apply(&session.diagnostics, &session.sources, |name| session.files.contains(name));
         let texts: BTreeMap<&String, &String> = fixed.iter().map(|one| (&one.name, &one.text)).collect();
         if fixed.is_empty() || !seen.insert(format!("{texts:?}")) {
             break;
@@ -71,9 +71,9 @@ impl Mended {
         }
     }
 
-    /// Writes the files and says what changed in them; findings for those that cannot be written.
+    /// Writes the files and says what changed in them; diagnostics for those that cannot be written.
     pub(crate) fn write(&self) -> Vec<Diagnostic> {
-        let mut findings = Vec::new();
+        let mut diagnostics = Vec::new();
         for (name, original) in &self.originals {
             let Some(text) = self.texts.get(name) else { continue };
             match write(Path::new(name), original, text) {
@@ -82,11 +82,11 @@ impl Mended {
                     self.edits.iter().filter(of_file).for_each(|line| complain(&format!("fixed {line}")));
                 }
                 Err(error) => {
-                    findings.push(unwritable(Path::new(name), &error));
+                    diagnostics.push(unwritable(Path::new(name), &error));
                 }
             }
         }
-        findings
+        diagnostics
     }
 }
 

@@ -17,7 +17,7 @@ use umbragraph::shader::TargetProfile;
 use umbragraph::shader::permutations::{self, Options, Request, Validator};
 use umbragraph::source::{FileId, Span};
 
-use crate::arguments::{FindingsFormat, PermutationsArguments};
+use crate::arguments::{DiagnosticsFormat, PermutationsArguments};
 use crate::axes;
 use crate::session::{Session, profiles};
 use crate::streams::{print, print_json};
@@ -37,31 +37,31 @@ pub(crate) fn run(arguments: &PermutationsArguments) -> bool {
         let external = validators(arguments, &mut session);
         let external: Vec<&dyn Validator> = external.iter().map(|one| one as &dyn Validator).collect();
         outcome.permutations = prove(arguments, &session, &requests, &external);
-        session.findings.extend(std::mem::take(&mut outcome.permutations.findings));
+        session.diagnostics.extend(std::mem::take(&mut outcome.permutations.diagnostics));
         if let Some(folder) = &arguments.write
-            && let Err(finding) = write(folder, &session.templates, &outcome.permutations.templates)
+            && let Err(diagnostic) = write(folder, &session.templates, &outcome.permutations.templates)
         {
-            session.findings.push(finding);
+            session.diagnostics.push(diagnostic);
         }
     }
-    session.findings.sort();
-    session.findings.merge();
+    session.diagnostics.sort();
+    session.diagnostics.merge();
     match arguments.format {
-        FindingsFormat::Human => {
+        DiagnosticsFormat::Human => {
             print(&outcome.human());
             session.report()
         }
-        FindingsFormat::Json => {
-            print_json(&(outcome.json(&session.findings, &session.sources) + "\n"));
-            !session.findings.has_errors()
+        DiagnosticsFormat::Json => {
+            print_json(&(outcome.json(&session.diagnostics, &session.sources) + "\n"));
+            !session.diagnostics.has_errors()
         }
-        FindingsFormat::Sarif => {
-            print_json(&format!("{:#}\n", render::sarif(&session.findings, &session.sources)));
-            !session.findings.has_errors()
+        DiagnosticsFormat::Sarif => {
+            print_json(&format!("{:#}\n", render::sarif(&session.diagnostics, &session.sources)));
+            !session.diagnostics.has_errors()
         }
-        FindingsFormat::Github => {
-            print(&(outcome.annotations(&session.findings, &session.sources) + &outcome.human()));
-            !session.findings.has_errors()
+        DiagnosticsFormat::Github => {
+            print(&(outcome.annotations(&session.diagnostics, &session.sources) + &outcome.human()));
+            !session.diagnostics.has_errors()
         }
     }
 }
@@ -91,9 +91,9 @@ fn requests(
             choice: &Choice::default(),
             options: &PlanOptions::new(1280, 720),
         };
-        let mut findings = Diagnostics::new();
-        let reached = pipeline::reach(&document, &job, configured, &session.sources, &mut findings);
-        session.findings.extend(findings);
+        let mut diagnostics = Diagnostics::new();
+        let reached = pipeline::reach(&document, &job, configured, &session.sources, &mut diagnostics);
+        session.diagnostics.extend(diagnostics);
         counts.push(ReachedConfigurations {
             pipeline: path.display().to_string(),
             configurations: reached.configurations,
@@ -185,8 +185,8 @@ fn list_axes(arguments: &PermutationsArguments, session: &Session, requests: &[R
     let names: BTreeSet<&String> = requests.iter().map(|request| &request.template).collect();
     let names: Vec<String> = names.into_iter().cloned().collect();
     match arguments.format {
-        FindingsFormat::Json => print_json(&format!("{:#}\n", axes::json(&session.templates, &names))),
-        FindingsFormat::Human | FindingsFormat::Github | FindingsFormat::Sarif => {
+        DiagnosticsFormat::Json => print_json(&format!("{:#}\n", axes::json(&session.templates, &names))),
+        DiagnosticsFormat::Human | DiagnosticsFormat::Github | DiagnosticsFormat::Sarif => {
             print(&axes::human(&session.templates, &names));
         }
     }
@@ -235,14 +235,14 @@ fn prove(
         threads: arguments.threads.map_or(defaults.threads, usize::from),
         external,
         // An error elsewhere, such as a word that an axis never is, may be why.
-        report_dead: everything && !session.findings.has_errors(),
+        report_dead: everything && !session.diagnostics.has_errors(),
         shared: shared.clone(),
         progress: &progress,
     };
     let mut outcome = permutations::check(&session.templates, requests, &options);
     // What a pipeline reaches says nothing of what is dead; in files of the user's own, all that they express does.
-    if !everything && has_own && !outcome.findings.has_errors() && !session.findings.has_errors() {
-        outcome.findings.extend(permutations::dead(&session.templates, &names, &shared));
+    if !everything && has_own && !outcome.diagnostics.has_errors() && !session.diagnostics.has_errors() {
+        outcome.diagnostics.extend(permutations::dead(&session.templates, &names, &shared));
     }
     if let Some(bar) = &bar {
         bar.finish_and_clear();

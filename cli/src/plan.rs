@@ -6,23 +6,23 @@ use crate::arguments::PlanArguments;
 use crate::session::Session;
 use crate::streams::{complain, print_json};
 
-/// Prints a plan; whether there were no errors, and no faults where they are looked for.
+/// Prints a plan; whether there were no errors, and no violations where they are looked for.
 pub(crate) fn run(arguments: &PlanArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
     let checked = session.check(&arguments.pipeline, &arguments.choices);
     let fine = session.report();
     let Some(plan) = checked.plan.filter(|_| fine) else { return false };
     if arguments.verify {
-        let faults = verify(&plan, &Session::options(&arguments.choices));
-        for fault in &faults {
-            complain(&format!("fault: {fault}\n"));
+        let violations = verify(&plan, &Session::options(&arguments.choices));
+        for violation in &violations {
+            complain(&format!("violation: {violation}\n"));
         }
-        if !faults.is_empty() {
+        if !violations.is_empty() {
             complain("the plan is wrong: this is a defect of the compiler\n");
             return false;
         }
         let (passes, resources) = (plan.passes.len(), plan.resources.len());
-        complain(&format!("verified: {passes} passes, {resources} resources, no faults\n"));
+        complain(&format!("verified: {passes} passes, {resources} resources, no violations\n"));
     }
     match serde_json::to_string_pretty(&plan) {
         Ok(text) => {

@@ -31,7 +31,7 @@ pub(crate) fn replace(path: &Path, contents: impl AsRef<[u8]>) -> std::io::Resul
     result
 }
 
-/// The finding for a file that cannot be written.
+/// The diagnostic for a file that cannot be written.
 pub(crate) fn unwritable(path: &Path, error: &dyn Display) -> Diagnostic {
     let name = path.display().to_string();
     let message = format!("\"{name}\" cannot be written: {error}");

@@ -1,4 +1,4 @@
-//! What the commands share: sources, findings, templates, and a pipeline with its choices.
+//! What the commands share: sources, diagnostics, templates, and a pipeline with its choices.
 
 use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
@@ -19,10 +19,10 @@ use umbragraph::{Checked, Coverage, Job, compose, read_source};
 use crate::arguments::{Choices, Settings};
 use crate::streams::complain;
 
-/// Sources, findings and templates of one run of the command.
+/// Sources, diagnostics and templates of one run of the command.
 pub(crate) struct Session {
     pub(crate) sources: Sources,
-    pub(crate) findings: Diagnostics,
+    pub(crate) diagnostics: Diagnostics,
     pub(crate) templates: Arc<TemplateSet>,
     /// The files of the folder of templates, where one is given.
     pub(crate) own_files: Option<BTreeSet<FileId>>,
@@ -80,22 +80,22 @@ impl Session {
     /// A session with the embedded templates, and those of a folder.
     pub(crate) fn new(folder: Option<&Path>, roots: &[PathBuf]) -> Self {
         let mut sources = Sources::new();
-        let mut findings = Diagnostics::new();
-        findings.extend(roots.iter().filter(|root| !root.is_dir()).map(|root| {
+        let mut diagnostics = Diagnostics::new();
+        diagnostics.extend(roots.iter().filter(|root| !root.is_dir()).map(|root| {
             let name = root.display().to_string();
             let message = format!("there is no folder \"{name}\"");
             Diagnostic::in_file(codes::FILE_UNREADABLE, name, "", message).help("--root names a folder")
         }));
         let mut own_files = None;
         let templates = match folder {
-            None => umbragraph::templates(&mut sources, &mut findings),
+            None => umbragraph::templates(&mut sources, &mut diagnostics),
             Some(folder) => {
                 let mut files = Vec::new();
-                if let Err(finding) = collect(folder, folder, &mut files, 0) {
-                    findings.push(*finding);
+                if let Err(diagnostic) = collect(folder, folder, &mut files, 0) {
+                    diagnostics.push(*diagnostic);
                 }
                 let mut disk = Disk(with_roots(Roots::below(folder), roots));
-                let templates = umbragraph::templates_with(&files, &mut disk, &mut sources, &mut findings);
+                let templates = umbragraph::templates_with(&files, &mut disk, &mut sources, &mut diagnostics);
                 let file = |name: &String| match name.strip_suffix(".axes.json") {
                     Some(stem) => templates.axes_file(stem),
                     None => templates.file(name),
@@ -108,7 +108,7 @@ impl Session {
         registry.host(interface::GEOMETRY, interface::any_scene());
         Self {
             sources,
-            findings,
+            diagnostics,
             templates,
             own_files,
             registry,
@@ -134,15 +134,15 @@ impl Session {
         let mut composed = self.composed(path)?;
         for extension in extensions {
             let extension = self.composed(extension)?;
-            composed.insert(extension, &mut self.findings);
+            composed.insert(extension, &mut self.diagnostics);
         }
         if let Some(text) = &self.included {
             let file = self.sources.add("captures", text.as_str());
             let mut files = compose::Memory::default();
-            let (sources, findings) = (&mut self.sources, &mut self.findings);
+            let (sources, diagnostics) = (&mut self.sources, &mut self.diagnostics);
             composed.include(
-                compose::compose(file, Path::new("captures"), &mut files, sources, findings)?,
-                findings,
+                compose::compose(file, Path::new("captures"), &mut files, sources, diagnostics)?,
+                diagnostics,
             );
         }
         Some(composed)
@@ -154,10 +154,10 @@ impl Session {
         match files.read(path, &mut self.sources) {
             Ok(file) => {
                 files.disk = Some(disk);
-                compose::compose(file, path, &mut files, &mut self.sources, &mut self.findings)
+                compose::compose(file, path, &mut files, &mut self.sources, &mut self.diagnostics)
             }
-            Err(finding) => {
-                self.findings.push(finding);
+            Err(diagnostic) => {
+                self.diagnostics.push(diagnostic);
                 None
             }
         }
@@ -206,10 +206,10 @@ impl Session {
             choice: &configured.choice,
             options: &Self::options(choices),
         };
-        let mut findings = Diagnostics::new();
+        let mut diagnostics = Diagnostics::new();
         let checked =
-            umbragraph::check_document(&configured.composed.document, &job, &self.sources, &mut findings);
-        self.add_new(findings);
+            umbragraph::check_document(&configured.composed.document, &job, &self.sources, &mut diagnostics);
+        self.add_new(diagnostics);
         checked
     }
 
@@ -238,21 +238,21 @@ impl Session {
                 choice: &choice,
                 options: &Self::options(choices),
             };
-            let mut findings = Diagnostics::new();
+            let mut diagnostics = Diagnostics::new();
             let mut coverage = umbragraph::check_configurations(
                 &composed.document,
                 &job,
                 &configurations,
                 verified,
                 &self.sources,
-                &mut findings,
+                &mut diagnostics,
             );
-            self.add_new(findings);
+            self.add_new(diagnostics);
             match &mut first {
                 Some(first) => {
                     first.variants.append(&mut coverage.variants);
-                    coverage.faults.retain(|fault| !first.faults.contains(fault));
-                    first.faults.append(&mut coverage.faults);
+                    coverage.violations.retain(|violation| !first.violations.contains(violation));
+                    first.violations.append(&mut coverage.violations);
                 }
                 None => first = Some(coverage),
             }
@@ -276,11 +276,12 @@ impl Session {
         Some(Configured { composed, choice, profiles })
     }
 
-    /// Adds findings; what holds for several profiles is said once.
-    fn add_new(&mut self, findings: impl IntoIterator<Item = Diagnostic>) {
-        let key = |finding: &Diagnostic| (finding.code, finding.place.clone(), finding.message.clone());
-        let known: HashSet<_> = self.findings.iter().map(key).collect();
-        self.findings.extend(findings.into_iter().filter(|new| !known.contains(&key(new))));
+    /// Adds diagnostics; what holds for several profiles is said once.
+    fn add_new(&mut self, diagnostics: impl IntoIterator<Item = Diagnostic>) {
+        let key =
+            |diagnostic: &Diagnostic| (diagnostic.code, diagnostic.place.clone(), diagnostic.message.clone());
+        let known: HashSet<_> = self.diagnostics.iter().map(key).collect();
+        self.diagnostics.extend(diagnostics.into_iter().filter(|new| !known.contains(&key(new))));
     }
 
     /// Holds shader variants to the limits of each profile, and to the writers of its language.
@@ -290,7 +291,7 @@ impl Session {
             .map(|(template, axes)| Request::one(&self.templates, template, axes, profiles))
             .collect();
         let proven = permutations::check(&self.templates, &requests, &permutations::Options::default());
-        self.add_new(proven.findings);
+        self.add_new(proven.diagnostics);
     }
 
     /// What the choices say of the plan.
@@ -298,17 +299,17 @@ impl Session {
         PlanOptions { objective: choices.objective, ..PlanOptions::new(choices.size[0], choices.size[1]) }
     }
 
-    /// Puts the findings in the order in which they are shown, each once.
+    /// Puts the diagnostics in the order in which they are shown, each once.
     pub(crate) fn arrange(&mut self) {
-        self.findings.sort();
-        self.findings.merge();
+        self.diagnostics.sort();
+        self.diagnostics.merge();
     }
 
-    /// Prints the findings to standard error; whether there was no error among them.
+    /// Prints the diagnostics to standard error; whether there was no error among them.
     pub(crate) fn report(&mut self) -> bool {
         self.arrange();
-        complain(&render::human_all(&self.findings, &self.sources));
-        !self.findings.has_errors()
+        complain(&render::human_all(&self.diagnostics, &self.sources));
+        !self.diagnostics.has_errors()
     }
 
     /// What the preset, the parameter files and the command line give values to, the last over the first.
@@ -323,7 +324,7 @@ impl Session {
             None => files.iter().rev().find_map(|file| file.preset.clone()),
         };
         let preset =
-            preset.map(|(name, place)| pipeline::of_preset(document, &name, place, &mut self.findings));
+            preset.map(|(name, place)| pipeline::of_preset(document, &name, place, &mut self.diagnostics));
         let below =
             files.into_iter().fold(preset.unwrap_or_default(), |below, file| below.under(file.choice));
         let mut given = |texts: &[String], without_value, section| {
@@ -351,10 +352,10 @@ impl Session {
             _ => {
                 let (name, what) = (&setting.name, section.trim_end_matches('s'));
                 let message = format!("the {what} \"{name}\" is a boolean: on, off, true or false");
-                let finding = Diagnostic::error(codes::SETTING_TYPE, setting.place, message)
+                let diagnostic = Diagnostic::error(codes::SETTING_TYPE, setting.place, message)
                     .related(entry.key_span, format!("the {what} is declared here"))
                     .help(format!("write {name}=on or {name}=off; true and false say the same"));
-                self.findings.push(finding);
+                self.diagnostics.push(diagnostic);
                 return None;
             }
         };
@@ -367,9 +368,9 @@ impl Session {
             .map_err(Diagnostics::from)
             .and_then(|file| document::parse(&self.sources, file));
         match document {
-            Ok(document) => Some(ParameterFile::read(&document, &mut self.findings)),
-            Err(findings) => {
-                self.findings.extend(findings);
+            Ok(document) => Some(ParameterFile::read(&document, &mut self.diagnostics)),
+            Err(diagnostics) => {
+                self.diagnostics.extend(diagnostics);
                 None
             }
         }
@@ -383,9 +384,9 @@ impl Session {
             (Some((name, value)), _) => (name, value),
             (None, Some(value)) => (text, value),
             (None, None) => {
-                let finding =
+                let diagnostic =
                     Diagnostic::error(codes::SETTING_FORM, whole, format!("\"{text}\" gives no value"));
-                self.findings.push(finding.help("write NAME=VALUE, such as --set resolution=1024"));
+                self.diagnostics.push(diagnostic.help("write NAME=VALUE, such as --set resolution=1024"));
                 return None;
             }
         };
@@ -399,7 +400,7 @@ impl Session {
         Some(Setting { name: name.to_owned(), value, place: whole })
     }
 
-    /// The profiles of names on the command line; `None` with a finding for each name that no profile has.
+    /// The profiles of names on the command line; `None` with a diagnostic for each name that no profile has.
     pub(crate) fn profiles_named(&mut self, names: &[String]) -> Option<Vec<TargetProfile>> {
         let mut profiles = Vec::new();
         let mut fine = true;
@@ -408,8 +409,8 @@ impl Session {
             match pipeline::profile_named(name, Span::new(file, 0..name.len())) {
                 Ok(profile) if profiles.contains(&profile) => {}
                 Ok(profile) => profiles.push(profile),
-                Err(finding) => {
-                    self.findings.push(finding);
+                Err(diagnostic) => {
+                    self.diagnostics.push(diagnostic);
                     fine = false;
                 }
             }
@@ -422,7 +423,7 @@ fn with_roots(roots: Roots, further: &[PathBuf]) -> Roots {
     further.iter().fold(roots, |roots, folder| roots.and(folder))
 }
 
-/// The profiles asked for, or else those that a document claims; unknown claims are findings of its load.
+/// The profiles asked for, or else those that a document claims; unknown claims are diagnostics of its load.
 pub(crate) fn profiles(document: &Document, asked: Vec<TargetProfile>) -> Vec<TargetProfile> {
     if asked.is_empty() { pipeline::claimed_profiles(document, &mut Diagnostics::new()) } else { asked }
 }

@@ -65,7 +65,7 @@ impl ExternalValidator {
         Self { time_limit, ..self }
     }
 
-    /// The same validator, with the place where its command is written, for findings about the command itself.
+    /// The same validator, with the place where its command is written, for diagnostics about the command itself.
     #[must_use]
     pub(crate) fn with_place(self, place: impl Into<Place>) -> Self {
         Self { place: place.into(), ..self }
@@ -100,7 +100,7 @@ impl ExternalValidator {
 }
 
 impl Validator for ExternalValidator {
-    /// The name under which findings show the validator: that of its program.
+    /// The name under which diagnostics show the validator: that of its program.
     fn name(&self) -> &str {
         Path::new(&self.program).file_name().and_then(|name| name.to_str()).unwrap_or(&self.program)
     }

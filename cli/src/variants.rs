@@ -33,7 +33,7 @@ pub(crate) struct ReachedConfigurations {
 /// What stands under `templates` is one entry for each pass and product of axis values.
 #[derive(Serialize)]
 struct Document<'a> {
-    findings: Vec<serde_json::Value>,
+    diagnostics: Vec<serde_json::Value>,
     pipelines: &'a [ReachedConfigurations],
     templates: &'a [TemplateReport],
     combinations: Count,
@@ -120,9 +120,9 @@ impl Outcome {
     }
 
     /// Everything as JSON.
-    pub(crate) fn json(&self, findings: &Diagnostics, sources: &Sources) -> String {
+    pub(crate) fn json(&self, diagnostics: &Diagnostics, sources: &Sources) -> String {
         let document = Document {
-            findings: findings.iter().map(|finding| render::json(finding, sources)).collect(),
+            diagnostics: diagnostics.iter().map(|diagnostic| render::json(diagnostic, sources)).collect(),
             pipelines: &self.reached,
             templates: &self.permutations.templates,
             combinations: self.combinations(),
@@ -131,9 +131,9 @@ impl Outcome {
         serde_json::to_string_pretty(&document).unwrap_or_default()
     }
 
-    /// The findings as annotations.
-    pub(crate) fn annotations(&self, findings: &Diagnostics, sources: &Sources) -> String {
-        findings.iter().map(|finding| render::github(finding, sources)).collect()
+    /// The diagnostics as annotations.
+    pub(crate) fn annotations(&self, diagnostics: &Diagnostics, sources: &Sources) -> String {
+        diagnostics.iter().map(|diagnostic| render::github(diagnostic, sources)).collect()
     }
 }
 

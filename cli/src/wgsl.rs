@@ -17,7 +17,7 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
     let Some(pipeline) = checked.pipeline else { return session.report() };
     if let Some(name) = &arguments.pass
         && pipeline.find_pass(name).is_none()
-        && !session.findings.has_errors()
+        && !session.diagnostics.has_errors()
     {
         let names: Vec<&str> = pipeline.passes.iter().map(|pass| pass.name.as_str()).collect();
         unknown_name(&mut session, "pass", name, &names);
@@ -54,7 +54,7 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
                     output.push(b'\n');
                 }
                 Ok(words @ Emitted::Words(_)) => output.extend(words.to_bytes()),
-                Err(finding) => session.findings.push(*finding),
+                Err(diagnostic) => session.diagnostics.push(*diagnostic),
             }
         }
     }
@@ -65,8 +65,8 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
 fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {
     let file = session.sources.add("<command line>", name);
     let place = Span::new(file, 0..name.len());
-    let finding = Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no {what} \"{name}\""));
-    session.findings.push(finding.meant(name, names.iter().copied(), None, |names| match names {
+    let diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no {what} \"{name}\""));
+    session.diagnostics.push(diagnostic.meant(name, names.iter().copied(), None, |names| match names {
         [] => format!("this pipeline has no {what}"),
         names => format!("there are {}", names.join(", ")),
     }));

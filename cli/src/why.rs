@@ -28,7 +28,7 @@ pub(crate) fn run(arguments: &WhyArguments) -> bool {
                 AnswerFormat::Human => human(&things),
                 AnswerFormat::Json => format!("{:#}\n", json!({ "things": things })),
             }),
-            Err(finding) => Err(vec![*finding]),
+            Err(diagnostic) => Err(vec![*diagnostic]),
         },
         Some(other) => {
             why_memory(&subject, [(&arguments.name, place), other]).map(|memory| match arguments.format {
@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &WhyArguments) -> bool {
             AnswerFormat::Human => print(&text),
             AnswerFormat::Json => print_json(&text),
         },
-        Err(findings) => session.findings.extend(findings),
+        Err(diagnostics) => session.diagnostics.extend(diagnostics),
     }
     session.report()
 }

@@ -1,4 +1,4 @@
-//! The command as a user meets it: exit status, findings, and what is written.
+//! The command as a user meets it: exit status, diagnostics, and what is written.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -101,7 +101,7 @@ fn a_command_line_that_cannot_be_understood_exits_with_2() {
 }
 
 #[test]
-fn files_that_are_not_there_are_findings() {
+fn files_that_are_not_there_are_diagnostics() {
     refused(&["check", "pipelines/nebular.json"], 1, &["UG0001", "pipelines/nebular.json"]);
     let folder = ScratchFolder::new("command-missing-scene");
     let out = folder.join("x.png");
@@ -115,7 +115,7 @@ fn files_that_are_not_there_are_findings() {
 }
 
 #[test]
-fn findings_of_the_pipeline_and_of_the_scene_come_together() {
+fn diagnostics_of_the_pipeline_and_of_the_scene_come_together() {
     let errors = refused(
         &[
             "render",
@@ -134,7 +134,7 @@ fn findings_of_the_pipeline_and_of_the_scene_come_together() {
 }
 
 #[test]
-fn misspelt_and_impossible_settings_are_findings_at_the_command_line() {
+fn misspelt_and_impossible_settings_are_diagnostics_at_the_command_line() {
     let set = |setting: &str| {
         vec!["check".to_owned(), "pipelines/nebula.json".to_owned(), "--set".to_owned(), setting.to_owned()]
     };
@@ -158,7 +158,7 @@ fn misspelt_and_impossible_settings_are_findings_at_the_command_line() {
 }
 
 #[test]
-fn pictures_of_no_size_or_beyond_the_device_are_findings() {
+fn pictures_of_no_size_or_beyond_the_device_are_diagnostics() {
     refused(
         &["check", "pipelines/nebula.json", "--size", "0x10"],
         1,
@@ -168,7 +168,7 @@ fn pictures_of_no_size_or_beyond_the_device_are_findings() {
 }
 
 #[test]
-fn templates_that_do_not_render_or_are_not_wgsl_are_findings_at_the_templates_line() {
+fn templates_that_do_not_render_or_are_not_wgsl_are_diagnostics_at_the_templates_line() {
     let folder = ScratchFolder::new("command-templates");
     let check = |text_of_template: &str, says: &[&str]| {
         std::fs::write(folder.join("tonemap.wgsl.jinja"), text_of_template).unwrap();
@@ -185,7 +185,7 @@ fn templates_that_do_not_render_or_are_not_wgsl_are_findings_at_the_templates_li
 }
 
 #[test]
-fn a_scene_with_a_missing_buffer_is_a_finding_with_its_place_in_the_document() {
+fn a_scene_with_a_missing_buffer_is_a_diagnostic_with_its_place_in_the_document() {
     let folder = ScratchFolder::new("command-broken-scene");
     let scene = folder.join("broken.gltf");
     std::fs::write(
@@ -380,17 +380,17 @@ fn an_extension_is_put_in_by_every_command_that_takes_a_pipeline() {
 }
 
 #[test]
-fn check_gives_its_findings_as_json_and_as_annotations() {
+fn check_gives_its_diagnostics_as_json_and_as_annotations() {
     let arguments = ["check", "pipelines/nebula.json", "--set", "far=[]", "--format"];
     let json = run(&[&arguments[..], &["json"]].concat());
     assert_eq!(json.status.code(), Some(1));
     let value: serde_json::Value = serde_json::from_slice(&json.stdout).unwrap();
-    assert!(value["findings"][0]["code"].as_str().unwrap().starts_with("UG"), "{value}");
+    assert!(value["diagnostics"][0]["code"].as_str().unwrap().starts_with("UG"), "{value}");
     let github = run(&[&arguments[..], &["github"]].concat());
     assert!(text(&github.stdout).starts_with("::error "), "{}", text(&github.stdout));
     let fine = run(&["check", "pipelines/nebula.json", "--format", "json"]);
     let value: serde_json::Value = serde_json::from_slice(&fine.stdout).unwrap();
-    assert_eq!(value["findings"].as_array().unwrap().len(), 0);
+    assert_eq!(value["diagnostics"].as_array().unwrap().len(), 0);
 }
 
 #[test]

@@ -97,7 +97,7 @@ fn strict_prints_one_file_without_comments() {
 }
 
 #[test]
-fn what_cannot_be_formatted_is_a_finding_and_the_other_files_are_treated() {
+fn what_cannot_be_formatted_is_a_diagnostic_and_the_other_files_are_treated() {
     let folder = ScratchFolder::new("fmt-broken");
     let broken = file(&folder, "broken.json", "{\"a\":1,}");
     let missing = folder.join("missing.json");
@@ -113,7 +113,7 @@ fn what_cannot_be_formatted_is_a_finding_and_the_other_files_are_treated() {
 }
 
 #[test]
-fn a_file_that_cannot_be_replaced_is_a_finding_and_stays_as_it_was() {
+fn a_file_that_cannot_be_replaced_is_a_diagnostic_and_stays_as_it_was() {
     let folder = ScratchFolder::new("fmt-unwritable");
     // So long a name leaves no room for that of a temporary file beside it, whoever runs this.
     let path = file(&folder, &format!("{}.json", "x".repeat(250)), UGLY);
@@ -126,7 +126,7 @@ fn a_file_that_cannot_be_replaced_is_a_finding_and_stays_as_it_was() {
 
 #[cfg(unix)]
 #[test]
-fn a_folder_that_is_read_only_is_a_finding() {
+fn a_folder_that_is_read_only_is_a_diagnostic() {
     use std::os::unix::fs::PermissionsExt as _;
     let folder = ScratchFolder::new("fmt-read-only");
     let path = file(&folder, "a.json", UGLY);

@@ -136,7 +136,7 @@ fn what_is_dead_in_a_file_of_ones_own_is_found_in_every_mode_whatever_it_include
 }
 
 #[test]
-fn what_a_pipeline_cannot_reach_is_no_finding_of_it() {
+fn what_a_pipeline_cannot_reach_is_no_diagnostic_of_it() {
     let pipeline = PIPELINE.replace(r#""late": { "type""#, r#""late": { "excludes": ["warm"], "type""#);
     let template = TEMPLATE
         .replace("return vec4<f32>({{", "{% if warm and late %}broken{% endif %} return vec4<f32>({{");
@@ -211,23 +211,23 @@ fn the_outcome_is_the_same_with_any_number_of_threads() {
 }
 
 #[test]
-fn findings_stand_in_the_template_in_every_format() {
+fn diagnostics_stand_in_the_template_in_every_format() {
     let template = TEMPLATE
         .replace("return vec4<f32>({{", "{% if warm %}let x: f32 = 1u;{% endif %}\n  return vec4<f32>({{");
     let project = Project::new("permutations-formats", PIPELINE, AXES, &template);
     project.refused(&[], &["fill.wgsl.jinja:5:", "provoked by warm=true"]);
     let output = project.run("permutations", &["--format", "json"]);
     assert_eq!(output.status.code(), Some(1));
-    let finding = json(&output)["findings"][0].clone();
-    assert_eq!(finding["place"]["line"], 5, "{finding}");
-    assert_eq!(finding["variants"], 1, "{finding}");
-    assert_eq!(finding["provoked_by"], serde_json::json!({ "warm": true }), "{finding}");
-    assert_eq!(finding["profiles"], serde_json::json!(["vulkan", "webgpu"]), "{finding}");
-    let whole = &finding["templates"][0];
+    let diagnostic = json(&output)["diagnostics"][0].clone();
+    assert_eq!(diagnostic["place"]["line"], 5, "{diagnostic}");
+    assert_eq!(diagnostic["variants"], 1, "{diagnostic}");
+    assert_eq!(diagnostic["provoked_by"], serde_json::json!({ "warm": true }), "{diagnostic}");
+    assert_eq!(diagnostic["profiles"], serde_json::json!(["vulkan", "webgpu"]), "{diagnostic}");
+    let whole = &diagnostic["templates"][0];
     assert_eq!(
         (&whole["template"], &whole["of_variants"]),
         (&"fill.wgsl.jinja".into(), &2.into()),
-        "{finding}"
+        "{diagnostic}"
     );
     let output = project.run("permutations", &["--format", "github"]);
     let said = text(&output.stdout);
@@ -238,7 +238,7 @@ fn findings_stand_in_the_template_in_every_format() {
 }
 
 #[test]
-fn a_profile_that_cannot_take_a_variant_is_a_finding_of_every_check() {
+fn a_profile_that_cannot_take_a_variant_is_a_diagnostic_of_every_check() {
     let wide = TEMPLATE.replace(
         "@fragment",
         "@group(0) @binding(0) var<uniform> block: array<vec4<f32>, {{ 2000 if warm else 4 }}>;\n@fragment",
@@ -585,7 +585,7 @@ fn an_axis_has_the_values_that_its_expression_yields_and_no_others() {
         let output = project.run("permutations", &[]);
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     }
-    // Beyond, every value of the axis counts, and the finding says so.
+    // Beyond, every value of the axis counts, and the diagnostic says so.
     let project = conditional("permutations-assumed", &number("u32", 5000), "", "\"k * 2 + 1\"");
     project.refused(&[], &["`oops`", "n=22", "\"n\" follows \"k * 2 + 1\", which has too many values"]);
     // Of a number that is only a size the ends are proven, whatever it follows.

@@ -157,7 +157,7 @@ fn the_exit_status_says_how_it_went() {
     for format in ["human", "json", "github"] {
         assert_eq!(status(&sound, &["--format", format]), Some(0), "all is well");
         assert_eq!(status(&broken, &["--format", format]), Some(1), "an error");
-        // Text that no variant contains is a warning: a finding, but no error.
+        // Text that no variant contains is a warning: a diagnostic, but no error.
         let unused = format!("{sound}{{% if false %}}\n// never\n{{% endif %}}\n");
         assert_eq!(status(&unused, &["--format", format, "--all"]), Some(0), "a warning");
     }

@@ -66,13 +66,13 @@ fn run(out: &Path) -> Result<(), Box<dyn std::error::Error>> {
 fn plan() -> Result<Plan, String> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/own_meshes");
     let mut sources = Sources::new();
-    let mut findings = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     let own = ["dominoes.wgsl.jinja", "dominoes.axes.json"].map(|name| (name.to_owned(), folder.join(name)));
     let templates = umbragraph::templates_with(
         &own,
         &mut Disk(Roots::default().and(&folder)),
         &mut sources,
-        &mut findings,
+        &mut diagnostics,
     );
     let mut registry = umbragraph::registry();
     registry.host(GEOMETRY, interface());
@@ -83,8 +83,11 @@ fn plan() -> Result<Plan, String> {
         choice: &Choice::default(),
         options: &PlanOptions::new(SIZE[0], SIZE[1]),
     };
-    let checked = umbragraph::check_path(&folder.join("dominoes.json"), &job, &mut sources, &mut findings);
-    checked.plan.filter(|_| !findings.has_errors()).ok_or_else(|| render::human_all(&findings, &sources))
+    let checked = umbragraph::check_path(&folder.join("dominoes.json"), &job, &mut sources, &mut diagnostics);
+    checked
+        .plan
+        .filter(|_| !diagnostics.has_errors())
+        .ok_or_else(|| render::human_all(&diagnostics, &sources))
 }
 
 /// A device with the limits that WebGPU promises: the profile of [`plan`].
@@ -177,6 +180,6 @@ fn save(
 }
 
 /// What went wrong on the device, a line each.
-fn told(findings: &Diagnostics) -> String {
-    findings.iter().map(|finding| format!("{}: {}\n", finding.code, finding.message)).collect()
+fn told(diagnostics: &Diagnostics) -> String {
+    diagnostics.iter().map(|diagnostic| format!("{}: {}\n", diagnostic.code, diagnostic.message)).collect()
 }

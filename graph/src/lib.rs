@@ -60,5 +60,5 @@ pub mod pipeline {
 /// Pipeline to graph to plan, and a second opinion on plans.
 pub mod compiler {
     pub use umbragraph_compiler::*;
-    pub use umbragraph_tools::verify::{Fault, FaultKind, verify};
+    pub use umbragraph_tools::verify::{Violation, ViolationKind, verify};
 }

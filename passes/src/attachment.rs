@@ -264,7 +264,7 @@ impl Attachments<'_> {
     }
 }
 
-/// `None` after at least one finding.
+/// `None` after at least one diagnostic.
 fn all<T>(declared: Option<Option<T>>) -> Option<Option<T>> {
     declared.map_or(Some(None), |declared| declared.map(Some))
 }

@@ -1,4 +1,4 @@
-//! The codes of the findings of this crate's node kinds.
+//! The codes of the diagnostics of this crate's node kinds.
 
 umbragraph_pipeline::codes! {
     /// Far distances that are no distances, or do not increase.

@@ -1,4 +1,4 @@
-//! The codes of findings in scene files: UG0700 to UG0799.
+//! The codes of diagnostics in scene files: UG0700 to UG0799.
 
 umbragraph_pipeline::codes! {
     /// The scene file itself cannot be read.
@@ -76,9 +76,9 @@ umbragraph_pipeline::codes! {
     /// A property with a value that glTF does not know.
     BAD_VALUE = "UG0724", "value not known to glTF",
         "The property has a value that glTF 2.0 does not list, such as an unknown alpha mode, or an `extras` value that this project reads has another type.";
-    /// More findings than are shown.
-    MORE_FINDINGS = "UG0725", "further findings not shown",
-        "A file has so many findings that only the first ones are listed. Mend these first: the others are often of the same kind.";
+    /// More diagnostics than are shown.
+    MORE_DIAGNOSTICS = "UG0725", "further diagnostics not shown",
+        "A file has so many diagnostics that only the first ones are listed. Mend these first: the others are often of the same kind.";
 }
 
 #[cfg(test)]

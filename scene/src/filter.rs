@@ -60,7 +60,7 @@ pub fn left_out(scene: &Scene, plan: &Plan) -> Option<Diagnostic> {
     let message = format!(
         "{count} transparent {draws} {are} left out: no pass of the pipeline has the filter \"transparent\" or \"all\""
     );
-    let finding = Diagnostic::in_file(codes::LEFT_OUT, &*scene.name, "", message)
+    let diagnostic = Diagnostic::in_file(codes::LEFT_OUT, &*scene.name, "", message)
         .help("add a pass that blends over the opaque ones, or use a pipeline that has one");
-    Some(Diagnostic { severity: Severity::Warning, ..finding })
+    Some(Diagnostic { severity: Severity::Warning, ..diagnostic })
 }

@@ -21,7 +21,7 @@
 //! Conventions are glTF's, which are also the engine's: right-handed, Y up, metres, radians, front faces
 //! counter-clockwise, cameras and lights look along −Z of their own space, texture v points down.
 //!
-//! A file is not trusted. Loading collects all findings of a file as
+//! A file is not trusted. Loading collects all diagnostics of a file as
 //! [`Diagnostics`](umbragraph_pipeline::diagnostic::Diagnostics) (codes UG0700 to UG0799, see [`codes`]), each placed by a
 //! JSON pointer into the document; it never panics, follows no cycle, and stays within the limits of [`load::limits`].
 //!

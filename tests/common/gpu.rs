@@ -43,7 +43,7 @@ pub fn executor(gpu: &Gpu, plan: &Plan, scene: Option<&SceneResources>) -> Execu
     let source = scene.map(|scene| scene as &dyn umbragraph::draw::DrawSource);
     match pollster::block_on(Executor::new(&gpu.device, &gpu.queue, Arc::new(plan.clone()), source)) {
         Ok(executor) => executor,
-        Err(findings) => panic!("{findings:?}"),
+        Err(diagnostics) => panic!("{diagnostics:?}"),
     }
 }
 
@@ -83,7 +83,7 @@ pub fn picture(gpu: &Gpu, outcome: &Outcome) -> Picture {
 pub fn scene(path: &Path) -> Scene {
     match umbragraph::scene::load(path) {
         Ok(scene) => scene,
-        Err(findings) => panic!("{}: {findings:?}", path.display()),
+        Err(diagnostics) => panic!("{}: {diagnostics:?}", path.display()),
     }
 }
 
@@ -105,8 +105,8 @@ pub fn render_frame(gpu: &Gpu, plan: &Plan, scene: &Scene, input: &FrameInput) -
     let mut executor = executor(gpu, plan, Some(&resources));
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let frame = Frame { input, draws: Some(&resources), imports: &[("target", &target)], toggles: &[] };
-    if let Err(findings) = executor.record(&mut encoder, &frame) {
-        panic!("{findings:?}");
+    if let Err(diagnostics) = executor.record(&mut encoder, &frame) {
+        panic!("{diagnostics:?}");
     }
     gpu.queue.submit([encoder.finish()]);
     read(gpu, &target)
@@ -140,15 +140,15 @@ impl<'a> Host<'a> {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let frame =
             Frame { input, draws: Some(&self.scene), imports: &[("target", &self.target)], toggles: &[] };
-        if let Err(findings) = self.executor.record(&mut encoder, &frame) {
-            panic!("{findings:?}");
+        if let Err(diagnostics) = self.executor.record(&mut encoder, &frame) {
+            panic!("{diagnostics:?}");
         }
         self.gpu.queue.submit([encoder.finish()]);
         let Some(sizes) = self.executor.wanted_sizes() else { return false };
         self.options.data_sizes = sizes;
         let plan = self.outcome.checked.plan_again(&self.options, &self.outcome.sources).expect("a plan");
-        let faults = umbragraph::compiler::verify(&plan, &self.options);
-        assert!(faults.is_empty(), "{faults:#?}");
+        let violations = umbragraph::compiler::verify(&plan, &self.options);
+        assert!(violations.is_empty(), "{violations:#?}");
         pollster::block_on(self.executor.set_plan(Arc::new(plan), Some(&self.scene))).expect("another plan");
         true
     }

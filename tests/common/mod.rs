@@ -27,28 +27,28 @@ pub fn root() -> PathBuf {
 /// What a text came to.
 pub struct Outcome {
     pub sources: Sources,
-    pub findings: Diagnostics,
+    pub diagnostics: Diagnostics,
     pub checked: Checked,
 }
 
 impl Outcome {
-    /// The findings for people.
+    /// The diagnostics for people.
     pub fn text(&self) -> String {
-        render::human_all(&self.findings, &self.sources)
+        render::human_all(&self.diagnostics, &self.sources)
     }
 
-    /// The codes of the findings, sorted.
+    /// The codes of the diagnostics, sorted.
     pub fn codes(&self) -> Vec<&'static str> {
-        let mut codes: Vec<_> = self.findings.iter().map(|finding| finding.code.id).collect();
+        let mut codes: Vec<_> = self.diagnostics.iter().map(|diagnostic| diagnostic.code.id).collect();
         codes.sort_unstable();
         codes
     }
 
-    /// The plan of a text without findings.
+    /// The plan of a text without diagnostics.
     #[track_caller]
     pub fn plan(&self) -> &Plan {
         match &self.checked.plan {
-            Some(plan) if self.findings.is_empty() => plan,
+            Some(plan) if self.diagnostics.is_empty() => plan,
             _ => panic!("{}", self.text()),
         }
     }
@@ -97,20 +97,21 @@ fn read(path: &str) -> String {
 /// Takes a text all the way to a plan of 640 by 480. Files that it names are looked for in the workspace.
 pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
     let mut sources = Sources::new();
-    let mut findings = Diagnostics::new();
-    let templates = templates(with.templates, &mut sources, &mut findings);
+    let mut diagnostics = Diagnostics::new();
+    let templates = templates(with.templates, &mut sources, &mut diagnostics);
     let file = sources.add(name, text);
-    let Some(composed) = compose::compose(file, Path::new(name), &mut Workspace, &mut sources, &mut findings)
+    let Some(composed) =
+        compose::compose(file, Path::new(name), &mut Workspace, &mut sources, &mut diagnostics)
     else {
-        return Outcome { sources, findings, checked: Checked::default() };
+        return Outcome { sources, diagnostics, checked: Checked::default() };
     };
     let mut document = composed.document;
     if let Some(extension) = with.extension {
         let extension = sources.add(extension, read(extension));
         let extension = document::parse(&sources, extension).expect("JSON").root;
-        compose::insert(&mut document.root, extension, &mut findings);
+        compose::insert(&mut document.root, extension, &mut diagnostics);
     }
-    let choice = choice(&document, with, &mut sources, &mut findings);
+    let choice = choice(&document, with, &mut sources, &mut diagnostics);
     let [width, height] = with.size.unwrap_or([640, 480]);
     let options = PlanOptions { aliasing: !with.without_aliasing, ..PlanOptions::new(width, height) };
     let job = umbragraph::Job {
@@ -120,13 +121,13 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
         choice: &choice,
         options: &options,
     };
-    let checked = umbragraph::check_document(&document, &job, &sources, &mut findings);
-    findings.sort();
-    if let Some(plan) = checked.plan.as_ref().filter(|_| !findings.has_errors()) {
-        let faults = verify(plan, &options);
-        assert!(faults.is_empty(), "the plan of {name} has faults: {faults:#?}");
+    let checked = umbragraph::check_document(&document, &job, &sources, &mut diagnostics);
+    diagnostics.sort();
+    if let Some(plan) = checked.plan.as_ref().filter(|_| !diagnostics.has_errors()) {
+        let violations = verify(plan, &options);
+        assert!(violations.is_empty(), "the plan of {name} has errors: {violations:#?}");
     }
-    Outcome { sources, findings, checked }
+    Outcome { sources, diagnostics, checked }
 }
 
 /// The files of the workspace, by their path in it, which is where tests run.
@@ -138,17 +139,22 @@ impl compose::Files for Workspace {
     }
 }
 
-fn choice(document: &Document, with: &With<'_>, sources: &mut Sources, findings: &mut Diagnostics) -> Choice {
+fn choice(
+    document: &Document,
+    with: &With<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> Choice {
     let mut below = Choice::default();
     let mut preset = with.preset.map(|name| (name.to_owned(), sources.add("<test>", name)));
     if let Some(path) = with.file {
         let at = sources.add(path, read(path));
-        let file = ParameterFile::read(&document::parse(sources, at).expect("JSON"), findings);
+        let file = ParameterFile::read(&document::parse(sources, at).expect("JSON"), diagnostics);
         preset = preset.or(file.preset.map(|(name, _)| (name, at)));
         below = file.choice;
     }
     if let Some((name, at)) = preset {
-        below = pipeline::of_preset(document, &name, Span::new(at, 0..1), findings).under(below);
+        below = pipeline::of_preset(document, &name, Span::new(at, 0..1), diagnostics).under(below);
     }
     below.under(Choice {
         parameters: with.parameters.iter().map(|(name, value)| setting(name, value, sources)).collect(),
@@ -160,7 +166,7 @@ fn choice(document: &Document, with: &With<'_>, sources: &mut Sources, findings:
 pub fn templates(
     own: &[(&str, &str)],
     sources: &mut Sources,
-    findings: &mut Diagnostics,
+    diagnostics: &mut Diagnostics,
 ) -> Arc<TemplateSet> {
     let mut set = TemplateSet::new();
     let folder = root().join("shaders-templates");
@@ -169,12 +175,12 @@ pub fn templates(
     names.retain(|name| own.iter().all(|(other, _)| other != name));
     for name in names {
         let text = std::fs::read_to_string(folder.join(&name)).expect("a template");
-        set.add(sources, &name, &text, findings);
+        set.add(sources, &name, &text, diagnostics);
     }
     for (name, text) in own {
-        set.add(sources, name, text, findings);
+        set.add(sources, name, text, diagnostics);
     }
-    set.check(findings);
+    set.check(diagnostics);
     Arc::new(set)
 }
 

@@ -29,7 +29,7 @@ fn realize(plan: &Arc<Plan>, (device, queue): &(wgpu::Device, wgpu::Queue)) -> R
 
 #[track_caller]
 fn refused(plan: &Arc<Plan>, device: &(wgpu::Device, wgpu::Queue)) -> Vec<(&'static str, String)> {
-    said(&realize(plan, device).err().expect("a finding"))
+    said(&realize(plan, device).err().expect("a diagnostic"))
 }
 
 /// Fills a texture of a format and size, and shows it.
@@ -135,7 +135,7 @@ fn a_block_for_more_views_than_a_buffer_holds_is_refused_and_not_allocated() {
     let noop = device(wgpu::Features::empty(), |limits| limits.max_buffer_size = 1 << 20);
     let squares = crate::squares::Squares::new(&noop.0, &noop.1, &[], &[]);
     let made = pollster::block_on(Executor::new(&noop.0, &noop.1, plan, Some(&squares)));
-    let said = said(&made.err().expect("a finding"));
+    let said = said(&made.err().expect("a diagnostic"));
     assert_eq!(said.len(), 1);
     assert!(said[0].0 == "UG0804" && said[0].1.contains("25600000 bytes"), "{said:?}");
 }

@@ -44,16 +44,17 @@ fn a_host_that_gives_nothing_for_a_binding_is_told_which_and_the_next_frame_is_f
     squares.lacks_material = true;
     let mut executor = executor(&gpu, &plan, Some(&squares));
     let target = import(&gpu, &plan, "target");
-    let findings = play(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"])).expect_err("a finding");
+    let diagnostics =
+        play(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"])).expect_err("a diagnostic");
     let wanted = "the host gives nothing for \"material\" of material 0";
-    assert_eq!(said(&findings), [("UG0608", wanted.to_owned())]);
+    assert_eq!(said(&diagnostics), [("UG0608", wanted.to_owned())]);
     squares.lacks_material = false;
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
     assert_eq!(color(&gpu, &target, 0), RED_TEXEL);
 }
 
 #[test]
-fn a_host_that_gives_a_texture_for_a_block_is_a_finding_and_no_panic() {
+fn a_host_that_gives_a_texture_for_a_block_is_a_diagnostic_and_no_panic() {
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &clearing());
     let mut squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
@@ -61,9 +62,9 @@ fn a_host_that_gives_a_texture_for_a_block_is_a_finding_and_no_panic() {
     let mut executor = executor(&gpu, &plan, Some(&squares));
     let target = import(&gpu, &plan, "target");
     for _ in 0..2 {
-        let findings =
-            play(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"])).expect_err("a finding");
-        assert_eq!(said(&findings)[0].0, "UG0803");
+        let diagnostics =
+            play(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"])).expect_err("a diagnostic");
+        assert_eq!(said(&diagnostics)[0].0, "UG0803");
     }
     squares.confuses_material = false;
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
@@ -78,8 +79,9 @@ fn another_interface_wants_the_plan_again() {
     let mut executor = executor(&gpu, &plan, Some(&squares));
     let target = import(&gpu, &plan, "target");
     squares.interface.property_sets.truncate(1);
-    let findings = play(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"])).expect_err("a finding");
-    assert_eq!(said(&findings)[0].0, "UG0608");
+    let diagnostics =
+        play(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"])).expect_err("a diagnostic");
+    assert_eq!(said(&diagnostics)[0].0, "UG0608");
     pollster::block_on(executor.set_plan(plan.clone(), Some(&squares))).expect("a plan that fits");
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
     assert_eq!(color(&gpu, &target, 0), RED_TEXEL);
@@ -92,9 +94,9 @@ fn a_frame_without_meshes_is_refused_where_they_are_drawn() {
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
     let mut executor = executor(&gpu, &plan, Some(&squares));
     let target = import(&gpu, &plan, "target");
-    let findings = play(&gpu, &mut executor, None, &target, &frame(&["0"])).expect_err("a finding");
+    let diagnostics = play(&gpu, &mut executor, None, &target, &frame(&["0"])).expect_err("a diagnostic");
     let wanted = "\"squares\" draws meshes, but the host gave none";
-    assert_eq!(said(&findings), [("UG0608", wanted.to_owned())]);
+    assert_eq!(said(&diagnostics), [("UG0608", wanted.to_owned())]);
 }
 
 #[test]
@@ -106,7 +108,7 @@ fn what_a_host_stores_otherwise_or_does_not_know_is_found_when_the_executor_is_m
         change(&mut squares);
         let source: &dyn DrawSource = &squares;
         let made = pollster::block_on(Executor::new(&gpu.device, &gpu.queue, plan, Some(source)));
-        said(&made.err().expect("a finding"))
+        said(&made.err().expect("a diagnostic"))
     };
     let said = wrong(&|squares| squares.interface.vertex_buffers.clear(), &clearing());
     assert_eq!(said[0].0, "UG0608");

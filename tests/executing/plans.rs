@@ -106,12 +106,13 @@ fn a_plan_that_the_device_refuses_leaves_the_one_before() {
         view_format: None,
         bytes: u64::from(beyond) * 4,
     });
-    let findings = pollster::block_on(executor.set_plan(plan.clone().into(), None)).expect_err("a finding");
-    assert_eq!(said(&findings)[0].0, "UG0804");
+    let diagnostics =
+        pollster::block_on(executor.set_plan(plan.clone().into(), None)).expect_err("a diagnostic");
+    assert_eq!(said(&diagnostics)[0].0, "UG0804");
     // The device itself, where nothing beforehand tells: three samples.
     plan.textures[0].size = umbragraph::compiler::TextureSize { width: 4, samples: 3, ..size };
-    let findings = pollster::block_on(executor.set_plan(plan.into(), None)).expect_err("a finding");
-    assert_eq!(said(&findings)[0].0, "UG0803");
+    let diagnostics = pollster::block_on(executor.set_plan(plan.into(), None)).expect_err("a diagnostic");
+    assert_eq!(said(&diagnostics)[0].0, "UG0803");
     let target = import(&gpu, &good, "target");
     show(&gpu, &mut executor, None, &target, &frame(&[]));
     assert_eq!(color(&gpu, &target, 0), [255, 0, 0, 255]);

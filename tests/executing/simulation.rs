@@ -581,14 +581,14 @@ impl Graph {
 }
 
 /// What is wrong with the pictures of a graph, if anything is.
-fn fault(gpu: &Gpu, graph: &Graph, random: &mut Random) -> Option<String> {
+fn error(gpu: &Gpu, graph: &Graph, random: &mut Random) -> Option<String> {
     let plan: Arc<Plan> = match try_plan_of_text(graph.text.clone(), SIDE) {
         Ok(plan) => plan,
-        Err(findings) => return Some(format!("refused: {findings}")),
+        Err(diagnostics) => return Some(format!("refused: {diagnostics}")),
     };
-    let faults = verify(&plan, &PlanOptions::new(SIDE, SIDE));
-    if !faults.is_empty() {
-        return Some(format!("accused: {faults:#?}"));
+    let violations = verify(&plan, &PlanOptions::new(SIDE, SIDE));
+    if !violations.is_empty() {
+        return Some(format!("accused: {violations:#?}"));
     }
     let mut executor = executor(gpu, &plan, None);
     let picture = import(gpu, &plan, "target");
@@ -604,8 +604,8 @@ fn fault(gpu: &Gpu, graph: &Graph, random: &mut Random) -> Option<String> {
         let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (input, imports) = (frame(&[]), [("target", &picture)]);
         let frame = Frame { input: &input, draws: None, imports: &imports, toggles: &toggles };
-        if let Err(findings) = executor.record(&mut encoder, &frame) {
-            return Some(format!("not recorded: {findings:#?}"));
+        if let Err(diagnostics) = executor.record(&mut encoder, &frame) {
+            return Some(format!("not recorded: {diagnostics:#?}"));
         }
         gpu.queue.submit([encoder.finish()]);
         for (layer, [left, right]) in graph.step(&mut held, &mut back, state).into_iter().enumerate() {
@@ -630,17 +630,21 @@ fn pictures_of_random_graphs_are_those_of_running_their_passes_one_after_the_oth
     let Some(gpu) = gpu::device() else { return };
     let times = u64::from(property::times());
     let graphs = if times == 1 { GRAPHS } else { 2 * GRAPHS * times };
-    let mut faults = Vec::new();
+    let mut violations = Vec::new();
     for number in 0..graphs {
         let seed = property::seed().wrapping_mul(1 << 20).wrapping_add(number);
         let graph = Graph::new(seed);
-        if let Some(fault) = fault(&gpu, &graph, &mut Random(seed | 1)) {
-            faults.push(format!("graph {number} ({seed}): {fault}\n{}", graph.text));
+        if let Some(error) = error(&gpu, &graph, &mut Random(seed | 1)) {
+            violations.push(format!("graph {number} ({seed}): {error}\n{}", graph.text));
         }
     }
-    let count = |word: &str| faults.iter().filter(|fault| fault.contains(word)).count();
+    let count = |word: &str| violations.iter().filter(|error| error.contains(word)).count();
     let (refused, accused) = (count("): refused"), count("): accused"));
-    let wrong = faults.len() - refused - accused;
+    let wrong = violations.len() - refused - accused;
     println!("{graphs} graphs: {wrong} wrong, {refused} refused, {accused} accused");
-    assert!(faults.is_empty(), "{wrong} wrong, {refused} refused, {accused} accused, such as\n{}", faults[0]);
+    assert!(
+        violations.is_empty(),
+        "{wrong} wrong, {refused} refused, {accused} accused, such as\n{}",
+        violations[0]
+    );
 }

@@ -186,13 +186,13 @@ pub(crate) fn plan_of_size(resources: &str, passes: &str, side: u32) -> Arc<Plan
 /// A plan of a whole text.
 #[track_caller]
 pub(crate) fn plan_of_text(text: String, side: u32) -> Arc<Plan> {
-    try_plan_of_text(text, side).unwrap_or_else(|findings| panic!("{findings}"))
+    try_plan_of_text(text, side).unwrap_or_else(|diagnostics| panic!("{diagnostics}"))
 }
 
 /// A plan of a whole text, or what is wrong with it.
 pub(crate) fn try_plan_of_text(text: String, side: u32) -> Result<Arc<Plan>, String> {
     let mut sources = Sources::new();
-    let mut findings = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     let own = [
         ("square.wgsl.jinja", TEMPLATE),
         ("square_depth.wgsl.jinja", DEPTH_TEMPLATE),
@@ -222,7 +222,7 @@ pub(crate) fn try_plan_of_text(text: String, side: u32) -> Result<Arc<Plan>, Str
     ];
     let own: Vec<_> =
         own.into_iter().chain(triangles.iter().map(|(name, text)| (*name, text.as_str()))).collect();
-    let templates = common::templates(&own, &mut sources, &mut findings);
+    let templates = common::templates(&own, &mut sources, &mut diagnostics);
     let mut registry = umbragraph::registry();
     registry.register::<Views>().register::<Count>();
     let file = sources.add("test.json", text);
@@ -233,10 +233,10 @@ pub(crate) fn try_plan_of_text(text: String, side: u32) -> Result<Arc<Plan>, Str
         choice: &Choice::default(),
         options: &PlanOptions::new(side, side),
     };
-    let checked = umbragraph::check(file, &job, &sources, &mut findings);
+    let checked = umbragraph::check(file, &job, &sources, &mut diagnostics);
     match checked.plan {
-        Some(plan) if !findings.has_errors() => Ok(Arc::new(plan)),
-        _ => Err(render::human_all(&findings, &sources)),
+        Some(plan) if !diagnostics.has_errors() => Ok(Arc::new(plan)),
+        _ => Err(render::human_all(&diagnostics, &sources)),
     }
 }
 
@@ -269,12 +269,12 @@ pub(crate) fn fill(name: &str, to: &str, color: &str) -> String {
 pub(crate) fn executor(gpu: &Gpu, plan: &Arc<Plan>, squares: Option<&Squares>) -> Executor {
     let source = squares.map(|squares| squares as &dyn DrawSource);
     let made = pollster::block_on(Executor::new(&gpu.device, &gpu.queue, plan.clone(), source));
-    made.unwrap_or_else(|findings| panic!("{findings:#?}"))
+    made.unwrap_or_else(|diagnostics| panic!("{diagnostics:#?}"))
 }
 
-/// Codes and messages of findings.
-pub(crate) fn said(findings: &Diagnostics) -> Vec<(&'static str, String)> {
-    findings.iter().map(|finding| (finding.code.id, finding.message.clone())).collect()
+/// Codes and messages of diagnostics.
+pub(crate) fn said(diagnostics: &Diagnostics) -> Vec<(&'static str, String)> {
+    diagnostics.iter().map(|diagnostic| (diagnostic.code.id, diagnostic.message.clone())).collect()
 }
 
 /// Records a frame and submits it, holding wgpu to silence about everything that was recorded.
@@ -308,8 +308,8 @@ pub(crate) fn show(
     target: &wgpu::Texture,
     input: &FrameInput,
 ) {
-    if let Err(findings) = play(gpu, executor, squares, target, input) {
-        panic!("{findings:#?}");
+    if let Err(diagnostics) = play(gpu, executor, squares, target, input) {
+        panic!("{diagnostics:#?}");
     }
 }
 

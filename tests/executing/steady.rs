@@ -98,11 +98,12 @@ fn a_cpu_pass_that_publishes_what_it_did_not_declare_is_found_out() {
     let plan = plan(&target(1), passes);
     let mut executor = executor(&gpu, &plan, None);
     let target = import(&gpu, &plan, "target");
-    let findings = play(&gpu, &mut executor, None, &target, &frame(&[])).expect_err("a finding");
+    let diagnostics = play(&gpu, &mut executor, None, &target, &frame(&[])).expect_err("a diagnostic");
     let wanted = "\"views\" publishes the value \"undeclared\", which was not declared";
-    assert_eq!(said(&findings), [("UG0807", wanted.to_owned())]);
-    let findings = play(&gpu, &mut executor, None, &target, &frame(&["0", "0"])).expect_err("a finding");
-    assert_eq!(said(&findings)[0].0, "UG0807");
+    assert_eq!(said(&diagnostics), [("UG0807", wanted.to_owned())]);
+    let diagnostics =
+        play(&gpu, &mut executor, None, &target, &frame(&["0", "0"])).expect_err("a diagnostic");
+    assert_eq!(said(&diagnostics)[0].0, "UG0807");
 }
 
 #[test]

@@ -212,8 +212,8 @@ fn a_toggle_that_the_pipeline_does_not_have_is_an_error_and_the_next_frame_is_fi
     let mut encoder = stage.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let imports = [("target", &stage.target)];
     let wrong = Frame { input: &frame(&[]), draws: None, imports: &imports, toggles: &[("ovre", false)] };
-    let findings = stage.executor.record(&mut encoder, &wrong).expect_err("a finding");
-    assert_eq!(said(&findings), [("UG0214", "the pipeline \"test\" has no toggle \"ovre\"".to_owned())]);
+    let diagnostics = stage.executor.record(&mut encoder, &wrong).expect_err("a diagnostic");
+    assert_eq!(said(&diagnostics), [("UG0214", "the pipeline \"test\" has no toggle \"ovre\"".to_owned())]);
     assert_eq!(stage.shows(&[("over", false)]), RED_TEXEL);
 }
 

@@ -88,7 +88,7 @@ fn a_view_outside_its_attachments_is_refused_and_the_next_frame_is_fine() {
     let target = import(&gpu, &layered, "target");
     let mut refused = |view: &str| {
         let result = play(&gpu, &mut executor, Some(&squares), &target, &frame(&["0", view]));
-        said(&result.expect_err("a finding"))
+        said(&result.expect_err("a diagnostic"))
     };
     let wanted = "view 1 of \"squares\" is drawn into layer 4 of 4";
     assert_eq!(refused("4"), [("UG0807", wanted.to_owned())]);

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 
 use common::pictures::{self, Case};
 use common::{files, root};
-use rules::Fault;
+use rules::Violation;
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::image::{Picture, compare};
 use umbragraph_test_support::property;
@@ -55,7 +55,7 @@ impl Baseline {
 
 fn shaders(case: &Case, templates: &[(&str, &str)]) -> Option<(common::Outcome, Vec<String>)> {
     let outcome = case.check(templates);
-    if outcome.findings.has_errors() || outcome.checked.plan.is_none() {
+    if outcome.diagnostics.has_errors() || outcome.checked.plan.is_none() {
         return None;
     }
     let programs = &outcome.checked.pipeline.as_ref()?.programs;
@@ -68,7 +68,7 @@ fn shaders(case: &Case, templates: &[(&str, &str)]) -> Option<(common::Outcome, 
 type Hits = Mutex<BTreeMap<(String, usize), u32>>;
 
 /// What becomes of a fault: cases of which no shader changes are not drawn.
-fn verdict(baselines: &[Baseline], hits: &Hits, template: &str, fault: &Fault) -> Verdict {
+fn verdict(baselines: &[Baseline], hits: &Hits, template: &str, fault: &Violation) -> Verdict {
     let mut order: Vec<usize> =
         (0..baselines.len()).filter(|at| baselines[*at].contains(template, &fault.place)).collect();
     if order.is_empty() {
@@ -126,7 +126,7 @@ fn known() -> Vec<(String, String, String)> {
 fn each_known_survivor_is_a_fault_that_is_planted() {
     let planted: BTreeSet<(String, String)> = templates()
         .iter()
-        .flat_map(|(name, text)| rules::faults(text).into_iter().map(|fault| (name.clone(), fault.reads)))
+        .flat_map(|(name, text)| rules::violations(text).into_iter().map(|fault| (name.clone(), fault.reads)))
         .collect();
     for (template, reads, reason) in known() {
         assert!(!reason.is_empty(), "{template}: {reads}: there is no reason");
@@ -156,9 +156,9 @@ fn nine_of_ten_faults_in_templates_show_in_a_picture() {
         .unwrap_or_else(|| std::thread::available_parallelism().map_or(1, std::num::NonZero::get));
     let wanted = variable("UMBRAGRAPH_MUTANTS_IN").unwrap_or_default();
     let known = known();
-    let mut planted: Vec<(String, Fault)> = Vec::new();
+    let mut planted: Vec<(String, Violation)> = Vec::new();
     for (name, text) in templates().into_iter().filter(|(name, _)| name.contains(&wanted)) {
-        planted.extend(rules::faults(&text).into_iter().map(|fault| (name.clone(), fault)));
+        planted.extend(rules::violations(&text).into_iter().map(|fault| (name.clone(), fault)));
     }
     let all = planted.len();
     shuffle(&mut planted);
@@ -170,7 +170,7 @@ fn nine_of_ten_faults_in_templates_show_in_a_picture() {
         let start = Instant::now();
         let is_known = known.iter().any(|one| one.0 == *template && one.1 == fault.reads);
         let verdict = if is_known { Verdict::Listed } else { verdict(&baselines, &hits, template, fault) };
-        let Fault { line, rule, reads, .. } = fault;
+        let Violation { line, rule, reads, .. } = fault;
         let took = start.elapsed().as_secs_f32();
         println!("{verdict:?}: {template}:{line}: {rule}: `{reads}` ({took:.1} s)");
         verdict

@@ -9,7 +9,7 @@ use std::ops::Range;
 
 /// A template with one fault.
 #[derive(Clone, Debug)]
-pub(crate) struct Fault {
+pub(crate) struct Violation {
     /// The line, from 1.
     pub(crate) line: usize,
     /// What was done.
@@ -57,7 +57,7 @@ const COMPONENTS: &[(&str, &str)] = &[
 ];
 
 /// Every template that differs by one fault, in the order of the places.
-pub(crate) fn faults(template: &str) -> Vec<Fault> {
+pub(crate) fn violations(template: &str) -> Vec<Violation> {
     let code = code(template);
     let mut found: Vec<(Range<usize>, String, &'static str)> = Vec::new();
     for (was, is, rule) in OPERATORS {
@@ -89,7 +89,7 @@ pub(crate) fn faults(template: &str) -> Vec<Fault> {
         let text = [&template[..range.start], &is, &template[range.end..]].concat();
         let start = text[..range.start].rfind('\n').map_or(0, |at| at + 1);
         let reads = text[start..].lines().next().unwrap_or_default().trim().to_owned();
-        Fault { line: template[..range.start].matches('\n').count() + 1, rule, place: range, reads, text }
+        Violation { line: template[..range.start].matches('\n').count() + 1, rule, place: range, reads, text }
     };
     found.into_iter().map(plant).collect()
 }
@@ -190,8 +190,8 @@ fn arguments(template: &str, open: usize) -> Option<(Vec<Range<usize>>, usize)> 
 #[test]
 fn each_kind_of_fault_is_planted_where_there_is_code_and_nowhere_else() {
     let template = "{# a + b #}\n// 1.0 * 2.0\n@group(1) @binding(3) var x: f32;\n    let at = max(-uv.x, 0.5) + 2u; // - 1.0\n{{ 1.0 }}\n";
-    let faults = faults(template);
-    let reads: Vec<&str> = faults.iter().map(|fault| fault.reads.as_str()).collect();
+    let violations = violations(template);
+    let reads: Vec<&str> = violations.iter().map(|fault| fault.reads.as_str()).collect();
     assert_eq!(
         reads,
         [
@@ -203,5 +203,5 @@ fn each_kind_of_fault_is_planted_where_there_is_code_and_nowhere_else() {
             "let at = max(-uv.x, 0.5) + 3u; // - 1.0",
         ]
     );
-    assert!(faults.iter().all(|fault| fault.line == 4));
+    assert!(violations.iter().all(|fault| fault.line == 4));
 }

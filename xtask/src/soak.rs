@@ -102,6 +102,6 @@ mod tests {
         let mut tests = BTreeSet::new();
         collect(&process::workspace_root(), &mut tests);
         assert!(tests.contains("just_the_reads_of_pieces_that_nothing_writes_are_refused_and_faults"));
-        assert!(tests.contains("changed_bytes_give_findings_or_a_usable_scene"));
+        assert!(tests.contains("changed_bytes_give_diagnostics_or_a_usable_scene"));
     }
 }

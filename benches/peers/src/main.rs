@@ -93,9 +93,9 @@ fn ours(graph: &Graph) -> Duration {
     }
     let (pipeline, sources) = assembly.finish();
     let start = Instant::now();
-    let mut findings = Diagnostics::new();
-    let built = build(&pipeline, &mut findings).expect("a graph");
-    let planned = plan(&pipeline, &built, &PlanOptions::new(64, 64), &sources, &mut findings).expect("a plan");
+    let mut diagnostics = Diagnostics::new();
+    let built = build(&pipeline, &mut diagnostics).expect("a graph");
+    let planned = plan(&pipeline, &built, &PlanOptions::new(64, 64), &sources, &mut diagnostics).expect("a plan");
     assert_eq!(planned.passes.len(), graph.passes.len());
     start.elapsed()
 }

@@ -42,7 +42,7 @@ impl Format {
 /// Refuses a file whose format is none of those that can be written there, or whose folder does not exist.
 ///
 /// # Errors
-/// The finding, which names the option.
+/// The diagnostic, which names the option.
 pub(super) fn check(option: &str, path: &Path, formats: &[(&str, Format)]) -> Result<Format, Diagnostic> {
     let place = |message: String| Diagnostic::error(codes::PICTURE, Place::Nowhere, message);
     let names: Vec<&str> = formats.iter().map(|(name, _)| *name).collect();
@@ -61,9 +61,9 @@ pub(super) fn check(option: &str, path: &Path, formats: &[(&str, Format)]) -> Re
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     match folder.filter(|folder| !folder.is_dir()) {
         Some(folder) => {
-            let finding =
+            let diagnostic =
                 unwritable(path, &format_args!("the folder \"{}\" does not exist", folder.display()));
-            Err(finding.help("make the folder first"))
+            Err(diagnostic.help("make the folder first"))
         }
         None => Ok(format),
     }

@@ -35,7 +35,7 @@ pub(crate) fn run(arguments: &RenderArguments) -> bool {
     let said = match result {
         Ok(said) => said,
         Err(diagnostics) => {
-            session.findings.extend(diagnostics);
+            session.diagnostics.extend(diagnostics);
             None
         }
     };
@@ -61,14 +61,14 @@ fn render(
     }) {
         Ok(scene) => scene,
         Err(diagnostics) => {
-            session.findings.extend(diagnostics);
+            session.diagnostics.extend(diagnostics);
             return Ok(None);
         }
     };
-    session.findings.extend(scene.warnings.clone());
+    session.diagnostics.extend(scene.warnings.clone());
     let Some(plan) = &checked.plan else { return Ok(None) };
-    session.findings.extend(umbragraph::scene::filter::left_out(&scene, plan));
-    if session.findings.has_errors() {
+    session.diagnostics.extend(umbragraph::scene::filter::left_out(&scene, plan));
+    if session.diagnostics.has_errors() {
         return Ok(None);
     }
     let (captures, document) = capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref())?;
@@ -81,7 +81,7 @@ fn render(
         progress.stage("check captures", || session.check(&arguments.pipeline, &arguments.choices))
     };
     let checked = session.check_on(checked, &on_device, &arguments.pipeline, &arguments.choices);
-    if checked.plan.is_none() || session.findings.has_errors() {
+    if checked.plan.is_none() || session.diagnostics.has_errors() {
         return Ok(None);
     }
     let options = Session::options(&arguments.choices);
@@ -123,7 +123,7 @@ fn render(
         said.push_str(&capture.write(&texels, output.compression)?);
     }
     let notices: Vec<Diagnostic> = drawing.notices();
-    session.findings.extend(notices);
+    session.diagnostics.extend(notices);
     Ok(Some(said))
 }
 

@@ -27,7 +27,7 @@ pub(super) struct PassAccess<'a> {
     pub(super) one: &'a Access,
 }
 
-/// The accesses of each resource, in the order of the passes. Findings: a pass that reads what it writes.
+/// The accesses of each resource, in the order of the passes. Diagnostics: a pass that reads what it writes.
 pub(super) fn accesses<'a>(
     pipeline: &'a Pipeline,
     diagnostics: &mut Diagnostics,
@@ -45,7 +45,7 @@ pub(super) fn accesses<'a>(
                 let bound = |one: &Access| !one.usage.is_attachment();
                 let shared = bound(other.one) != bound(one)
                     && other.range.aspect(Aspect::All).overlaps(one.range.aspect(Aspect::All));
-                // Depth and stencil of what has one of the two only: the format is the finding.
+                // Depth and stencil of what has one of the two only: the format is the diagnostic.
                 let beside = (other.one.usage.is_depth() && one.usage.is_stencil())
                     || (other.one.usage.is_stencil() && one.usage.is_depth());
                 if writes && !beside && (other.range.overlaps(one.range) || shared) {

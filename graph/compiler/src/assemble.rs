@@ -2,7 +2,7 @@
 //!
 //! For hosts that generate graphs, for tests of the compiler and for benchmarks: resources and passes with their
 //! accesses, without shaders. A pass does nothing on a device unless it draws; what it uses is all that the compiler
-//! asks. Findings about such a pipeline point at an empty text.
+//! asks. Diagnostics about such a pipeline point at an empty text.
 
 use std::sync::Arc;
 
@@ -222,7 +222,7 @@ impl Assembly {
     pub fn finish(mut self) -> (Arc<Pipeline>, Sources) {
         for (pass, (work, others)) in self.pipeline.passes.iter_mut().zip(self.works) {
             pass.set_work(work, others, &self.pipeline.resources);
-            // Attachments with a passthrough have a finding when they are read from a text; here nobody makes them.
+            // Attachments with a passthrough have a diagnostic when they are read from a text; here nobody makes them.
             let _ = crate::pipeline::add_fallbacks(pass, &self.pipeline.passthroughs);
         }
         (Arc::new(self.pipeline), self.sources)

@@ -69,13 +69,13 @@ impl Planner<'_> {
         handle: PassHandle,
         planned: &PlannedPass,
         render: &RenderWork,
-        findings: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) {
         let program = self.pipeline.program(render.draw.bound().0);
         for variant in &program.variants {
             let Some(fragment) = variant.entry_point(Stage::Fragment) else {
                 if !planned.color.is_empty() {
-                    findings.push(self.output_mismatch(
+                    diagnostics.push(self.output_mismatch(
                         handle,
                         &program.template,
                         "has no fragment stage to write color attachments",
@@ -94,7 +94,7 @@ impl Planner<'_> {
                     _ => ScalarKind::Float,
                 };
                 let output = fragment.outputs.iter().find(|output| output.location as usize == location);
-                let fault = match output {
+                let error = match output {
                     None => {
                         format!("writes no @location({location}), which \"{}\" wants", attachment.resource)
                     }
@@ -106,25 +106,25 @@ impl Planner<'_> {
                     }
                     Some(_) => continue,
                 };
-                findings.push(self.output_mismatch(handle, &program.template, &fault));
+                diagnostics.push(self.output_mismatch(handle, &program.template, &error));
                 return;
             }
             if let Some(output) =
                 fragment.outputs.iter().find(|output| output.location as usize >= planned.color.len())
             {
-                let fault = format!(
+                let error = format!(
                     "writes @location({}), for which the pass has no color attachment",
                     output.location
                 );
-                findings.push(self.output_mismatch(handle, &program.template, &fault));
+                diagnostics.push(self.output_mismatch(handle, &program.template, &error));
                 return;
             }
         }
     }
 
-    fn output_mismatch(&self, handle: PassHandle, template: &str, fault: &str) -> Diagnostic {
+    fn output_mismatch(&self, handle: PassHandle, template: &str, error: &str) -> Diagnostic {
         let pass = self.pipeline.pass(handle);
-        Diagnostic::error(codes::ATTACHMENTS, pass.place, format!("{template} {fault}"))
+        Diagnostic::error(codes::ATTACHMENTS, pass.place, format!("{template} {error}"))
             .pointer(&pass.pointer)
             .help("the outputs of the fragment shader and the color attachments match one to one")
     }

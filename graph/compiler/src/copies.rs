@@ -1,7 +1,7 @@
 //! What a transfer copies on the device: boxes of texels and ranges of bytes, one for each mip level.
 //!
 //! A transfer says subresource ranges and expressions; here they become numbers, and what WebGPU does not copy becomes
-//! a finding. Textures are copied to textures of the same format (but for `-srgb`), sample count and extent, all
+//! a diagnostic. Textures are copied to textures of the same format (but for `-srgb`), sample count and extent, all
 //! aspects at once; to and from buffers one aspect of one that has bytes. Texels of several samples and those of depth
 //! and stencil are copied by whole layers, and compressed ones by whole blocks. A texture is not copied onto itself,
 //! nor a volume's mip level or a buffer onto another subresource range of the same.
@@ -94,15 +94,15 @@ pub struct TexelRows {
     pub rows_per_image: u32,
 }
 
-/// What a transfer copies; `None` after a finding.
+/// What a transfer copies; `None` after a diagnostic.
 pub(super) fn copies(
     facts: &Facts<'_>,
     transfer: &TransferWork,
     handle: PassHandle,
-    findings: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Vec<PlannedCopy>> {
     use TransferEnd::{Buffer, Texture};
-    let mut copies = Copies { facts, pass: facts.pipeline.pass(handle), findings };
+    let mut copies = Copies { facts, pass: facts.pipeline.pass(handle), diagnostics };
     match (&transfer.source, &transfer.destination) {
         (None, Buffer(to)) => {
             let (offset, bytes) = copies.run(to)?;
@@ -127,7 +127,7 @@ pub(super) fn copies(
 struct Copies<'a, 'p> {
     facts: &'a Facts<'p>,
     pass: &'a Pass,
-    findings: &'a mut Vec<Diagnostic>,
+    diagnostics: &'a mut Vec<Diagnostic>,
 }
 
 impl Copies<'_, '_> {
@@ -135,20 +135,20 @@ impl Copies<'_, '_> {
         self.facts.pipeline.resource(resource).name.clone()
     }
 
-    /// A finding where the pass names what it copies from or to.
+    /// A diagnostic where the pass names what it copies from or to.
     fn refuse(&mut self, resource: ResourceHandle, written: bool, message: String, help: &str) {
         let alike =
             |one: &&crate::pipeline::Access| one.resource == resource && one.usage.writes() == written;
         let used = self.pass.accesses().iter().find(alike);
         let (place, pointer) =
             used.map_or((self.pass.place, &self.pass.pointer), |one| (one.place, &one.pointer));
-        let finding = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help);
-        self.findings.push(finding);
+        let diagnostic = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help);
+        self.diagnostics.push(diagnostic);
     }
 
     fn refuse_at<T>(&mut self, deferred: &Deferred, message: String, help: &str) -> Option<T> {
-        let finding = Diagnostic::error(codes::DEVICE_RULE, deferred.place, message);
-        self.findings.push(finding.pointer(&deferred.pointer).help(help));
+        let diagnostic = Diagnostic::error(codes::DEVICE_RULE, deferred.place, message);
+        self.diagnostics.push(diagnostic.pointer(&deferred.pointer).help(help));
         None
     }
 
@@ -353,7 +353,7 @@ impl Copies<'_, '_> {
         Some(aspect)
     }
 
-    /// For each mip level the first texel, and how many there are; `None` after a finding.
+    /// For each mip level the first texel, and how many there are; `None` after a diagnostic.
     fn boxes(
         &mut self,
         region: &TextureRegion,
@@ -361,7 +361,7 @@ impl Copies<'_, '_> {
         extent: Option<&[Deferred; 2]>,
     ) -> Option<Vec<(TexelOrigin, [u32; 3])>> {
         let TextureFacts { format, size, volume, .. } = *texture;
-        // Subresources that do not exist are a finding of their own.
+        // Subresources that do not exist are a diagnostic of their own.
         if region.mip().end() > u64::from(size.mips) {
             return None;
         }

@@ -16,28 +16,28 @@ use crate::work::{
     BoundSlot, BufferDraw, ColorAttachment, Draw, DrawCounts, ResourceHandle, SlotSource, Work,
 };
 
-/// The findings of a plan; a plan with errors among them must not be realized.
+/// The diagnostics of a plan; a plan with errors among them must not be realized.
 pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
-    let mut findings = Vec::new();
+    let mut diagnostics = Vec::new();
     for planned in &plan.passes {
         let pass = plan.pipeline.pass(planned.handle);
         let rules = Rules { plan, pass };
         if let Some((program, slots)) = super::format::slots(&plan.pipeline, planned.handle) {
             for slot in slots {
-                findings.extend(rules.slot(program, slot));
+                diagnostics.extend(rules.slot(program, slot));
             }
         }
         if let Work::Render(render) = pass.work() {
             let fullscreen = !matches!(render.draw, Draw::Scene(_));
-            findings.extend(rules.attachments(planned, fullscreen));
-            findings.extend(render.color.iter().filter_map(|color| rules.resolve(color)));
-            findings.extend(rules.color_bytes(planned));
+            diagnostics.extend(rules.attachments(planned, fullscreen));
+            diagnostics.extend(render.color.iter().filter_map(|color| rules.resolve(color)));
+            diagnostics.extend(rules.color_bytes(planned));
             if let Draw::Buffers(draw) = &render.draw {
-                findings.extend(rules.buffer_draw(draw));
+                diagnostics.extend(rules.buffer_draw(draw));
             }
         }
     }
-    findings
+    diagnostics
 }
 
 struct Rules<'a> {
@@ -72,8 +72,8 @@ impl Rules<'_> {
             let (place, pointer) = self.place(resource);
             let message =
                 format!("\"{}\" has {bytes} bytes, but {wanted} of it are drawn", self.name(resource));
-            let finding = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer);
-            (bytes < wanted).then(|| finding.help("make the buffer larger, or draw less"))
+            let diagnostic = Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer);
+            (bytes < wanted).then(|| diagnostic.help("make the buffer larger, or draw less"))
         };
         streams.chain(indices).filter_map(too_short).collect()
     }
@@ -261,19 +261,19 @@ impl Rules<'_> {
             "the color attachments of \"{}\" have {bytes} bytes for each sample, but only {allowed} are guaranteed",
             self.pass.name
         );
-        let finding =
+        let diagnostic =
             Diagnostic::error(codes::DEVICE_RULE, self.pass.place, message).pointer(&self.pass.pointer);
-        (bytes > allowed).then(|| finding.help("choose smaller formats, or write them in two passes"))
+        (bytes > allowed).then(|| diagnostic.help("choose smaller formats, or write them in two passes"))
     }
 
     fn attachments(&self, planned: &PlannedPass, fullscreen: bool) -> Vec<Diagnostic> {
-        let mut findings = Vec::new();
+        let mut diagnostics = Vec::new();
         for attachment in planned.attachments() {
             let resource = attachment.target.resource;
             let declared = self.plan.pipeline.resource(resource).texture();
             if declared.is_some_and(|texture| texture.view == Some(TextureShape::D3)) {
                 let message = format!("\"{}\" is a volume, which cannot be attached", attachment.resource);
-                findings.push(self.refuse(resource, message, "write volumes from a compute pass"));
+                diagnostics.push(self.refuse(resource, message, "write volumes from a compute pass"));
                 continue;
             }
             let layers =
@@ -283,9 +283,9 @@ impl Rules<'_> {
                     "\"{}\" has {layers} layers, and nothing says which is written",
                     attachment.resource
                 );
-                findings.push(self.refuse(resource, message, "add \"layer\" to the attachment"));
+                diagnostics.push(self.refuse(resource, message, "add \"layer\" to the attachment"));
             }
         }
-        findings
+        diagnostics
     }
 }

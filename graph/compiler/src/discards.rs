@@ -88,7 +88,7 @@ impl Check<'_> {
         readers.dedup();
         for reader in &readers {
             if let Some(read) = self.reads(*reader).next() {
-                diagnostics.push(self.finding(*reader, read, ""));
+                diagnostics.push(self.diagnostic(*reader, read, ""));
             }
         }
         let before = " of the frame before";
@@ -103,7 +103,7 @@ impl Check<'_> {
                 Lifetime::Transient | Lifetime::Imported => None,
             };
             if let Some(read) = read {
-                diagnostics.push(self.finding(reader, read, before));
+                diagnostics.push(self.diagnostic(reader, read, before));
             }
         }
     }
@@ -132,7 +132,7 @@ impl Check<'_> {
         !view.is_open_in(self.one.range)
     }
 
-    fn finding(&self, reader: PassHandle, read: &Access, when: &str) -> Diagnostic {
+    fn diagnostic(&self, reader: PassHandle, read: &Access, when: &str) -> Diagnostic {
         let (by, name) = (&self.pipeline.pass(self.handle).name, &self.pipeline.pass(reader).name);
         let resource = &self.pipeline.resource(self.one.resource).name;
         let message = format!("\"{name}\" reads \"{resource}\"{when}, which \"{by}\" discards");

@@ -6,12 +6,12 @@ use crate::expression::Value;
 use crate::shader::Stage;
 use crate::work::{ComputeWork, Dispatch, PassHandle};
 
-/// The workgroup counts of a pass; `None` after a finding, and where a buffer says them.
+/// The workgroup counts of a pass; `None` after a diagnostic, and where a buffer says them.
 pub(super) fn workgroups(
     facts: &Facts<'_>,
     compute: &ComputeWork,
     handle: PassHandle,
-    findings: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<[u32; 3]> {
     let pipeline = facts.pipeline;
     let pass = pipeline.pass(handle);
@@ -37,7 +37,7 @@ pub(super) fn workgroups(
                         *count = number as u32;
                     }
                     other => {
-                        findings.push(
+                        diagnostics.push(
                             Diagnostic::error(
                                 codes::DISPATCH,
                                 deferred.place,
@@ -54,7 +54,7 @@ pub(super) fn workgroups(
         }
     };
     if counts.iter().any(|count| *count > limit) {
-        findings.push(
+        diagnostics.push(
             Diagnostic::error(codes::DISPATCH, pass.place, format!("{counts:?} workgroups are too many"))
                 .pointer(&pass.pointer)
                 .help(format!("the profile {} allows {limit} in each direction", pipeline.profile.name)),

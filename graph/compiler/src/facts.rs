@@ -6,8 +6,8 @@
 //! shader can ask for the length. What outlives the frame is a class of its own, and so is what a toggle can leave
 //! without its first write.
 //!
-//! Findings: subresources that a texture does not have, formats that do not support their usages, imports used beyond
-//! the usage that the host created them with.
+//! Diagnostics: subresources that a texture does not have, formats that do not support their usages, imports used
+//! beyond the usage that the host created them with.
 //!
 //! Cost: linear in resources and accesses.
 
@@ -47,7 +47,7 @@ pub(super) enum Descriptor {
 /// A resource that live passes use.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fact {
-    /// `None` for blackboard data, and after a finding.
+    /// `None` for blackboard data, and after a diagnostic.
     pub(super) descriptor: Option<Descriptor>,
     /// The class of what can stand for it; `None` for what the plan does not create.
     pub(super) class: Option<usize>,
@@ -81,7 +81,7 @@ impl<'a> Facts<'a> {
         sources: &'a Sources,
         live: &[PassHandle],
         conditional: &[bool],
-        findings: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Self {
         let mut facts = Self::empty(pipeline, options, sources);
         let mut formats = format::Formats::default();
@@ -110,12 +110,12 @@ impl<'a> Facts<'a> {
                         .accesses
                         .iter()
                         .fold(TextureUsages::empty(), |all, (_, one)| all | one.usage.texture_usages());
-                    facts.check_import(handle, usages, wants, options, findings);
+                    facts.check_import(handle, usages, wants, options, diagnostics);
                     let format = match told(options, resource) {
                         Some(import) => Some(import.format),
                         None => {
                             format::choose(pipeline, &mut formats, resource, texture, wants, size, usages)
-                                .map_err(|finding| findings.push(*finding))
+                                .map_err(|diagnostic| diagnostics.push(*diagnostic))
                                 .ok()
                         }
                     };
@@ -148,8 +148,10 @@ impl<'a> Facts<'a> {
             facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
         }
         facts.classes = classes.known.len();
-        findings.extend(subresources::beyond(pipeline, &facts.sizes).into_iter().map(|(_, finding)| finding));
-        history::check_initial(&facts, findings);
+        diagnostics.extend(
+            subresources::beyond(pipeline, &facts.sizes).into_iter().map(|(_, diagnostic)| diagnostic),
+        );
+        history::check_initial(&facts, diagnostics);
         facts
     }
 
@@ -161,7 +163,7 @@ impl<'a> Facts<'a> {
         sources: &'a Sources,
         before: &[Option<Fact>],
         conditional: &[bool],
-        findings: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
         let mut facts = Self::empty(pipeline, options, sources);
         let mut classes = CompatibilityClasses {
@@ -192,8 +194,10 @@ impl<'a> Facts<'a> {
             facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
         }
         facts.classes = classes.known.len();
-        findings.extend(subresources::beyond(pipeline, &facts.sizes).into_iter().map(|(_, finding)| finding));
-        history::check_initial(&facts, findings);
+        diagnostics.extend(
+            subresources::beyond(pipeline, &facts.sizes).into_iter().map(|(_, diagnostic)| diagnostic),
+        );
+        history::check_initial(&facts, diagnostics);
         Some(facts)
     }
 
@@ -224,9 +228,9 @@ impl<'a> Facts<'a> {
         }
     }
 
-    /// The findings about sizes and other expressions.
-    pub(super) fn take_findings(&self) -> Diagnostics {
-        self.sizes.take_findings()
+    /// The diagnostics about sizes and other expressions.
+    pub(super) fn take_diagnostics(&self) -> Diagnostics {
+        self.sizes.take_diagnostics()
     }
 
     /// Finds accesses of the host's own texture that it was not created for.
@@ -236,7 +240,7 @@ impl<'a> Facts<'a> {
         usages: TextureUsages,
         wants: &format::Wants<'_>,
         options: &PlanOptions,
-        findings: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) {
         let resource = self.pipeline.resource(handle);
         let Some(allowed) =
@@ -256,7 +260,7 @@ impl<'a> Facts<'a> {
                 resource.name,
                 one.usage.name()
             );
-            findings.push(
+            diagnostics.push(
                 Diagnostic::error(codes::IMPORT_USAGE, one.place, message)
                     .pointer(&one.pointer)
                     .related(resource.place, "declared here")

@@ -103,7 +103,7 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Wa
 /// The first candidate that supports what is wanted.
 ///
 /// # Errors
-/// One finding that says of each candidate why not.
+/// One diagnostic that says of each candidate why not.
 pub(super) fn choose(
     pipeline: &Pipeline,
     formats: &mut Formats,
@@ -141,14 +141,14 @@ pub(super) fn choose(
     let message =
         format!("no format of \"{}\" supports all of its usages: {}", resource.name, reasons.join("; "));
     let place = resource.value.nearest("/texture/format").span;
-    let mut finding = Diagnostic::error(codes::FORMAT_USAGE, place, message)
+    let mut diagnostic = Diagnostic::error(codes::FORMAT_USAGE, place, message)
         .pointer(format!("{}/texture/format", resource.pointer))
         .help("choose another format, or add a candidate");
     for (pass, one) in wants.accesses.iter().take(4) {
-        finding = finding
+        diagnostic = diagnostic
             .related(one.place, format!("\"{}\" uses it as {}", pipeline.pass(*pass).name, one.usage.name()));
     }
-    Err(Box::new(finding))
+    Err(Box::new(diagnostic))
 }
 
 /// Why a format does not do, or `None` if it does.

@@ -142,7 +142,7 @@ impl Graph {
 
 /// Builds the graph of a pipeline.
 ///
-/// Findings: reads of what nothing writes or of what is discarded, unordered writers, cycles, a pass that reads and
+/// Diagnostics: reads of what nothing writes or of what is discarded, unordered writers, cycles, a pass that reads and
 /// writes one subresource range in a way that no device allows. The result is `None` after errors that leave no order.
 pub fn build(pipeline: &Pipeline, diagnostics: &mut Diagnostics) -> Option<Graph> {
     history::check_use(pipeline, diagnostics);

@@ -48,7 +48,7 @@ pub(super) fn plan(facts: &Facts<'_>, physical: &[Physical]) -> BTreeMap<String,
         let resource = pipeline.resource(handle);
         let history = resource.history.filter(|history| history.back == 0)?;
         facts.get(handle)?;
-        // What a broken value begins with is of no consequence: it is a finding, and there is no plan.
+        // What a broken value begins with is of no consequence: it is a diagnostic, and there is no plan.
         let initial = initial(facts, handle).ok().flatten().unwrap_or(InitialValue::Word(0));
         let places = history.members().map(|member| physical[member.index()]).collect();
         Some((resource.name.clone(), PlannedHistory { places, initial, handle }))
@@ -57,16 +57,16 @@ pub(super) fn plan(facts: &Facts<'_>, physical: &[Physical]) -> BTreeMap<String,
 }
 
 /// Finds initial values that are none, also of histories that nothing live uses.
-pub(super) fn check_initial(facts: &Facts<'_>, findings: &mut Vec<Diagnostic>) {
+pub(super) fn check_initial(facts: &Facts<'_>, diagnostics: &mut Vec<Diagnostic>) {
     let pipeline = facts.pipeline;
     for handle in pipeline.resource_handles() {
         if pipeline.resource(handle).history.is_some_and(|history| history.back == 0) {
-            findings.extend(initial(facts, handle).err().map(|finding| *finding));
+            diagnostics.extend(initial(facts, handle).err().map(|diagnostic| *diagnostic));
         }
     }
 }
 
-/// The initial value of a history; `None` after a finding.
+/// The initial value of a history; `None` after a diagnostic.
 ///
 /// # Errors
 /// A value that no texel, or no four bytes, can have.
@@ -74,8 +74,8 @@ fn initial(facts: &Facts<'_>, handle: ResourceHandle) -> Result<Option<InitialVa
     let resource = facts.pipeline.resource(handle);
     let refuse = |pointer: &str, message: String, help: &str| {
         let place = resource.value.nearest(pointer).span;
-        let finding = Diagnostic::error(codes::HISTORY_SETTING, place, message);
-        Err(Box::new(finding.pointer(format!("{}{pointer}", resource.pointer)).help(help)))
+        let diagnostic = Diagnostic::error(codes::HISTORY_SETTING, place, message);
+        Err(Box::new(diagnostic.pointer(format!("{}{pointer}", resource.pointer)).help(help)))
     };
     match &resource.kind {
         ResourceKind::Texture(texture) => {

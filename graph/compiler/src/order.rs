@@ -6,7 +6,7 @@
 //! - `memory`: few bytes of physical resources, see `order_memory`.
 //! - `few-passes`: few render passes. List scheduling: a pass that joins the render pass so far goes next; otherwise
 //!   the first of the document, or, as a second try, the first that draws nothing, so that draws gather. The best of
-//!   the two and the order of the document is taken. Finding the fewest is NP-hard; no claim is made.
+//!   the two and the order of the document is taken. Searching for the fewest is NP-hard; no claim is made.
 //!
 //! Cost: linear in passes and edges but for a logarithm.
 

@@ -2,7 +2,7 @@
 //!
 //! The bytes of an order are at least the sum over the classes of the most that is alive at once, and just that where no
 //! class has members of different sizes, which only classes of buffers have. There the orders that are compared are
-//! given their places by `lifetime`. Finding the best order is NP-hard (it contains register-sufficiency).
+//! given their places by `lifetime`. Searching for the best order is NP-hard (it contains register-sufficiency).
 //!
 //! - Up to [`EXACT_PASSES`] passes: branch and bound over the sets of passes that have run. What is alive depends only
 //!   on the set, so a way to a set is dropped if another way to it had no higher peak in any class. The peaks start

@@ -17,27 +17,27 @@ use crate::work::{Draw, PassHandle, RenderWork, ResourceHandle, Work};
 impl Facts<'_> {
     /// Fills in, or makes again, what depends on sizes.
     ///
-    /// Findings: values that do not fit their block, impossible dispatches, attachments that do not fit together.
-    pub(super) fn size_pass(&self, planned: &mut PlannedPass, findings: &mut Vec<Diagnostic>) {
+    /// Diagnostics: values that do not fit their block, impossible dispatches, attachments that do not fit together.
+    pub(super) fn size_pass(&self, planned: &mut PlannedPass, diagnostics: &mut Vec<Diagnostic>) {
         let handle = planned.handle;
         planned.blocks.clear();
         if let Some((_, slots)) = format::slots(self.pipeline, handle) {
             for slot in slots {
                 if let Some(block) = slot.source.values()
                     && let Some(bytes) =
-                        values::pack(&block.layout, &block.expressions, &self.sizes, findings)
+                        values::pack(&block.layout, &block.expressions, &self.sizes, diagnostics)
                 {
                     planned.blocks.push(PackedBlock { group: slot.group, binding: slot.binding, bytes });
                 }
             }
         }
         match self.pipeline.pass(handle).work() {
-            Work::Render(render) => self.check_attachments(handle, planned, render, findings),
+            Work::Render(render) => self.check_attachments(handle, planned, render, diagnostics),
             Work::Compute(compute) => {
-                planned.workgroups = dispatch::workgroups(self, compute, handle, findings);
+                planned.workgroups = dispatch::workgroups(self, compute, handle, diagnostics);
             }
             Work::Transfer(transfer) => {
-                planned.copies = copies::copies(self, transfer, handle, findings).unwrap_or_default();
+                planned.copies = copies::copies(self, transfer, handle, diagnostics).unwrap_or_default();
             }
             Work::Nothing | Work::Cpu(_) => {}
         }
@@ -56,7 +56,7 @@ impl Facts<'_> {
         handle: PassHandle,
         planned: &PlannedPass,
         render: &RenderWork,
-        findings: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) {
         let mut first: Option<(&PlannedAttachment, [u32; 3])> = None;
         for attachment in planned.attachments() {
@@ -71,7 +71,7 @@ impl Facts<'_> {
                     let (place, pointer) = self.place_of(handle, attachment.target.resource);
                     let words =
                         |size: [u32; 3]| format!("{} by {} with {} samples", size[0], size[1], size[2]);
-                    findings.push(
+                    diagnostics.push(
                         Diagnostic::error(
                             codes::ATTACHMENTS,
                             place,
@@ -90,7 +90,7 @@ impl Facts<'_> {
                 Some(_) => {}
             }
         }
-        self.check_views(handle, planned, render, findings);
+        self.check_views(handle, planned, render, diagnostics);
     }
 
     /// Finds attachments with fewer layers than there are views.
@@ -99,7 +99,7 @@ impl Facts<'_> {
         handle: PassHandle,
         planned: &PlannedPass,
         render: &RenderWork,
-        findings: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) {
         if let Draw::Scene(scene) = &render.draw
             && let ResourceKind::Data(Some(shape)) = &self.pipeline.resource(scene.views.resource).kind
@@ -110,7 +110,7 @@ impl Facts<'_> {
                 };
                 if size.layers > 1 && size.layers < shape.view_layers {
                     let (place, pointer) = self.place_of(handle, attachment.target.resource);
-                    findings.push(
+                    diagnostics.push(
                         Diagnostic::error(
                             codes::ATTACHMENTS,
                             place,

@@ -342,7 +342,7 @@ pub struct PhysicalBuffer {
 
 /// Plans a frame.
 ///
-/// Findings: impossible sizes, formats that do not support their usages, attachments that do not fit together or the
+/// Diagnostics: impossible sizes, formats that do not support their usages, attachments that do not fit together or the
 /// shader's outputs, impossible dispatches, values that do not fit their block, imports used beyond their usage.
 /// `None` after an error.
 pub fn plan(
@@ -359,26 +359,26 @@ pub fn plan(
     if live.is_empty() && !pipeline.passes.is_empty() && pipeline.uncertain.is_empty() {
         diagnostics.push(no_output(pipeline));
     }
-    let mut findings = Vec::new();
+    let mut own_diagnostics = Vec::new();
     let conditional = toggles::conditional(pipeline, graph, &live);
-    let facts = Facts::new(pipeline, options, sources, &live, &conditional, &mut findings);
-    toggles::check_passthroughs(pipeline, &facts, &live, &mut findings);
-    toggles::check_outputs(pipeline, graph, &live, &mut findings);
-    uninitialised::check(&facts, &graph.partial, |pass| kept[pass.index()].is_some(), &mut findings);
+    let facts = Facts::new(pipeline, options, sources, &live, &conditional, &mut own_diagnostics);
+    toggles::check_passthroughs(pipeline, &facts, &live, &mut own_diagnostics);
+    toggles::check_outputs(pipeline, graph, &live, &mut own_diagnostics);
+    uninitialised::check(&facts, &graph.partial, |pass| kept[pass.index()].is_some(), &mut own_diagnostics);
     let report = order::choose(pipeline, graph, &facts, options.objective, &mut live);
     let planner = Planner::new(pipeline, &facts, &live);
     let mut passes: Vec<PlannedPass> = Vec::with_capacity(live.len());
     let mut merger = Merger::new(pipeline, &facts);
     for (at, handle) in live.iter().enumerate() {
         let Some(reason) = kept[handle.index()] else { continue };
-        let mut planned = planner.pass(at, *handle, reason, &mut findings);
+        let mut planned = planner.pass(at, *handle, reason, &mut own_diagnostics);
         let joins = merger.push(*handle);
         planned.group = passes.last().map_or(0, |last| last.group + usize::from(!joins));
         passes.push(planned);
     }
     facts.check_all_sizes();
-    diagnostics.extend(facts.take_findings());
-    diagnostics.extend(findings);
+    diagnostics.extend(facts.take_diagnostics());
+    diagnostics.extend(own_diagnostics);
     if diagnostics.error_count() > before {
         return None;
     }

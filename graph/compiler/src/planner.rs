@@ -44,7 +44,7 @@ impl<'a> Planner<'a> {
         at: usize,
         handle: PassHandle,
         reason: KeepReason,
-        findings: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> PlannedPass {
         let pass = self.pipeline.pass(handle);
         let resource_name = |handle| self.pipeline.resource(handle).name.clone();
@@ -110,12 +110,12 @@ impl<'a> Planner<'a> {
                 planned.stencil = Some(self.attachment(at, &stencil.to, usage, load, stencil.discard));
             }
         }
-        self.facts.size_pass(&mut planned, findings);
+        self.facts.size_pass(&mut planned, diagnostics);
         let known = |attachment: &PlannedAttachment| self.facts.texture(attachment.target.resource).is_some();
         if let Work::Render(render) = pass.work()
             && planned.attachments().all(known)
         {
-            self.check_outputs(handle, &planned, render, findings);
+            self.check_outputs(handle, &planned, render, diagnostics);
         }
         planned
     }

@@ -2,11 +2,11 @@
 //!
 //! What passes are kept and why, their order, formats, usages, shader variants, load and store operations, and which
 //! passes are recorded as one are taken over. Sizes, workgroups, blocks, classes and memory are made again, with the
-//! findings about them. The result is what planning from scratch yields.
+//! diagnostics about them. The result is what planning from scratch yields.
 //!
 //! Planned from scratch is what changes more: the `memory` order, which weighs bytes; other formats or usages of the
 //! host's textures; a number of samples, which formats depend on; layers where there were none, which render passes
-//! depend on. So is what has findings, since there they come in their order.
+//! depend on. So is what has diagnostics, since there they come in their order.
 //!
 //! Cost: linear in passes and resources; without graph, order and names sorted again.
 
@@ -27,7 +27,7 @@ impl Plan {
     /// Plans the same pipeline with other options. `graph` is the graph of which this plan was made.
     ///
     /// # Errors
-    /// The findings of the plan.
+    /// The diagnostics of the plan.
     pub fn resized(
         &self,
         graph: &Graph,
@@ -37,8 +37,8 @@ impl Plan {
         if let Some(plan) = self.sizes_only(graph, options, sources) {
             return Ok(plan);
         }
-        let mut findings = Diagnostics::new();
-        plan(&self.pipeline, graph, options, sources, &mut findings).ok_or(findings)
+        let mut diagnostics = Diagnostics::new();
+        plan(&self.pipeline, graph, options, sources, &mut diagnostics).ok_or(diagnostics)
     }
 
     /// The plan for other sizes; `None` if more than sizes changes, or something is wrong with them.
@@ -52,7 +52,7 @@ impl Plan {
         if !alike {
             return None;
         }
-        let mut findings: Vec<Diagnostic> = Vec::new();
+        let mut diagnostics: Vec<Diagnostic> = Vec::new();
         let live: Vec<_> = self.passes.iter().map(|pass| pass.handle).collect();
         let facts = Facts::resized(
             &self.pipeline,
@@ -60,16 +60,16 @@ impl Plan {
             sources,
             &fixed.facts,
             &fixed.conditional,
-            &mut findings,
+            &mut diagnostics,
         )?;
-        toggles::check_passthroughs(&self.pipeline, &facts, &live, &mut findings);
-        uninitialised::check(&facts, &graph.partial, |pass| self.position(pass).is_some(), &mut findings);
+        toggles::check_passthroughs(&self.pipeline, &facts, &live, &mut diagnostics);
+        uninitialised::check(&facts, &graph.partial, |pass| self.position(pass).is_some(), &mut diagnostics);
         let mut passes = self.passes.clone();
         for pass in &mut passes {
-            facts.size_pass(pass, &mut findings);
+            facts.size_pass(pass, &mut diagnostics);
         }
         facts.check_all_sizes();
-        if !findings.is_empty() || !facts.take_findings().is_empty() {
+        if !diagnostics.is_empty() || !facts.take_diagnostics().is_empty() {
             return None;
         }
         let mut plan = Self {
@@ -113,10 +113,10 @@ mod tests {
         });
         let _ = assembly.pass("fill").writes(layered);
         let (pipeline, sources) = assembly.finish();
-        let mut findings = Diagnostics::new();
-        let graph = build(&pipeline, &mut findings).expect("a graph");
+        let mut diagnostics = Diagnostics::new();
+        let graph = build(&pipeline, &mut diagnostics).expect("a graph");
         let options = PlanOptions::new(64, 64);
-        let first = plan(&pipeline, &graph, &options, &sources, &mut findings).expect("a plan");
+        let first = plan(&pipeline, &graph, &options, &sources, &mut diagnostics).expect("a plan");
         let taken_over = |options: &PlanOptions| {
             let again = first.resized(&graph, options, &sources).expect("a plan");
             Arc::ptr_eq(&first.fixed, &again.fixed)

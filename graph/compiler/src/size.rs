@@ -1,8 +1,8 @@
 //! Sizes: expressions over the viewport and other resources, evaluated when both are known.
 //!
 //! A size may name other resources, so resources are evaluated on demand; one whose size depends on itself is a
-//! finding. A width, height, layer or mip count that is not whole is rounded down; zero, or more than the profile's
-//! limits allow, is a finding.
+//! diagnostic. A width, height, layer or mip count that is not whole is rounded down; zero, or more than the profile's
+//! limits allow, is a diagnostic.
 //!
 //! All expressions of one plan are evaluated in one scope, so one text has one value: each distinct text is parsed and
 //! evaluated once. Sizes that lead through more than [`MAXIMUM_STEPS`] other resources are refused.
@@ -15,7 +15,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document;
 use crate::expression::{self, Expression, ExpressionError, Scope, Value};
 use crate::language::{Expr, TextureShape};
-use crate::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, expression_finding};
+use crate::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, expression_diagnostic};
 use crate::source::{Sources, Span};
 use crate::work::ResourceHandle;
 
@@ -60,7 +60,7 @@ pub(super) struct Sizes<'a> {
     viewport: [u32; 2],
     scope: StaticScope,
     states: RefCell<Vec<State>>,
-    findings: RefCell<Diagnostics>,
+    diagnostics: RefCell<Diagnostics>,
     /// Sizes of imported textures that the host has told.
     imported: Vec<Option<TextureSize>>,
     /// Sizes that blackboard data publishes, where they are other than their initial values.
@@ -86,7 +86,7 @@ impl<'a> Sizes<'a> {
             viewport,
             scope: pipeline.scope(),
             states: RefCell::new(vec![State::Unknown; pipeline.resources.len()]),
-            findings: RefCell::new(Diagnostics::new()),
+            diagnostics: RefCell::new(Diagnostics::new()),
             imported,
             values: RefCell::new(HashMap::new()),
             names: OnceCell::new(),
@@ -94,12 +94,12 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    /// The findings so far, once.
-    pub(super) fn take_findings(&self) -> Diagnostics {
-        std::mem::take(&mut *self.findings.borrow_mut())
+    /// The diagnostics so far, once.
+    pub(super) fn take_diagnostics(&self) -> Diagnostics {
+        std::mem::take(&mut *self.diagnostics.borrow_mut())
     }
 
-    /// The size of a resource; `None` after a finding.
+    /// The size of a resource; `None` after a diagnostic.
     pub(super) fn of(&self, handle: ResourceHandle) -> Option<Size> {
         // The frames of a history are all of one size, and what is wrong with it is said once.
         let handle = self.pipeline.resource(handle).history.map_or(handle, |history| history.of);
@@ -166,17 +166,17 @@ impl<'a> Sizes<'a> {
                 // A text with escapes reads otherwise than it is written.
                 let text = if raw.contains('\\') { String::new() } else { raw.to_owned() };
                 let value = document::Value { span: place, kind: document::Kind::Text(text) };
-                if let Some(finding) = expression_finding(&error, &value, pointer) {
-                    self.refuse(&error, finding);
+                if let Some(diagnostic) = expression_diagnostic(&error, &value, pointer) {
+                    self.refuse(&error, diagnostic);
                 }
                 None
             }
         }
     }
 
-    /// Reports an error of an expression, unless it only follows from another finding.
-    fn refuse(&self, error: &ExpressionError, finding: Diagnostic) {
-        // A name that exists has no value only where its own declaration has a finding, which is enough.
+    /// Reports an error of an expression, unless it only follows from another diagnostic.
+    fn refuse(&self, error: &ExpressionError, diagnostic: Diagnostic) {
+        // A name that exists has no value only where its own declaration has a diagnostic, which is enough.
         let follows = error.unknown.as_ref().is_some_and(|unknown| {
             let name = unknown.name.as_str();
             let head = name.rsplit_once('.').map_or(name, |(head, _)| head);
@@ -184,7 +184,7 @@ impl<'a> Sizes<'a> {
             handle.is_some_and(|handle| self.of(handle).is_none())
         });
         if !follows {
-            self.findings.borrow_mut().push(finding);
+            self.diagnostics.borrow_mut().push(diagnostic);
         }
     }
 
@@ -290,7 +290,7 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    /// The number that an expression of a resource yields; `None` after a finding.
+    /// The number that an expression of a resource yields; `None` after a diagnostic.
     pub(super) fn number(&self, resource: &Resource, expr: &'a Expr, pointer: &str) -> Option<f64> {
         match self.value_of(resource, expr, pointer)? {
             Value::Number(number) => Some(number),
@@ -308,7 +308,7 @@ impl<'a> Sizes<'a> {
         }
     }
 
-    /// The value of an expression of a resource; `None` after a finding.
+    /// The value of an expression of a resource; `None` after a diagnostic.
     pub(super) fn value_of(&self, resource: &Resource, expr: &'a Expr, pointer: &str) -> Option<Value> {
         if let Some(value) = literal(&expr.0) {
             return Some(value);
@@ -335,8 +335,9 @@ impl<'a> Sizes<'a> {
                 environment.widen(&mut error, names);
                 let value = resource.value.nearest(pointer);
                 let pointer = format!("{}{pointer}", resource.pointer);
-                if let Some(finding) = misgiven.or_else(|| expression_finding(&error, value, &pointer)) {
-                    self.refuse(&error, finding);
+                if let Some(diagnostic) = misgiven.or_else(|| expression_diagnostic(&error, value, &pointer))
+                {
+                    self.refuse(&error, diagnostic);
                 }
                 return None;
             }
@@ -351,7 +352,7 @@ impl<'a> Sizes<'a> {
         self.names.get_or_init(|| self.by_name()).get(name).copied()
     }
 
-    /// The handles by name; of two resources of one name, which is a finding elsewhere, the first.
+    /// The handles by name; of two resources of one name, which is a diagnostic elsewhere, the first.
     fn by_name(&self) -> HashMap<&'a str, ResourceHandle> {
         let pipeline: &'a Pipeline = self.pipeline;
         let mut names = HashMap::with_capacity(pipeline.resources.len());
@@ -373,10 +374,10 @@ impl<'a> Sizes<'a> {
         message: String,
         help: &str,
     ) {
-        let finding = Diagnostic::error(code, self.place(resource, pointer), message)
+        let diagnostic = Diagnostic::error(code, self.place(resource, pointer), message)
             .help(help)
             .pointer(format!("{}{pointer}", resource.pointer));
-        self.findings.borrow_mut().push(finding);
+        self.diagnostics.borrow_mut().push(diagnostic);
     }
 }
 

@@ -1,7 +1,7 @@
 //! Mips, layers and bytes that a texture or a buffer does not have.
 //!
-//! A pass that uses such a subresource range has its finding and is [set aside](set_aside) before there is a graph, as
-//! if it had not been declared: what it meant to write would be missed elsewhere, and what it meant to read would be
+//! A pass that uses such a subresource range has its diagnostic and is [set aside](set_aside) before there is a graph,
+//! as if it had not been declared: what it meant to write would be missed elsewhere, and what it meant to read would be
 //! said to be unwritten. Nothing is said of who writes or reads the resources that it uses.
 //!
 //! Cost: linear in accesses; sizes are looked at for resources of which a subresource range is used.
@@ -34,7 +34,7 @@ pub fn set_aside(
         return;
     }
     let broken: BTreeSet<PassHandle> = found.iter().map(|(pass, _)| *pass).collect();
-    diagnostics.extend(found.into_iter().map(|(_, finding)| finding));
+    diagnostics.extend(found.into_iter().map(|(_, diagnostic)| diagnostic));
     let mut positions: Vec<Option<PassHandle>> = Vec::with_capacity(pipeline.passes.len());
     let mut kept = Vec::with_capacity(pipeline.passes.len());
     for (handle, pass) in pipeline.pass_handles().zip(std::mem::take(&mut pipeline.passes)) {
@@ -62,9 +62,10 @@ pub(super) fn beyond(pipeline: &Pipeline, sizes: &Sizes<'_>) -> Vec<(PassHandle,
     let mut found = Vec::new();
     for (handle, pass) in pipeline.pass_handles().zip(&pipeline.passes) {
         for one in pass.accesses().iter().filter(|one| one.range != SubresourceRange::WHOLE) {
-            let findings = [bytes_beyond(pipeline, sizes, one)];
-            let findings = findings.into_iter().flatten().chain(subresources_beyond(pipeline, sizes, one));
-            found.extend(findings.map(|finding| (handle, finding)));
+            let diagnostics = [bytes_beyond(pipeline, sizes, one)];
+            let diagnostics =
+                diagnostics.into_iter().flatten().chain(subresources_beyond(pipeline, sizes, one));
+            found.extend(diagnostics.map(|diagnostic| (handle, diagnostic)));
         }
     }
     found
@@ -79,9 +80,9 @@ fn bytes_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Access) -> Option<
     let resource = pipeline.resource(one.resource);
     let (first, last) = (run.first, run.end() - 1);
     let message = format!("bytes {first} to {last} of \"{}\" are used, which has {bytes}", resource.name);
-    let finding = Diagnostic::error(codes::ATTACHMENTS, one.place, message).pointer(&one.pointer);
+    let diagnostic = Diagnostic::error(codes::ATTACHMENTS, one.place, message).pointer(&one.pointer);
     Some(
-        finding
+        diagnostic
             .related(resource.place, "declared here")
             .help("choose \"offset\" and \"size\" within the buffer, or make it larger"),
     )
@@ -104,8 +105,8 @@ fn subresources_beyond(pipeline: &Pipeline, sizes: &Sizes<'_>, one: &Access) -> 
             1 => format!("\"{}\" has no {what} {first}", resource.name),
             _ => format!("\"{}\" has no {what}s {first} to {last}", resource.name),
         };
-        let finding = Diagnostic::error(codes::ATTACHMENTS, one.place, message).pointer(&one.pointer);
-        Some(finding.help(format!("it has {count}, counted from 0")))
+        let diagnostic = Diagnostic::error(codes::ATTACHMENTS, one.place, message).pointer(&one.pointer);
+        Some(diagnostic.help(format!("it has {count}, counted from 0")))
     });
     beyond.collect()
 }

@@ -2,7 +2,7 @@
 //!
 //! A frame names the toggles that it wants otherwise than the pipeline's defaults. The fallback of a resource depends
 //! on nothing else, so one table serves all passes: a reader that has the toggle of the writers runs only where the
-//! resource stands for itself. In a frame without findings nothing is allocated.
+//! resource stands for itself. In a frame without diagnostics nothing is allocated.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::plan::Plan;
@@ -27,18 +27,18 @@ impl Switches {
 
     /// What is wrong with the toggles that a frame names.
     pub fn check(plan: &Plan, given: &[(&str, bool)]) -> Diagnostics {
-        let mut findings = Diagnostics::new();
+        let mut diagnostics = Diagnostics::new();
         let toggles = &plan.pipeline.toggles;
         for (name, _) in given.iter().filter(|(name, _)| plan.pipeline.find_toggle(name).is_none()) {
             let names = toggles.iter().map(|toggle| toggle.name.as_str());
             let message = format!("the pipeline \"{}\" has no toggle \"{name}\"", plan.name);
-            let finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, Place::Nowhere, message);
-            findings.push(finding.meant(name, names, None, |names| match names {
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_TOGGLE, Place::Nowhere, message);
+            diagnostics.push(diagnostic.meant(name, names, None, |names| match names {
                 [] => "the pipeline has no toggles".to_owned(),
                 names => format!("the toggles are {}", list_of(names.iter().copied())),
             }));
         }
-        findings
+        diagnostics
     }
 
     /// Switches the toggles of a frame; those that it does not name are as the pipeline says.

@@ -5,7 +5,7 @@
 //! whose first write can be off get memory of their own, so that what another resource left is never taken for
 //! contents.
 //!
-//! Findings: reads, and outputs, for which nothing is left in some state; fallbacks that do not fit.
+//! Diagnostics: reads, and outputs, for which nothing is left in some state; fallbacks that do not fit.
 
 use std::collections::BTreeMap;
 
@@ -45,7 +45,7 @@ pub(super) fn runs(pass: &Pass, known: &[Condition]) -> Runs {
     }
 }
 
-/// The finding of a read for which nothing is left where a condition does not hold.
+/// The diagnostic of a read for which nothing is left where a condition does not hold.
 pub(super) fn taken_away(
     pipeline: &Pipeline,
     reader: &PassAccess<'_>,
@@ -145,7 +145,7 @@ pub(super) fn check_outputs(
     pipeline: &Pipeline,
     graph: &Graph,
     live: &[PassHandle],
-    findings: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) {
     if pipeline.toggles.is_empty() {
         return;
@@ -184,11 +184,11 @@ pub(super) fn check_outputs(
                 let state = if own.on { "off" } else { "on" };
                 let message =
                     format!("nothing writes \"{}\" while \"{}\" is {state}", known.name, toggle.name);
-                let finding = Diagnostic::error(codes::TOGGLED_AWAY, one.place, message)
+                let diagnostic = Diagnostic::error(codes::TOGGLED_AWAY, one.place, message)
                     .pointer(&one.pointer)
                     .related(known.place, "declared here")
                     .help("let a pass without a toggle write it too, or one with the opposite toggle (\"!name\")");
-                findings.push(finding);
+                diagnostics.push(diagnostic);
                 break;
             }
         }
@@ -201,7 +201,7 @@ pub(super) fn check_passthroughs(
     pipeline: &Pipeline,
     facts: &Facts<'_>,
     live: &[PassHandle],
-    findings: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) {
     if pipeline.passthroughs.is_empty() {
         return;
@@ -215,7 +215,7 @@ pub(super) fn check_passthroughs(
         let (Some(own), Some(other)) = (descriptor(*resource), descriptor(passthrough.fallback)) else {
             continue;
         };
-        let fault = match (own, other) {
+        let error = match (own, other) {
             (Descriptor::Texture(a), Descriptor::Texture(b)) => {
                 let shape = |handle| pipeline.resource(handle).texture().and_then(|texture| texture.view);
                 let (own_shape, other_shape) = (shape(*resource), shape(passthrough.fallback));
@@ -239,8 +239,8 @@ pub(super) fn check_passthroughs(
             }
             _ => None,
         };
-        if let Some(fault) = fault {
-            findings.push(misfit(pipeline, *resource, passthrough, &fault));
+        if let Some(error) = error {
+            diagnostics.push(misfit(pipeline, *resource, passthrough, &error));
         }
     }
 }
@@ -249,10 +249,10 @@ fn misfit(
     pipeline: &Pipeline,
     resource: ResourceHandle,
     passthrough: &Passthrough,
-    fault: &str,
+    error: &str,
 ) -> Diagnostic {
     let (own, other) = (pipeline.resource(resource), pipeline.resource(passthrough.fallback));
-    let message = format!("\"{}\" and \"{}\" {fault}", own.name, other.name);
+    let message = format!("\"{}\" and \"{}\" {error}", own.name, other.name);
     Diagnostic::error(codes::PASSTHROUGH, passthrough.place, message)
         .pointer(&passthrough.pointer)
         .related(own.place, "the resource with the passthrough")

@@ -1,12 +1,12 @@
 //! Reads of which only a subresource range was written.
 //!
 //! The [graph](super::graph) knows which writes a read finds, but not how many mips, layers or bytes there are, so it
-//! notes what those writes leave of each read, and here, where sizes are known, what is left that exists is a finding.
-//! It would hold what another resource left in the same memory.
+//! notes what those writes leave of each read, and here, where sizes are known, what is left that exists is a
+//! diagnostic. It would hold what another resource left in the same memory.
 //!
 //! What passes leave is found for what only reads. A pass that also writes (an attachment that is loaded, storage that
 //! is read and written) fills in what it does not find. What is written in some of the states of toggles in which the
-//! reader runs counts as written. A read with more writers than are [told apart](super::visible) has no finding.
+//! reader runs counts as written. A read with more writers than are [told apart](super::visible) has no diagnostic.
 //!
 //! Cost: for each such read linear in the writes that it finds, and sorting them.
 
@@ -16,7 +16,7 @@ use crate::diagnostic::{Diagnostic, codes};
 use crate::pipeline::{Access, Pipeline, ResourceKind, SubresourceRange};
 use crate::work::PassHandle;
 
-/// The most mips, ranges of layers or of bytes that a finding names.
+/// The most mips, ranges of layers or of bytes that a diagnostic names.
 const SHOWN: usize = 8;
 /// More mips than any texture has.
 const MAXIMUM_MIPS: u64 = 32;
@@ -59,14 +59,14 @@ pub(super) fn check(
     facts: &Facts<'_>,
     reads: &[PartialRead],
     is_live: impl Fn(PassHandle) -> bool,
-    findings: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) {
     for read in reads.iter().filter(|read| is_live(read.reader)) {
         let Some(one) = facts.pipeline.pass(read.reader).accesses().get(read.at) else { continue };
         let Some(wanted) = wanted(facts, one) else { continue };
         let gaps = gaps(&wanted, &read.left);
         if gaps.iter().any(|(_, _, runs)| !runs.is_empty()) {
-            findings.push(finding(facts.pipeline, read.reader, one, &pieces(&wanted, &gaps)));
+            diagnostics.push(diagnostic(facts.pipeline, read.reader, one, &pieces(&wanted, &gaps)));
         }
     }
 }
@@ -242,7 +242,7 @@ fn listed(mut words: Vec<String>) -> String {
     }
 }
 
-fn finding(pipeline: &Pipeline, reader: PassHandle, one: &Access, pieces: &str) -> Diagnostic {
+fn diagnostic(pipeline: &Pipeline, reader: PassHandle, one: &Access, pieces: &str) -> Diagnostic {
     let resource = pipeline.resource(one.resource);
     let (pass, name) = (&pipeline.pass(reader).name, &resource.name);
     let of = if pieces.is_empty() { String::new() } else { format!("{pieces} of ") };

@@ -26,7 +26,7 @@ pub(super) fn pack(
     layout: &TypeLayout,
     values: &[(String, Deferred)],
     sizes: &Sizes<'_>,
-    findings: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Vec<u8>> {
     let TypeLayout::Struct { members, .. } = layout else { return None };
     let mut bytes = vec![0; layout.size() as usize];
@@ -39,7 +39,7 @@ pub(super) fn pack(
         };
         if let Err(message) = pack_member(member, &value, &mut bytes) {
             fine = false;
-            findings.push(
+            diagnostics.push(
                 Diagnostic::error(codes::EXPRESSION_TYPE, deferred.place, message)
                     .pointer(&deferred.pointer)
                     .help(format!("the shader declares \"{}\" as {}", member.name, member.layout.spelling())),

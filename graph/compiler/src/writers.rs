@@ -47,7 +47,7 @@ use crate::language::Lifetime;
 use crate::pipeline::{Condition, Pipeline, ResourceKind, SubresourceRange, Version};
 use crate::work::{PassHandle, ResourceHandle};
 
-/// The most members of a cycle that a finding names.
+/// The most members of a cycle that a diagnostic names.
 const SHOWN: usize = 32;
 /// How many hazards of an access have edges though they may follow from others. Random tests come to it sooner.
 const SHOWN_EDGES: usize = if cfg!(test) { 1 } else { 16 };
@@ -150,7 +150,7 @@ impl<'a> Builder<'a> {
             if let Err((first, second)) = self.order_writers(*resource, true) {
                 let list = &self.accesses[resource.index()];
                 let (first, second) = (&list[first], &list[second]);
-                // Where a name in "after" is misspelt, that is the finding.
+                // Where a name in "after" is misspelt, that is the diagnostic.
                 if ![first, second].iter().any(|one| self.pipeline.pass(one.pass).is_misplaced) {
                     diagnostics.push(unordered_writers(self.pipeline, *resource, first, second));
                 }
@@ -462,7 +462,7 @@ impl<'a> Builder<'a> {
         let needs = !reader.one.usage.keeps_what_is_there();
         if own_memory && needs && !pipeline.uncertain.contains(&resource) {
             if !written {
-                // Data that nobody publishes has its finding from the load.
+                // Data that nobody publishes has its diagnostic from the load.
                 if !matches!(pipeline.resource(resource).kind, ResourceKind::Data(None)) {
                     diagnostics.push(never_written(pipeline, resource, reader, list));
                 }
@@ -506,7 +506,7 @@ impl<'a> Builder<'a> {
             if members.len() > SHOWN {
                 names.push(format!("and {} more", members.len() - SHOWN));
             }
-            let mut finding = Diagnostic::error(
+            let mut diagnostic = Diagnostic::error(
                 codes::CYCLE,
                 first.place,
                 format!("the passes {} wait for one another", names.join(", ")),
@@ -515,9 +515,9 @@ impl<'a> Builder<'a> {
             .help("break the cycle: read an older version (name@pass), or write to another resource");
             for (at, pass) in members.iter().enumerate().take(SHOWN) {
                 let step = self.describe_step(*pass, members[(at + 1) % members.len()]);
-                finding = finding.related(self.pipeline.passes[*pass].place, step);
+                diagnostic = diagnostic.related(self.pipeline.passes[*pass].place, step);
             }
-            diagnostics.push(finding);
+            diagnostics.push(diagnostic);
         }
     }
 
@@ -660,7 +660,7 @@ fn never_written(
 ) -> Diagnostic {
     let known = pipeline.resource(resource);
     let verb = if reader.writes { "loads" } else { "reads" };
-    let mut finding = Diagnostic::error(
+    let mut diagnostic = Diagnostic::error(
         codes::NEVER_WRITTEN,
         reader.one.place,
         format!(
@@ -672,7 +672,7 @@ fn never_written(
     .pointer(&reader.one.pointer)
     .related(known.place, "declared here");
     let others = list.iter().any(|access| access.writes && access.pass != reader.pass);
-    finding.help = Some(match (&known.kind, others, reader.writes) {
+    diagnostic.help = Some(match (&known.kind, others, reader.writes) {
         (ResourceKind::Data(_), ..) => "let a CPU pass publish it".to_owned(),
         _ if known.history.is_some() => {
             format!(
@@ -689,7 +689,7 @@ fn never_written(
             "let a pass write it, or make it \"lifetime\": \"imported\" if the host fills it".to_owned()
         }
     });
-    finding
+    diagnostic
 }
 
 fn unordered_writers(

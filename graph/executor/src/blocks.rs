@@ -13,7 +13,7 @@
 use crate::compiler::CpuPasses;
 use crate::compiler::{Plan, PlannedPass};
 use crate::data::{BlackboardData, View};
-use crate::diagnostic::{Diagnostic, Place as FindingPlace, codes};
+use crate::diagnostic::{Diagnostic, Place as DiagnosticPlace, codes};
 use crate::pipeline::ResourceKind;
 use crate::work::{BlockLayout, BoundSlot, Draw, ProgramHandle, ResourceHandle, SlotSource, Work};
 
@@ -78,8 +78,8 @@ impl Blocks {
         if size > allowed {
             let message =
                 format!("the blocks of \"{}\" have {size} bytes; the device allows {allowed}", plan.name);
-            let finding = Diagnostic::error(codes::DEVICE_LIMIT, FindingPlace::Nowhere, message);
-            return Err(finding.help("let CPU passes publish fewer views or values"));
+            let diagnostic = Diagnostic::error(codes::DEVICE_LIMIT, DiagnosticPlace::Nowhere, message);
+            return Err(diagnostic.help("let CPU passes publish fewer views or values"));
         }
         let mut staging = vec![0; usize::try_from(size).unwrap_or(0)];
         for (planned, places) in plan.passes.iter().zip(&places) {

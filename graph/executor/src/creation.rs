@@ -145,25 +145,25 @@ pub(super) struct Caught(Vec<Pin<Box<dyn Outcome>>>);
 impl Caught {
     /// Waits for all of it.
     pub(super) async fn all(self) -> Diagnostics {
-        let mut findings = Diagnostics::new();
+        let mut diagnostics = Diagnostics::new();
         for outcome in self.0 {
-            findings.extend(outcome.await.map(finding));
+            diagnostics.extend(outcome.await.map(diagnostic));
         }
-        findings
+        diagnostics
     }
 
     /// What is known by now; the rest stays.
     pub(super) fn known(&mut self) -> Diagnostics {
-        let mut findings = Diagnostics::new();
+        let mut diagnostics = Diagnostics::new();
         let mut context = Context::from_waker(Waker::noop());
         self.0.retain_mut(|outcome| match outcome.as_mut().poll(&mut context) {
             Poll::Pending => true,
             Poll::Ready(error) => {
-                findings.extend(error.map(finding));
+                diagnostics.extend(error.map(diagnostic));
                 false
             }
         });
-        findings
+        diagnostics
     }
 
     /// Adds what another creation caught.
@@ -172,7 +172,7 @@ impl Caught {
     }
 }
 
-fn finding(error: wgpu::Error) -> Diagnostic {
+fn diagnostic(error: wgpu::Error) -> Diagnostic {
     let help = match error {
         wgpu::Error::OutOfMemory { .. } => "make pictures and maps smaller, or free memory of the device",
         wgpu::Error::Validation { .. } => {

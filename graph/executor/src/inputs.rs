@@ -1,7 +1,8 @@
 //! What a frame brings, checked before anything is recorded, and the CPU passes that turn it into data.
 //!
 //! The host's textures have to be those that the plan was made for, its meshes stored as the pipelines were built for;
-//! views have to lie within the attachments that they are drawn into. In a frame without findings nothing is allocated.
+//! views have to lie within the attachments that they are drawn into. In a frame without diagnostics nothing is
+//! allocated.
 
 use super::realize::{Realized, RealizedWork};
 use super::requirements::{check_filter, check_source, scenes};
@@ -13,57 +14,58 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 
 /// What keeps a frame from being recorded.
 pub(super) fn check(realized: &Realized, device: &wgpu::Device, frame: &Frame<'_>) -> Diagnostics {
-    let mut findings = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     for (name, resource) in &realized.plan.resources {
         if resource.physical == Physical::Imported
-            && let Some(fault) = import_fault(name, resource, frame)
+            && let Some(error) = import_error(name, resource, frame)
         {
             let declared = realized.plan.pipeline.resource(resource.handle);
-            let finding = Diagnostic::error(codes::IMPORT, declared.place, fault).pointer(&declared.pointer);
-            findings.push(
-                finding.help("give the executor the texture that the plan was made for, or plan again"),
+            let diagnostic =
+                Diagnostic::error(codes::IMPORT, declared.place, error).pointer(&declared.pointer);
+            diagnostics.push(
+                diagnostic.help("give the executor the texture that the plan was made for, or plan again"),
             );
         }
     }
     let mut has_scenes = false;
     for (pass, scene) in scenes(&realized.plan) {
         has_scenes = true;
-        findings.extend(frame.draws.and_then(|source| check_filter(pass, scene, source)));
+        diagnostics.extend(frame.draws.and_then(|source| check_filter(pass, scene, source)));
     }
     let Some(source) = frame.draws.filter(|_| has_scenes) else {
         if has_scenes {
-            findings.extend(check_source(&realized.plan, device, None));
+            diagnostics.extend(check_source(&realized.plan, device, None));
         }
-        return findings;
+        return diagnostics;
     };
     for (geometry, interface) in &realized.interfaces {
         if source.interface(geometry) != Some(interface) {
             let message = format!(
                 "the host's interface of \"{geometry}\" is not the one that pipelines were built for"
             );
-            let finding = Diagnostic::error(codes::HOST_INTERFACE, Place::Nowhere, message);
-            findings.push(finding.help("give the executor its plan again, with this draw source"));
+            let diagnostic = Diagnostic::error(codes::HOST_INTERFACE, Place::Nowhere, message);
+            diagnostics.push(diagnostic.help("give the executor its plan again, with this draw source"));
         }
     }
-    findings
+    diagnostics
 }
 
 /// What is worth knowing about a frame that is recorded all the same.
-pub(super) fn warnings(frame: &Frame<'_>, findings: &mut Diagnostics) {
+pub(super) fn warnings(frame: &Frame<'_>, diagnostics: &mut Diagnostics) {
     let warning = |message: String| Diagnostic::warning(codes::FRAME_INPUT, Place::Nowhere, message);
     if let Some(reason) = frame.input.camera.check() {
-        findings
+        diagnostics
             .push(warning(format!("the camera cannot be used: {reason}")).help("nothing is drawn from it"));
     }
     for light in &frame.input.lights {
         if let Some(reason) = light.check() {
             let message = format!("the light \"{}\" cannot be used: {reason}", light.name);
-            findings.push(warning(message).help("the frame is drawn without it"));
+            diagnostics.push(warning(message).help("the frame is drawn without it"));
         }
     }
 }
 
-fn import_fault(name: &str, resource: &PlannedResource, frame: &Frame<'_>) -> Option<String> {
+fn import_error(name: &str, resource: &PlannedResource, frame: &Frame<'_>) -> Option<String> {
     let Some((_, texture)) = frame.imports.iter().find(|(given, _)| *given == name) else {
         return Some(format!("the host gave no texture for \"{name}\""));
     };
@@ -100,20 +102,20 @@ pub(super) fn run_cpu_passes(
     frame: &Frame<'_>,
     times: &mut Times,
 ) -> Result<(), Diagnostics> {
-    let mut findings = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     for at in 0..realized.passes.len() {
         let start = times.now();
         if let Some(outcome) = realized.cpu_passes.run_pass(at, frame.input) {
-            findings.extend(outcome.err());
+            diagnostics.extend(outcome.err());
             times.add(at, start);
         }
     }
-    check_views(realized, &mut findings);
-    if findings.is_empty() { Ok(()) } else { Err(findings) }
+    check_views(realized, &mut diagnostics);
+    if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics) }
 }
 
 /// Finds views that lie outside what they are drawn into.
-fn check_views(realized: &Realized, findings: &mut Diagnostics) {
+fn check_views(realized: &Realized, diagnostics: &mut Diagnostics) {
     for (planned, pass) in realized.plan.passes.iter().zip(&realized.passes) {
         let RealizedWork::Scene { scene, attachments } = &pass.work else { continue };
         if !realized.switches().runs(&realized.plan, planned.handle) {
@@ -121,18 +123,19 @@ fn check_views(realized: &Realized, findings: &mut Diagnostics) {
         }
         let data = realized.cpu_passes.seen(scene.views);
         for (at, view) in data.map(BlackboardData::views).unwrap_or_default().iter().enumerate() {
-            if let Some(fault) = view_fault(view, attachments) {
+            if let Some(error) = view_error(view, attachments) {
                 let pass = realized.plan.pipeline.pass(planned.handle);
-                let message = format!("view {at} of \"{}\" {fault}", pass.name);
-                let finding =
+                let message = format!("view {at} of \"{}\" {error}", pass.name);
+                let diagnostic =
                     Diagnostic::error(codes::BLACKBOARD, pass.place, message).pointer(&pass.pointer);
-                findings.push(finding.help("a view lies within the attachments of the passes that draw it"));
+                diagnostics
+                    .push(diagnostic.help("a view lies within the attachments of the passes that draw it"));
             }
         }
     }
 }
 
-fn view_fault(view: &View, attachments: &Attachments) -> Option<String> {
+fn view_error(view: &View, attachments: &Attachments) -> Option<String> {
     if let Some(layers) = attachments.view_layers().filter(|layers| view.layer as usize >= *layers) {
         return Some(format!("is drawn into layer {} of {layers}", view.layer));
     }

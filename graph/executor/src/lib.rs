@@ -257,9 +257,9 @@ impl Executor {
         frame: &Frame<'_>,
     ) -> Result<(), Diagnostics> {
         refuse(self.late.known())?;
-        let mut findings = inputs::check(&self.realized, &self.device, frame);
-        findings.extend(Switches::check(&self.realized.plan, frame.toggles));
-        refuse(findings)?;
+        let mut diagnostics = inputs::check(&self.realized, &self.device, frame);
+        diagnostics.extend(Switches::check(&self.realized.plan, frame.toggles));
+        refuse(diagnostics)?;
         self.realized.cpu_passes.switch(frame.toggles);
         self.warnings = Diagnostics::new();
         inputs::warnings(frame, &mut self.warnings);
@@ -293,13 +293,13 @@ impl Executor {
             self.queue.write_buffer(&blocks.buffer, 0, bytes);
         }
         let mut caught = creation.finish();
-        let mut findings = caught.known();
+        let mut diagnostics = caught.known();
         self.late.append(caught);
-        findings.extend(prepared.err());
-        if findings.has_errors() {
+        diagnostics.extend(prepared.err());
+        if diagnostics.has_errors() {
             record::forget(&mut self.realized);
             self.pool.forget();
-            return Err(findings);
+            return Err(diagnostics);
         }
         Ok(())
     }
@@ -314,9 +314,9 @@ fn realize(
     source: Option<&dyn DrawSource>,
     before: Option<&Realized>,
 ) -> Result<(Realized, Caught), Diagnostics> {
-    let mut findings = requirements::check_source(&plan, device, source);
-    findings.extend(requirements::check_device(&plan, device));
-    refuse(findings)?;
+    let mut diagnostics = requirements::check_source(&plan, device, source);
+    diagnostics.extend(requirements::check_device(&plan, device));
+    refuse(diagnostics)?;
     let mut interfaces: Vec<(String, HostInterface)> = Vec::new();
     for (_, scene) in requirements::scenes(&plan) {
         let interface = source.and_then(|source| source.interface(&scene.geometry));
@@ -333,7 +333,7 @@ fn realize(
 }
 
 /// # Errors
-/// The findings, if there is an error among them.
-fn refuse(findings: Diagnostics) -> Result<(), Diagnostics> {
-    if findings.has_errors() { Err(findings) } else { Ok(()) }
+/// The diagnostics, if there is an error among them.
+fn refuse(diagnostics: Diagnostics) -> Result<(), Diagnostics> {
+    if diagnostics.has_errors() { Err(diagnostics) } else { Ok(()) }
 }

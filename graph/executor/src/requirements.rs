@@ -1,7 +1,7 @@
 //! What a plan needs of a device and of a host, checked before anything is created.
 //!
-//! Each finding names what is beyond the device, and by how much. What no limit or feature tells beforehand (a format
-//! that a driver cannot store, memory that runs out) is caught when it is created (see [`super::creation`]).
+//! Each diagnostic names what is beyond the device, and by how much. What no limit or feature tells beforehand (a
+//! format that a driver cannot store, memory that runs out) is caught when it is created (see [`super::creation`]).
 
 use super::attachments::MAXIMUM_COLORS;
 use crate::DrawSource;
@@ -15,20 +15,20 @@ use umbragraph_pipeline::draw::{HostInterface, HostSlotKind, check_host};
 /// What the device lacks for a plan.
 pub(super) fn check_device(plan: &Plan, device: &wgpu::Device) -> Diagnostics {
     let check = DeviceCheck { plan, limits: device.limits(), features: device.features() };
-    let mut findings = Diagnostics::new();
-    check.textures(&mut findings);
+    let mut diagnostics = Diagnostics::new();
+    check.textures(&mut diagnostics);
     for planned in &plan.passes {
         let pass = plan.pipeline.pass(planned.handle);
-        check.bindings(pass, &mut findings);
+        check.bindings(pass, &mut diagnostics);
         match pass.work() {
             Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => {}
             Work::Compute(compute) => {
-                check.compute(planned, pass, plan.pipeline.program(compute.program), &mut findings);
+                check.compute(planned, pass, plan.pipeline.program(compute.program), &mut diagnostics);
             }
-            Work::Render(render) => check.attachments(pass, render, &mut findings),
+            Work::Render(render) => check.attachments(pass, render, &mut diagnostics),
         }
     }
-    findings
+    diagnostics
 }
 
 struct DeviceCheck<'a> {
@@ -38,7 +38,7 @@ struct DeviceCheck<'a> {
 }
 
 impl DeviceCheck<'_> {
-    fn textures(&self, findings: &mut Diagnostics) {
+    fn textures(&self, diagnostics: &mut Diagnostics) {
         for texture in &self.plan.textures {
             let size = texture.size;
             let (side, layers) = if texture.volume {
@@ -52,13 +52,13 @@ impl DeviceCheck<'_> {
                 let message = format!(
                     "\"{label}\" is {width} by {height} with {count} layers; the device allows {side} and {layers}"
                 );
-                findings.push(lacks(message, "make it smaller"));
+                diagnostics.push(lacks(message, "make it smaller"));
             }
             self.feature(
                 label,
                 texture.format.required_features(),
                 format!("in {:?}", texture.format),
-                findings,
+                diagnostics,
             );
         }
         for buffer in &self.plan.buffers {
@@ -66,21 +66,21 @@ impl DeviceCheck<'_> {
             if buffer.bytes > allowed {
                 let message =
                     format!("\"{}\" has {} bytes; the device allows {allowed}", buffer.label, buffer.bytes);
-                findings.push(lacks(message, "make it smaller"));
+                diagnostics.push(lacks(message, "make it smaller"));
             }
         }
     }
 
-    fn feature(&self, name: &str, needed: wgpu::Features, what: String, findings: &mut Diagnostics) {
+    fn feature(&self, name: &str, needed: wgpu::Features, what: String, diagnostics: &mut Diagnostics) {
         let missing = needed - self.features;
         if !missing.is_empty() {
             let message = format!("\"{name}\" {what} needs the feature {missing:?}");
-            findings.push(lacks(message, "request the feature, or add a format candidate"));
+            diagnostics.push(lacks(message, "request the feature, or add a format candidate"));
         }
     }
 
     /// Groups, blocks and textures that the shader binds.
-    fn bindings(&self, pass: &Pass, findings: &mut Diagnostics) {
+    fn bindings(&self, pass: &Pass, diagnostics: &mut Diagnostics) {
         let Some(program) = super::blocks::program(pass.work()) else { return };
         let program = self.plan.pipeline.program(program);
         let groups = program.bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
@@ -88,7 +88,7 @@ impl DeviceCheck<'_> {
             let allowed = self.limits.max_bind_groups;
             let message =
                 format!("{} has {groups} bind groups; the device allows {allowed}", program.template);
-            findings.push(at(pass, codes::DEVICE_LIMIT, message, "use fewer bind groups"));
+            diagnostics.push(at(pass, codes::DEVICE_LIMIT, message, "use fewer bind groups"));
         }
         for binding in &program.bindings {
             let wgpu::BindingType::Buffer { ty, min_binding_size: Some(bytes), .. } = binding.entry.ty else {
@@ -102,7 +102,7 @@ impl DeviceCheck<'_> {
                 let (name, template) = (&binding.name, &program.template);
                 let message =
                     format!("\"{name}\" of {template} has {bytes} bytes; the device allows {allowed}");
-                findings.push(at(pass, codes::DEVICE_LIMIT, message, "make the block smaller"));
+                diagnostics.push(at(pass, codes::DEVICE_LIMIT, message, "make the block smaller"));
             }
         }
         for slot in super::blocks::slots(pass.work()) {
@@ -115,12 +115,12 @@ impl DeviceCheck<'_> {
             if let Some(format) = format.filter(|format| is_filtered && has_float32(*format)) {
                 let name = &self.plan.pipeline.resource(bound.texture.resource).name;
                 let what = format!("in {format:?}, which {} filters,", program.template);
-                self.feature(name, wgpu::Features::FLOAT32_FILTERABLE, what, findings);
+                self.feature(name, wgpu::Features::FLOAT32_FILTERABLE, what, diagnostics);
             }
         }
     }
 
-    fn attachments(&self, pass: &Pass, render: &RenderWork, findings: &mut Diagnostics) {
+    fn attachments(&self, pass: &Pass, render: &RenderWork, diagnostics: &mut Diagnostics) {
         let allowed = (self.limits.max_color_attachments as usize).min(MAXIMUM_COLORS);
         if render.color.len() > allowed {
             let message = format!(
@@ -128,19 +128,19 @@ impl DeviceCheck<'_> {
                 pass.name,
                 render.color.len()
             );
-            findings.push(at(pass, codes::DEVICE_LIMIT, message, "use fewer"));
+            diagnostics.push(at(pass, codes::DEVICE_LIMIT, message, "use fewer"));
         }
         for color in render.color.iter().filter(|color| color.blend.is_some()) {
             let format = self.plan.resource(color.to.resource).and_then(|resource| resource.format);
             if let Some(format) = format.filter(|format| has_float32(*format)) {
                 let name = &self.plan.pipeline.resource(color.to.resource).name;
                 let what = format!("in {format:?}, onto which \"{}\" blends,", pass.name);
-                self.feature(name, wgpu::Features::FLOAT32_BLENDABLE, what, findings);
+                self.feature(name, wgpu::Features::FLOAT32_BLENDABLE, what, diagnostics);
             }
         }
     }
 
-    fn compute(&self, planned: &PlannedPass, pass: &Pass, program: &Program, findings: &mut Diagnostics) {
+    fn compute(&self, planned: &PlannedPass, pass: &Pass, program: &Program, diagnostics: &mut Diagnostics) {
         let limits = &self.limits;
         let Some(entry) = program.variants.first().and_then(|variant| variant.entry_point(Stage::Compute))
         else {
@@ -163,13 +163,13 @@ impl DeviceCheck<'_> {
                 "the workgroups of {} are {x} by {y} by {z}; the device allows {sides:?} and {allowed} invocations",
                 program.template
             );
-            findings.push(at(pass, codes::DEVICE_LIMIT, message, "make workgroups smaller"));
+            diagnostics.push(at(pass, codes::DEVICE_LIMIT, message, "make workgroups smaller"));
         }
         let allowed = limits.max_compute_workgroup_storage_size;
         if entry.workgroup_storage > allowed {
             let (template, bytes) = (&program.template, entry.workgroup_storage);
             let message = format!("a workgroup of {template} has {bytes} bytes; the device allows {allowed}");
-            findings.push(at(pass, codes::DEVICE_LIMIT, message, "use less workgroup memory"));
+            diagnostics.push(at(pass, codes::DEVICE_LIMIT, message, "use less workgroup memory"));
         }
         let allowed = limits.max_compute_workgroups_per_dimension;
         if planned.workgroups.is_some_and(|counts| counts.iter().any(|count| *count > allowed)) {
@@ -178,7 +178,7 @@ impl DeviceCheck<'_> {
                 pass.name,
                 planned.workgroups.unwrap_or_default()
             );
-            findings.push(at(pass, codes::DEVICE_LIMIT, message, "make workgroups larger"));
+            diagnostics.push(at(pass, codes::DEVICE_LIMIT, message, "make workgroups larger"));
         }
     }
 }
@@ -189,21 +189,21 @@ pub(super) fn check_source(
     device: &wgpu::Device,
     source: Option<&dyn DrawSource>,
 ) -> Diagnostics {
-    let mut findings = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     for (pass, scene) in scenes(plan) {
         let Some(source) = source else {
             let message = format!("\"{}\" draws meshes, but the host gave none", pass.name);
-            findings.push(at(pass, codes::HOST_INTERFACE, message, "give the executor a draw source"));
+            diagnostics.push(at(pass, codes::HOST_INTERFACE, message, "give the executor a draw source"));
             continue;
         };
         match source.interface(&scene.geometry) {
             Some(interface) => {
-                findings.extend(check_host(&plan.pipeline, &scene.geometry, interface));
-                findings.extend(check_strides(pass, interface, &device.limits()));
+                diagnostics.extend(check_host(&plan.pipeline, &scene.geometry, interface));
+                diagnostics.extend(check_strides(pass, interface, &device.limits()));
             }
             None => {
                 let message = format!("the host knows no geometry \"{}\"", scene.geometry);
-                findings.push(at(
+                diagnostics.push(at(
                     pass,
                     codes::HOST_INTERFACE,
                     message,
@@ -211,9 +211,9 @@ pub(super) fn check_source(
                 ));
             }
         }
-        findings.extend(check_filter(pass, scene, source));
+        diagnostics.extend(check_filter(pass, scene, source));
     }
-    findings
+    diagnostics
 }
 
 /// Whether the host knows which of its meshes a pass wants.

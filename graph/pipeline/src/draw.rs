@@ -126,21 +126,21 @@ pub struct HostMember {
 
 /// Compares how a host stores things with what the programs that draw it want. Places are the passes' shaders.
 ///
-/// Findings: vertex inputs and bindings that the host does not have, members of another type or at another offset.
+/// Diagnostics: vertex inputs and bindings that the host does not have, members of another type or at another offset.
 pub fn check_host(
     pipeline: &crate::pipeline::Pipeline,
     geometry: &str,
     host: &HostInterface,
 ) -> Vec<Diagnostic> {
-    let mut findings = Vec::new();
+    let mut diagnostics = Vec::new();
     for pass in &pipeline.passes {
         let crate::work::Work::Render(render) = pass.work() else { continue };
         let crate::work::Draw::Scene(scene) = &render.draw else { continue };
         if scene.geometry == geometry {
-            check_program(pipeline.program(scene.program), pass, geometry, host, &mut findings);
+            check_program(pipeline.program(scene.program), pass, geometry, host, &mut diagnostics);
         }
     }
-    findings
+    diagnostics
 }
 
 fn check_program(
@@ -148,12 +148,12 @@ fn check_program(
     pass: &crate::pipeline::Pass,
     geometry: &str,
     host: &HostInterface,
-    findings: &mut Vec<Diagnostic>,
+    diagnostics: &mut Vec<Diagnostic>,
 ) {
     use crate::shader::{Stage, TypeLayout};
     let mut report = |message: String| {
-        // Passes that draw with one template have one fault in common.
-        if let Some(known) = findings.iter_mut().find(|known| known.message == message) {
+        // Passes that draw with one template have one error in common.
+        if let Some(known) = diagnostics.iter_mut().find(|known| known.message == message) {
             let also =
                 Related { place: pass.place.into(), message: "this pass draws with it too".to_owned() };
             if known.pointer != pass.pointer && !known.related.contains(&also) {
@@ -161,10 +161,10 @@ fn check_program(
             }
             return;
         }
-        let finding = Diagnostic::error(crate::diagnostic::codes::HOST_INTERFACE, pass.place, message)
+        let diagnostic = Diagnostic::error(crate::diagnostic::codes::HOST_INTERFACE, pass.place, message)
             .pointer(&pass.pointer)
             .help("change the host's interface, or the template");
-        findings.push(finding);
+        diagnostics.push(diagnostic);
     };
     let template = &program.template;
     for set in &host.property_sets {

@@ -86,8 +86,8 @@ pub trait Node: DeserializeOwned + JsonSchema + 'static {
     /// What it does, in a sentence.
     const SUMMARY: &'static str;
 
-    /// States what a pass with these settings uses and does. Findings go to the builder; `None` after at least one. A
-    /// pass of a subgraph is declared once for each instance, with the same settings.
+    /// States what a pass with these settings uses and does. Diagnostics go to the builder; `None` after at least one.
+    /// A pass of a subgraph is declared once for each instance, with the same settings.
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced>;
 }
 

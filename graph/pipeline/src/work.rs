@@ -555,7 +555,7 @@ impl TextureRegion {
     }
 }
 
-/// An expression that is evaluated when sizes are known, and its place for findings.
+/// An expression that is evaluated when sizes are known, and its place for diagnostics.
 #[derive(Clone, Debug)]
 pub struct Deferred {
     /// The expression.

@@ -1,4 +1,4 @@
-//! The codes of findings about templates, axes and shaders.
+//! The codes of diagnostics about templates, axes and shaders.
 
 umbragraph_text::codes! {
     /// A template that is named but was not given.
@@ -45,7 +45,7 @@ umbragraph_text::codes! {
         "A file `NAME.axes.json` has no template `NAME.wgsl.jinja` beside it, or names a template under `inherits` that does not exist.";
     /// Constraints that leave nothing to choose.
     CONSTRAINTS_CONTRADICT = "UG0516", "contradictory constraints",
-        "The constraints of a template, together with the values that are fixed, leave no combination of values at all. The finding lists a smallest set of constraints that clash: without any one of them there would be a combination.";
+        "The constraints of a template, together with the values that are fixed, leave no combination of values at all. The diagnostic lists a smallest set of constraints that clash: without any one of them there would be a combination.";
     /// An axis declared as an override that does not fit its declaration in WGSL.
     AXIS_OVERRIDE = "UG0517", "override axis",
         "An axis with `\"as\": \"override\"` becomes a pipeline-overridable constant. The WGSL must declare `override NAME` with the fitting type (`bool` for a boolean axis, `i32` or `u32` for an integer axis), and the template must not read it as a variable.\n\nBindings, array sizes in uniforms, vectors and `case` selectors cannot depend on overrides; use a template axis there.";
@@ -63,7 +63,7 @@ umbragraph_text::codes! {
         "The module is valid, but not once its pipeline-overridable constants have their values.\n\nKnown with naga 30: a function-local `let v = vec3<f32>(..)` that is read by component fails in a module with any override. Write `const v = ..` there.";
     /// WGSL on which the shader compiler itself fails.
     WGSL_COMPILER = "UG0523", "shader compiler failed",
-        "The shader compiler (naga) failed without a message of its own on this text. That is a defect of the compiler; the finding says which template provokes it.";
+        "The shader compiler (naga) failed without a message of its own on this text. That is a defect of the compiler; the diagnostic says which template provokes it.";
     /// WGSL over the limit of size.
     WGSL_TOO_LARGE = "UG0524", "WGSL too large", "One module of WGSL is limited to 4 MiB, 8,192 declarations and 32,768 statements, one expression to 8,192 operators and one function to 8,192 branches. The shader compiler would overflow its stack, or take minutes, far beyond these.";
     /// A fragment stage that reads what the vertex stage does not write.

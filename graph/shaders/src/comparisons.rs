@@ -11,9 +11,9 @@ use super::{codes, render};
 use crate::diagnostic::{AxisValue, Diagnostic};
 use crate::source::Span;
 
-/// The findings about a template with these axes.
+/// The diagnostics about a template with these axes.
 pub(super) fn check(template: &Template, axes: &Axes) -> Vec<Diagnostic> {
-    let mut findings = Vec::new();
+    let mut diagnostics = Vec::new();
     for tag in &template.scan.tags {
         let words = Words { text: &template.text, tag };
         for at in 0..tag.words.len() {
@@ -25,10 +25,10 @@ pub(super) fn check(template: &Template, axes: &Axes) -> Vec<Diagnostic> {
                 continue;
             }
             let literals = words.compared_with(at);
-            findings.extend(literals.into_iter().filter_map(|word| never(template, axis, word)));
+            diagnostics.extend(literals.into_iter().filter_map(|word| never(template, axis, word)));
         }
     }
-    findings
+    diagnostics
 }
 
 struct Words<'t> {
@@ -95,14 +95,14 @@ fn never(template: &Template, axis: &Axis, word: &Word) -> Option<Diagnostic> {
     let span = Span::new(template.file, range);
     let message =
         format!("the axis \"{}\" is compared with {written}, which is none of its values", axis.name);
-    let finding = Diagnostic::error(codes::AXIS_COMPARED, span, message)
+    let diagnostic = Diagnostic::error(codes::AXIS_COMPARED, span, message)
         .related(axis.span, format!("declared here with {}", axis.kind.describe()));
     let names: &[String] = match &axis.kind {
         AxisKind::Enum(names) | AxisKind::TextureFormat(names) => names,
         AxisKind::Bool | AxisKind::Integer { .. } => &[],
     };
     let text = value.to_string();
-    Some(finding.meant(&text, names.iter().map(String::as_str), Some(span), |_| match axis.kind {
+    Some(diagnostic.meant(&text, names.iter().map(String::as_str), Some(span), |_| match axis.kind {
         AxisKind::Bool => format!("a boolean axis stands alone in a condition: {{% if {} %}}", axis.name),
         _ => format!("the values are {}", axis.kind.describe()),
     }))

@@ -43,8 +43,8 @@ pub struct ShaderModule {
 /// `values` may name any of the template's axes; the others have their defaults.
 ///
 /// # Errors
-/// Every finding that can be made: unknown axes and values, broken constraints, errors of the template, and the first
-/// error of the WGSL. Places are in the templates; the generated line stands beside them.
+/// Every diagnostic that can be made: unknown axes and values, broken constraints, errors of the template, and the
+/// first error of the WGSL. Places are in the templates; the generated line stands beside them.
 pub fn compile(
     templates: &TemplateSet,
     template: &str,
@@ -65,16 +65,16 @@ pub fn complete(
     let Some(axes) = templates.axes(template) else {
         return Err(vec![templates.unknown(template, Place::Nowhere)]);
     };
-    let mut findings = templates.axes_findings(template);
+    let mut diagnostics = templates.axes_diagnostics(template);
     if templates.has_lost_axes(template) {
-        return Err(findings);
+        return Err(diagnostics);
     }
     let place = templates.file(template).map_or(Place::Nowhere, |file| SourceSpan::new(file, 0..0).into());
     let mut values = axes.defaults();
     for (name, value) in given {
         match axes.get(name) {
-            None => findings.push(unknown_axis(axes, template, name, place.clone())),
-            Some(axis) if !axis.kind.contains(value) => findings.push(
+            None => diagnostics.push(unknown_axis(axes, template, name, place.clone())),
+            Some(axis) if !axis.kind.contains(value) => diagnostics.push(
                 Diagnostic::error(
                     codes::AXIS_VALUE,
                     axis.span,
@@ -87,8 +87,8 @@ pub fn complete(
             }
         }
     }
-    if findings.is_empty() {
-        findings.extend(axes.violated(&values).map(|constraint| {
+    if diagnostics.is_empty() {
+        diagnostics.extend(axes.violated(&values).map(|constraint| {
             let involved: AxisValues = constraint
                 .axes()
                 .into_iter()
@@ -99,15 +99,15 @@ pub fn complete(
             Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
         }));
     }
-    if findings.is_empty() { Ok(values) } else { Err(findings) }
+    if diagnostics.is_empty() { Ok(values) } else { Err(diagnostics) }
 }
 
-/// The finding for a name that is no axis of a template.
+/// The diagnostic for a name that is no axis of a template.
 pub(crate) fn unknown_axis(axes: &Axes, template: &str, name: &str, place: Place) -> Diagnostic {
-    let finding =
+    let diagnostic =
         Diagnostic::error(codes::AXIS_UNKNOWN, place, format!("\"{template}\" has no axis \"{name}\""));
-    let written = finding.span();
-    finding.meant(name, axes.names(), written, |names| match names {
+    let written = diagnostic.span();
+    diagnostic.meant(name, axes.names(), written, |names| match names {
         [] => "it has no axes at all".to_owned(),
         names => format!("its axes are {}", names.join(", ")),
     })
@@ -142,11 +142,11 @@ fn check(
     let checked = match (checked, templates.file(template)) {
         (Ok(checked), _) => checked,
         (Err(refusal), Some(file)) => {
-            let finding = markers::place(&refusal, &rendered.text, &rendered.map, file, || {
+            let diagnostic = markers::place(&refusal, &rendered.text, &rendered.map, file, || {
                 let values = template_values(templates, template, values);
                 MarkedTemplates::new(templates).map(template, &values, &rendered.text)
             });
-            return Err(vec![finding]);
+            return Err(vec![diagnostic]);
         }
         (Err(_), None) => return Err(vec![templates.unknown(template, Place::Nowhere)]),
     };

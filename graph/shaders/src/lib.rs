@@ -5,7 +5,8 @@
 //! ```
 //!
 //! - A [`TemplateSet`] holds templates (`NAME.wgsl.jinja`) and the axes declared beside them (`NAME.axes.json`).
-//! - [`compile`] makes one variant: values for the axes in, a [`ShaderModule`] out, or findings placed in the templates.
+//! - [`compile`] makes one variant: values for the axes in, a [`ShaderModule`] out, or diagnostics placed in the
+//!   templates.
 //! - A [`TargetProfile`] says what a target guarantees.
 //! - [`Reflection`] is the one source of what host and shader agree on: bindings, memory layouts, entry points.
 

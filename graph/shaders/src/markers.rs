@@ -36,7 +36,7 @@ impl MarkedMap {
     }
 }
 
-/// The finding for a refused text: by the plain map, or by `exact` where captured text hides the place.
+/// The diagnostic for a refused text: by the plain map, or by `exact` where captured text hides the place.
 pub(crate) fn place(
     refusal: &Refusal,
     wgsl: &str,
@@ -48,11 +48,11 @@ pub(crate) fn place(
     let hidden = start.filter(|start| !matches!(map.origin(*start), Some(Origin::Literal(..))));
     match hidden.and_then(|start| Some((start, exact()?))) {
         Some((start, exact)) => {
-            let finding = refusal.to_diagnostic(wgsl, &exact.map, template);
+            let diagnostic = refusal.to_diagnostic(wgsl, &exact.map, template);
             exact
                 .trail(start)
                 .take(8)
-                .fold(finding, |finding, span| finding.related(span, "written out here"))
+                .fold(diagnostic, |diagnostic, span| diagnostic.related(span, "written out here"))
         }
         None => refusal.to_diagnostic(wgsl, map, template),
     }

@@ -48,21 +48,23 @@ pub(crate) fn render(
     match result {
         Ok((text, map)) if undeclared.is_empty() => Ok(Rendered { text, map, read: reads.axes }),
         Ok(_) => Err(undeclared),
-        // An undefined name fails the rendering as well; the finding that knows the name is the better one.
-        Err(finding) if finding.code == codes::UNDECLARED_NAME && !undeclared.is_empty() => Err(undeclared),
-        Err(finding) => {
-            let follows = calls_one_of(&undeclared, &finding);
-            let mut findings = undeclared;
-            findings.extend(Some(*finding).filter(|_| !follows));
-            Err(findings)
+        // An undefined name fails the rendering as well; the diagnostic that knows the name is the better one.
+        Err(diagnostic) if diagnostic.code == codes::UNDECLARED_NAME && !undeclared.is_empty() => {
+            Err(undeclared)
+        }
+        Err(diagnostic) => {
+            let follows = calls_one_of(&undeclared, &diagnostic);
+            let mut diagnostics = undeclared;
+            diagnostics.extend(Some(*diagnostic).filter(|_| !follows));
+            Err(diagnostics)
         }
     }
 }
 
-/// Whether a finding is about the call of an undeclared name, which has a finding of its own.
-pub(crate) fn calls_one_of(undeclared: &[Diagnostic], finding: &Diagnostic) -> bool {
-    let start = |finding: &Diagnostic| finding.span().map(|span| (span.file, span.start));
-    undeclared.iter().any(|name| start(name) == start(finding))
+/// Whether a diagnostic is about the call of an undeclared name, which has a diagnostic of its own.
+pub(crate) fn calls_one_of(undeclared: &[Diagnostic], diagnostic: &Diagnostic) -> bool {
+    let start = |diagnostic: &Diagnostic| diagnostic.span().map(|span| (span.file, span.start));
+    undeclared.iter().any(|name| start(name) == start(diagnostic))
 }
 
 /// A context with these values and nothing else.
@@ -89,8 +91,8 @@ pub(crate) fn render_with(
     let Some(template) = set.templates.get(name) else {
         return Err(Box::new(set.unknown(name, crate::diagnostic::Place::Nowhere)));
     };
-    if let Some(finding) = &template.broken {
-        return Err(Box::new(finding.clone()));
+    if let Some(diagnostic) = &template.broken {
+        return Err(Box::new(diagnostic.clone()));
     }
     let compiled = set
         .environment
@@ -109,10 +111,12 @@ pub(crate) fn render_with(
                     template.prepared.original(offset)..template.prepared.original(offset),
                 ))
             });
-            let finding = template_error::explain(set, name, &error, last);
+            let diagnostic = template_error::explain(set, name, &error, last);
             Err(Box::new(match sink.overflow {
-                Some(overflow) if finding.code == codes::TEMPLATE_LIMIT => overflow.explain(set, finding),
-                _ => finding,
+                Some(overflow) if diagnostic.code == codes::TEMPLATE_LIMIT => {
+                    overflow.explain(set, diagnostic)
+                }
+                _ => diagnostic,
             }))
         }
     }
@@ -204,7 +208,7 @@ struct Overflow {
 }
 
 impl Overflow {
-    fn explain(self, set: &TemplateSet, finding: Diagnostic) -> Diagnostic {
+    fn explain(self, set: &TemplateSet, diagnostic: Diagnostic) -> Diagnostic {
         let mut templates = set.templates.iter();
         let name = templates.find(|(_, template)| template.file == self.span.file);
         let name = name.map_or("the template", |(name, _)| name.as_str());
@@ -212,7 +216,7 @@ impl Overflow {
             "{} bytes come from {name}: let a loop or a function of WGSL do what is written out, and put tables into a buffer",
             self.bytes
         );
-        Diagnostic { place: self.span.into(), ..finding }.help(help)
+        Diagnostic { place: self.span.into(), ..diagnostic }.help(help)
     }
 }
 
@@ -300,7 +304,7 @@ impl io::Write for Sink<'_> {
     }
 }
 
-/// The findings for names that were looked up and are neither axes nor bound by any template.
+/// The diagnostics for names that were looked up and are neither axes nor bound by any template.
 pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet<String>) -> Vec<Diagnostic> {
     let candidates: Vec<&String> =
         unknown.iter().filter(|name| !filters::FUNCTIONS.contains(&name.as_str())).collect();
@@ -313,7 +317,7 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
         .into_iter()
         .chain(set.templates.iter().filter(|(name, _)| *name != root));
     let axes = set.axes(root);
-    let mut findings = Vec::new();
+    let mut diagnostics = Vec::new();
     for name in candidates {
         let uses: Vec<NameUse> =
             order.clone().filter_map(|(_, template)| find_name(template, name)).collect();
@@ -325,7 +329,7 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
         else {
             continue;
         };
-        let finding = Diagnostic::error(
+        let diagnostic = Diagnostic::error(
             codes::UNDECLARED_NAME,
             Span::new(file, range.clone()),
             format!("\"{name}\" is no axis of \"{root}\" and is bound by nothing"),
@@ -334,25 +338,25 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
             let message = format!(
                 "\"{name}\" is an override axis: a constant of the WGSL, no variable of the template"
             );
-            findings.push(Diagnostic { code: codes::AXIS_OVERRIDE, message, ..finding });
+            diagnostics.push(Diagnostic { code: codes::AXIS_OVERRIDE, message, ..diagnostic });
             continue;
         }
         let names = axes.into_iter().flat_map(Axes::names).chain(filters::FUNCTIONS[..3].iter().copied());
-        let mut finding = finding.meant(name, names, Some(Span::new(file, range)), |_| {
+        let mut diagnostic = diagnostic.meant(name, names, Some(Span::new(file, range)), |_| {
             let stem = root.strip_suffix(".wgsl.jinja").unwrap_or(root);
             format!("declare the axis in {stem}.axes.json, or inherit the template that declares it")
         });
         // Another template that has the word may mean an axis of its own, and this one only where it is included.
-        let fix = finding.fix.take().filter(|_| uses.len() == 1);
+        let fix = diagnostic.fix.take().filter(|_| uses.len() == 1);
         let replacement = fix.and_then(|fix| Some(fix.edits.first()?.replacement.clone()));
         for range in uses.iter().flat_map(|found| &found.uses) {
             if let Some(replacement) = &replacement {
-                finding = finding.fix(Span::new(file, range.clone()), replacement);
+                diagnostic = diagnostic.fix(Span::new(file, range.clone()), replacement);
             }
         }
-        findings.push(finding);
+        diagnostics.push(diagnostic);
     }
-    findings
+    diagnostics
 }
 
 /// Whether a tag of the template binds a name.

@@ -52,8 +52,8 @@ impl Open<'_> {
     }
 }
 
-/// The finding for a template that the engine refused with `detail` at a place.
-pub(super) fn finding(template: &Template, detail: &str, place: Option<Range<usize>>) -> Diagnostic {
+/// The diagnostic for a template that the engine refused with `detail` at a place.
+pub(super) fn diagnostic(template: &Template, detail: &str, place: Option<Range<usize>>) -> Diagnostic {
     let span = |range: Range<usize>| Span::new(template.file, range);
     let error = |range: Range<usize>, message: &str| {
         Diagnostic::error(codes::TEMPLATE_SYNTAX, span(range), format!("template syntax: {message}"))
@@ -74,10 +74,10 @@ pub(super) fn finding(template: &Template, detail: &str, place: Option<Range<usi
             .help(format!("close it with {{% {} %}}", open.end()));
     }
     let place = place.unwrap_or(0..0);
-    let finding = error(place.clone(), detail);
+    let diagnostic = error(place.clone(), detail);
     if let Some(name) = detail.strip_prefix("unknown statement ") {
         let written = Some(span(place.clone())).filter(|_| text.get(place.clone()) == Some(name));
-        return statement(finding, name, written, open_blocks(template, place.start).pop(), &span);
+        return statement(diagnostic, name, written, open_blocks(template, place.start).pop(), &span);
     }
     let help = if detail.starts_with("unexpected `=`") {
         "compare with =="
@@ -90,11 +90,11 @@ pub(super) fn finding(template: &Template, detail: &str, place: Option<Range<usi
     } else {
         "tags are {% if sscs %}, {{ taps }} and {# a comment #}"
     };
-    finding.help(help)
+    diagnostic.help(help)
 }
 
 fn statement(
-    finding: Diagnostic,
+    diagnostic: Diagnostic,
     name: &str,
     written: Option<Span>,
     open: Option<Open<'_>>,
@@ -105,10 +105,10 @@ fn statement(
     let Some(open) = open else {
         if is_end || is_branch {
             let opener = name.strip_prefix("end").unwrap_or("if");
-            return finding
+            return diagnostic
                 .help(format!("no block is open here: remove it, or open one with {{% {opener} %}}"));
         }
-        return finding.meant(name, STATEMENTS.iter().copied(), written, |names| {
+        return diagnostic.meant(name, STATEMENTS.iter().copied(), written, |names| {
             format!("the statements are {}", names.join(", "))
         });
     };
@@ -118,12 +118,12 @@ fn statement(
         || format!("the block that is open here is {{% {} %}}, and ends with {{% {end} %}}", open.keyword);
     let opened = span(open.tag.clone());
     if is_end || is_branch {
-        return finding.related(opened, "the block").help(ends());
+        return diagnostic.related(opened, "the block").help(ends());
     }
     let known = STATEMENTS.iter().chain(&inside).copied();
     match name.starts_with("end") {
-        true => finding.related(opened, "the block").meant(name, inside, written, |_| ends()),
-        false => finding
+        true => diagnostic.related(opened, "the block").meant(name, inside, written, |_| ends()),
+        false => diagnostic
             .meant(name, known, written, |names| format!("the statements here are {}", names.join(", "))),
     }
 }

@@ -1,7 +1,7 @@
-//! Errors of the template engine as findings.
+//! Errors of the template engine as diagnostics.
 //!
-//! An error inside an include arrives wrapped once per level; the innermost one with a place is the finding, and each
-//! level above it a related place. The engine's offsets are those of the guarded text, and are mapped back.
+//! An error inside an include arrives wrapped once per level; the innermost one with a place is the diagnostic, and
+//! each level above it a related place. The engine's offsets are those of the guarded text, and are mapped back.
 
 use std::error::Error as _;
 use std::ops::Range;
@@ -17,7 +17,7 @@ use crate::source::Span;
 /// A template that cannot be compiled.
 pub(crate) fn syntax(template: &Template, error: &Error) -> Diagnostic {
     let detail = error.detail().map_or_else(|| error.kind().to_string(), str::to_owned);
-    syntax_help::finding(template, &detail, range(template, error))
+    syntax_help::diagnostic(template, &detail, range(template, error))
 }
 
 /// A rendering of `root` that failed. `last` is where literal text was written last, for errors that know no place.
@@ -26,7 +26,7 @@ pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option
     let placed: Vec<(&Error, Span)> =
         chain.iter().filter_map(|error| Some((*error, span(set, error)?))).collect();
     let innermost = chain.last().copied().unwrap_or(error);
-    // A template with broken syntax was reported when it was added; including it is no finding of its own.
+    // A template with broken syntax was reported when it was added; including it is no diagnostic of its own.
     if let Some(broken) = broken_include(set, innermost) {
         return broken;
     }
@@ -50,26 +50,26 @@ pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option
     } else {
         describe(innermost)
     };
-    let mut finding = Diagnostic::error(code, place, message);
-    finding.help = help;
+    let mut diagnostic = Diagnostic::error(code, place, message);
+    diagnostic.help = help;
     let written = |kind: WordKind, name: &str| {
         let (error, span) = placed.last()?;
         word(set.templates.get(error.name()?)?, *span, kind, name)
     };
     if let Some(name) = missing(innermost) {
         let written = written(WordKind::Text, name);
-        finding = finding
+        diagnostic = diagnostic
             .meant(name, set.names(), written, |names| format!("the templates are {}", names.join(", ")));
     }
     if let Some((name, known)) = unknown_function(innermost) {
         let written = written(WordKind::Identifier, name);
-        finding = finding
+        diagnostic = diagnostic
             .meant(name, known.iter().copied(), written, |names| format!("there are {}", names.join(", ")));
     }
     for (_, span) in placed.iter().rev().skip(1).take(8) {
-        finding = finding.related(*span, "included from here");
+        diagnostic = diagnostic.related(*span, "included from here");
     }
-    finding
+    diagnostic
 }
 
 fn chain(error: &Error) -> Vec<&Error> {

@@ -4,9 +4,9 @@
 //! `lib/noise.wgsl.jinja`, and their side files `forward.axes.json`. Names are how templates include one another; a
 //! name is never looked up anywhere else, so a set is closed and the same everywhere.
 //!
-//! Findings about a single text (its syntax, its declaration) are made when it is added. Findings about how texts fit
-//! together need the whole set: [`TemplateSet::check`] makes them, and compiling a template reports those that concern
-//! it.
+//! Diagnostics about a single text (its syntax, its declaration) are made when it is added. Diagnostics about how texts
+//! fit together need the whole set: [`TemplateSet::check`] makes them, and compiling a template reports those that
+//! concern it.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -51,7 +51,7 @@ struct Declared {
 #[derive(Debug, Default)]
 struct Resolved {
     axes: Axes,
-    findings: Vec<Diagnostic>,
+    diagnostics: Vec<Diagnostic>,
     lost: axes::Lost,
 }
 
@@ -75,13 +75,13 @@ impl TemplateSet {
         }
     }
 
-    /// Adds a template, or the axes of one where the name ends in `.axes.json`. Findings name the file as `name`.
+    /// Adds a template, or the axes of one where the name ends in `.axes.json`. Diagnostics name the file as `name`.
     pub fn add(&mut self, sources: &mut Sources, name: &str, text: &str, diagnostics: &mut Diagnostics) {
         let file = sources.add(name, text);
         self.add_file(sources, file, name, diagnostics);
     }
 
-    /// Adds a registered text under a name of its own: a file that findings show by its path.
+    /// Adds a registered text under a name of its own: a file that diagnostics show by its path.
     pub fn add_file(&mut self, sources: &Sources, file: FileId, name: &str, diagnostics: &mut Diagnostics) {
         let Some(text) = sources.get(file).map(|source| source.text().clone()) else { return };
         let twice = || {
@@ -111,24 +111,24 @@ impl TemplateSet {
         self.resolve();
     }
 
-    /// Notes that a template, or the axes of one, cannot be read: whatever uses it gets this finding, and not that there
-    /// is no such template.
+    /// Notes that a template, or the axes of one, cannot be read: whatever uses it gets this diagnostic, and not that
+    /// there is no such template.
     pub fn add_unreadable(
         &mut self,
         sources: &mut Sources,
         name: &str,
-        finding: Diagnostic,
+        diagnostic: Diagnostic,
         diagnostics: &mut Diagnostics,
     ) {
-        diagnostics.push(finding.clone());
+        diagnostics.push(diagnostic.clone());
         let file = sources.add(name, "");
         if let Some(stem) = name.strip_suffix(".axes.json") {
-            let declaration = axes::Declaration::unreadable(finding);
+            let declaration = axes::Declaration::unreadable(diagnostic);
             self.declarations.entry(stem.to_owned()).or_insert(Declared { file, declaration });
         } else if !self.templates.contains_key(name) {
             let (text, scan): (Arc<str>, _) = ("".into(), Scan::default());
             let prepared = guard::prepare(&text, &scan.tags);
-            let template = Template { file, text, scan, prepared, broken: Some(finding) };
+            let template = Template { file, text, scan, prepared, broken: Some(diagnostic) };
             self.templates.insert(name.to_owned(), template);
         }
         self.resolve();
@@ -173,32 +173,32 @@ impl TemplateSet {
 
     /// What is wrong with the axes of a template, so that it cannot be rendered: as far as it takes other files to see
     /// it, and declarations that do not tell what an axis is.
-    pub(crate) fn axes_findings(&self, template: &str) -> Vec<Diagnostic> {
+    pub(crate) fn axes_diagnostics(&self, template: &str) -> Vec<Diagnostic> {
         let found = self.resolved.get(template);
         found
             .into_iter()
-            .flat_map(|found| found.findings.iter().chain(&found.lost.findings))
+            .flat_map(|found| found.diagnostics.iter().chain(&found.lost.diagnostics))
             .cloned()
             .collect()
     }
 
     /// Whether a template has axes of which it cannot be told what they are.
     pub fn has_lost_axes(&self, template: &str) -> bool {
-        self.resolved.get(template).is_some_and(|found| !found.lost.findings.is_empty())
+        self.resolved.get(template).is_some_and(|found| !found.lost.diagnostics.is_empty())
     }
 
-    /// The finding for a name that is no template of this set.
+    /// The diagnostic for a name that is no template of this set.
     pub fn unknown(&self, name: &str, place: impl Into<crate::diagnostic::Place>) -> Diagnostic {
-        let finding =
+        let diagnostic =
             Diagnostic::error(codes::TEMPLATE_UNKNOWN, place, format!("there is no template \"{name}\""));
-        self.meant(finding, name, None)
+        self.meant(diagnostic, name, None)
     }
 
-    /// Adds the template that was meant by a name to a finding at the name; nothing means the template `itself`.
-    fn meant(&self, finding: Diagnostic, name: &str, itself: Option<&str>) -> Diagnostic {
-        let written = finding.span();
+    /// Adds the template that was meant by a name to a diagnostic at the name; nothing means the template `itself`.
+    fn meant(&self, diagnostic: Diagnostic, name: &str, itself: Option<&str>) -> Diagnostic {
+        let written = diagnostic.span();
         let names = self.names().filter(|name| Some(*name) != itself);
-        finding.meant(name, names, written, |names| match names {
+        diagnostic.meant(name, names, written, |names| match names {
             [] => "there is no other template".to_owned(),
             names => format!("the templates are {}", names.join(", ")),
         })
@@ -221,7 +221,7 @@ impl TemplateSet {
             }
         }
         for (name, resolved) in &self.resolved {
-            diagnostics.extend(resolved.findings.iter().cloned());
+            diagnostics.extend(resolved.diagnostics.iter().cloned());
             let template = self.templates.get(name).filter(|_| self.axes_file(name).is_some());
             diagnostics.extend(
                 template.into_iter().flat_map(|template| comparisons::check(template, &resolved.axes)),
@@ -232,19 +232,19 @@ impl TemplateSet {
     fn resolve(&mut self) {
         let mut resolved = BTreeMap::new();
         for name in self.templates.keys() {
-            let mut findings = Vec::new();
-            let (axes, lost) = self.collect(name, &mut BTreeMap::new(), &mut findings);
+            let mut diagnostics = Vec::new();
+            let (axes, lost) = self.collect(name, &mut BTreeMap::new(), &mut diagnostics);
             let clash = clash(name, &axes);
             let defaults = axes.defaults();
             for constraint in axes.violated(&defaults).filter(|_| clash.is_none()) {
                 let message = format!("the default values break a constraint: {constraint}");
-                findings.push(
+                diagnostics.push(
                     Diagnostic::error(codes::CONSTRAINT_VIOLATED, constraint.span, message)
                         .help("change a default, so that a pipeline that sets nothing is valid"),
                 );
             }
-            findings.extend(clash);
-            resolved.insert(name.clone(), Resolved { axes, findings, lost });
+            diagnostics.extend(clash);
+            resolved.insert(name.clone(), Resolved { axes, diagnostics, lost });
         }
         self.resolved = resolved;
     }
@@ -255,7 +255,7 @@ impl TemplateSet {
         &'s self,
         name: &'s str,
         done: &mut BTreeMap<&'s str, (Axes, axes::Lost)>,
-        findings: &mut Vec<Diagnostic>,
+        diagnostics: &mut Vec<Diagnostic>,
     ) -> (Axes, axes::Lost) {
         if let Some(axes) = done.get(name) {
             return axes.clone();
@@ -268,19 +268,19 @@ impl TemplateSet {
         let mut conflicts = Vec::new();
         for (other, span) in declaration.axes.inherits() {
             if self.templates.contains_key(other) {
-                let (theirs, more) = self.collect(other, done, findings);
+                let (theirs, more) = self.collect(other, done, diagnostics);
                 conflicts.extend(own.inherit(&theirs));
                 lost.inherit(&more);
             } else {
                 let message = format!("there is no template \"{other}\"");
-                let finding = Diagnostic::error(codes::AXES_ORPHAN, *span, message);
-                findings.push(self.meant(finding, other, Some(name)));
+                let diagnostic = Diagnostic::error(codes::AXES_ORPHAN, *span, message);
+                diagnostics.push(self.meant(diagnostic, other, Some(name)));
             }
         }
-        declaration.resolve(&mut own, &lost, findings);
+        declaration.resolve(&mut own, &lost, diagnostics);
         for (mine, theirs) in conflicts {
             let message = format!("the axis \"{}\" is declared in two ways", mine.name);
-            findings.push(
+            diagnostics.push(
                 Diagnostic::error(codes::AXES_CONFLICT, mine.span, message)
                     .related(theirs.span, format!("here with {}", theirs.kind.describe())),
             );
@@ -290,16 +290,16 @@ impl TemplateSet {
     }
 }
 
-/// The finding for constraints that leave no configuration at all.
+/// The diagnostic for constraints that leave no configuration at all.
 fn clash(template: &str, axes: &Axes) -> Option<Diagnostic> {
     let clash = Space::new(axes, &BTreeMap::new()).clash();
     let first = clash.first()?.span;
     let message = format!("the constraints of \"{template}\" leave no configuration");
-    let mut finding = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, first, message);
+    let mut diagnostic = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, first, message);
     for constraint in &clash {
-        finding = finding.related(constraint.span, constraint.to_string());
+        diagnostic = diagnostic.related(constraint.span, constraint.to_string());
     }
-    Some(finding.help("without any one of these constraints there would be a configuration"))
+    Some(diagnostic.help("without any one of these constraints there would be a configuration"))
 }
 
 /// `lib/noise` for `lib/noise.wgsl.jinja`.

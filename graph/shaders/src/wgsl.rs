@@ -2,8 +2,8 @@
 //!
 //! Three steps, each of which can refuse: parse, validate with the capabilities of a profile, and, where the module has
 //! pipeline-overridable constants, give them their values and validate again, since backends do the same and naga can
-//! fail only there. naga is not written to be fed with anything: a panic inside it becomes a finding, and it runs on a
-//! thread with a stack of its own, because it descends recursively into nested text.
+//! fail only there. naga is not written to be fed with anything: a panic inside it becomes a diagnostic, and it runs on
+//! a thread with a stack of its own, because it descends recursively into nested text.
 
 use std::borrow::Cow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -125,7 +125,7 @@ mod tests {
     use super::guarded;
 
     #[test]
-    fn a_defect_of_the_shader_compiler_is_a_finding() {
+    fn a_defect_of_the_shader_compiler_is_a_diagnostic() {
         let refusal = guarded(|| -> Result<(), _> { panic!("a handle out of range") }).unwrap_err();
         assert_eq!(refusal.stage.code().id, "UG0523");
         assert_eq!(refusal.message, "the shader compiler failed: a handle out of range");

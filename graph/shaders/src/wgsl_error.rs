@@ -1,4 +1,4 @@
-//! Why naga refuses a text, as a finding in the template.
+//! Why naga refuses a text, as a diagnostic in the template.
 //!
 //! naga's errors carry several spans and a chain of causes. The last cause says what is wrong; the first says where in
 //! the module. Of the spans, the first is the place for parse errors; validation errors list the enclosing function first,
@@ -92,23 +92,23 @@ impl Refusal {
         }
     }
 
-    /// The finding in the template. `template` is where it falls if the text cannot be mapped.
+    /// The diagnostic in the template. `template` is where it falls if the text cannot be mapped.
     pub(crate) fn to_diagnostic(&self, text: &str, map: &TextMap, template: FileId) -> Diagnostic {
         let span = self.range.clone().and_then(|range| map.span(range));
         let span = span.unwrap_or(source::Span::new(template, 0..0));
         // What is refused is an error; a branch that is slow on some drivers is not refused.
         let make = if self.stage == Stage::UniformBranch { Diagnostic::warning } else { Diagnostic::error };
-        let mut finding = make(self.stage.code(), span, self.message.clone());
+        let mut diagnostic = make(self.stage.code(), span, self.message.clone());
         for (range, label) in &self.labels {
             if let Some(span) = map.span(range.clone()) {
-                finding = finding.related(span, label.clone());
+                diagnostic = diagnostic.related(span, label.clone());
             }
         }
         if let Some(range) = &self.range {
-            finding = finding.related(Place::Nowhere, generated_line(text, range.start));
+            diagnostic = diagnostic.related(Place::Nowhere, generated_line(text, range.start));
         }
-        finding.help = self.help.clone();
-        finding
+        diagnostic.help = self.help.clone();
+        diagnostic
     }
 }
 

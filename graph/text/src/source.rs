@@ -1,8 +1,8 @@
 //! Source texts and places in them.
 //!
-//! Every text that a finding can point into (a pipeline file, a template, a parameter file, the command line)
+//! Every text that a diagnostic can point into (a pipeline file, a template, a parameter file, the command line)
 //! is registered once in [`Sources`] and named by a [`FileId`] from then on. A [`Span`] is a half-open byte range
-//! of one file. Lines and columns are computed only when a finding is shown: a span is eight bytes of offsets,
+//! of one file. Lines and columns are computed only when a diagnostic is shown: a span is eight bytes of offsets,
 //! and nothing else in the engine counts newlines.
 //!
 //! Limits: a file has at most 4 GiB (offsets are `u32`); [`Sources::add`] never fails, and the loaders that call it
@@ -74,7 +74,7 @@ pub struct SourceFile {
 }
 
 impl SourceFile {
-    /// The name under which findings show the file: a path as the user wrote it, or `<command line>`.
+    /// The name under which diagnostics show the file: a path as the user wrote it, or `<command line>`.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -110,7 +110,7 @@ impl SourceFile {
     }
 }
 
-/// All texts that findings can point into.
+/// All texts that diagnostics can point into.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
     files: Vec<Arc<SourceFile>>,

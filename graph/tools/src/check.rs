@@ -12,7 +12,7 @@ use crate::pipeline::{self, Choice, Pipeline};
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::{FileId, Sources};
 
-/// What a pipeline text came to, as far as its findings let it.
+/// What a pipeline text came to, as far as its diagnostics let it.
 #[derive(Clone, Debug, Default)]
 pub struct Checked {
     /// The pipeline.
@@ -29,14 +29,14 @@ impl Checked {
     /// ([`Plan::resized`]).
     ///
     /// # Errors
-    /// The findings of the plan; nothing but warnings where there is no graph to plan.
+    /// The diagnostics of the plan; nothing but warnings where there is no graph to plan.
     pub fn plan_again(&self, options: &PlanOptions, sources: &Sources) -> Result<Plan, Diagnostics> {
-        let mut findings = Diagnostics::new();
-        let (Some(pipeline), Some(graph)) = (&self.pipeline, &self.graph) else { return Err(findings) };
+        let mut diagnostics = Diagnostics::new();
+        let (Some(pipeline), Some(graph)) = (&self.pipeline, &self.graph) else { return Err(diagnostics) };
         if let Some(plan) = &self.plan {
             return plan.resized(graph, options, sources);
         }
-        compiler::plan(pipeline, graph, options, sources, &mut findings).ok_or(findings)
+        compiler::plan(pipeline, graph, options, sources, &mut diagnostics).ok_or(diagnostics)
     }
 }
 
@@ -55,23 +55,23 @@ pub struct Job<'a> {
     pub options: &'a PlanOptions,
 }
 
-/// Takes a registered text, which stands alone, all the way to a plan. Every finding goes to `diagnostics`.
+/// Takes a registered text, which stands alone, all the way to a plan. Every diagnostic goes to `diagnostics`.
 pub fn check(file: FileId, job: &Job<'_>, sources: &Sources, diagnostics: &mut Diagnostics) -> Checked {
     match document::parse(sources, file) {
         Ok(mut document) => {
             compose::share(&mut document, diagnostics);
             check_document(&document, job, sources, diagnostics)
         }
-        Err(findings) => {
-            diagnostics.extend(findings);
+        Err(own_diagnostics) => {
+            diagnostics.extend(own_diagnostics);
             Checked::default()
         }
     }
 }
 
-/// Takes a pipeline file, with the files that it extends, includes and uses, all the way to a plan. Every finding goes to
-/// `diagnostics`. What it names lies below the working folder or its own; further folders, or files that are not on a
-/// disk: [`crate::compose::compose`], then [`check_document`].
+/// Takes a pipeline file, with the files that it extends, includes and uses, all the way to a plan. Every diagnostic
+/// goes to `diagnostics`. What it names lies below the working folder or its own; further folders, or files that are
+/// not on a disk: [`crate::compose::compose`], then [`check_document`].
 pub fn check_path(
     path: &Path,
     job: &Job<'_>,
@@ -80,8 +80,8 @@ pub fn check_path(
 ) -> Checked {
     let file = match read_source(path, sources) {
         Ok(file) => file,
-        Err(finding) => {
-            diagnostics.push(finding);
+        Err(diagnostic) => {
+            diagnostics.push(diagnostic);
             return Checked::default();
         }
     };
@@ -90,7 +90,7 @@ pub fn check_path(
         .unwrap_or_default()
 }
 
-/// Takes a document, perhaps composed of several files, all the way to a plan. Every finding goes to `diagnostics`.
+/// Takes a document, perhaps composed of several files, all the way to a plan. Every diagnostic goes to `diagnostics`.
 pub fn check_document(
     document: &Document,
     job: &Job<'_>,

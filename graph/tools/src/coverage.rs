@@ -26,12 +26,12 @@ pub struct Coverage {
     /// The shader variants of all, as template and values.
     pub variants: BTreeSet<(String, AxisValues)>,
     /// What a second algorithm has against plans, where it was asked: defects of the compiler.
-    pub faults: Vec<String>,
+    pub violations: Vec<String>,
 }
 
-/// Takes a document all the way to a plan in each configuration. Every finding goes to `diagnostics`, once. The values
-/// are those of the configurations; `job.choice` is not looked at. With `verified` each plan is checked by a second
-/// algorithm.
+/// Takes a document all the way to a plan in each configuration. Every diagnostic goes to `diagnostics`, once. The
+/// values are those of the configurations; `job.choice` is not looked at. With `verified` each plan is checked by a
+/// second algorithm.
 pub fn check_configurations(
     document: &Document,
     job: &Job<'_>,
@@ -44,7 +44,7 @@ pub fn check_configurations(
     let mut coverage = Coverage::default();
     let mut modules = Modules::default();
     let mut found = Found::default();
-    let mut faults: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+    let mut violations: BTreeMap<String, Vec<usize>> = BTreeMap::new();
     let checked =
         configurations.load(document, job, sources, &mut modules, |at, _, mut pipeline, mut own, _| {
             compiler::set_aside(&mut pipeline, options, sources, &mut own);
@@ -60,8 +60,8 @@ pub fn check_configurations(
                 graph.as_ref().and_then(|graph| compiler::plan(&pipeline, graph, options, sources, &mut own));
             // A plan that is made in spite of errors shows what else is wrong; it promises nothing that could be verified.
             if let Some(plan) = plan.as_ref().filter(|_| verified && !own.has_errors()) {
-                for fault in verify(plan, options) {
-                    faults.entry(fault.to_string()).or_default().push(at);
+                for violation in verify(plan, options) {
+                    violations.entry(violation.to_string()).or_default().push(at);
                 }
             }
             found.add(as_written(document, with_users(document, own)), at);
@@ -69,24 +69,25 @@ pub fn check_configurations(
                 coverage.first = Checked { pipeline: Some(pipeline), graph, plan };
             }
         });
-    if let Err(findings) = checked {
-        diagnostics.extend(as_written(document, with_users(document, findings)));
+    if let Err(own_diagnostics) = checked {
+        diagnostics.extend(as_written(document, with_users(document, own_diagnostics)));
         return coverage;
     }
     let with = |text: String, places: &[usize]| match configurations.describe(places) {
         Some(which) => format!("{text} ({which})"),
         None => text,
     };
-    coverage.faults = faults.into_iter().map(|(fault, places)| with(fault, &places)).collect();
-    // A use that is faulty counts for nothing.
+    coverage.violations =
+        violations.into_iter().map(|(violation, places)| with(violation, &places)).collect();
+    // A use that is invalid counts for nothing.
     if found.is_sound() {
         unused(document, templates, diagnostics);
     }
-    diagnostics.extend(found.findings(configurations));
+    diagnostics.extend(found.diagnostics(configurations));
     coverage
 }
 
-/// The findings of configurations, in the order in which they were made.
+/// The diagnostics of configurations, in the order in which they were made.
 #[derive(Default)]
 struct Found {
     list: Vec<(Diagnostic, Vec<usize>)>,
@@ -96,15 +97,15 @@ struct Found {
 
 impl Found {
     fn is_sound(&self) -> bool {
-        self.list.iter().all(|(finding, _)| finding.severity != Severity::Error)
+        self.list.iter().all(|(diagnostic, _)| diagnostic.severity != Severity::Error)
     }
 
-    fn add(&mut self, findings: Diagnostics, at: usize) {
-        self.sound += usize::from(!findings.has_errors());
-        for finding in findings {
-            let key = (finding.code, finding.place.clone(), finding.message.clone());
+    fn add(&mut self, diagnostics: Diagnostics, at: usize) {
+        self.sound += usize::from(!diagnostics.has_errors());
+        for diagnostic in diagnostics {
+            let key = (diagnostic.code, diagnostic.place.clone(), diagnostic.message.clone());
             let position = *self.known.entry(key).or_insert_with(|| {
-                self.list.push((finding, Vec::new()));
+                self.list.push((diagnostic, Vec::new()));
                 self.list.len() - 1
             });
             if let Some((_, places)) = self.list.get_mut(position)
@@ -115,15 +116,15 @@ impl Found {
         }
     }
 
-    fn findings(self, configurations: &Configurations) -> impl Iterator<Item = Diagnostic> {
+    fn diagnostics(self, configurations: &Configurations) -> impl Iterator<Item = Diagnostic> {
         let Self { list, sound, .. } = self;
         list.into_iter()
-            .filter(move |(finding, places)| {
-                finding.severity == Severity::Error || places.len() >= sound.min(configurations.list.len())
+            .filter(move |(diagnostic, places)| {
+                diagnostic.severity == Severity::Error || places.len() >= sound.min(configurations.list.len())
             })
-            .map(|(finding, places)| match configurations.describe(&places) {
-                Some(which) => finding.related(Place::Nowhere, which),
-                None => finding,
+            .map(|(diagnostic, places)| match configurations.describe(&places) {
+                Some(which) => diagnostic.related(Place::Nowhere, which),
+                None => diagnostic,
             })
     }
 }

@@ -135,13 +135,13 @@ mod tests {
             "smooth": { "use": "blur", "with": { "a": "j" } },
             "late": { "after": ["read"], "compute": { "shader": "plain.wgsl.jinja", "when": "k" } } } }"#;
         let (mut sources, mut templates) = (Sources::new(), TemplateSet::new());
-        let mut findings = Diagnostics::new();
+        let mut diagnostics = Diagnostics::new();
         for (name, text) in [
             ("plain.wgsl.jinja", ""),
             ("axes.wgsl.jinja", ""),
             ("axes.axes.json", r#"{ "axes": { "l": { "type": "bool", "default": false } } }"#),
         ] {
-            templates.add(&mut sources, name, text, &mut findings);
+            templates.add(&mut sources, name, text, &mut diagnostics);
         }
         let file = sources.add("p.json", text);
         let document = crate::document::parse(&sources, file).unwrap();

@@ -86,10 +86,10 @@ fn with_unrelated(
     unrelated: Option<(usize, bool)>,
 ) -> Plan {
     let (pipeline, sources) = pipeline(passes, count, unrelated);
-    let mut findings = Diagnostics::new();
-    let planned = build(&pipeline, &mut findings)
-        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
-    planned.unwrap_or_else(|| panic!("{findings:#?}"))
+    let mut diagnostics = Diagnostics::new();
+    let planned = build(&pipeline, &mut diagnostics)
+        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut diagnostics));
+    planned.unwrap_or_else(|| panic!("{diagnostics:#?}"))
 }
 
 /// The pipeline itself.
@@ -277,8 +277,8 @@ proptest! {
         let graph = build(&pipeline, &mut Diagnostics::new()).expect("a graph");
         for objective in Objective::ALL {
             let scratch = |options: &PlanOptions| {
-                let mut findings = Diagnostics::new();
-                plan(&pipeline, &graph, options, &sources, &mut findings).ok_or(findings)
+                let mut diagnostics = Diagnostics::new();
+                plan(&pipeline, &graph, options, &sources, &mut diagnostics).ok_or(diagnostics)
             };
             let mut resized = scratch(&options(objective, true)).expect("a plan");
             for (width, height) in &sizes {
@@ -291,8 +291,8 @@ proptest! {
                         resized = again;
                     }
                     (Err(again), Err(scratch)) => {
-                        let words = |findings: &Diagnostics| -> Vec<String> {
-                            findings.iter().map(|one| format!("{one:?}")).collect()
+                        let words = |diagnostics: &Diagnostics| -> Vec<String> {
+                            diagnostics.iter().map(|one| format!("{one:?}")).collect()
                         };
                         prop_assert_eq!(words(&again), words(&scratch));
                     }

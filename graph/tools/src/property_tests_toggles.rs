@@ -149,10 +149,10 @@ fn planned(passes: &[RandomPass], beginnings: &[usize], options: &PlanOptions) -
     }
     let _ = end;
     let (pipeline, sources) = assembly.finish();
-    let mut findings = Diagnostics::new();
-    let planned = build(&pipeline, &mut findings)
-        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut findings));
-    planned.unwrap_or_else(|| panic!("{findings:#?}"))
+    let mut diagnostics = Diagnostics::new();
+    let planned = build(&pipeline, &mut diagnostics)
+        .and_then(|graph| plan(&pipeline, &graph, options, &sources, &mut diagnostics));
+    planned.unwrap_or_else(|| panic!("{diagnostics:#?}"))
 }
 
 proptest! {
@@ -166,8 +166,8 @@ proptest! {
             for aliasing in [true, false] {
                 let options = PlanOptions { objective, aliasing, ..PlanOptions::new(64, 64) };
                 let plan = planned(&passes, &beginnings, &options);
-                let faults = verify(&plan, &options);
-                prop_assert_eq!(faults, Vec::new());
+                let violations = verify(&plan, &options);
+                prop_assert_eq!(violations, Vec::new());
                 prop_assert_eq!(plan.bytes, plan.bytes_bound);
             }
         }

@@ -13,7 +13,7 @@ use crate::diagnostic::{Diagnostics, codes};
 use crate::language::{Expr, FormatCandidates, Lifetime, TextureShape};
 use crate::pipeline::{Aspect, IndexRange, Pipeline, SubresourceRange, Usage, Version};
 use crate::source::Sources;
-use crate::verify::{FaultKind, verify};
+use crate::verify::{ViolationKind, verify};
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
@@ -200,18 +200,20 @@ fn kind() -> impl Strategy<Value = Kind> {
 fn check(kind: Kind, writers: &[RandomAccess], readers: &[RandomAccess]) -> Result<(), TestCaseError> {
     let options = PlanOptions::new(64, 64);
     let (whole, sources) = pipeline(kind, writers, readers, false);
-    let mut findings = Diagnostics::new();
-    let planned = build(&whole, &mut findings)
-        .and_then(|graph| plan(&whole, &graph, &options, &sources, &mut findings));
-    // What some states take away has a finding of its own.
+    let mut diagnostics = Diagnostics::new();
+    let planned = build(&whole, &mut diagnostics)
+        .and_then(|graph| plan(&whole, &graph, &options, &sources, &mut diagnostics));
+    // What some states take away has a diagnostic of its own.
     let found = |of: &crate::diagnostic::Code| -> BTreeSet<String> {
-        let those = findings.iter().filter(|one| one.code.id == of.id);
+        let those = diagnostics.iter().filter(|one| one.code.id == of.id);
         those.filter_map(|one| Some(one.message.split('"').nth(1)?.to_owned())).collect()
     };
     let (uninitialised, taken_away) = (found(&codes::NEVER_WRITTEN), found(&codes::TOGGLED_AWAY));
     prop_assert!(
-        findings.iter().all(|one| [codes::NEVER_WRITTEN.id, codes::TOGGLED_AWAY.id].contains(&one.code.id)),
-        "{findings:#?}"
+        diagnostics
+            .iter()
+            .all(|one| [codes::NEVER_WRITTEN.id, codes::TOGGLED_AWAY.id].contains(&one.code.id)),
+        "{diagnostics:#?}"
     );
     for (at, reader) in readers.iter().enumerate() {
         let name = format!("r{at}");
@@ -220,28 +222,35 @@ fn check(kind: Kind, writers: &[RandomAccess], readers: &[RandomAccess]) -> Resu
         // Slices that a mip does not have may hide that nothing at all is there.
         let is_hidden = kind == Kind::Volume && there == 0 && !reader.is_live;
         if !taken_away.contains(&name) && !is_hidden {
-            prop_assert_eq!(uninitialised.contains(&name), refused, "{} of {:#?}", name, findings);
+            prop_assert_eq!(uninitialised.contains(&name), refused, "{} of {:#?}", name, diagnostics);
         }
     }
-    if let Some(planned) = planned.filter(|_| !findings.has_errors()) {
+    if let Some(planned) = planned.filter(|_| !diagnostics.has_errors()) {
         prop_assert_eq!(verify(&planned, &options), Vec::new());
     }
     // The same with a first write of everything, which is then taken out of the plan.
     let (written, sources) = pipeline(kind, writers, readers, true);
-    let mut findings = Diagnostics::new();
-    let planned = build(&written, &mut findings)
-        .and_then(|graph| plan(&written, &graph, &options, &sources, &mut findings));
-    let mut planned = planned.unwrap_or_else(|| panic!("{findings:#?}"));
+    let mut diagnostics = Diagnostics::new();
+    let planned = build(&written, &mut diagnostics)
+        .and_then(|graph| plan(&written, &graph, &options, &sources, &mut diagnostics));
+    let mut planned = planned.unwrap_or_else(|| panic!("{diagnostics:#?}"));
     prop_assert_eq!(verify(&planned, &options), Vec::new());
     Arc::make_mut(&mut planned.pipeline).passes[0].tamper().1.clear();
-    let faults = verify(&planned, &options);
+    let violations = verify(&planned, &options);
     for (at, reader) in readers.iter().enumerate() {
         let message = format!("\"r{at}\" reads a subresource range of \"a\" that nothing has written");
         let (missing, there) = uninitialised_and_written(kind, writers, reader);
-        let found =
-            faults.iter().any(|one| one.kind == FaultKind::UninitialisedRead && one.message == message);
+        let found = violations
+            .iter()
+            .any(|one| one.kind == ViolationKind::UninitialisedRead && one.message == message);
         if kind != Kind::Volume || there > 0 {
-            prop_assert_eq!(found, reader.is_live && missing > 0 && there > 0, "r{} of {:#?}", at, faults);
+            prop_assert_eq!(
+                found,
+                reader.is_live && missing > 0 && there > 0,
+                "r{} of {:#?}",
+                at,
+                violations
+            );
         }
     }
     Ok(())
@@ -251,7 +260,7 @@ proptest! {
     #![proptest_config(property::config(512))]
 
     #[test]
-    fn just_the_reads_of_pieces_that_nothing_writes_are_refused_and_faults(
+    fn just_the_reads_of_pieces_that_nothing_writes_are_refused_and_violations(
         kind in kind(), writers in accesses(0..8), readers in accesses(1..4)
     ) {
         check(kind, &writers, &readers)?;

@@ -41,11 +41,11 @@ fn planned(writers: &[Writer], toggles: usize, words: u64, read: (u64, u64)) -> 
     let end = assembly.pass("end").after(last).side_effect();
     let _ = end.accesses(buffer, bytes(read), Usage::StorageRead, Version::Newest);
     let (pipeline, sources) = assembly.finish();
-    let mut findings = Diagnostics::new();
-    let graph = build(&pipeline, &mut findings).unwrap_or_else(|| panic!("{findings:#?}"));
+    let mut diagnostics = Diagnostics::new();
+    let graph = build(&pipeline, &mut diagnostics).unwrap_or_else(|| panic!("{diagnostics:#?}"));
     let options = PlanOptions::new(64, 64);
-    let planned = plan(&pipeline, &graph, &options, &sources, &mut findings);
-    (graph, planned.unwrap_or_else(|| panic!("{findings:#?}")))
+    let planned = plan(&pipeline, &graph, &options, &sources, &mut diagnostics);
+    (graph, planned.unwrap_or_else(|| panic!("{diagnostics:#?}")))
 }
 
 /// The passes that the end depends on, found by playing every state, word by word.

@@ -60,8 +60,8 @@ pub enum Configured<'a> {
 
 /// Loads the configurations of a document one after the other.
 ///
-/// Findings of shaders themselves are left to the proof of all variants ([`crate::shader::permutations`]); each other
-/// finding is reported once, with the settings that show it.
+/// Diagnostics of shaders themselves are left to the proof of all variants ([`crate::shader::permutations`]); each
+/// other diagnostic is reported once, with the settings that show it.
 ///
 /// A node kind or an expression can refuse values that are each within their range: four levels with three distances.
 /// Where only features are switched that is an error, since features can say what they require and exclude. Where a
@@ -85,10 +85,12 @@ pub fn reach(
     let mut wanted = 0;
     let loaded = configurations.load(document, job, sources, &mut modules, |at, choice, _, own, modules| {
         let mut here = std::mem::take(&mut modules.present);
-        let key = |finding: &Diagnostic| (finding.code, finding.place.clone(), finding.message.clone());
+        let key =
+            |diagnostic: &Diagnostic| (diagnostic.code, diagnostic.place.clone(), diagnostic.message.clone());
         // What is known already is no matter of these values.
         let own = with_users(document, own);
-        let new: Vec<Diagnostic> = own.into_iter().filter(|finding| !known.contains(&key(finding))).collect();
+        let new: Vec<Diagnostic> =
+            own.into_iter().filter(|diagnostic| !known.contains(&key(diagnostic))).collect();
         let do_not_fit = new.iter().any(is_about_values);
         if do_not_fit {
             modules.wanted.truncate(wanted);
@@ -100,17 +102,17 @@ pub fn reach(
             return;
         }
         present.append(&mut here);
-        for mut finding in new {
-            if known.insert(key(&finding)) {
+        for mut diagnostic in new {
+            if known.insert(key(&diagnostic)) {
                 if let (Configured::All, Some(settings)) = (configured, describe(choice)) {
-                    finding = finding.related(Place::Nowhere, format!("with {settings}"));
+                    diagnostic = diagnostic.related(Place::Nowhere, format!("with {settings}"));
                 }
-                diagnostics.push(finding);
+                diagnostics.push(diagnostic);
             }
         }
     });
-    if let Err(findings) = loaded {
-        diagnostics.extend(with_users(document, findings));
+    if let Err(own_diagnostics) = loaded {
+        diagnostics.extend(with_users(document, own_diagnostics));
         return Reached::default();
     }
     modules.absent.retain(|entry, _| !present.contains(entry));
@@ -124,7 +126,7 @@ pub fn reach(
     Reached { programs, configurations: number, loaded, refused: number_refused }
 }
 
-/// The findings about passes that no configuration has. Where it is shown that there is none, the pass is of no use;
+/// The diagnostics about passes that no configuration has. Where it is shown that there is none, the pass is of no use;
 /// else it may be there for somebody, and nothing of it is proven.
 fn unproven<'a>(
     document: &'a Document,
@@ -139,7 +141,7 @@ fn unproven<'a>(
         let Absent { name, decided_by, is_top, pointer } = absent;
         let never = exact || *is_top && cannot_hold(document, job.templates, job.profile, pointer);
         let code = shader::codes::PASS_UNPROVEN;
-        let finding = if never {
+        let diagnostic = if never {
             let message = format!("no configuration has the pass \"{name}\"");
             let help = "the declared features and parameters never make its condition hold: correct the condition or the \
                         declarations, or remove the pass";
@@ -152,7 +154,7 @@ fn unproven<'a>(
                         features for its condition; --set NAME=VALUE proves one configuration";
             Diagnostic::error(code, *decided_by, message).help(help)
         };
-        (!never || !is_less).then(|| finding.pointer(pointer.as_str()))
+        (!never || !is_less).then(|| diagnostic.pointer(pointer.as_str()))
     })
 }
 
@@ -164,21 +166,21 @@ struct Refused {
 }
 
 impl Refused {
-    fn add(&mut self, findings: Vec<Diagnostic>, choice: &Choice) {
+    fn add(&mut self, diagnostics: Vec<Diagnostic>, choice: &Choice) {
         self.configurations += 1;
-        for finding in findings.into_iter().filter(is_about_values) {
-            let key = (finding.code.id, finding.place.clone());
+        for diagnostic in diagnostics.into_iter().filter(is_about_values) {
+            let key = (diagnostic.code.id, diagnostic.place.clone());
             let with = || match describe(choice) {
-                Some(settings) => finding.related(Place::Nowhere, format!("with {settings}")),
-                None => finding,
+                Some(settings) => diagnostic.related(Place::Nowhere, format!("with {settings}")),
+                None => diagnostic,
             };
             self.found.entry(key).or_insert_with(|| (with(), 0)).1 += 1;
         }
     }
 
     fn notes(self) -> impl Iterator<Item = Diagnostic> {
-        self.found.into_values().map(|(finding, number)| {
-            let note = Diagnostic { severity: Severity::Note, ..finding };
+        self.found.into_values().map(|(diagnostic, number)| {
+            let note = Diagnostic { severity: Severity::Note, ..diagnostic };
             match number {
                 0 | 1 => note,
                 2 => note.related(Place::Nowhere, "the same in one further configuration"),
@@ -190,10 +192,10 @@ impl Refused {
     }
 }
 
-/// Whether a finding says that values do not go together: one of a node kind, or of an expression over them. A user who
-/// chooses them is told so; no shader is reached.
-fn is_about_values(finding: &Diagnostic) -> bool {
-    let id = finding.code.id;
+/// Whether a diagnostic says that values do not go together: one of a node kind, or of an expression over them. A user
+/// who chooses them is told so; no shader is reached.
+fn is_about_values(diagnostic: &Diagnostic) -> bool {
+    let id = diagnostic.code.id;
     let of_engine = codes::ALL.iter().chain(shader::codes::ALL).any(|code| code.id == id);
     let of_values = [
         codes::EXPRESSION_ARITHMETIC,
@@ -202,7 +204,7 @@ fn is_about_values(finding: &Diagnostic) -> bool {
         codes::FEATURE_CONFLICT,
         codes::FEATURE_GROUP,
     ];
-    finding.severity == Severity::Error && (!of_engine || of_values.iter().any(|code| code.id == id))
+    diagnostic.severity == Severity::Error && (!of_engine || of_values.iter().any(|code| code.id == id))
 }
 
 fn describe(choice: &Choice) -> Option<String> {
@@ -226,7 +228,7 @@ fn programs(job: &Job<'_>, modules: &Modules, free: &[FreeAxis], spread: bool) -
             (BTreeSet::new(), wanted.place)
         });
         for values in wanted.chosen.variants() {
-            // What breaks a constraint has its finding from the load.
+            // What breaks a constraint has its diagnostic from the load.
             if let Ok(mut values) = shader::complete(job.templates, &wanted.chosen.template, &values) {
                 values.retain(|name, _| !free_in(free, &wanted.pass).any(|axis| axis.name == *name));
                 entry.0.insert(values);

@@ -121,10 +121,10 @@ fn unused_groups(root: &Value, owner: &Value, diagnostics: &mut Diagnostics) {
     }
     for group in groups.iter().filter(|group| !named.contains(group.key.as_str())) {
         let message = format!("the shared settings \"{}\" are declared, but no pass extends them", group.key);
-        let finding = Diagnostic::error(codes::UNUSED_SETTING, group.key_span, message);
-        let finding = finding.pointer(pointer_join("/shared_settings", &group.key));
-        let finding = finding.help("let a pass say \"extends\", or remove them");
-        diagnostics.push(Diagnostic { severity: Severity::Note, ..finding });
+        let diagnostic = Diagnostic::error(codes::UNUSED_SETTING, group.key_span, message);
+        let diagnostic = diagnostic.pointer(pointer_join("/shared_settings", &group.key));
+        let diagnostic = diagnostic.help("let a pass say \"extends\", or remove them");
+        diagnostics.push(Diagnostic { severity: Severity::Note, ..diagnostic });
     }
 }
 
@@ -145,9 +145,9 @@ fn is_tied(entry: &Entry, features: &[Entry]) -> bool {
 
 fn note(what: &str, entry: &Entry, section: &str) -> Diagnostic {
     let message = format!("the {what} \"{}\" is declared, but nothing uses it", entry.key);
-    let finding = Diagnostic::error(codes::UNUSED_SETTING, entry.key_span, message);
-    let finding = finding.pointer(pointer_join(section, &entry.key));
-    let finding =
-        finding.help("use it in an expression, let a template have an axis of its name, or remove it");
-    Diagnostic { severity: Severity::Note, ..finding }
+    let diagnostic = Diagnostic::error(codes::UNUSED_SETTING, entry.key_span, message);
+    let diagnostic = diagnostic.pointer(pointer_join(section, &entry.key));
+    let diagnostic =
+        diagnostic.help("use it in an expression, let a template have an axis of its name, or remove it");
+    Diagnostic { severity: Severity::Note, ..diagnostic }
 }

@@ -1,4 +1,4 @@
-//! From the settings of a `cascades` pass to a [`Configuration`], with every finding at its place.
+//! From the settings of a `cascades` pass to a [`Configuration`], with every diagnostic at its place.
 
 use glam::{DVec3, UVec2};
 use umbragraph_pipeline::expression::Value;
@@ -8,12 +8,13 @@ use umbragraph_pipeline::pipeline::PassBuilder;
 use super::MAXIMUM_CASCADES;
 use super::configuration::Configuration;
 use super::depth::{LONGEST_REACH, NearPull};
-use super::layout::{LARGEST_SIDE, Layout, LayoutFault};
+use super::layout::{LARGEST_SIDE, Layout, LayoutError};
 use super::node::Cascades;
 use super::splits::{Blend, SplitScheme, Splits};
 use crate::codes;
 
-/// Evaluates all settings; `None` after at least one finding. All settings are looked at, whatever the first finding.
+/// Evaluates all settings; `None` after at least one diagnostic. All settings are looked at, whatever the first
+/// diagnostic.
 pub(super) fn configuration(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Configuration> {
     let splits = splits(settings, pass);
     let blend = blend(settings, pass);
@@ -241,10 +242,10 @@ fn layout(settings: &Cascades, pass: &mut PassBuilder<'_>, resolutions: &[u32]) 
         None => Layout::layers(resolutions, map),
         Some(expr) => Layout::tiles(resolutions, &origins(expr, pass, resolutions.len())?, map),
     };
-    let faults = layout.faults(resolutions.len());
-    for fault in &faults {
-        let (tile, message, help) = match fault {
-            LayoutFault::Outside { tile } => {
+    let errors = layout.errors(resolutions.len());
+    for error in &errors {
+        let (tile, message, help) = match error {
+            LayoutError::Outside { tile } => {
                 let (end, map) = (layout.tiles[*tile].end(), layout.map);
                 let message = format!(
                     "cascade {tile} reaches to texel ({}, {}) of a map of {} × {}",
@@ -252,7 +253,7 @@ fn layout(settings: &Cascades, pass: &mut PassBuilder<'_>, resolutions: &[u32]) 
                 );
                 (*tile, message, "move the tile, or make the map larger".to_owned())
             }
-            LayoutFault::Overlap { first, second } => {
+            LayoutError::Overlap { first, second } => {
                 let message = format!("the tiles of cascades {first} and {second} overlap");
                 (*second, message, format!("move one of them by {} texels", layout.tiles[*second].resolution))
             }
@@ -261,7 +262,7 @@ fn layout(settings: &Cascades, pass: &mut PassBuilder<'_>, resolutions: &[u32]) 
             settings.tiles.as_ref().map_or_else(|| "/map".to_owned(), |tiles| element(tiles, "/tiles", tile));
         pass.report(codes::CASCADE_TILE, &pointer, message, help);
     }
-    faults.is_empty().then_some(layout)
+    errors.is_empty().then_some(layout)
 }
 
 /// The corners of tiles: a list of pairs, or one list of x, y, x, y and so on.

@@ -36,7 +36,7 @@ pub const LARGEST_SIDE: u32 = 1 << 16;
 
 /// Why tiles cannot be drawn into a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LayoutFault {
+pub enum LayoutError {
     /// A tile reaches beyond the map.
     Outside {
         /// The tile's index.
@@ -73,17 +73,17 @@ impl Layout {
     }
 
     /// Every tile that cannot be drawn.
-    pub fn faults(&self, count: usize) -> Vec<LayoutFault> {
+    pub fn errors(&self, count: usize) -> Vec<LayoutError> {
         let tiles = &self.tiles[..count.min(MAXIMUM_CASCADES)];
-        let mut faults = Vec::new();
+        let mut errors = Vec::new();
         for (at, tile) in tiles.iter().enumerate() {
             if tile.end().cmpgt(self.map).any() {
-                faults.push(LayoutFault::Outside { tile: at });
+                errors.push(LayoutError::Outside { tile: at });
             }
             let first = tiles[..at].iter().position(|other| tile.overlaps(other));
-            faults.extend(first.map(|first| LayoutFault::Overlap { first, second: at }));
+            errors.extend(first.map(|first| LayoutError::Overlap { first, second: at }));
         }
-        faults
+        errors
     }
 
     /// The texels that a cascade draws into (x, y, width, height from the upper left); `None` if it is the whole map.
@@ -132,7 +132,7 @@ mod tests {
         assert_eq!((layout.viewport(0), layout.viewport(2)), (None, Some([0, 0, 1024, 1024])));
         assert_eq!(layout.tiles[2].layer, 2);
         assert_eq!(layout.scale_offset(2), DVec4::new(0.5, 0.5, 0.0, 0.0));
-        assert_eq!(layout.faults(3), []);
+        assert_eq!(layout.errors(3), []);
     }
 
     #[test]
@@ -146,7 +146,7 @@ mod tests {
         assert_eq!(square.map, UVec2::splat(2048));
         let half = 0.5 / 2048.0;
         assert_eq!(square.uv_bounds(2), DVec4::new(half, 0.5 + half, 0.5 - half, 1.0 - half));
-        assert_eq!(square.faults(3), []);
+        assert_eq!(square.errors(3), []);
     }
 
     #[test]
@@ -154,11 +154,11 @@ mod tests {
         let origins = [UVec2::ZERO, UVec2::new(512, 0), UVec2::new(1025, 1024), UVec2::splat(u32::MAX)];
         let layout = Layout::tiles(&[1024; 4], &origins, Some(UVec2::splat(2048)));
         assert_eq!(
-            layout.faults(4),
+            layout.errors(4),
             [
-                LayoutFault::Overlap { first: 0, second: 1 },
-                LayoutFault::Outside { tile: 2 },
-                LayoutFault::Outside { tile: 3 }
+                LayoutError::Overlap { first: 0, second: 1 },
+                LayoutError::Outside { tile: 2 },
+                LayoutError::Outside { tile: 3 }
             ]
         );
     }

@@ -60,7 +60,7 @@ pub(crate) enum Where {
 }
 
 impl Filter {
-    /// The filter of settings; `None` after at least one finding, or without a filter.
+    /// The filter of settings; `None` after at least one diagnostic, or without a filter.
     pub(crate) fn declare(
         settings: Option<&FilterSettings>,
         pass: &mut PassBuilder<'_>,

@@ -50,7 +50,7 @@ pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), D
             indices += scene.primitive(draw).indices.len() as u64 * 2;
         }
     }
-    let mut findings = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     let blocks = scene.draws().len().max(scene.materials.len()) as u64;
     let needed = [
         ("vertices", vertices, vertices * 12, i32::MAX as u64),
@@ -68,11 +68,11 @@ pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), D
                 "the {count} {noun} of the scene need {bytes} bytes, but a buffer of the device has at most {}",
                 limits.max_buffer_size
             );
-            let finding = Diagnostic::in_file(codes::TOO_LARGE, &*scene.name, "", message);
-            findings.push(finding.help("simplify the scene, or use a device with larger buffers"));
+            let diagnostic = Diagnostic::in_file(codes::TOO_LARGE, &*scene.name, "", message);
+            diagnostics.push(diagnostic.help("simplify the scene, or use a device with larger buffers"));
         }
     }
-    if findings.is_empty() { Ok(()) } else { Err(findings) }
+    if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics) }
 }
 
 impl Geometry {

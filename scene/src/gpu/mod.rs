@@ -56,7 +56,7 @@ impl SceneResources {
     /// Uploads a scene as it stands in a pose.
     ///
     /// # Errors
-    /// Findings where the scene needs larger buffers than the device has.
+    /// Diagnostics where the scene needs larger buffers than the device has.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,

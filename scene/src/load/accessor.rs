@@ -73,7 +73,7 @@ struct Elements<'a> {
 }
 
 impl Accessors<'_> {
-    /// The elements of an accessor, `N` components each; `None` after a finding, which names the accessor's use `at`
+    /// The elements of an accessor, `N` components each; `None` after a diagnostic, which names the accessor's use `at`
     /// as a JSON pointer.
     pub(super) fn read<T: Component, const N: usize>(
         &self,

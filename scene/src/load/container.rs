@@ -19,7 +19,7 @@ pub(super) struct Container<'a> {
     pub(super) binary: Option<&'a [u8]>,
 }
 
-/// Splits and parses a file; `None` after a finding.
+/// Splits and parses a file; `None` after a diagnostic.
 pub(super) fn open<'a>(bytes: &'a [u8], report: &mut Report) -> Option<Container<'a>> {
     let (json, binary) = if bytes.starts_with(b"glTF") { split(bytes, report)? } else { (bytes, None) };
     let objects = json.iter().filter(|byte| **byte == b'{').count();

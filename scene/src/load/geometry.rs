@@ -79,7 +79,7 @@ impl Reader<'_> {
             return None;
         }
         let texcoord_set = self.texcoord_set(material);
-        // All attributes are read before any is given up, so that each of them gets its findings.
+        // All attributes are read before any is given up, so that each of them gets its diagnostics.
         let positions = self.attribute::<f32, 3>(&Semantic::Positions, "position", report);
         // Normals that cannot be used are as good as missing, for which glTF has a rule.
         let normals = report.optional("flat normals are computed", |report| {
@@ -228,7 +228,7 @@ impl Reader<'_> {
     }
 }
 
-/// A finding has been made.
+/// A diagnostic has been made.
 struct Reported;
 
 /// The length of an attribute that was read.

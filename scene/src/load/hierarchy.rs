@@ -19,7 +19,7 @@ pub(super) struct Hierarchy {
     pub(super) order: Vec<NodeId>,
 }
 
-/// Reads the nodes; `None` after a finding that leaves no hierarchy.
+/// Reads the nodes; `None` after a diagnostic that leaves no hierarchy.
 pub(super) fn read(root: &Root, report: &mut Report) -> Option<Hierarchy> {
     let mut nodes = Vec::with_capacity(root.nodes.len());
     for (index, json) in root.nodes.iter().enumerate() {

@@ -18,7 +18,7 @@ use crate::codes;
 use crate::texture::{Filter, Image, Sampler, Texture, Wrap};
 
 /// The images and textures behind the document's textures `wanted`; one texture for each, in that order. A texture
-/// whose image cannot be read gets another one after a finding: no scene comes of it.
+/// whose image cannot be read gets another one after a diagnostic: no scene comes of it.
 pub(super) fn read(
     accessors: &Accessors<'_>,
     wanted: &[usize],

@@ -37,5 +37,5 @@ pub const MAXIMUM_DRAWS: usize = 1 << 20;
 /// The farthest from the origin that geometry may lie, in metres.
 pub const MAXIMUM_DISTANCE: f64 = 1e9;
 
-/// The most findings that are listed for one file.
-pub const MAXIMUM_FINDINGS: usize = 200;
+/// The most diagnostics that are listed for one file.
+pub const MAXIMUM_DIAGNOSTICS: usize = 200;

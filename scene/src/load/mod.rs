@@ -1,10 +1,11 @@
 //! Loading: bytes to a checked [`Scene`].
 //!
-//! The document is parsed by the `gltf` crate into its plain JSON types; everything beyond parsing happens here, because
-//! the crate's own readers stop at the first finding, or panic on a reference to nothing. Each step below turns one part
-//! of the document into its part of the scene and reports what it finds on the way; a part that cannot be read becomes a
-//! gap, and the next step goes on, so that all findings of a file come at once. What is reachable from a mesh, a node, a
-//! skin or an animation is checked; accessors and images that nothing uses are not even looked at.
+//! The document is parsed by the `gltf` crate into its plain JSON types; everything beyond parsing happens here,
+//! because the crate's own readers stop at the first diagnostic, or panic on a reference to nothing. Each step below
+//! turns one part of the document into its part of the scene and reports what it finds on the way; a part that cannot
+//! be read becomes a gap, and the next step goes on, so that all diagnostics of a file come at once. What is reachable
+//! from a mesh, a node, a skin or an animation is checked; accessors and images that nothing uses are not even looked
+//! at.
 //!
 //! Order: container, buffers, images and materials, geometry, hierarchy, cameras and
 //! lights, skins, animations, draws.
@@ -13,7 +14,7 @@
 //! an error.
 //!
 //! Limits: parsing stops at the first value of a wrong JSON type (as opposed to a wrong value), and a document whose
-//! container or JSON is broken has no further findings.
+//! container or JSON is broken has no further diagnostics.
 
 mod accessor;
 mod animations;
@@ -45,7 +46,7 @@ use report::Report;
 /// Loads a `.glb` or `.gltf` file, with the buffers and images that lie below its folder or the working folder.
 ///
 /// # Errors
-/// All findings of the file, at least one of them an error.
+/// All diagnostics of the file, at least one of them an error.
 pub fn load(path: &Path) -> Result<Scene, Diagnostics> {
     load_below(path, Roots::of(path))
 }
@@ -53,7 +54,7 @@ pub fn load(path: &Path) -> Result<Scene, Diagnostics> {
 /// The same, with the buffers and images that lie below other folders.
 ///
 /// # Errors
-/// All findings of the file, at least one of them an error.
+/// All diagnostics of the file, at least one of them an error.
 pub fn load_below(path: &Path, roots: Roots) -> Result<Scene, Diagnostics> {
     let name = path.display().to_string();
     match resource::read_file(path, &name) {
@@ -76,11 +77,11 @@ pub fn load_below(path: &Path, roots: Roots) -> Result<Scene, Diagnostics> {
     }
 }
 
-/// Loads a scene from the bytes of a `.glb` or `.gltf` file. Findings call it `name`; what the document names by a
+/// Loads a scene from the bytes of a `.glb` or `.gltf` file. Diagnostics call it `name`; what the document names by a
 /// relative URI comes from `resolver`.
 ///
 /// # Errors
-/// All findings of the file, at least one of them an error.
+/// All diagnostics of the file, at least one of them an error.
 pub fn from_slice(name: &str, bytes: &[u8], resolver: &dyn Resolver) -> Result<Scene, Diagnostics> {
     let mut report = Report::new(name);
     let scene = read(name, bytes, resolver, &mut report);

@@ -1,11 +1,11 @@
-//! Findings while a scene is loaded, and the budget that they share.
+//! Diagnostics while a scene is loaded, and the budget that they share.
 
 use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics};
 
-use super::limits::{FREE_DECODED_BYTES, MAXIMUM_DECODED_BYTES, MAXIMUM_FINDINGS};
+use super::limits::{FREE_DECODED_BYTES, MAXIMUM_DECODED_BYTES, MAXIMUM_DIAGNOSTICS};
 use crate::codes;
 
-/// Collects the findings of one file, and counts what has been decoded.
+/// Collects the diagnostics of one file, and counts what has been decoded.
 pub(super) struct Report {
     file: String,
     errors: Diagnostics,
@@ -14,7 +14,7 @@ pub(super) struct Report {
     decoded_bytes: u64,
     /// What may be decoded, as far as the bytes go that were read.
     allowed_bytes: u64,
-    /// What is done instead, while findings are no errors.
+    /// What is done instead, while diagnostics are no errors.
     instead: Option<&'static str>,
 }
 
@@ -42,7 +42,7 @@ impl Report {
             self.warning(code, at, format!("{}; {instead}", message.into()), help);
             return;
         }
-        if self.errors.len() >= MAXIMUM_FINDINGS {
+        if self.errors.len() >= MAXIMUM_DIAGNOSTICS {
             self.unlisted += 1;
             return;
         }
@@ -56,10 +56,10 @@ impl Report {
         message: impl Into<String>,
         help: impl Into<String>,
     ) {
-        if self.warnings.len() < MAXIMUM_FINDINGS {
-            let mut finding = Diagnostic::in_file(code, &*self.file, at, message).help(help);
-            finding.severity = umbragraph_pipeline::diagnostic::Severity::Warning;
-            self.warnings.push(finding);
+        if self.warnings.len() < MAXIMUM_DIAGNOSTICS {
+            let mut diagnostic = Diagnostic::in_file(code, &*self.file, at, message).help(help);
+            diagnostic.severity = umbragraph_pipeline::diagnostic::Severity::Warning;
+            self.warnings.push(diagnostic);
         }
     }
 
@@ -125,16 +125,16 @@ impl Report {
         found
     }
 
-    /// The findings: errors where there is any, else the warnings.
+    /// The diagnostics: errors where there is any, else the warnings.
     pub(super) fn finish(mut self) -> Result<Diagnostics, Diagnostics> {
         if self.errors.is_empty() {
             return Ok(self.warnings);
         }
         if self.unlisted > 0 {
             let message = format!("{} further errors are not listed", self.unlisted);
-            let finding = Diagnostic::in_file(codes::MORE_FINDINGS, &*self.file, "", message);
+            let diagnostic = Diagnostic::in_file(codes::MORE_DIAGNOSTICS, &*self.file, "", message);
             self.errors
-                .push(finding.help("mend the listed ones first; the others are often of the same kind"));
+                .push(diagnostic.help("mend the listed ones first; the others are often of the same kind"));
         }
         self.errors.extend(self.warnings);
         Err(self.errors)
@@ -157,6 +157,6 @@ mod tests {
         assert!(!report.charge(11, "/b") && !report.charge(u64::MAX, "/b"));
         assert!(report.charge(10, "/c"));
         let found = report.finish().unwrap_err();
-        assert_eq!(found.iter().map(|finding| finding.code).collect::<Vec<_>>(), [codes::TOO_LARGE]);
+        assert_eq!(found.iter().map(|diagnostic| diagnostic.code).collect::<Vec<_>>(), [codes::TOO_LARGE]);
     }
 }

@@ -91,7 +91,7 @@ impl Resolver for Folder {
     }
 }
 
-/// The bytes of a file of bounded size; `name` is what findings call it.
+/// The bytes of a file of bounded size; `name` is what diagnostics call it.
 pub(super) fn read_file(path: &Path, name: &str) -> Result<Vec<u8>, ResolveError> {
     match read_bytes(path, MAXIMUM_FILE_BYTES) {
         Ok(Some(bytes)) => Ok(bytes),

@@ -11,7 +11,7 @@ use crate::skin::Skin;
 /// How far the last row of an inverse bind matrix may be from 0, 0, 0, 1: what rounding in an exporter leaves.
 const AFFINE_TOLERANCE: f32 = 1e-4;
 
-/// All skins. One that cannot be read has no joints, after a finding.
+/// All skins. One that cannot be read has no joints, after a diagnostic.
 pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Skin> {
     let root = accessors.root;
     let mut skins = Vec::with_capacity(root.skins.len());

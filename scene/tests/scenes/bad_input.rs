@@ -1,20 +1,20 @@
-//! What is said about a broken document: code, place, message and help, all findings at once.
+//! What is said about a broken document: code, place, message and help, all diagnostics at once.
 
 use serde_json::{Value, json};
 use umbragraph_pipeline::diagnostic::Place;
 use umbragraph_scene::{NoFiles, from_slice};
 
-use crate::document::{Document, findings, glb, line};
+use crate::document::{Document, diagnostics, glb, line};
 
-/// The findings of the triangle after a change.
+/// The diagnostics of the triangle after a change.
 fn triangle_with(change: impl FnOnce(&mut Document)) -> Vec<String> {
     let mut document = Document::triangle();
     change(&mut document);
-    findings(document.load())
+    diagnostics(document.load())
 }
 
 fn of_bytes(bytes: &[u8]) -> Vec<String> {
-    findings(from_slice("test.glb", bytes, &NoFiles))
+    diagnostics(from_slice("test.glb", bytes, &NoFiles))
 }
 
 fn of_json(json: &Value) -> Vec<String> {
@@ -24,17 +24,20 @@ fn of_json(json: &Value) -> Vec<String> {
 #[test]
 fn a_missing_file_is_named() {
     let found = umbragraph_scene::load("no/such/scene.glb".as_ref()).unwrap_err();
-    let [finding] = found.iter().as_slice() else { panic!("{found:?}") };
-    assert_eq!(finding.code.id, "UG0700");
-    assert_eq!(finding.message, "the scene \"no/such/scene.glb\" does not exist");
-    assert_eq!(finding.place, Place::File { path: "no/such/scene.glb".to_owned(), locator: String::new() });
-    assert_eq!(finding.help.as_deref(), Some("paths are relative to the current folder"));
+    let [diagnostic] = found.iter().as_slice() else { panic!("{found:?}") };
+    assert_eq!(diagnostic.code.id, "UG0700");
+    assert_eq!(diagnostic.message, "the scene \"no/such/scene.glb\" does not exist");
+    assert_eq!(
+        diagnostic.place,
+        Place::File { path: "no/such/scene.glb".to_owned(), locator: String::new() }
+    );
+    assert_eq!(diagnostic.help.as_deref(), Some("paths are relative to the current folder"));
 }
 
 #[test]
 fn a_folder_is_no_scene() {
     let found = umbragraph_scene::load(&std::env::temp_dir()).unwrap_err();
-    assert_eq!(found.iter().map(|finding| finding.code.id).collect::<Vec<_>>(), ["UG0700"]);
+    assert_eq!(found.iter().map(|diagnostic| diagnostic.code.id).collect::<Vec<_>>(), ["UG0700"]);
 }
 
 #[test]
@@ -622,7 +625,7 @@ fn rotations_of_length_zero_between_which_nothing_can_be_turned_are_found() {
 }
 
 #[test]
-fn only_so_many_findings_are_listed_and_the_rest_is_counted() {
+fn only_so_many_diagnostics_are_listed_and_the_rest_is_counted() {
     let found = triangle_with(|document| {
         for _ in 0..1000 {
             document.push("nodes", json!({ "mesh": 77 }));

@@ -120,21 +120,21 @@ pub(crate) fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A finding in one line: `UG0712 /meshes/0: message (help)`.
-pub(crate) fn line(finding: &Diagnostic) -> String {
-    let Place::File { path, locator } = &finding.place else {
-        panic!("a finding without a file: {finding:?}")
+/// A diagnostic in one line: `UG0712 /meshes/0: message (help)`.
+pub(crate) fn line(diagnostic: &Diagnostic) -> String {
+    let Place::File { path, locator } = &diagnostic.place else {
+        panic!("a diagnostic without a file: {diagnostic:?}")
     };
     assert_eq!(path, "test.glb");
     format!(
         "{} {locator}: {} ({})",
-        finding.code,
-        finding.message,
-        finding.help.as_deref().expect("a help line")
+        diagnostic.code,
+        diagnostic.message,
+        diagnostic.help.as_deref().expect("a help line")
     )
 }
 
-/// All findings of a file that cannot be loaded, one line each.
-pub(crate) fn findings(loaded: Result<Scene, Diagnostics>) -> Vec<String> {
-    loaded.expect_err("findings").iter().map(line).collect()
+/// All diagnostics of a file that cannot be loaded, one line each.
+pub(crate) fn diagnostics(loaded: Result<Scene, Diagnostics>) -> Vec<String> {
+    loaded.expect_err("diagnostics").iter().map(line).collect()
 }

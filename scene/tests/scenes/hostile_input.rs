@@ -6,7 +6,7 @@ use umbragraph_scene::load::limits;
 use umbragraph_scene::{NoFiles, Scene, from_slice};
 use umbragraph_test_support::property;
 
-use crate::document::{Document, findings};
+use crate::document::{Document, diagnostics};
 
 /// A document in which everything that the loader reads occurs.
 fn rich() -> Document {
@@ -82,7 +82,7 @@ proptest! {
     #![proptest_config(property::config(256))]
 
     #[test]
-    fn changed_bytes_give_findings_or_a_usable_scene(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12)) {
+    fn changed_bytes_give_diagnostics_or_a_usable_scene(changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12)) {
         let mut bytes = rich().glb();
         for (at, value) in changes {
             let at = at.index(bytes.len());
@@ -94,7 +94,7 @@ proptest! {
     }
 
     #[test]
-    fn changed_values_give_findings_or_a_usable_scene(
+    fn changed_values_give_diagnostics_or_a_usable_scene(
         place in any::<prop::sample::Index>(),
         value in prop::sample::select(vec![
             json!(null), json!(-1), json!(0), json!(1), json!(2), json!(1e39), json!(u64::MAX), json!(1_u64 << 32),
@@ -140,7 +140,7 @@ fn a_huge_count_without_bytes_is_refused_before_it_is_allocated() {
         "sparse": { "count": 1, "indices": { "bufferView": 0, "componentType": 5125 }, "values": { "bufferView": 0 } },
     });
     assert_eq!(
-        findings(document.load()),
+        diagnostics(document.load()),
         [
             "UG0715 /meshes/0/primitives/0/attributes/POSITION: decoding this would take the scene beyond 1 MiB, the most for files of their size \
           (simplify the scene, or share accessors and images instead of repeating them)"
@@ -188,7 +188,7 @@ fn too_many_objects_and_too_many_draws_are_refused() {
     let mut json = String::from("{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{}");
     json.extend(std::iter::repeat_n(",{}", limits::MAXIMUM_OBJECTS));
     json.push_str("]}");
-    let found = findings(from_slice("test.glb", json.as_bytes(), &NoFiles));
+    let found = diagnostics(from_slice("test.glb", json.as_bytes(), &NoFiles));
     assert!(found[0].starts_with("UG0715 : the document has "), "{found:?}");
 
     let mut document = Document::triangle();
@@ -197,14 +197,14 @@ fn too_many_objects_and_too_many_draws_are_refused() {
     document.json["nodes"] = Value::Array(vec![json!({ "mesh": 0 }); 2000]);
     document.json["scenes"] = json!([]);
     assert_eq!(
-        findings(document.load()),
+        diagnostics(document.load()),
         ["UG0715 /nodes/524: the scene has more than 1048576 draws (join primitives that share a material)"]
     );
 }
 
 #[test]
 fn what_a_few_bytes_announce_takes_memory_in_proportion_to_them() {
-    let scene = |json: &Value| findings(from_slice("test.glb", json.to_string().as_bytes(), &NoFiles));
+    let scene = |json: &Value| diagnostics(from_slice("test.glb", json.to_string().as_bytes(), &NoFiles));
     let elements = json!({
         "asset": { "version": "2.0" }, "nodes": [{ "mesh": 0 }],
         "accessors": [{ "componentType": 5126, "count": 30_000_000, "type": "VEC3" }],
@@ -231,7 +231,7 @@ fn a_cycle_of_a_hundred_thousand_nodes_is_followed_once() {
     let count = 100_000;
     let nodes: Vec<Value> = (0..count).map(|index| json!({ "children": [(index + 1) % count] })).collect();
     let json = json!({ "asset": { "version": "2.0" }, "nodes": nodes });
-    let found = findings(from_slice("test.glb", json.to_string().as_bytes(), &NoFiles));
+    let found = diagnostics(from_slice("test.glb", json.to_string().as_bytes(), &NoFiles));
     assert_eq!(found.len(), 1);
     assert!(found[0].starts_with("UG0714 ") && found[0].contains("(100000 nodes)"), "{}", found[0]);
 }
@@ -255,7 +255,7 @@ fn an_image_that_claims_a_huge_size_is_refused_before_it_is_decoded() {
     let checksum = crc32(&document.binary[at - 4..at + 13]);
     document.binary[at + 13..at + 17].copy_from_slice(&checksum.to_be_bytes());
     assert_eq!(
-        findings(document.load()),
+        diagnostics(document.load()),
         ["UG0715 /images/0: image 0 has 2000000 × 2 texels (at most 16384 texels a side are read)"]
     );
 }

@@ -313,7 +313,7 @@ fn documents_read_regular_files_below_their_folder_and_the_roots_given() {
     };
     let found = |result: Result<Scene, Diagnostics>| {
         let found = result.map(|_| ()).unwrap_err();
-        found.iter().map(|finding| finding.message.as_str()).collect::<Vec<_>>().join("\n")
+        found.iter().map(|diagnostic| diagnostic.message.as_str()).collect::<Vec<_>>().join("\n")
     };
     for uri in ["../other/a.bin", "../other/nothing.bin", "link.bin", "../../../../../../../../dev/zero"] {
         with(uri);

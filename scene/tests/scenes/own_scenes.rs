@@ -18,7 +18,7 @@ fn scenes() -> Vec<(PathBuf, Scene)> {
 }
 
 #[test]
-fn every_own_scene_is_small_and_loads_without_a_finding() {
+fn every_own_scene_is_small_and_loads_without_a_diagnostic() {
     for (path, scene) in scenes() {
         assert!(path.metadata().unwrap().len() < 1_000_000, "{} is too large", path.display());
         assert!(scene.warnings.is_empty(), "{}: {:?}", path.display(), scene.warnings);

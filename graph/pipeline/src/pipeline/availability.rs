@@ -67,8 +67,8 @@ pub(super) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
         let message = format!("there is no limit \"{}\"", limit.key);
         let pointer = format!("{}/required_limits", pointer_join("/features", &entry.key));
         let taken = |name: &str| written.iter().any(|other| other.key == name);
-        let finding = Diagnostic::error(codes::UNKNOWN_LIMIT, limit.key_span, message);
-        diagnostics.push(finding.pointer(pointer_join(&pointer, &limit.key)).meant_unless(
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_LIMIT, limit.key_span, message);
+        diagnostics.push(diagnostic.pointer(pointer_join(&pointer, &limit.key)).meant_unless(
             &limit.key,
             TargetProfile::LIMITS.iter().copied(),
             Some(limit.key_span),
@@ -78,7 +78,7 @@ pub(super) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
     }
 }
 
-/// The finding that a feature is switched on where the profile lacks what it requires.
+/// The diagnostic that a feature is switched on where the profile lacks what it requires.
 pub(super) fn cannot_be_on(setting: &Setting, lacking: &Lacking, profile: &TargetProfile) -> Diagnostic {
     let Lacking { limit, required, guaranteed, place } = lacking;
     Diagnostic::error(

@@ -184,7 +184,7 @@ fn match_block(
         return Err(vec!["blackboard data is bound to a struct, whose members name the values".to_owned()]);
     };
     let mut runs = Vec::new();
-    let mut faults = Vec::new();
+    let mut errors = Vec::new();
     let is_given =
         |name: &str| values.is_some_and(|values| values.expressions.iter().any(|(given, _)| given == name));
     for member in flattened(members).iter().filter(|member| !is_given(&member.name)) {
@@ -194,7 +194,7 @@ fn match_block(
                 Some(meant) => format!("did the template mean \"{meant}\"?"),
                 None => format!("it publishes {}", names.collect::<Vec<_>>().join(", ")),
             };
-            faults.push(format!("\"{data_name}\" publishes no \"{}\"; {help}", member.name));
+            errors.push(format!("\"{data_name}\" publishes no \"{}\"; {help}", member.name));
             continue;
         };
         let value = shape.values[index].1;
@@ -205,7 +205,7 @@ fn match_block(
                 count,
                 offset,
             })),
-            None => faults.push(format!(
+            None => errors.push(format!(
                 "\"{}\" is published as {value}, but the shader declares {}",
                 member.name,
                 member.layout.spelling()
@@ -215,7 +215,7 @@ fn match_block(
     // An array without a count at the end of a storage block is as long as what is published.
     let end = runs.iter().map(|run: &BlockRun| run.offset + run.count * 4).max().unwrap_or(0);
     let size = if end > block.size() { end.next_multiple_of(block.align().max(4)) } else { block.size() };
-    if faults.is_empty() { Ok(BlockLayout { size, runs }) } else { Err(faults) }
+    if errors.is_empty() { Ok(BlockLayout { size, runs }) } else { Err(errors) }
 }
 
 /// The members, and for an array of structs each member of the struct as an array of its own, named "array.member".

@@ -13,7 +13,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::builder::expression_finding;
+use super::builder::expression_diagnostic;
 use super::load::{RESERVED, VIEWPORT, bad_name, is_name};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Entry, pointer_join};
@@ -32,7 +32,7 @@ pub struct Derived {
     pub place: Span,
 }
 
-/// The derived values of a section, and the names of those that have none because of findings.
+/// The derived values of a section, and the names of those that have none because of diagnostics.
 #[derive(Debug, Default)]
 pub(super) struct Section {
     pub(super) values: BTreeMap<String, Derived>,
@@ -84,14 +84,14 @@ pub(super) fn evaluate(
     let mut open: BTreeMap<&str, (&Entry, Expression)> = BTreeMap::new();
     for entry in declared {
         let at = pointer_join(pointer, &entry.key);
-        let finding = name_finding(entry, taken);
-        let is_misnamed = finding.is_some();
-        diagnostics.extend(finding.map(|finding| finding.pointer(&at)));
+        let diagnostic = name_diagnostic(entry, taken);
+        let is_misnamed = diagnostic.is_some();
+        diagnostics.extend(diagnostic.map(|diagnostic| diagnostic.pointer(&at)));
         match Expr(entry.value.to_json()).parse() {
             _ if is_misnamed || is_broken(&at) => drop(section.broken.insert(entry.key.clone())),
             Ok(expression) => drop(open.insert(&entry.key, (entry, expression))),
             Err(error) => {
-                diagnostics.extend(expression_finding(&error, &entry.value, &at));
+                diagnostics.extend(expression_diagnostic(&error, &entry.value, &at));
                 section.broken.insert(entry.key.clone());
             }
         }
@@ -129,7 +129,7 @@ pub(super) fn evaluate(
                     error.help = Some(help.to_owned());
                 }
                 let at = pointer_join(pointer, &entry.key);
-                diagnostics.extend(expression_finding(&error, &entry.value, &at));
+                diagnostics.extend(expression_diagnostic(&error, &entry.value, &at));
                 section.broken.insert(entry.key.clone());
             }
         }
@@ -153,13 +153,13 @@ pub(super) fn evaluate(
             let (entry, _) = &open[begin];
             let names = cycle.iter().chain([begin]).copied().collect::<Vec<_>>().join(" → ");
             let message = format!("the derived value \"{begin}\" depends on itself: {names}");
-            let mut finding = Diagnostic::error(codes::DERIVED_CYCLE, entry.value.span, message)
+            let mut diagnostic = Diagnostic::error(codes::DERIVED_CYCLE, entry.value.span, message)
                 .pointer(pointer_join(pointer, begin))
                 .help("let one of them follow from parameters and features alone");
             for other in others {
-                finding = finding.related(open[other].0.value.span, "on the way");
+                diagnostic = diagnostic.related(open[other].0.value.span, "on the way");
             }
-            diagnostics.push(finding);
+            diagnostics.push(diagnostic);
         }
         way.iter().for_each(|name| {
             unsaid.remove(name);
@@ -194,15 +194,15 @@ pub(super) fn order<'n>(needs: &BTreeMap<&'n str, BTreeSet<&'n str>>) -> (Vec<&'
     (order, rest)
 }
 
-fn name_finding(entry: &Entry, taken: &BTreeMap<&str, (Span, &str)>) -> Option<Diagnostic> {
+fn name_diagnostic(entry: &Entry, taken: &BTreeMap<&str, (Span, &str)>) -> Option<Diagnostic> {
     if !is_name(&entry.key) || RESERVED.contains(&entry.key.as_str()) {
         return Some(bad_name(entry));
     }
     let (twin, what) = taken.get(entry.key.as_str())?;
     let article = if what.starts_with('i') { "an" } else { "a" };
     let message = format!("\"{}\" is a derived value and {article} {what}", entry.key);
-    let finding = Diagnostic::error(codes::BAD_NAME, entry.key_span, message);
-    Some(finding.related(*twin, format!("the {what}")).help("give one of the two another name"))
+    let diagnostic = Diagnostic::error(codes::BAD_NAME, entry.key_span, message);
+    Some(diagnostic.related(*twin, format!("the {what}")).help("give one of the two another name"))
 }
 
 /// The names in an expression.

@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use super::load::VIEWPORT;
 use crate::diagnostic::{Diagnostic, codes};
-use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Fault, Scope, Value};
+use crate::expression::{self, ErrorKind, Expression, ExpressionError, ExpressionKind, Scope, Value};
 use crate::source::Span;
 
 /// Stands in front of a name that a subgraph file does not see; no expression can write such a name.
@@ -149,7 +149,7 @@ impl Environment {
         unknown.known.extend(outside.filter_map(|name| self.resource_inside(name).map(str::to_owned)));
     }
 
-    /// The finding for an input that stands for no resource: it is about what the user wrote. `outside` are all
+    /// The diagnostic for an input that stands for no resource: it is about what the user wrote. `outside` are all
     /// resources. `None` if the name is no input, or one that stands for a resource.
     pub fn misgiven<'a>(
         &self,
@@ -164,16 +164,16 @@ impl Environment {
         }
         let Given { name, text, place, pointer, environment } = &input.given;
         let message = format!("there is no resource \"{name}\"");
-        let finding = Diagnostic::error(codes::UNKNOWN_RESOURCE, *place, message).pointer(pointer);
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_RESOURCE, *place, message).pointer(pointer);
         let written = place.of_quoted(text, 0..name.len()).filter(|_| text.starts_with(name.as_str()));
         let names: Vec<&str> = outside.filter_map(|name| environment.resource_inside(name)).collect();
-        Some(finding.meant(name, names, written, |_| "declare it under \"resources\"".to_owned()))
+        Some(diagnostic.meant(name, names, written, |_| "declare it under \"resources\"".to_owned()))
     }
 
     /// Evaluates an expression that is written here. `is_resource` says of a name outside whether it is one.
     ///
     /// # Errors
-    /// The first fault, with names as they are outside.
+    /// The first error, with names as they are outside.
     pub(crate) fn evaluate(
         &self,
         expression: &Expression,
@@ -245,7 +245,7 @@ impl Environment {
     /// A reference with its `{expressions}` replaced by what they yield.
     ///
     /// # Errors
-    /// A brace that is not closed, an expression with a fault, or one that yields no whole number or word.
+    /// A brace that is not closed, an expression with an error, or one that yields no whole number or word.
     pub(super) fn interpolate<'a>(
         &self,
         text: &'a str,
@@ -258,15 +258,15 @@ impl Environment {
         let mut at = 0;
         while let Some(open) = text[at..].find('{').map(|offset| at + offset) {
             result.push_str(&text[at..open]);
-            let fault = |range, message: &str| ExpressionError {
+            let error = |range, message: &str| ExpressionError {
                 range,
-                fault: Fault::Type,
+                kind: ErrorKind::Type,
                 message: message.to_owned(),
                 help: Some("references take expressions in braces: \"chain@down.{level - 1}\"".to_owned()),
                 unknown: None,
             };
             let Some(close) = text[open..].find('}').map(|offset| open + offset) else {
-                return Err(fault(open..text.len(), "the brace is not closed"));
+                return Err(error(open..text.len(), "the brace is not closed"));
             };
             let shift = |mut error: ExpressionError| {
                 error.range = error.range.start + open + 1..error.range.end + open + 1;
@@ -276,7 +276,7 @@ impl Environment {
             match self.evaluate(&expression, &|_| false, scope).map_err(shift)? {
                 Value::Number(number) if number.fract() == 0.0 => result.push_str(&number.to_string()),
                 Value::Text(word) => result.push_str(&word),
-                _ => return Err(fault(open..close + 1, "a whole number or a word is wanted between braces")),
+                _ => return Err(error(open..close + 1, "a whole number or a word is wanted between braces")),
             }
             at = close + 1;
         }

@@ -19,7 +19,7 @@ use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::builder::expression_finding;
+use super::builder::expression_diagnostic;
 use super::environment::{Environment, Given, Input};
 use super::load::{RESERVED, Shared, Waiting, bad_name, is_name};
 use super::{derived, setting};
@@ -40,7 +40,7 @@ pub(super) struct Instance<'a> {
     pub(super) entry: &'a Entry,
     pub(super) pointer: String,
     pub(super) environment: Arc<Environment>,
-    /// Whether it does not fit the schema, so that it has findings already.
+    /// Whether it does not fit the schema, so that it has diagnostics already.
     pub(super) is_broken: bool,
 }
 
@@ -282,8 +282,8 @@ impl<'a, 's> Expander<'a, 's> {
                 true => format!("a subgraph file does not see the subgraph \"{wanted}\" of the pipeline"),
                 false => format!("there is no subgraph \"{wanted}\""),
             };
-            let finding = Diagnostic::error(codes::UNKNOWN_SUBGRAPH, used.span, message).pointer(at);
-            self.shared.diagnostics.push(finding.meant(
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_SUBGRAPH, used.span, message).pointer(at);
+            self.shared.diagnostics.push(diagnostic.meant(
                 wanted,
                 known,
                 Some(used.span),
@@ -390,15 +390,15 @@ impl<'a, 's> Expander<'a, 's> {
         self.open.pop();
     }
 
-    /// Stops the expansion, with one finding.
+    /// Stops the expansion, with one diagnostic.
     fn too_many(&mut self, entry: &Entry, pointer: &str) {
         if std::mem::replace(&mut self.full, true) {
             return;
         }
         let message =
             format!("the pipeline has more than {MAXIMUM_PASSES} passes, resources or uses of subgraphs");
-        let finding = Diagnostic::error(codes::LOOP, entry.key_span, message).pointer(pointer);
-        self.shared.diagnostics.push(finding.help("draw more in one pass, or split the pipeline"));
+        let diagnostic = Diagnostic::error(codes::LOOP, entry.key_span, message).pointer(pointer);
+        self.shared.diagnostics.push(diagnostic.help("draw more in one pass, or split the pipeline"));
     }
 
     /// What names mean in one use of a subgraph.
@@ -432,8 +432,8 @@ impl<'a, 's> Expander<'a, 's> {
             if known.clone().all(|known| known != given.key) {
                 let known: Vec<&str> = known.by_ref().collect();
                 let beside = with.and_then(document::Value::entries).unwrap_or_default();
-                let finding = document::schema::unknown_key(given, &known, beside);
-                self.shared.diagnostics.push(finding.pointer(pointer_join(&at, &given.key)));
+                let diagnostic = document::schema::unknown_key(given, &known, beside);
+                self.shared.diagnostics.push(diagnostic.pointer(pointer_join(&at, &given.key)));
                 misspelt.push(&given.key);
                 fine = false;
             }
@@ -461,19 +461,19 @@ impl<'a, 's> Expander<'a, 's> {
                             inner.inputs.insert(input.key.clone(), Input { name, version, back, given });
                         }
                         Err(error) => {
-                            let finding = Diagnostic::error(
+                            let diagnostic = Diagnostic::error(
                                 codes::BAD_REFERENCE,
                                 given.span,
                                 format!("\"{text}\" is no reference"),
                             );
-                            self.shared.diagnostics.push(finding.pointer(&at).help(error.to_string()));
+                            self.shared.diagnostics.push(diagnostic.pointer(&at).help(error.to_string()));
                             fine = false;
                         }
                     },
                     Some(Err(mut error)) => {
                         outer.widen(&mut error, std::iter::empty());
                         let here = pointer_join(&at, &input.key);
-                        self.shared.diagnostics.extend(expression_finding(&error, given, &here));
+                        self.shared.diagnostics.extend(expression_diagnostic(&error, given, &here));
                         fine = false;
                     }
                     None => {
@@ -482,18 +482,18 @@ impl<'a, 's> Expander<'a, 's> {
                             input.key,
                             given.kind_name()
                         );
-                        let finding = Diagnostic::error(codes::WRONG_TYPE, given.span, message);
-                        self.shared.diagnostics.push(finding.pointer(&at).help("name a resource"));
+                        let diagnostic = Diagnostic::error(codes::WRONG_TYPE, given.span, message);
+                        self.shared.diagnostics.push(diagnostic.pointer(&at).help("name a resource"));
                         fine = false;
                     }
                 },
                 None if is_misspelt(&input.key) => {}
                 None => {
                     let message = format!("the input \"{}\" of \"{subgraph_name}\" is not given", input.key);
-                    let finding = Diagnostic::error(codes::MISSING_KEY, entry.key_span, message)
+                    let diagnostic = Diagnostic::error(codes::MISSING_KEY, entry.key_span, message)
                         .related(input.key_span, "declared here")
                         .help(format!("add \"{}\" to \"with\"", input.key));
-                    self.shared.diagnostics.push(finding.pointer(&at));
+                    self.shared.diagnostics.push(diagnostic.pointer(&at));
                     fine = false;
                 }
             }
@@ -525,9 +525,11 @@ impl<'a, 's> Expander<'a, 's> {
                 continue;
             };
             let diagnostics = &mut self.shared.diagnostics;
-            let decoded = setting::decode_parameter(&parameter.key, &declaration, &value, &mut |finding| {
-                diagnostics.push(finding.related(parameter.key_span, "the parameter is declared here"));
-            });
+            let decoded =
+                setting::decode_parameter(&parameter.key, &declaration, &value, &mut |diagnostic| {
+                    diagnostics
+                        .push(diagnostic.related(parameter.key_span, "the parameter is declared here"));
+                });
             match decoded {
                 Some(value) => {
                     if declaration.parameter_type == crate::language::ParameterType::Enum {
@@ -555,13 +557,13 @@ impl<'a, 's> Expander<'a, 's> {
         let taken = taken.into_iter().flat_map(|(name, what)| {
             section(name).iter().map(move |entry| (entry.key.as_str(), (entry.key_span, what)))
         });
-        let mut findings = Diagnostics::new();
+        let mut diagnostics = Diagnostics::new();
         let derived::Section { values, broken } = {
             let around = inner.seen(&self.shared.scope);
             let taken = taken.collect();
-            derived::evaluate(section("derived"), pointer, &around, &taken, self.is_broken, &mut findings)
+            derived::evaluate(section("derived"), pointer, &around, &taken, self.is_broken, &mut diagnostics)
         };
-        self.shared.report_from(findings, inner);
+        self.shared.report_from(diagnostics, inner);
         for (name, one) in values {
             inner.words.extend(one.words.map(|words| (name.clone(), words)));
             inner.locals.insert(name, one.value);
@@ -582,8 +584,8 @@ impl<'a, 's> Expander<'a, 's> {
             Ok(value) => Some(value),
             Err(mut error) => {
                 environment.widen(&mut error, std::iter::empty());
-                let finding = expression_finding(&error, value, pointer);
-                self.shared.report_from(finding.into_iter().collect(), environment);
+                let diagnostic = expression_diagnostic(&error, value, pointer);
+                self.shared.report_from(diagnostic.into_iter().collect(), environment);
                 None
             }
         }

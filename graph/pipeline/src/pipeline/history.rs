@@ -6,7 +6,7 @@
 //! together is their [`History`]: one format and size, copies that take turns, and that a pass that reads an earlier
 //! frame keeps those alive that write this one.
 
-use super::builder::expression_finding;
+use super::builder::expression_diagnostic;
 use super::load::Shared;
 use super::{Resource, ResourceKind};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes};
@@ -49,14 +49,14 @@ pub(super) fn add(shared: &mut Shared, mut resource: Resource) {
             return;
         }
     };
-    let mut findings = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     if lifetime != Lifetime::History {
         for (what, stands) in [("frames", frames.is_some()), ("initial", has_initial)] {
             if stands {
                 let message = format!("\"{}\" has \"{what}\", but no history", resource.name);
                 let help = "add \"lifetime\": \"history\", or remove it";
                 let at = format!("{section}/{what}");
-                findings.push(finding(&resource, codes::HISTORY_SETTING, &at, message, help));
+                diagnostics.push(diagnostic(&resource, codes::HISTORY_SETTING, &at, message, help));
             }
         }
     } else {
@@ -67,20 +67,20 @@ pub(super) fn add(shared: &mut Shared, mut resource: Resource) {
             } else {
                 "add \"initial\", such as { \"f32\": 0 }"
             };
-            findings.push(finding(&resource, codes::HISTORY_INITIAL, section, message, help));
+            diagnostics.push(diagnostic(&resource, codes::HISTORY_INITIAL, section, message, help));
         }
         let at = format!("{section}/frames");
         let frames = frames.map_or(Ok(1), |frames| count(shared, &resource, frames, &at));
-        // After a finding as many as there can be, so that no read of them is one more.
-        let frames = frames.unwrap_or_else(|finding| {
-            findings.extend(finding.map(|finding| *finding));
+        // After a diagnostic as many as there can be, so that no read of them is one more.
+        let frames = frames.unwrap_or_else(|diagnostic| {
+            diagnostics.extend(diagnostic.map(|diagnostic| *diagnostic));
             MAXIMUM_FRAMES
         });
         let of = ResourceHandle(shared.resources.len() as u32);
         resource.history = Some(History { of, back: 0, frames });
     }
     let environment = resource.environment.clone();
-    shared.report_from(findings, &environment);
+    shared.report_from(diagnostics, &environment);
     let history = resource.history;
     let earlier: Vec<Resource> = (1..=history.map_or(0, |history| history.frames))
         .map(|back| Resource {
@@ -120,18 +120,18 @@ fn count(
                 value.number().map_or_else(|| value.kind_name().to_owned(), |number| number.to_string());
             let message = format!("the number of earlier frames of \"{}\" is {found}", resource.name);
             let help = format!("1 to {MAXIMUM_FRAMES} are possible");
-            Err(Some(Box::new(finding(resource, codes::HISTORY_SETTING, at, message, &help))))
+            Err(Some(Box::new(diagnostic(resource, codes::HISTORY_SETTING, at, message, &help))))
         }
         Err(mut error) => {
             resource.environment.widen(&mut error, std::iter::empty());
             let value = resource.value.nearest(at);
             let pointer = format!("{}{at}", resource.pointer);
-            Err(expression_finding(&error, value, &pointer).map(Box::new))
+            Err(expression_diagnostic(&error, value, &pointer).map(Box::new))
         }
     }
 }
 
-fn finding(resource: &Resource, code: Code, at: &str, message: String, help: &str) -> Diagnostic {
+fn diagnostic(resource: &Resource, code: Code, at: &str, message: String, help: &str) -> Diagnostic {
     let place = resource.value.nearest(at).span;
     Diagnostic::error(code, place, message).pointer(format!("{}{at}", resource.pointer)).help(help)
 }

@@ -1,6 +1,6 @@
 //! One typed configuration of a pipeline: parameters and features chosen, passes declared, shaders reflected.
 //!
-//! [`load`] takes a document through these steps, collecting findings on the way:
+//! [`load`] takes a document through these steps, collecting diagnostics on the way:
 //!
 //! 1. the tree is checked against the schema composed of the language and the registered node kinds ([`schema`]);
 //! 2. parameters and features get their values (default, preset by the caller's [`Choice`]) and are checked against
@@ -10,8 +10,8 @@
 //!    what the shader says it is;
 //! 4. what passes say of one another (blackboard data, versions) is connected.
 //!
-//! A pass that could not be declared leaves a gap: the resources that it mentions are exempt from findings that would
-//! only follow ([`Pipeline::uncertain`]).
+//! A pass that could not be declared leaves a gap: the resources that it mentions are exempt from diagnostics that
+//! would only follow ([`Pipeline::uncertain`]).
 
 mod availability;
 mod binding;
@@ -36,7 +36,7 @@ mod toggle;
 
 pub use availability::{Lacking, lacking, off};
 pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind, element_type, member_runs};
-pub use builder::{Face, PassBuilder, Produced, SubresourceRangeSettings, axis_value, expression_finding};
+pub use builder::{Face, PassBuilder, Produced, SubresourceRangeSettings, axis_value, expression_diagnostic};
 pub use derived::Derived;
 pub use environment::Environment;
 pub use history::History;
@@ -88,11 +88,11 @@ pub struct Pipeline {
     pub passes: Vec<Pass>,
     /// The programs; a [`ProgramHandle`] is a position here.
     pub programs: Vec<Program>,
-    /// Resources that a pass with findings of its own mentions: nothing is known about who writes or reads them.
+    /// Resources that a pass with diagnostics of its own mentions: nothing is known about who writes or reads them.
     pub uncertain: BTreeSet<ResourceHandle>,
-    /// Parameters, features and derived values without a value, because of findings of their own.
+    /// Parameters, features and derived values without a value, because of diagnostics of their own.
     pub broken_settings: BTreeSet<String>,
-    /// The passes that are not there because of findings of their own, and the subgraphs and loops of such.
+    /// The passes that are not there because of diagnostics of their own, and the subgraphs and loops of such.
     pub gaps: Vec<String>,
 }
 
@@ -202,7 +202,7 @@ pub enum ResourceKind {
     Buffer(Box<BufferDeclaration>),
     /// Blackboard data: values and views; `None` until the pass that publishes it is declared.
     Data(Option<DataShape>),
-    /// A declaration with findings of its own: nothing is known, and nothing is said of it.
+    /// A declaration with diagnostics of its own: nothing is known, and nothing is said of it.
     Broken,
 }
 
@@ -221,7 +221,7 @@ pub struct Pass {
     pub environment: Arc<Environment>,
     /// Passes that have to run before it, where no data says so.
     pub after: Vec<PassHandle>,
-    /// Whether it has to follow something that is not there, which is a finding: its order is not known then.
+    /// Whether it has to follow something that is not there, which is a diagnostic: its order is not known then.
     pub is_misplaced: bool,
     /// Whether it is kept even if nothing reads what it writes.
     pub side_effect: bool,

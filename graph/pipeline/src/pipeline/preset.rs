@@ -34,15 +34,15 @@ impl ParameterFile {
         let mut file = Self::default();
         let Some(entries) = document.root.entries() else {
             let message = format!("a parameter file is an object, this is {}", document.root.kind_name());
-            let finding = Diagnostic::error(codes::WRONG_TYPE, document.root.span, message);
-            diagnostics.push(finding.help("write { \"parameters\": { } }"));
+            let diagnostic = Diagnostic::error(codes::WRONG_TYPE, document.root.span, message);
+            diagnostics.push(diagnostic.help("write { \"parameters\": { } }"));
             return file;
         };
         for entry in entries {
             let wrong = |wanted: &str| {
                 let message = format!("\"{}\" is {wanted}, this is {}", entry.key, entry.value.kind_name());
-                let finding = Diagnostic::error(codes::WRONG_TYPE, entry.value.span, message);
-                finding.pointer(pointer_join("", &entry.key)).help(format!("write {wanted}"))
+                let diagnostic = Diagnostic::error(codes::WRONG_TYPE, entry.value.span, message);
+                diagnostic.pointer(pointer_join("", &entry.key)).help(format!("write {wanted}"))
             };
             match entry.key.as_str() {
                 "parameters" | "features" if entry.value.entries().is_none() => {
@@ -68,7 +68,7 @@ impl ParameterFile {
 
 /// The values of a preset of a pipeline's document. `place` is where it is asked for.
 ///
-/// A preset that is not there is a finding, and has no values.
+/// A preset that is not there is a diagnostic, and has no values.
 pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut Diagnostics) -> Choice {
     let presets = document.root.get("presets").and_then(document::Value::entries).unwrap_or_default();
     match presets.iter().find(|preset| preset.key == name) {
@@ -79,8 +79,8 @@ pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut
         None => {
             let names = presets.iter().map(|preset| preset.key.as_str());
             let message = format!("there is no preset \"{name}\"");
-            let finding = Diagnostic::error(codes::UNKNOWN_PRESET, place, message);
-            diagnostics.push(finding.meant(name, names, Some(place), |names| match names {
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_PRESET, place, message);
+            diagnostics.push(diagnostic.meant(name, names, Some(place), |names| match names {
                 [] => "this pipeline has no presets".to_owned(),
                 names => format!("the presets are {}", names.join(", ")),
             }));
@@ -112,30 +112,30 @@ pub(super) fn check(
             let pointer = pointer_join(&format!("{at}/parameters"), &entry.key);
             match parameters.get(&entry.key) {
                 Some(declaration) => {
-                    setting::decode_parameter(&entry.key, declaration, &entry.value, &mut |finding| {
-                        diagnostics.push(finding.pointer(&pointer));
+                    setting::decode_parameter(&entry.key, declaration, &entry.value, &mut |diagnostic| {
+                        diagnostics.push(diagnostic.pointer(&pointer));
                     });
                 }
                 None => {
                     let taken = |name: &str| is_there("parameters", entry, name);
-                    let finding =
+                    let diagnostic =
                         setting::not_there("parameter", &entry.key, parameters.keys(), entry.key_span, taken);
-                    diagnostics.push(finding.pointer(pointer));
+                    diagnostics.push(diagnostic.pointer(pointer));
                 }
             }
         }
         for entry in values("features").iter().filter(|entry| !is_chosen(entry)) {
             let pointer = pointer_join(&format!("{at}/features"), &entry.key);
-            let finding = match features.get(&entry.key) {
+            let diagnostic = match features.get(&entry.key) {
                 Some(declaration) => setting::decode_feature(&entry.key, declaration, &entry.value).err(),
                 None => {
                     let taken = |name: &str| is_there("features", entry, name);
-                    let finding =
+                    let diagnostic =
                         setting::not_there("feature", &entry.key, features.keys(), entry.key_span, taken);
-                    Some(Box::new(finding))
+                    Some(Box::new(diagnostic))
                 }
             };
-            diagnostics.extend(finding.map(|finding| finding.pointer(pointer)));
+            diagnostics.extend(diagnostic.map(|diagnostic| diagnostic.pointer(pointer)));
         }
     }
 }

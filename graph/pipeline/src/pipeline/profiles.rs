@@ -6,7 +6,7 @@ use crate::shader::TargetProfile;
 use crate::source::Span;
 
 /// The profiles that a document claims, in its order; `webgpu` where it claims none. A name that no profile has is a
-/// finding.
+/// diagnostic.
 pub fn claimed_profiles(document: &Document, diagnostics: &mut Diagnostics) -> Vec<TargetProfile> {
     let claims = document.root.get("profiles").and_then(|claims| claims.elements()).unwrap_or_default();
     let mut profiles: Vec<TargetProfile> = Vec::new();
@@ -15,7 +15,7 @@ pub fn claimed_profiles(document: &Document, diagnostics: &mut Diagnostics) -> V
         match profile_named(name, claim.span) {
             Ok(profile) if profiles.contains(&profile) => {}
             Ok(profile) => profiles.push(profile),
-            Err(finding) => diagnostics.push(finding.pointer(format!("/profiles/{at}"))),
+            Err(diagnostic) => diagnostics.push(diagnostic.pointer(format!("/profiles/{at}"))),
         }
     }
     if profiles.is_empty() { vec![TargetProfile::webgpu()] } else { profiles }

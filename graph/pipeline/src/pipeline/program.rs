@@ -52,7 +52,7 @@ impl Program {
     /// The program of these variants.
     ///
     /// # Errors
-    /// A finding for each binding that two variants see differently.
+    /// A diagnostic for each binding that two variants see differently.
     pub(super) fn new(
         template: String,
         axes: AxisValues,
@@ -60,7 +60,7 @@ impl Program {
         place: Span,
     ) -> Result<Self, Vec<Diagnostic>> {
         let mut union: BTreeMap<(u32, u32), (ProgramBinding, String)> = BTreeMap::new();
-        let mut findings = Vec::new();
+        let mut diagnostics = Vec::new();
         for variant in &variants {
             let label = if variant.properties.is_empty() {
                 "the plain variant".to_owned()
@@ -84,7 +84,7 @@ impl Program {
                         if (&known.name, known.entry.ty, &known.block)
                             != (&new.name, new.entry.ty, &new.block)
                         {
-                            findings.push(
+                            diagnostics.push(
                                 Diagnostic::error(
                                     codes::VARIANT_INTERFACE,
                                     place,
@@ -102,7 +102,11 @@ impl Program {
             }
         }
         let bindings = union.into_values().map(|(binding, _)| binding).collect();
-        if findings.is_empty() { Ok(Self { template, axes, variants, bindings }) } else { Err(findings) }
+        if diagnostics.is_empty() {
+            Ok(Self { template, axes, variants, bindings })
+        } else {
+            Err(diagnostics)
+        }
     }
 
     /// The plain variant: the one for meshes without any property.

@@ -14,7 +14,7 @@ pub struct StaticScope {
     words: BTreeMap<String, Vec<String>>,
     /// Where the expressions of derived values stand.
     derived: BTreeMap<String, Span>,
-    /// Names that are declared, but have no value because of findings.
+    /// Names that are declared, but have no value because of diagnostics.
     broken: BTreeSet<String>,
 }
 
@@ -50,7 +50,7 @@ impl StaticScope {
         self
     }
 
-    /// The same, with names that are declared, but have no value because of findings.
+    /// The same, with names that are declared, but have no value because of diagnostics.
     #[must_use]
     pub fn with_broken(self, broken: BTreeSet<String>) -> Self {
         Self { broken, ..self }

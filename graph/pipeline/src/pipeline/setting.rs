@@ -93,13 +93,13 @@ pub(super) fn parameters(
             continue;
         }
         let Some(default) = entry.value.get("default") else { continue };
-        let from_default = decode_parameter(&entry.key, declaration, default, &mut |finding| {
-            diagnostics.push(finding.pointer(format!("{pointer}/default")));
+        let from_default = decode_parameter(&entry.key, declaration, default, &mut |diagnostic| {
+            diagnostics.push(diagnostic.pointer(format!("{pointer}/default")));
         });
         let mut chosen = None;
         for setting in choice.iter().filter(|setting| setting.name == entry.key) {
-            chosen = decode_parameter(&entry.key, declaration, &setting.value, &mut |finding| {
-                diagnostics.push(finding.related(entry.key_span, "the parameter is declared here"));
+            chosen = decode_parameter(&entry.key, declaration, &setting.value, &mut |diagnostic| {
+                diagnostics.push(diagnostic.related(entry.key_span, "the parameter is declared here"));
             })
             .map(|value| (value, setting.place))
             .or(chosen);
@@ -145,9 +145,9 @@ pub(super) fn features(
                 }
                 features.insert(entry.key.clone(), feature);
             }
-            Err(finding) => {
+            Err(diagnostic) => {
                 diagnostics.push(
-                    finding
+                    diagnostic
                         .related(entry.key_span, "the feature is declared here")
                         .help("features are booleans, or words of their enumeration"),
                 );
@@ -185,15 +185,15 @@ pub(super) fn features(
                     continue;
                 }
                 match is_on(other) {
-                    // What is wrong with a feature that is declared has its finding.
+                    // What is wrong with a feature that is declared has its diagnostic.
                     None if entries.iter().any(|entry| entry.key == *other) => {}
                     None => {
                         let written = entry.and_then(|entry| entry.value.get(words)?.elements()?.get(at));
                         let place = written.map_or(place, |written| written.span);
                         let taken = |name: &str| others.iter().any(|other| other == name);
-                        let finding = not_there("feature", other, declarations.keys(), place, taken);
+                        let diagnostic = not_there("feature", other, declarations.keys(), place, taken);
                         let pointer = document::pointer_join("/features", name);
-                        diagnostics.push(finding.pointer(format!("{pointer}/{words}/{at}")));
+                        diagnostics.push(diagnostic.pointer(format!("{pointer}/{words}/{at}")));
                     }
                     Some(on) if on != wanted && feature.is_on() => diagnostics.push(
                         Diagnostic::error(
@@ -238,7 +238,7 @@ fn groups(
     let lonely = groups.iter().filter(|(_, members)| members.len() == 1);
     let lacking: Vec<&str> = lonely.filter_map(|(group, _)| did_you_mean(group, others(group))).collect();
     for (group, members) in groups {
-        // What is wrong with a member has its finding.
+        // What is wrong with a member has its diagnostic.
         if members.iter().any(|name| !features.contains_key(*name)) {
             continue;
         }
@@ -272,24 +272,24 @@ fn groups(
             [first, .., last] => format!("\"{first}\" and \"{last}\" of the group \"{group}\" are both on"),
             [_] => continue,
         };
-        let finding = Diagnostic::error(codes::FEATURE_GROUP, place.place, message);
-        let mut finding = match members.as_slice() {
+        let diagnostic = Diagnostic::error(codes::FEATURE_GROUP, place.place, message);
+        let mut diagnostic = match members.as_slice() {
             [alone] => {
                 let entry = entries.iter().find(|entry| entry.key == **alone);
                 let written = entry.and_then(|entry| Some(entry.value.get("one_of")?.span));
-                finding.meant(group, others(group), written, |_| {
+                diagnostic.meant(group, others(group), written, |_| {
                     "give another feature the same \"one_of\", or remove it".to_owned()
                 })
             }
             _ => {
                 let names: Vec<&str> = members.iter().map(|name| name.as_str()).collect();
-                finding.help(format!("switch on exactly one of {}", names.join(", ")))
+                diagnostic.help(format!("switch on exactly one of {}", names.join(", ")))
             }
         };
         for entry in entries.iter().filter(|entry| members.contains(&&entry.key)) {
-            finding = finding.related(entry.key_span, format!("one of \"{group}\""));
+            diagnostic = diagnostic.related(entry.key_span, format!("one of \"{group}\""));
         }
-        diagnostics.push(finding);
+        diagnostics.push(diagnostic);
     }
 }
 
@@ -317,8 +317,9 @@ pub(super) fn not_there<'a>(
     place: Span,
     taken: impl Fn(&str) -> bool,
 ) -> Diagnostic {
-    let finding = Diagnostic::error(codes::UNKNOWN_SETTING, place, format!("there is no {what} \"{name}\""));
-    finding.meant_unless(name, known.map(String::as_str), Some(place), taken, |names| match names {
+    let diagnostic =
+        Diagnostic::error(codes::UNKNOWN_SETTING, place, format!("there is no {what} \"{name}\""));
+    diagnostic.meant_unless(name, known.map(String::as_str), Some(place), taken, |names| match names {
         [] => format!("this pipeline has no {what}s"),
         names => format!("the {what}s are {}", names.join(", ")),
     })

@@ -24,7 +24,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::builder::expression_finding;
+use super::builder::expression_diagnostic;
 use super::environment::Environment;
 use super::load::{RESERVED, Shared, bad_name, is_name};
 use super::{Access, Pass, Pipeline, ResourceKind, Version, history};
@@ -111,7 +111,8 @@ impl Pipeline {
     }
 }
 
-/// The sound toggles of a document. Findings: bad names, names that a feature or parameter has, toggles without a pass.
+/// The sound toggles of a document. Diagnostics: bad names, names that a feature or parameter has, toggles without a
+/// pass.
 pub(super) fn toggles(
     document: &Document,
     sound: &BTreeMap<String, ToggleDeclaration>,
@@ -130,24 +131,24 @@ pub(super) fn toggles(
         for (what, other) in [("feature", "features"), ("parameter", "parameters")] {
             if let Some(twin) = section(other).iter().find(|other| other.key == entry.key) {
                 let message = format!("\"{}\" is a toggle and a {what}", entry.key);
-                let finding = Diagnostic::error(codes::BAD_NAME, entry.key_span, message)
+                let diagnostic = Diagnostic::error(codes::BAD_NAME, entry.key_span, message)
                     .related(twin.key_span, format!("the {what}"))
                     .help("give one of the two another name");
-                diagnostics.push(finding.pointer(&pointer));
+                diagnostics.push(diagnostic.pointer(&pointer));
                 fine = false;
             }
         }
         let Some(declaration) = sound.get(&entry.key) else { continue };
-        // A misspelt mention has a finding of its own.
+        // A misspelt mention has a diagnostic of its own.
         let declared = |name: &str| section("toggles").iter().any(|other| other.key == name);
         let meant = mentioned.iter().any(|name| {
             *name == entry.key || !declared(name) && did_you_mean(name, [entry.key.as_str()]).is_some()
         });
         if fine && !meant {
             let message = format!("no pass has the toggle \"{}\"", entry.key);
-            let finding = Diagnostic::warning(codes::UNUSED_TOGGLE, entry.key_span, message);
+            let diagnostic = Diagnostic::warning(codes::UNUSED_TOGGLE, entry.key_span, message);
             let help = format!("give a pass \"toggle\": \"{}\", or remove it", entry.key);
-            diagnostics.push(finding.pointer(&pointer).help(help));
+            diagnostics.push(diagnostic.pointer(&pointer).help(help));
         }
         toggles.push(Toggle {
             name: entry.key.clone(),
@@ -194,18 +195,18 @@ fn unknown(document: &Document, diagnostics: &mut Diagnostics) {
             continue;
         }
         let message = format!("there is no toggle \"{name}\"");
-        let finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, value.span, message);
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_TOGGLE, value.span, message);
         let written = value.span_within(text.len() - name.len()..text.len());
-        let finding = finding.meant(name, names.iter().copied(), written, |names| match names {
+        let diagnostic = diagnostic.meant(name, names.iter().copied(), written, |names| match names {
             [] => "declare it under \"toggles\"".to_owned(),
             names => format!("the toggles are {}", list_of(names.iter().copied())),
         });
-        diagnostics.push(finding.pointer(format!("{pointer}/toggle")));
+        diagnostics.push(diagnostic.pointer(format!("{pointer}/toggle")));
     }
 }
 
-/// In which frames a pass runs, by its own toggle and those of the subgraphs around it. Finding: two that differ, unless
-/// one of them is not declared.
+/// In which frames a pass runs, by its own toggle and those of the subgraphs around it. Diagnostic: two that differ,
+/// unless one of them is not declared.
 pub(super) fn condition(
     entry: &Entry,
     pointer: &str,
@@ -225,10 +226,10 @@ pub(super) fn condition(
     if let [(first, _), (second, _), ..] = all[..] {
         let place = entry.value.get("toggle").map_or(entry.key_span, |value| value.span);
         let message = format!("the pass has the toggles \"{first}\" and \"{second}\"");
-        let finding = Diagnostic::error(codes::UNKNOWN_TOGGLE, place, message)
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_TOGGLE, place, message)
             .pointer(format!("{pointer}/toggle"))
             .help("a pass has one toggle; the toggle of a \"use\" is that of all passes of the subgraph");
-        diagnostics.push(finding);
+        diagnostics.push(diagnostic);
     }
     all.first().map(|(_, condition)| *condition)
 }
@@ -261,11 +262,11 @@ pub(super) fn connect(
                         passthroughs.entry(resource).or_insert(passthrough);
                     }
                 }
-                Err(finding) => {
+                Err(diagnostic) => {
                     // What would be said of the readers of what is meant only follows.
                     let meant = look.meant();
                     shared.report_from(
-                        finding.into_iter().map(|finding| *finding).collect(),
+                        diagnostic.into_iter().map(|diagnostic| *diagnostic).collect(),
                         &said.environment,
                     );
                     uncertain.extend(meant);
@@ -279,9 +280,9 @@ pub(super) fn connect(
         let passthrough = &passthroughs[first];
         let names = list_of(cycles.iter().map(|one| shared.resources[one.index()].name.as_str()));
         let message = format!("{names} are fallbacks of one another in a cycle");
-        let finding =
+        let diagnostic =
             Diagnostic::error(codes::PASSTHROUGH, passthrough.place, message).pointer(&passthrough.pointer);
-        shared.diagnostics.push(finding.help("remove the passthrough of one of them"));
+        shared.diagnostics.push(diagnostic.help("remove the passthrough of one of them"));
         uncertain.extend(&cycles);
         passthroughs.retain(|resource, _| !cycles.contains(resource));
     }
@@ -289,13 +290,13 @@ pub(super) fn connect(
         for (one, original) in add_fallbacks(pass, &passthroughs) {
             let name = &shared.resources[original.index()].name;
             let message = format!("\"{}\" attaches \"{name}\", which has a passthrough", pass.name);
-            let mut finding = Diagnostic::error(codes::PASSTHROUGH, one.place, message)
+            let mut diagnostic = Diagnostic::error(codes::PASSTHROUGH, one.place, message)
                 .pointer(&one.pointer)
                 .help("only resources that are bound or copied from can have a passthrough; give the pass the same toggle");
             if let Some(passthrough) = passthroughs.get(&original) {
-                finding = finding.related(passthrough.place, "the passthrough");
+                diagnostic = diagnostic.related(passthrough.place, "the passthrough");
             }
-            shared.diagnostics.push(finding);
+            shared.diagnostics.push(diagnostic);
         }
     }
     passthroughs
@@ -366,7 +367,7 @@ pub fn add_fallbacks(
     refused
 }
 
-/// Why an entry of a "passthrough" is none; `None` where that only follows from a finding elsewhere.
+/// Why an entry of a "passthrough" is none; `None` where that only follows from a diagnostic elsewhere.
 type Refusal = Option<Box<Diagnostic>>;
 
 /// One entry of one "passthrough".
@@ -381,10 +382,10 @@ struct Look<'a> {
 
 impl Look<'_> {
     fn refuse(&self, place: Span, message: String, help: impl Into<String>) -> Refusal {
-        Some(Box::new(self.finding(codes::PASSTHROUGH, place, message, help)))
+        Some(Box::new(self.diagnostic(codes::PASSTHROUGH, place, message, help)))
     }
 
-    fn finding(&self, code: Code, place: Span, message: String, help: impl Into<String>) -> Diagnostic {
+    fn diagnostic(&self, code: Code, place: Span, message: String, help: impl Into<String>) -> Diagnostic {
         Diagnostic::error(code, place, message).pointer(self.pointer()).help(help)
     }
 
@@ -392,7 +393,8 @@ impl Look<'_> {
         pointer_join(&format!("{}/passthrough", self.said.pointer), &self.one.key)
     }
 
-    /// What a faulty entry may be about: the resource that it names if the passes write that, else all that they write.
+    /// What a invalid entry may be about: the resource that it names if the passes write that, else all that they
+    /// write.
     fn meant(&self) -> BTreeSet<ResourceHandle> {
         let environment = &self.said.environment;
         let name = environment.interpolate(&self.one.key, &self.shared.scope).ok();
@@ -420,30 +422,30 @@ impl Look<'_> {
         let text = environment.interpolate(text, &self.shared.scope).map_err(|mut error| {
             environment.widen(&mut error, std::iter::empty());
             let value = Value { span: place, kind: Kind::Text(given.to_owned()) };
-            expression_finding(&error, &value, &self.pointer()).map(Box::new)
+            expression_diagnostic(&error, &value, &self.pointer()).map(Box::new)
         })?;
         let reference = Reference::parse(&text).map_err(|error| {
             let message = format!("\"{text}\" is no reference");
-            Some(Box::new(self.finding(codes::BAD_REFERENCE, place, message, error.to_string())))
+            Some(Box::new(self.diagnostic(codes::BAD_REFERENCE, place, message, error.to_string())))
         })?;
         let Some(handle) = self.shared.find(&environment.resource(reference.resource)) else {
             let resources = self.shared.resources.iter();
             let names = resources.filter_map(|resource| environment.resource_inside(&resource.name));
             let message = format!("there is no resource \"{}\"", reference.resource);
-            let finding = self.finding(codes::UNKNOWN_RESOURCE, place, message, "");
+            let diagnostic = self.diagnostic(codes::UNKNOWN_RESOURCE, place, message, "");
             let written = place.of_quoted(given, 0..reference.resource.len());
             let written = written.filter(|_| given.starts_with(reference.resource));
-            let finding = finding
+            let diagnostic = diagnostic
                 .meant(reference.resource, names, written, |_| "declare it under \"resources\"".to_owned());
-            return Err(Some(Box::new(finding)));
+            return Err(Some(Box::new(diagnostic)));
         };
         let back = environment.back(reference.resource).saturating_add(reference.back);
         if back > 0 {
             let earlier = history::earlier(self.shared, handle, back).ok_or_else(|| {
                 let (message, help) = history::beyond(self.shared, handle, back);
                 let declared = self.shared.resources[handle.index()].place;
-                let finding = self.finding(codes::HISTORY_READ, place, message, help);
-                Some(Box::new(finding.related(declared, "declared here")))
+                let diagnostic = self.diagnostic(codes::HISTORY_READ, place, message, help);
+                Some(Box::new(diagnostic.related(declared, "declared here")))
             })?;
             return Ok(Some((earlier, Version::Newest)));
         }
@@ -491,7 +493,7 @@ impl Look<'_> {
             let help = "a passthrough names what the pass writes, and what readers see instead";
             return Err(self.refuse(key, message, help));
         };
-        // An unknown toggle has a finding already.
+        // An unknown toggle has a diagnostic already.
         let Some(condition) = writer.condition else { return Ok(None) };
         let toggle = &self.toggles[condition.toggle].name;
         if fallback == resource {
@@ -510,20 +512,21 @@ impl Look<'_> {
                 format!("\"{}\" {verb} \"{}\" too, without the toggle \"{toggle}\"", pass.name, known.name);
             let place = pass.accesses().iter().find(|one| one.resource == resource && one.usage.writes());
             let help = "a resource with a passthrough is written only by passes of one toggle: give the other the same, or write to another resource";
-            let finding = self.finding(codes::PASSTHROUGH, key, message, help);
-            let finding = finding.related(place.map_or(pass.place, |one| one.place), "it is written here");
-            return Err(Some(Box::new(finding)));
+            let diagnostic = self.diagnostic(codes::PASSTHROUGH, key, message, help);
+            let diagnostic =
+                diagnostic.related(place.map_or(pass.place, |one| one.place), "it is written here");
+            return Err(Some(Box::new(diagnostic)));
         }
         if let Some(twin) = others.get(&resource) {
             if (twin.fallback, &twin.version) != (fallback, &version) {
                 let message = format!("\"{}\" has two passthroughs", known.name);
-                let finding =
-                    self.finding(codes::PASSTHROUGH, key, message, "one resource has one passthrough");
-                return Err(Some(Box::new(finding.related(twin.place, "the other"))));
+                let diagnostic =
+                    self.diagnostic(codes::PASSTHROUGH, key, message, "one resource has one passthrough");
+                return Err(Some(Box::new(diagnostic.related(twin.place, "the other"))));
             }
             return Ok(None);
         }
-        let fault = match (&known.kind, &other.kind) {
+        let error = match (&known.kind, &other.kind) {
             (ResourceKind::Texture(_), ResourceKind::Texture(_))
             | (ResourceKind::Buffer(_), ResourceKind::Buffer(_)) => None,
             (ResourceKind::Data(Some(a)), ResourceKind::Data(Some(b))) => (a != b)
@@ -537,7 +540,7 @@ impl Look<'_> {
                 other.kind_name()
             )),
         };
-        if let Some(message) = fault {
+        if let Some(message) = error {
             let help = "the fallback is of the same kind; blackboard data has the same shape";
             return Err(self.refuse(self.one.value.span, message, help));
         }

@@ -1,6 +1,6 @@
 //! The file `NAME.axes.json` to [`Axes`].
 //!
-//! The spanned tree is read by hand, so that every finding has its place and none hides another. Conditions are read
+//! The spanned tree is read by hand, so that every diagnostic has its place and none hides another. Conditions are read
 //! last, when all axes of the file are known; a condition on an inherited axis is kept as text until the inherited
 //! templates are there (see [`Declaration::resolve`]).
 
@@ -27,14 +27,14 @@ pub(crate) struct Declaration {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Lost {
     names: BTreeSet<String>,
-    pub(crate) findings: Vec<Diagnostic>,
+    pub(crate) diagnostics: Vec<Diagnostic>,
 }
 
 impl Lost {
     /// Adds those of an inherited template.
     pub(crate) fn inherit(&mut self, other: &Lost) {
         self.names.extend(other.names.iter().cloned());
-        self.findings.extend(other.findings.iter().cloned());
+        self.diagnostics.extend(other.diagnostics.iter().cloned());
     }
 }
 
@@ -53,13 +53,14 @@ struct WrittenCondition {
     span: Span,
 }
 
-/// Parses a side file. What can be understood is returned; every finding is in `diagnostics`.
+/// Parses a side file. What can be understood is returned; every diagnostic is in `diagnostics`.
 pub(crate) fn parse(sources: &Sources, file: FileId, diagnostics: &mut Diagnostics) -> Declaration {
     let document = match crate::document::parse(sources, file) {
         Ok(document) => document,
-        Err(findings) => {
-            let lost = Lost { names: BTreeSet::new(), findings: findings.iter().cloned().collect() };
-            diagnostics.extend(findings);
+        Err(own_diagnostics) => {
+            let lost =
+                Lost { names: BTreeSet::new(), diagnostics: own_diagnostics.iter().cloned().collect() };
+            diagnostics.extend(own_diagnostics);
             return Declaration { lost, ..Declaration::default() };
         }
     };
@@ -70,13 +71,13 @@ pub(crate) fn parse(sources: &Sources, file: FileId, diagnostics: &mut Diagnosti
 
 impl Declaration {
     /// A file that cannot be read.
-    pub(crate) fn unreadable(finding: Diagnostic) -> Self {
-        let lost = Lost { names: BTreeSet::new(), findings: vec![finding] };
+    pub(crate) fn unreadable(diagnostic: Diagnostic) -> Self {
+        let lost = Lost { names: BTreeSet::new(), diagnostics: vec![diagnostic] };
         Self { lost, ..Self::default() }
     }
 
     /// Ties the constraints to axes: those of this file and those already inherited into `axes`.
-    pub(crate) fn resolve(&self, axes: &mut Axes, lost: &Lost, findings: &mut Vec<Diagnostic>) {
+    pub(crate) fn resolve(&self, axes: &mut Axes, lost: &Lost, diagnostics: &mut Vec<Diagnostic>) {
         let mut own = Vec::new();
         for written in &self.constraints {
             let mut complete = true;
@@ -85,10 +86,10 @@ impl Declaration {
                     .iter()
                     .filter_map(|written| {
                         read_condition(written, axes)
-                            .map_err(|finding| {
+                            .map_err(|diagnostic| {
                                 let (name, _, _) = Condition::split(&written.text);
                                 if !lost.names.contains(name) {
-                                    findings.push(*finding);
+                                    diagnostics.push(*diagnostic);
                                 }
                                 complete = false;
                             })
@@ -119,7 +120,7 @@ impl Declaration {
 fn read_condition(written: &WrittenCondition, axes: &Axes) -> Result<Condition, Box<Diagnostic>> {
     let (name, _, _) = Condition::split(&written.text);
     let Some(axis) = axes.get(name) else {
-        let finding = Diagnostic::error(
+        let diagnostic = Diagnostic::error(
             codes::AXIS_DECLARATION,
             written.span,
             format!(
@@ -129,7 +130,7 @@ fn read_condition(written: &WrittenCondition, axes: &Axes) -> Result<Condition, 
         );
         let at = written.text.find(name).unwrap_or_default();
         let span = written.span.of_quoted(&written.text, at..at + name.len());
-        return Err(Box::new(finding.meant(name, axes.names(), span, |_| {
+        return Err(Box::new(diagnostic.meant(name, axes.names(), span, |_| {
             "declare the axis here, or inherit the template that declares it".to_owned()
         })));
     };
@@ -188,7 +189,7 @@ impl Reader<'_> {
                         if self.axis(axis).is_none() {
                             let lost = &mut self.declaration.lost;
                             lost.names.insert(axis.key.clone());
-                            lost.findings.extend(self.diagnostics.iter().skip(before).cloned());
+                            lost.diagnostics.extend(self.diagnostics.iter().skip(before).cloned());
                         }
                     }
                 }

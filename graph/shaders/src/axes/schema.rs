@@ -82,7 +82,7 @@ mod tests {
     use crate::diagnostic::Diagnostics;
     use crate::source::Sources;
 
-    fn findings(text: &str) -> usize {
+    fn diagnostics(text: &str) -> usize {
         let mut sources = Sources::new();
         let file = sources.add("a.axes.json", text);
         let document = crate::document::parse(&sources, file).unwrap();
@@ -96,13 +96,13 @@ mod tests {
         let files =
             umbragraph_shaders_templates::FILES.iter().filter(|(name, _)| name.ends_with(".axes.json"));
         for (name, text) in files {
-            assert_eq!(findings(text), 0, "{name}");
+            assert_eq!(diagnostics(text), 0, "{name}");
         }
         assert_eq!(
-            findings(r#"{ "axes": { "a": { "type": "bool", "default": true, "requires": ["b"] } } }"#),
+            diagnostics(r#"{ "axes": { "a": { "type": "bool", "default": true, "requires": ["b"] } } }"#),
             0
         );
-        assert_ne!(findings(r#"{ "axes": { "a": { "type": "bool", "defualt": true } } }"#), 0);
-        assert_ne!(findings(r#"{ "axes": { "a": { "type": "boolean", "default": true } } }"#), 0);
+        assert_ne!(diagnostics(r#"{ "axes": { "a": { "type": "bool", "defualt": true } } }"#), 0);
+        assert_ne!(diagnostics(r#"{ "axes": { "a": { "type": "boolean", "default": true } } }"#), 0);
     }
 }

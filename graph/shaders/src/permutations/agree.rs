@@ -10,7 +10,7 @@
 //! every variant when a pipeline is loaded. Variants that the meshes of one pass choose between are held to more there:
 //! their blocks are the same to the last offset.
 //!
-//! A finding names the two variants that differ in the fewest axes, by the values in which they differ.
+//! A diagnostic names the two variants that differ in the fewest axes, by the values in which they differ.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -53,7 +53,7 @@ pub(super) fn disagreements(
             Some(Member { at: (request, text), values: &variant.axes, reflection })
         }));
     }
-    let mut findings = Vec::new();
+    let mut diagnostics = Vec::new();
     for (template, members) in by_template {
         let own: Vec<&str> = templates
             .axes(template)
@@ -81,7 +81,7 @@ pub(super) fn disagreements(
             let (there, here) = (place(&one, &conflict.first_name), place(&other, &conflict.name));
             let (one, other) = (apart(one.values, other.values), apart(other.values, one.values));
             let message = format!("two variants of \"{template}\" disagree: {}", conflict.message);
-            findings.push(
+            diagnostics.push(
                 Diagnostic::error(codes::INTERFACE_CONFLICT, here.clone(), message)
                     .related(there, format!("the one is {}", describe(&one)))
                     .related(here, format!("the other is {}", describe(&other)))
@@ -89,7 +89,7 @@ pub(super) fn disagreements(
             );
         }
     }
-    findings
+    diagnostics
 }
 
 fn layout<'a>(member: &Member<'a>, own: &[&str]) -> Layout<'a> {

@@ -1,4 +1,4 @@
-//! From many failures to few findings: one per root cause.
+//! From many failures to few diagnostics: one per root cause.
 //!
 //! Failures with the same message at the same place of a template are one cause, however many variants, templates and
 //! profiles show it. So are excesses over one limit, whatever their amounts. A cause says how much it hits and names an inclusion-minimal provocation: values of axes such that
@@ -15,8 +15,8 @@ use crate::wgsl_error::Excess;
 /// A failure of one template for some of its leaves.
 #[derive(Clone, Debug)]
 pub(crate) struct Failure {
-    /// The finding as one variant shows it.
-    pub(crate) finding: Diagnostic,
+    /// The diagnostic as one variant shows it.
+    pub(crate) diagnostic: Diagnostic,
     /// The leaves that show it.
     pub(crate) leaves: BTreeSet<usize>,
     /// The names of the profiles under which it shows; empty where profiles play no part.
@@ -32,15 +32,16 @@ type Key = (Place, &'static str, String);
 
 impl Failure {
     fn key(&self) -> Key {
-        let Diagnostic { place, code, message, .. } = &self.finding;
+        let Diagnostic { place, code, message, .. } = &self.diagnostic;
         let of = self.excess.as_ref().map_or(message, |excess| &excess.of);
         (place.clone(), code.id, of.clone())
     }
 }
 
-/// A cause on its way: the finding as the first variant shows it, its amount and the largest, and what it does where.
+/// A cause on its way: the diagnostic as the first variant shows it, its amount and the largest, and what it does
+/// where.
 struct Found {
-    finding: Diagnostic,
+    diagnostic: Diagnostic,
     amount: u64,
     most: u64,
     effects: Vec<Effect>,
@@ -89,7 +90,7 @@ impl Causes {
             let amount = failure.excess.as_ref().map_or(0, |excess| excess.found);
             match merged.get_mut(&failure.key()) {
                 Some((known, most)) => {
-                    if wording(&known.finding) == wording(&failure.finding) {
+                    if wording(&known.diagnostic) == wording(&failure.diagnostic) {
                         *most = (*most).max(amount);
                     }
                     // What no override is needed for needs none.
@@ -107,32 +108,33 @@ impl Causes {
         for (key, (failure, most)) in merged {
             let effect = weigh(ground, &failure);
             let amount = failure.excess.map_or(0, |excess| excess.found);
-            let first = || Found { finding: failure.finding, amount, most, effects: Vec::new() };
+            let first = || Found { diagnostic: failure.diagnostic, amount, most, effects: Vec::new() };
             let found = self.found.entry(key).or_insert_with(first);
             found.most = found.most.max(most);
             found.effects.push(effect);
         }
     }
 
-    /// The findings, in the order of their places.
-    pub(crate) fn findings(self) -> Vec<Diagnostic> {
+    /// The diagnostics, in the order of their places.
+    pub(crate) fn diagnostics(self) -> Vec<Diagnostic> {
         self.found
             .into_values()
-            .map(|Found { mut finding, amount, most, effects }| {
+            .map(|Found { mut diagnostic, amount, most, effects }| {
                 if most > amount {
-                    finding = finding.related(Place::Nowhere, format!("up to {most} in other variants"));
+                    diagnostic =
+                        diagnostic.related(Place::Nowhere, format!("up to {most} in other variants"));
                 }
                 let said = |effect: &&Effect| {
                     effect.of_variants > 1 || effect.profiles.is_some() || !effect.overrides.is_empty()
                 };
                 for effect in effects.iter().filter(said) {
-                    finding = finding.related(Place::Nowhere, effect.describe());
+                    diagnostic = diagnostic.related(Place::Nowhere, effect.describe());
                     for note in effect.assumed.iter().filter(|_| effect.variants < effect.of_variants) {
-                        finding = finding.related(Place::Nowhere, note);
+                        diagnostic = diagnostic.related(Place::Nowhere, note);
                     }
                 }
-                finding.extent = effects.into_iter().map(Effect::extent).collect();
-                finding
+                diagnostic.extent = effects.into_iter().map(Effect::extent).collect();
+                diagnostic
             })
             .collect()
     }
@@ -184,8 +186,8 @@ impl Effect {
 }
 
 /// A message without its numbers.
-fn wording(finding: &Diagnostic) -> String {
-    finding.message.chars().filter(|each| !each.is_ascii_digit()).collect()
+fn wording(diagnostic: &Diagnostic) -> String {
+    diagnostic.message.chars().filter(|each| !each.is_ascii_digit()).collect()
 }
 
 fn weigh(ground: &Ground<'_>, failure: &Failure) -> Effect {

@@ -65,11 +65,11 @@ pub fn dead(templates: &TemplateSet, names: &BTreeSet<String>, shared: &BTreeSet
             dead_axes: Some(dead_axes.clone()),
         })
         .collect();
-    findings(templates, &placement, &examined, shared, &mut Marked(&mut None))
+    diagnostics(templates, &placement, &examined, shared, &mut Marked(&mut None))
 }
 
-/// The findings about axes without effect and text in no variant.
-pub(super) fn findings(
+/// The diagnostics about axes without effect and text in no variant.
+pub(super) fn diagnostics(
     templates: &TemplateSet,
     placement: &Placement<'_>,
     examined: &[Examined<'_>],
@@ -77,8 +77,8 @@ pub(super) fn findings(
     marked: &mut Marked<'_>,
 ) -> Vec<Diagnostic> {
     let sound =
-        |each: &Examined<'_>| each.exploration.failures.is_empty() && each.exploration.findings.is_empty();
-    // An axis is dead where no template that has it depends on it; a template with other findings says nothing.
+        |each: &Examined<'_>| each.exploration.failures.is_empty() && each.exploration.diagnostics.is_empty();
+    // An axis is dead where no template that has it depends on it; a template with other diagnostics says nothing.
     let mut axes: BTreeMap<Span, (String, bool)> = BTreeMap::new();
     for each in examined {
         for axis in templates.axes(each.template).into_iter().flat_map(Axes::iter) {
@@ -87,11 +87,12 @@ pub(super) fn findings(
             entry.1 &= sound(each) && is_dead;
         }
     }
-    let mut findings = Vec::new();
+    let mut diagnostics = Vec::new();
     for (span, (name, dead)) in axes {
         if dead && !shared.contains(&span.file) {
             let message = format!("no text depends on the axis \"{name}\"");
-            findings.push(Diagnostic::warning(codes::AXIS_DEAD, span, message).help("remove it, or use it"));
+            diagnostics
+                .push(Diagnostic::warning(codes::AXIS_DEAD, span, message).help("remove it, or use it"));
         }
     }
     let mut coverage = Coverage::without(shared);
@@ -99,12 +100,12 @@ pub(super) fn findings(
         coverage.add(templates, each.template, each.exploration, placement, marked);
     }
     if examined.iter().all(sound) {
-        findings.extend(coverage.dead(templates).into_iter().map(|span| {
+        diagnostics.extend(coverage.dead(templates).into_iter().map(|span| {
             Diagnostic::warning(codes::LINES_DEAD, span, "no variant contains this text")
                 .help("its condition can never hold under the declared axes and constraints; remove it")
         }));
     }
-    findings
+    diagnostics
 }
 
 /// The template axes on which the text depends: two paths that nothing else, or nothing less, tells apart have

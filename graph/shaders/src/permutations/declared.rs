@@ -4,8 +4,8 @@
 //! misspelt. The variants are those that the given values allow, found as for their proof, and parsed only where their
 //! text has the name; the search ends at the first that declares it, so a name that is right is found soon.
 //!
-//! Limits: a text that does not parse is taken to declare every name in it, since its own finding comes first; and where
-//! there are more variants than [`super::explore`] takes, the others are taken to declare it.
+//! Limits: a text that does not parse is taken to declare every name in it, since its own diagnostic comes first; and
+//! where there are more variants than [`super::explore`] takes, the others are taken to declare it.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -71,8 +71,8 @@ pub(crate) struct Exploration {
     pub(crate) texts: Vec<Text>,
     /// Failed renderings: the path, and why.
     pub(crate) failures: Vec<(usize, Diagnostic)>,
-    /// Findings about the template as a whole.
-    pub(crate) findings: Vec<Diagnostic>,
+    /// Diagnostics about the template as a whole.
+    pub(crate) diagnostics: Vec<Diagnostic>,
     /// Whether every path was taken.
     pub(crate) complete: bool,
     /// The axes that some path reads, of which not all values were taken.
@@ -215,8 +215,8 @@ impl<'a> Explorer<'a> {
                 }
                 Some(known)
             }
-            Err(finding) => {
-                exploration.failures.push((leaf, *finding));
+            Err(diagnostic) => {
+                exploration.failures.push((leaf, *diagnostic));
                 None
             }
         };
@@ -295,13 +295,13 @@ fn finish(
 ) -> Exploration {
     let undeclared = render::undeclared_names(set, template, unknown);
     if !undeclared.is_empty() {
-        // What the undefined value breaks further on is no finding of its own.
-        exploration.failures.retain(|(_, finding)| {
-            finding.code != codes::UNDECLARED_NAME
-                && !finding.message.contains("undefined")
-                && !render::calls_one_of(&undeclared, finding)
+        // What the undefined value breaks further on is no diagnostic of its own.
+        exploration.failures.retain(|(_, diagnostic)| {
+            diagnostic.code != codes::UNDECLARED_NAME
+                && !diagnostic.message.contains("undefined")
+                && !render::calls_one_of(&undeclared, diagnostic)
         });
-        exploration.findings.extend(undeclared);
+        exploration.diagnostics.extend(undeclared);
     }
     let axes = set.axes(template);
     for name in &exploration.read {
@@ -321,7 +321,7 @@ fn finish(
                 _ => "declare fewer values; --set proves one of them",
             };
             let limit = format!("up to {MAXIMUM_VALUES} values of an axis are all proven");
-            exploration.findings.push(
+            exploration.diagnostics.push(
                 Diagnostic::error(codes::PATHS_LIMIT, axis.span, message)
                     .related(Place::Nowhere, limit)
                     .help(help),
@@ -336,7 +336,7 @@ fn finish(
         );
         if let Some(file) = set.file(template) {
             let place = crate::source::Span::new(file, 0..0);
-            exploration.findings.push(Diagnostic::error(codes::PATHS_LIMIT, place, message).help(
+            exploration.diagnostics.push(Diagnostic::error(codes::PATHS_LIMIT, place, message).help(
                 "declare constraints between its axes, or make those that the WGSL can read overrides (\"as\": \"override\")",
             ));
         }

@@ -32,9 +32,9 @@ pub(super) fn unavailable(proven: &[Proven], validators: &[&dyn Validator]) -> V
             _ => None,
         })
     });
-    let finding =
+    let diagnostic =
         |(place, message): (Place, &String)| Diagnostic::error(codes::EXTERNAL_UNAVAILABLE, place, message);
-    found.map(finding).collect()
+    found.map(diagnostic).collect()
 }
 
 /// What naga, the limits and the writers refuse, and what is better avoided.
@@ -54,7 +54,7 @@ pub(super) fn refusals(
         {
             let names = profiles.iter().filter_map(|at| each.request.profiles.get(*at));
             failures.push(Failure {
-                finding: place_refusal(templates, each, text, source, refusal, marked),
+                diagnostic: place_refusal(templates, each, text, source, refusal, marked),
                 leaves: each.exploration.leaves_of(text).iter().copied().collect(),
                 profiles: names.map(|profile| profile.name.clone()).collect(),
                 excess: refusal.excess.clone(),
@@ -93,7 +93,7 @@ pub(super) fn disagreements(
                 ),
             };
             failures.push(Failure {
-                finding: place_refusal(templates, each, text, source, &refusal, marked),
+                diagnostic: place_refusal(templates, each, text, source, &refusal, marked),
                 leaves: each.exploration.leaves_of(text).iter().copied().collect(),
                 profiles: BTreeSet::new(),
                 excess: None,
@@ -109,7 +109,7 @@ fn offset_of(text: &str, line: usize, column: usize) -> usize {
     (start + column.saturating_sub(1)).min(text.len())
 }
 
-/// The finding for a refusal of a text: by the plain map, or by markers where captured text hides the place.
+/// The diagnostic for a refusal of a text: by the plain map, or by markers where captured text hides the place.
 fn place_refusal(
     templates: &TemplateSet,
     each: &Explored<'_>,

@@ -1,15 +1,15 @@
 //! Every shader permutation, proven.
 //!
 //! ```text
-//! requests ──explore──▶ paths, distinct texts ──prove──▶ refusals ──group──▶ findings, one per root cause
+//! requests ──explore──▶ paths, distinct texts ──prove──▶ refusals ──group──▶ diagnostics, one per root cause
 //!              lazily, one rendering per path     once per text, on threads          with what provokes them
 //!              └──────────── at the same time ───────────────┘
 //! ```
 //!
 //! A [`Request`] names a template, the values that its axes can have (all, those that pipelines reach, or one
 //! configuration), and the profiles that have to accept it. [`check`] takes every path through the template that these
-//! values allow, proves each distinct text once, and reports: findings, coverage, sizes, what is dead. The outcome does
-//! not depend on the number of threads.
+//! values allow, proves each distinct text once, and reports: diagnostics, coverage, sizes, what is dead. The outcome
+//! does not depend on the number of threads.
 
 mod agree;
 mod blame;
@@ -60,11 +60,11 @@ pub struct Request {
     /// The values that axes can have; an axis that is not named can have all of its values.
     pub allowed: BTreeMap<String, Vec<AxisValue>>,
     /// Axes whose values are combined with all others, whether or not anything gives them together; with what yields them.
-    /// A finding that such an axis provokes says so.
+    /// A diagnostic that such an axis provokes says so.
     pub assumed: BTreeMap<String, String>,
     /// The profiles that have to accept every variant.
     pub profiles: Vec<TargetProfile>,
-    /// Where a finding about the request itself belongs.
+    /// Where a diagnostic about the request itself belongs.
     pub place: Place,
 }
 
@@ -103,7 +103,7 @@ pub struct Options<'a> {
     pub threads: usize,
     /// Further validators, for texts that naga accepts.
     pub external: &'a [&'a dyn Validator],
-    /// Whether axes without effect and text in no variant are findings. They are where the requests are all that a
+    /// Whether axes without effect and text in no variant are diagnostics. They are where the requests are all that a
     /// template can express; what one pipeline does not reach, another may.
     pub report_dead: bool,
     /// The files that others than the requests use as well: nothing in them is called dead, since these may need it.
@@ -144,14 +144,14 @@ type TextsByHash = HashMap<[u8; 32], usize>;
 
 /// Takes all paths of the requests, and proves each distinct text while others are still being found: whichever thread
 /// is free takes the paths up to the next new text, so that none waits in memory. What comes out is in the order of
-/// finding. Findings are those about requests that cannot be explored.
+/// diagnostic. Diagnostics are those about requests that cannot be explored.
 fn explore_and_prove<'a>(
     templates: &'a TemplateSet,
     placement: &Placement<'_>,
     requests: &'a [Request],
     options: &Options<'_>,
 ) -> (Vec<Explored<'a>>, Vec<Diagnostic>, Vec<Proven>) {
-    let (mut explored, mut findings) = (Vec::new(), Vec::new());
+    let (mut explored, mut diagnostics) = (Vec::new(), Vec::new());
     // The distinct texts by hash, apart by what they are proven for.
     let mut known: HashMap<(&str, Vec<&str>), TextsByHash> = HashMap::new();
     let (found, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
@@ -185,7 +185,7 @@ fn explore_and_prove<'a>(
                         Explorer::new(templates, placement, &request.template, &space, options.report_dead);
                     current = Some(Current { request, space, subject, explorer, tasks: Vec::new() });
                 }
-                (refused, _) => findings.extend(refused.err().into_iter().flatten()),
+                (refused, _) => diagnostics.extend(refused.err().into_iter().flatten()),
             }
         }
     });
@@ -217,7 +217,7 @@ fn explore_and_prove<'a>(
         Err(_) => prove(),
     };
     proven.sort_unstable_by_key(|(index, _)| *index);
-    (explored, findings, proven.into_iter().map(|(_, proven)| proven).collect())
+    (explored, diagnostics, proven.into_iter().map(|(_, proven)| proven).collect())
 }
 
 /// The request whose paths are being taken.
@@ -232,16 +232,16 @@ struct Current<'a, 'p> {
 
 /// Proves every variant of the requests.
 pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_>) -> Permutations {
-    let mut findings = Diagnostics::new();
+    let mut diagnostics = Diagnostics::new();
     let placement = Placement::new(templates);
     let (explored, refused, proven) = explore_and_prove(templates, &placement, requests, options);
-    findings.extend(refused);
+    diagnostics.extend(refused);
 
     let mut marked = None;
     let mut causes = Causes::default();
     let mut reports = Vec::new();
     for each in &explored {
-        findings.extend(each.exploration.findings.iter().cloned());
+        diagnostics.extend(each.exploration.diagnostics.iter().cloned());
         let ground = Ground {
             template: &each.request.template,
             space: &each.space,
@@ -249,18 +249,21 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
             assumed: &each.request.assumed,
             profiles: each.request.profiles.iter().map(|profile| profile.name.clone()).collect(),
         };
-        // Including a template that does not parse is no finding of its own.
-        let broken = |finding: &Diagnostic| {
-            templates.templates.values().any(|each| each.broken.as_ref() == Some(finding))
+        // Including a template that does not parse is no diagnostic of its own.
+        let broken = |diagnostic: &Diagnostic| {
+            templates.templates.values().any(|each| each.broken.as_ref() == Some(diagnostic))
         };
         let failed = each.exploration.failures.iter();
-        findings.extend(
-            failed.clone().filter(|(_, finding)| broken(finding)).map(|(_, finding)| finding.clone()),
+        diagnostics.extend(
+            failed
+                .clone()
+                .filter(|(_, diagnostic)| broken(diagnostic))
+                .map(|(_, diagnostic)| diagnostic.clone()),
         );
         let mut failures: Vec<Failure> = failed
-            .filter(|(_, finding)| !broken(finding))
-            .map(|(leaf, finding)| Failure {
-                finding: finding.clone(),
+            .filter(|(_, diagnostic)| !broken(diagnostic))
+            .map(|(leaf, diagnostic)| Failure {
+                diagnostic: diagnostic.clone(),
                 leaves: [*leaf].into(),
                 profiles: BTreeSet::new(),
                 excess: None,
@@ -278,9 +281,9 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
         causes.add(&ground, failures);
         reports.push(summary::report_on(templates, &placement, each, &proven));
     }
-    findings.extend(agree::disagreements(templates, &placement, &explored, &reports));
-    findings.extend(failure::unavailable(&proven, options.external));
-    findings.extend(causes.findings());
+    diagnostics.extend(agree::disagreements(templates, &placement, &explored, &reports));
+    diagnostics.extend(failure::unavailable(&proven, options.external));
+    diagnostics.extend(causes.diagnostics());
     if options.report_dead {
         let examined = explored.iter().zip(&reports).map(|(each, report)| Examined {
             template: &each.request.template,
@@ -288,7 +291,7 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
             dead_axes: report.variants.iter().all(|variant| variant.valid).then(|| report.dead_axes.clone()),
         });
         let examined: Vec<Examined<'_>> = examined.collect();
-        findings.extend(dead::findings(
+        diagnostics.extend(dead::diagnostics(
             templates,
             &placement,
             &examined,
@@ -296,8 +299,8 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
             &mut Marked(&mut marked),
         ));
     }
-    findings.sort();
-    Permutations { findings, templates: reports, proven: proven.len() }
+    diagnostics.sort();
+    Permutations { diagnostics, templates: reports, proven: proven.len() }
 }
 
 fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Diagnostic>> {
@@ -308,15 +311,15 @@ fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Dia
     if let Some(broken) = templates.templates.get(template).and_then(|template| template.broken.clone()) {
         return Err(vec![broken]);
     }
-    let mut findings = templates.axes_findings(template);
+    let mut diagnostics = templates.axes_diagnostics(template);
     if templates.has_lost_axes(template) {
-        return Err(findings);
+        return Err(diagnostics);
     }
     for (name, values) in &request.allowed {
         match axes.get(name) {
-            None => findings.push(unknown_axis(axes, template, name, request.place.clone())),
+            None => diagnostics.push(unknown_axis(axes, template, name, request.place.clone())),
             Some(axis) => {
-                findings.extend(values.iter().filter(|value| !axis.kind.contains(value)).map(|value| {
+                diagnostics.extend(values.iter().filter(|value| !axis.kind.contains(value)).map(|value| {
                     Diagnostic::error(
                         codes::AXIS_VALUE,
                         request.place.clone(),
@@ -328,8 +331,8 @@ fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Dia
             }
         }
     }
-    if !findings.is_empty() {
-        return Err(findings);
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
     }
     let space = Space::new(axes, &request.allowed);
     if space.possible(&AxisValues::new()) {
@@ -354,9 +357,9 @@ fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Dia
     if !fixed.is_empty() {
         message.push_str(&format!(" with {}", describe(&fixed)));
     }
-    let mut finding = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, place, message);
+    let mut diagnostic = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, place, message);
     for constraint in &clash {
-        finding = finding.related(constraint.span, constraint.to_string());
+        diagnostic = diagnostic.related(constraint.span, constraint.to_string());
     }
-    Err(vec![finding.help("without any one of these constraints there would be a configuration")])
+    Err(vec![diagnostic.help("without any one of these constraints there would be a configuration")])
 }

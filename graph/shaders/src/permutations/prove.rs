@@ -61,7 +61,7 @@ impl Proof {
 }
 
 /// Proves one text for all profiles of its task. A defect that ends in a panic refuses the text: the others are still
-/// proven, and the finding says which it is about.
+/// proven, and the diagnostic says which it is about.
 pub(crate) fn prove(task: &Task<'_>) -> Proof {
     let subject = &*task.subject;
     wgsl::guarded(|| prove_for(task, subject)).unwrap_or_else(|refusal| {

@@ -10,8 +10,8 @@ use crate::render::{self, Placement};
 /// The outcome of a check.
 #[derive(Clone, Debug, Default)]
 pub struct Permutations {
-    /// Every finding, once per root cause, by place.
-    pub findings: Diagnostics,
+    /// Every diagnostic, once per root cause, by place.
+    pub diagnostics: Diagnostics,
     /// The templates that were checked, in the order of the requests.
     pub templates: Vec<TemplateReport>,
     /// The number of distinct texts that were proven.

@@ -4,10 +4,10 @@ use crate::diagnostic::Place;
 
 /// Judges texts that naga accepts, on several threads.
 pub trait Validator: Sync {
-    /// The name under which findings show it.
+    /// The name under which diagnostics show it.
     fn name(&self) -> &str;
 
-    /// Where it is asked for, for findings about itself.
+    /// Where it is asked for, for diagnostics about itself.
     fn place(&self) -> Place;
 
     /// What it says of a text.

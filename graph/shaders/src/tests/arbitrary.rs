@@ -1,4 +1,4 @@
-//! Any input ends in modules or findings, never in a panic.
+//! Any input ends in modules or diagnostics, never in a panic.
 
 use proptest::prelude::*;
 use umbragraph_test_support::property;
@@ -70,7 +70,7 @@ proptest! {
     #![proptest_config(property::config(400))]
 
     #[test]
-    fn any_template_ends_in_variants_or_findings(pieces in prop::collection::vec(prop::sample::select(PIECES), 0..24)) {
+    fn any_template_ends_in_variants_or_diagnostics(pieces in prop::collection::vec(prop::sample::select(PIECES), 0..24)) {
         let text = pieces.concat();
         let fixture = Fixture::new(&[
             ("main.wgsl.jinja", &text),
@@ -80,8 +80,8 @@ proptest! {
         let options = Options { threads: 1, report_dead: true, ..Options::default() };
         let outcome = check(&fixture.set, &[Request::all("main.wgsl.jinja", &[TargetProfile::webgpu()])], &options);
         let covered = outcome.templates.first().is_some_and(|report| report.covered == report.configurations);
-        prop_assert!(outcome.findings.has_errors() || covered, "{text}");
-        fixture.lines(&outcome.findings);
+        prop_assert!(outcome.diagnostics.has_errors() || covered, "{text}");
+        fixture.lines(&outcome.diagnostics);
     }
 
     #[test]

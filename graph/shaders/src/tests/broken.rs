@@ -1,8 +1,8 @@
 //! Broken templates, each with exactly what is said about it.
 //!
-//! Each case is a file of `broken/`: the files of a template set under `=== NAME` lines, of which `main.wgsl.jinja` is the
-//! one that is checked; `--- profiles` names the profiles if not `webgpu`; after `--- findings` stands what has to be
-//! said. A case whose findings differ fails with the text that it would have to contain.
+//! Each case is a file of `broken/`: the files of a template set under `=== NAME` lines, of which `main.wgsl.jinja` is
+//! the one that is checked; `--- profiles` names the profiles if not `webgpu`; after `--- diagnostics` stands what has
+//! to be said. A case whose diagnostics differ fails with the text that it would have to contain.
 
 use std::fmt::Write as _;
 
@@ -20,15 +20,15 @@ struct Case<'a> {
 fn read(text: &str) -> Case<'_> {
     let mut case =
         Case { files: Vec::new(), profiles: vec![TargetProfile::webgpu()], expected: String::new() };
-    let mut findings = false;
+    let mut diagnostics = false;
     for line in text.lines() {
         if let Some(name) = line.strip_prefix("=== ") {
             case.files.push((name, String::new()));
         } else if let Some(names) = line.strip_prefix("--- profiles ") {
             case.profiles = names.split(' ').map(|name| TargetProfile::from_name(name).unwrap()).collect();
-        } else if line == "--- findings" {
-            findings = true;
-        } else if findings {
+        } else if line == "--- diagnostics" {
+            diagnostics = true;
+        } else if diagnostics {
             case.expected.push_str(line);
             case.expected.push('\n');
         } else {
@@ -40,17 +40,18 @@ fn read(text: &str) -> Case<'_> {
     case
 }
 
-fn describe(fixture: &Fixture, findings: &Diagnostics) -> String {
+fn describe(fixture: &Fixture, diagnostics: &Diagnostics) -> String {
     let mut text = String::new();
-    for finding in findings {
-        writeln!(text, "{} {} {}", finding.code, fixture.place(&finding.place), finding.message).unwrap();
-        for related in &finding.related {
+    for diagnostic in diagnostics {
+        writeln!(text, "{} {} {}", diagnostic.code, fixture.place(&diagnostic.place), diagnostic.message)
+            .unwrap();
+        for related in &diagnostic.related {
             match related.place {
                 Place::Nowhere => writeln!(text, "    {}", related.message).unwrap(),
                 _ => writeln!(text, "    {} {}", fixture.place(&related.place), related.message).unwrap(),
             }
         }
-        if let Some(help) = &finding.help {
+        if let Some(help) = &diagnostic.help {
             writeln!(text, "    help: {help}").unwrap();
         }
     }
@@ -60,17 +61,17 @@ fn describe(fixture: &Fixture, findings: &Diagnostics) -> String {
 fn check_case(files: &[(&str, String)], profiles: &[TargetProfile]) -> (Fixture, Diagnostics) {
     let files: Vec<(&str, &str)> = files.iter().map(|(name, text)| (*name, text.as_str())).collect();
     let fixture = Fixture::new(&files);
-    let mut findings = fixture.findings.clone();
+    let mut diagnostics = fixture.diagnostics.clone();
     let options = Options { report_dead: true, ..Options::default() };
     let request = Request::all("main.wgsl.jinja", profiles);
-    findings.extend(check(&fixture.set, &[request], &options).findings);
-    findings.sort();
-    (fixture, findings)
+    diagnostics.extend(check(&fixture.set, &[request], &options).diagnostics);
+    diagnostics.sort();
+    (fixture, diagnostics)
 }
 
 fn found(case: &Case<'_>) -> String {
-    let (fixture, findings) = check_case(&case.files, &case.profiles);
-    describe(&fixture, &findings)
+    let (fixture, diagnostics) = check_case(&case.files, &case.profiles);
+    describe(&fixture, &diagnostics)
 }
 
 #[test]
@@ -80,10 +81,10 @@ fn a_name_that_was_meant_is_written_by_the_fix() {
     for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         let text = std::fs::read_to_string(&path).unwrap();
         let case = read(&text);
-        let (fixture, findings) = check_case(&case.files, &case.profiles);
-        for finding in &findings {
-            let fixed = fix::apply([finding], &fixture.sources, |_| true);
-            if finding.help.as_deref().is_some_and(|help| help.starts_with("did you mean"))
+        let (fixture, diagnostics) = check_case(&case.files, &case.profiles);
+        for diagnostic in &diagnostics {
+            let fixed = fix::apply([diagnostic], &fixture.sources, |_| true);
+            if diagnostic.help.as_deref().is_some_and(|help| help.starts_with("did you mean"))
                 && fixed.is_empty()
             {
                 without.push(path.file_stem().unwrap().to_string_lossy().into_owned());
@@ -95,9 +96,10 @@ fn a_name_that_was_meant_is_written_by_the_fix() {
             for one in fixed {
                 files.iter_mut().find(|(name, _)| *name == one.name).unwrap().1 = one.text;
             }
-            let is_it = |other: &Diagnostic| (other.code, &other.message) == (finding.code, &finding.message);
+            let is_it =
+                |other: &Diagnostic| (other.code, &other.message) == (diagnostic.code, &diagnostic.message);
             let (_, after) = check_case(&files, &case.profiles);
-            assert!(!after.iter().any(is_it), "{}: {}", path.display(), finding.message);
+            assert!(!after.iter().any(is_it), "{}: {}", path.display(), diagnostic.message);
         }
     }
     without.sort();
@@ -106,7 +108,7 @@ fn a_name_that_was_meant_is_written_by_the_fix() {
 }
 
 #[test]
-fn every_broken_template_gets_exactly_its_findings() {
+fn every_broken_template_gets_exactly_its_diagnostics() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/src/tests/broken");
     let mut names: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     names.sort();

@@ -143,7 +143,7 @@ fn a_variant_is_written_in_every_language_and_line_by_line() {
 }
 
 #[test]
-fn ten_megabytes_of_text_are_a_finding() {
+fn ten_megabytes_of_text_are_a_diagnostic() {
     let fixture = Fixture::sound(&[("main.wgsl.jinja", &"// 0123456789\n".repeat(800_000))]);
     let lines = fixture.refusal("main.wgsl.jinja", &[]);
     assert_eq!(lines, ["UG0505 main.wgsl.jinja:1:1 the template writes more than 4 MiB of WGSL"]);

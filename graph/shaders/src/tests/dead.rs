@@ -10,7 +10,7 @@ use crate::source::FileId;
 fn proven(fixture: &Fixture) -> Vec<String> {
     let options = Options { threads: 1, report_dead: true, ..Options::default() };
     let request = Request::all("main.wgsl.jinja", &[TargetProfile::webgpu()]);
-    sorted(fixture.lines(&check(&fixture.set, &[request], &options).findings))
+    sorted(fixture.lines(&check(&fixture.set, &[request], &options).diagnostics))
 }
 
 fn looked_at(fixture: &Fixture, shared: &BTreeSet<FileId>) -> Vec<String> {
@@ -76,11 +76,11 @@ fn of_a_template_that_fails_or_has_very_many_paths_nothing_is_said() {
     let axes = r#"{ "axes": { "a": { "type": "bool", "default": false },
   "n": { "type": "integer", "min": 0, "max": 1023, "default": 0 } } }"#;
     let never = "{% if a and not a %}\n// never\n{% endif %}\n";
-    let findings = |main: &str| {
+    let diagnostics = |main: &str| {
         let fixture = Fixture::sound(&[("main.wgsl.jinja", main), ("main.axes.json", axes)]);
         looked_at(&fixture, &BTreeSet::new()).len()
     };
-    assert_eq!(findings(&format!("{never}// {{{{ n }}}}\n")), 0, "2,048 paths");
-    assert_eq!(findings(&format!("{never}{{{{ [] }}}}\n")), 0, "a list is no text");
-    assert_eq!(findings(&format!("{never}// text\n")), 3, "two axes and the text");
+    assert_eq!(diagnostics(&format!("{never}// {{{{ n }}}}\n")), 0, "2,048 paths");
+    assert_eq!(diagnostics(&format!("{never}{{{{ [] }}}}\n")), 0, "a list is no text");
+    assert_eq!(diagnostics(&format!("{never}// text\n")), 3, "two axes and the text");
 }

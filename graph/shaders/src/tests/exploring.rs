@@ -131,9 +131,9 @@ fn thousands_of_values_are_all_proven() {
         let outcome = all(&fixture, &Options::default());
         assert_eq!(outcome.templates[0].paths, paths);
         assert_eq!(outcome.templates[0].covered, outcome.templates[0].configurations);
-        let findings: Vec<_> = outcome.findings.iter().collect();
-        assert_eq!(findings.len(), 1, "{:?}", fixture.lines(&outcome.findings));
-        assert_eq!(provocation(findings[0]).len(), 1);
+        let diagnostics: Vec<_> = outcome.diagnostics.iter().collect();
+        assert_eq!(diagnostics.len(), 1, "{:?}", fixture.lines(&outcome.diagnostics));
+        assert_eq!(provocation(diagnostics[0]).len(), 1);
     }
 }
 
@@ -170,10 +170,10 @@ fn what_is_beyond_the_limits_is_an_error_and_no_axis_of_it_is_called_dead() {
         assert_eq!(report.covered, Count { number: covered, exact: false });
         assert!(report.configurations.exact && report.configurations.number > covered);
         assert_eq!(report.dead_axes, Vec::<String>::new());
-        let findings: Vec<_> = outcome.findings.iter().collect();
-        assert_eq!(findings.len(), 1, "{:?}", fixture.lines(&outcome.findings));
-        assert_eq!((findings[0].code.id, findings[0].severity), ("UG0552", Severity::Error));
-        assert!(findings[0].help.iter().any(|text| text.contains(help)), "{:?}", findings[0].help);
+        let diagnostics: Vec<_> = outcome.diagnostics.iter().collect();
+        assert_eq!(diagnostics.len(), 1, "{:?}", fixture.lines(&outcome.diagnostics));
+        assert_eq!((diagnostics[0].code.id, diagnostics[0].severity), ("UG0552", Severity::Error));
+        assert!(diagnostics[0].help.iter().any(|text| text.contains(help)), "{:?}", diagnostics[0].help);
     }
 }
 
@@ -207,7 +207,7 @@ fn the_number_of_threads_changes_nothing() {
     let outcome = |threads| {
         let outcome = all(&fixture, &Options { threads, report_dead: true, ..Options::default() });
         let reports = serde_json::to_string(&outcome.templates).unwrap();
-        (fixture.lines(&outcome.findings), reports)
+        (fixture.lines(&outcome.diagnostics), reports)
     };
     let one = outcome(1);
     assert_eq!(one.0.len(), 2, "{:?}", one.0);
@@ -243,9 +243,9 @@ fn a_request_narrows_the_space() {
     assert_eq!((report.variants.len(), report.configurations.number), (1, 1));
     let allowed = [("mode".to_owned(), vec!["pcf".into()]), ("taps".to_owned(), vec![1.into()])].into();
     let narrowed = Request { allowed, ..Request::all("main.wgsl.jinja", &[]) };
-    let findings = check(&fixture.set, &[narrowed], &Options::default()).findings;
+    let diagnostics = check(&fixture.set, &[narrowed], &Options::default()).diagnostics;
     assert_eq!(
-        fixture.lines(&findings),
+        fixture.lines(&diagnostics),
         [
             "UG0516 main.axes.json:7:20 the constraints of \"main.wgsl.jinja\" leave no configuration with mode=pcf, taps=1"
         ]
@@ -254,9 +254,10 @@ fn a_request_narrows_the_space() {
         allowed: [("mdoe".to_owned(), vec!["pcf".into()])].into(),
         ..Request::all("main.wgsl.jinja", &[])
     };
-    let findings = check(&fixture.set, &[misspelt], &Options::default()).findings;
-    assert_eq!(fixture.lines(&findings), ["UG0511 - \"main.wgsl.jinja\" has no axis \"mdoe\""]);
-    let unknown = check(&fixture.set, &[Request::all("mian.wgsl.jinja", &[])], &Options::default()).findings;
+    let diagnostics = check(&fixture.set, &[misspelt], &Options::default()).diagnostics;
+    assert_eq!(fixture.lines(&diagnostics), ["UG0511 - \"main.wgsl.jinja\" has no axis \"mdoe\""]);
+    let unknown =
+        check(&fixture.set, &[Request::all("mian.wgsl.jinja", &[])], &Options::default()).diagnostics;
     assert_eq!(fixture.lines(&unknown), ["UG0500 - there is no template \"mian.wgsl.jinja\""]);
 }
 
@@ -300,15 +301,15 @@ fn another_validator_judges_distinct_texts_and_its_messages_are_mapped() {
     let external: [&dyn Validator; 2] = [&Names(Some("ODD")), &Names(None)];
     let outcome = all(&fixture, &Options { external: &external, ..Options::default() });
     assert_eq!(
-        fixture.lines(&outcome.findings),
+        fixture.lines(&outcome.diagnostics),
         ["UG0561 main.wgsl.jinja:2:18 names refuses this: odd name", "UG0560 - it is not there"]
     );
 }
 
 /// Reads `provoked by a=true, taps=6` back into values.
-fn provocation(finding: &crate::diagnostic::Diagnostic) -> AxisValues {
-    let effect = finding.related.iter().find_map(|related| related.message.split_once("provoked by "));
-    let (_, list) = effect.expect("the finding says what provokes it");
+fn provocation(diagnostic: &crate::diagnostic::Diagnostic) -> AxisValues {
+    let effect = diagnostic.related.iter().find_map(|related| related.message.split_once("provoked by "));
+    let (_, list) = effect.expect("the diagnostic says what provokes it");
     let value = |text: &str| match (text.parse::<bool>(), text.parse::<i64>()) {
         (Ok(value), _) => value.into(),
         (_, Ok(value)) => value.into(),
@@ -333,8 +334,8 @@ fn a_provocation_is_sufficient_and_minimal() {
         let fixture = readers(&format!(
             "// {{{{ a }}}} {{{{ mode }}}}\n{{% if {condition} %}}\nconst X = oops;\n{{% endif %}}"
         ));
-        let finding = all(&fixture, &Options::default()).findings.into_iter().next().unwrap();
-        let provoked = provocation(&finding);
+        let diagnostic = all(&fixture, &Options::default()).diagnostics.into_iter().next().unwrap();
+        let provoked = provocation(&diagnostic);
         let fails = |values: &AxisValues| {
             let values = compile::template_values(&fixture.set, "main.wgsl.jinja", values);
             render::render(&fixture.set, "main.wgsl.jinja", &values).unwrap().text.contains("oops")
@@ -370,7 +371,7 @@ fn a_number_that_is_only_a_size_is_proven_by_its_ends() {
                 [("size".to_owned(), allowed.iter().map(|at| AxisValue::Integer(*at)).collect())].into();
         }
         let outcome = check(&fixture.set, &[request], &Options::default());
-        (outcome.templates[0].variants.len(), outcome.findings.len() + fixture.findings.len())
+        (outcome.templates[0].variants.len(), outcome.diagnostics.len() + fixture.diagnostics.len())
     };
     assert_eq!(checked(&axes(", \"prove\": \"ends\""), &[]), (3, 0));
     assert_eq!(checked(&axes(", \"prove\": \"ends\""), &[5, 6]), (2, 0));
@@ -378,7 +379,7 @@ fn a_number_that_is_only_a_size_is_proven_by_its_ends() {
     assert_eq!(checked(&axes(""), &[]), (3, 1));
     assert_eq!(
         Fixture::new(&[("a.wgsl.jinja", text), ("a.axes.json", &axes(", \"prove\": \"some\""))])
-            .findings
+            .diagnostics
             .len(),
         1
     );
@@ -399,7 +400,7 @@ fn what_constraints_leave_beside_the_ends_is_proven_too() {
         let fixture = Fixture::sound(&[("a.wgsl.jinja", text), ("a.axes.json", &axes)]);
         let request = Request::all("a.wgsl.jinja", &[TargetProfile::webgpu()]);
         let outcome = check(&fixture.set, &[request], &Options::default());
-        assert!(outcome.findings.has_errors(), "{constraint}");
+        assert!(outcome.diagnostics.has_errors(), "{constraint}");
     }
 }
 
@@ -421,7 +422,7 @@ fn variants_of_two_configurations_agree_about_a_binding_unless_an_axis_chooses_t
                 &[TargetProfile::webgpu()],
             )
         };
-        let found = check(&fixture.set, &[one(false), one(true)], &Options::default()).findings;
+        let found = check(&fixture.set, &[one(false), one(true)], &Options::default()).diagnostics;
         fixture.lines(&found)
     };
     assert_eq!(
@@ -441,7 +442,7 @@ fn what_lies_within_a_block_may_differ() {
     let fixture = Fixture::sound(&[("main.wgsl.jinja", main), ("main.axes.json", axes)]);
     let request = Request::all("main.wgsl.jinja", &[TargetProfile::webgpu()]);
     let outcome = check(&fixture.set, &[request], &Options::default());
-    assert_eq!(fixture.lines(&outcome.findings), Vec::<String>::new());
+    assert_eq!(fixture.lines(&outcome.diagnostics), Vec::<String>::new());
     // The layout of all three is for the largest.
     let [report] = outcome.templates.as_slice() else { panic!("{:?}", outcome.templates) };
     let sizes: Vec<_> = report.interface.iter().map(|binding| binding.entry.ty).collect();

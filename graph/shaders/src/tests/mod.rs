@@ -1,4 +1,4 @@
-//! What the tests of this module share: template sets from pairs, and findings as one line each.
+//! What the tests of this module share: template sets from pairs, and diagnostics as one line each.
 
 mod arbitrary;
 mod broken;
@@ -18,45 +18,47 @@ use crate::source::Sources;
 pub(super) struct Fixture {
     pub(super) sources: Sources,
     pub(super) set: TemplateSet,
-    pub(super) findings: Diagnostics,
+    pub(super) diagnostics: Diagnostics,
 }
 
 impl Fixture {
     pub(super) fn new(files: &[(&str, &str)]) -> Self {
         let mut fixture =
-            Self { sources: Sources::new(), set: TemplateSet::new(), findings: Diagnostics::new() };
+            Self { sources: Sources::new(), set: TemplateSet::new(), diagnostics: Diagnostics::new() };
         for (name, text) in files {
-            fixture.set.add(&mut fixture.sources, name, text, &mut fixture.findings);
+            fixture.set.add(&mut fixture.sources, name, text, &mut fixture.diagnostics);
         }
-        fixture.set.check(&mut fixture.findings);
+        fixture.set.check(&mut fixture.diagnostics);
         fixture
     }
 
-    /// A set that has to be free of findings.
+    /// A set that has to be free of diagnostics.
     pub(super) fn sound(files: &[(&str, &str)]) -> Self {
         let fixture = Self::new(files);
-        assert!(fixture.findings.is_empty(), "{:?}", fixture.lines(fixture.findings.iter()));
+        assert!(fixture.diagnostics.is_empty(), "{:?}", fixture.lines(fixture.diagnostics.iter()));
         fixture
     }
 
     pub(super) fn compile(&self, template: &str, given: &[(&str, AxisValue)]) -> super::ShaderModule {
         super::compile(&self.set, template, &values(given), &TargetProfile::webgpu())
-            .unwrap_or_else(|findings| panic!("{:#?}", self.lines(&findings)))
+            .unwrap_or_else(|diagnostics| panic!("{:#?}", self.lines(&diagnostics)))
     }
 
-    /// The findings of a compilation that has to fail, as lines.
+    /// The diagnostics of a compilation that has to fail, as lines.
     pub(super) fn refusal(&self, template: &str, given: &[(&str, AxisValue)]) -> Vec<String> {
         match super::compile(&self.set, template, &values(given), &TargetProfile::webgpu()) {
             Ok(module) => panic!("compiles:\n{}", module.wgsl),
-            Err(findings) => self.lines(&findings),
+            Err(diagnostics) => self.lines(&diagnostics),
         }
     }
 
     /// `UG0502 main.wgsl.jinja:2:4 message`.
-    pub(super) fn lines<'d>(&self, findings: impl IntoIterator<Item = &'d Diagnostic>) -> Vec<String> {
-        findings
+    pub(super) fn lines<'d>(&self, diagnostics: impl IntoIterator<Item = &'d Diagnostic>) -> Vec<String> {
+        diagnostics
             .into_iter()
-            .map(|finding| format!("{} {} {}", finding.code, self.place(&finding.place), finding.message))
+            .map(|diagnostic| {
+                format!("{} {} {}", diagnostic.code, self.place(&diagnostic.place), diagnostic.message)
+            })
             .collect()
     }
 

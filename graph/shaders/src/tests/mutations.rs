@@ -93,9 +93,10 @@ fn corrupt(text: &str, range: std::ops::Range<usize>, random: &mut Random) -> Op
         .then(|| format!("{}q{}", &text[..at + length], &text[at + length..]))
 }
 
-fn in_file(fixture: &Fixture, finding: &Diagnostic, name: &str) -> bool {
+fn in_file(fixture: &Fixture, diagnostic: &Diagnostic, name: &str) -> bool {
     let file = fixture.sources.find(name).unwrap();
-    let places = [&finding.place].into_iter().chain(finding.related.iter().map(|related| &related.place));
+    let places =
+        [&diagnostic.place].into_iter().chain(diagnostic.related.iter().map(|related| &related.place));
     places.into_iter().any(|place| matches!(place, Place::Span(span) if span.file == file))
 }
 
@@ -127,9 +128,9 @@ fn random_corruptions_are_found_in_the_right_file() {
                 continue;
             }
             made += 1;
-            assert!(outcome.findings.has_errors(), "not found in {name}:\n{text}");
-            if !outcome.findings.iter().any(|finding| in_file(&fixture, finding, name)) {
-                misplaced.push(format!("{root}, {name}: {:?}", fixture.lines(&outcome.findings)));
+            assert!(outcome.diagnostics.has_errors(), "not found in {name}:\n{text}");
+            if !outcome.diagnostics.iter().any(|diagnostic| in_file(&fixture, diagnostic, name)) {
+                misplaced.push(format!("{root}, {name}: {:?}", fixture.lines(&outcome.diagnostics)));
             }
         }
     }

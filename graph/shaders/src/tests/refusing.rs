@@ -7,7 +7,7 @@ use crate::{TargetProfile, guard};
 
 fn refusal(text: &str) -> Vec<String> {
     let fixture = Fixture::new(&[("main.wgsl.jinja", text)]);
-    let mut lines = fixture.lines(&fixture.findings);
+    let mut lines = fixture.lines(&fixture.diagnostics);
     if lines.is_empty() {
         lines = fixture.refusal("main.wgsl.jinja", &[]);
     }
@@ -145,7 +145,7 @@ fn chains(count: usize) -> Vec<String> {
 }
 
 #[test]
-fn chains_of_any_length_end_in_a_module_or_a_finding() {
+fn chains_of_any_length_end_in_a_module_or_a_diagnostic() {
     for count in [100, 8_000, 40_000, 300_000] {
         for text in chains(count) {
             let text = format!("{{% raw %}}{text}{{% endraw %}}");
@@ -182,7 +182,7 @@ fn an_error_in_a_macro_stands_in_the_macro() {
 }
 
 #[test]
-fn text_that_is_too_large_is_a_finding_of_the_template_that_writes_most_of_it() {
+fn text_that_is_too_large_is_a_diagnostic_of_the_template_that_writes_most_of_it() {
     let line = "// A line that says the same again, as the one before it did, and the next will.\n";
     let part = "fn helper() {}\n".repeat(100);
     let long =
@@ -194,13 +194,13 @@ fn text_that_is_too_large_is_a_finding_of_the_template_that_writes_most_of_it() 
         (&looped, "part.wgsl.jinja:1:", "part.wgsl.jinja"),
     ] {
         let fixture = Fixture::sound(&[("main.wgsl.jinja", main), ("part.wgsl.jinja", &part)]);
-        let findings =
+        let diagnostics =
             crate::compile(&fixture.set, "main.wgsl.jinja", &values(&[]), &TargetProfile::webgpu())
                 .unwrap_err();
-        let [finding] = findings.as_slice() else { panic!("{:?}", fixture.lines(&findings)) };
-        assert_eq!(finding.code.id, "UG0505");
-        assert!(fixture.place(&finding.place).starts_with(place), "{:?}", fixture.lines(&findings));
-        let help = finding.help.as_deref().unwrap_or_default();
+        let [diagnostic] = diagnostics.as_slice() else { panic!("{:?}", fixture.lines(&diagnostics)) };
+        assert_eq!(diagnostic.code.id, "UG0505");
+        assert!(fixture.place(&diagnostic.place).starts_with(place), "{:?}", fixture.lines(&diagnostics));
+        let help = diagnostic.help.as_deref().unwrap_or_default();
         assert!(help.contains(&format!("bytes come from {from}")), "{help}");
     }
 }

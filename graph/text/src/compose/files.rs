@@ -16,7 +16,7 @@ pub trait Files {
     /// Reads and registers the text at a path.
     ///
     /// # Errors
-    /// A finding without a place worth naming; the caller adds where the path is named.
+    /// A diagnostic without a place worth naming; the caller adds where the path is named.
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic>;
 }
 
@@ -60,7 +60,7 @@ impl Files for Memory {
     }
 }
 
-/// Reads and registers a text file that the host names itself; findings show it by the path as given.
+/// Reads and registers a text file that the host names itself; diagnostics show it by the path as given.
 ///
 /// # Errors
 /// A file that cannot be read, is too large, or is not UTF-8.

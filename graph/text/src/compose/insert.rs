@@ -111,10 +111,10 @@ fn extension_point(
         let names =
             points.and_then(Value::entries).unwrap_or_default().iter().map(|entry| entry.key.as_str());
         let message = format!("there is no extension point \"{}\"", point.key);
-        let finding = Diagnostic::error(codes::UNKNOWN_EXTENSION_POINT, point.key_span, message);
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_EXTENSION_POINT, point.key_span, message);
         let taken = |name: &str| beside.iter().any(|other| other.key == name);
         let written = Some(point.key_span);
-        diagnostics.push(finding.meant_unless(&point.key, names, written, taken, |names| match names {
+        diagnostics.push(diagnostic.meant_unless(&point.key, names, written, taken, |names| match names {
             [] => "the pipeline names no extension points".to_owned(),
             names => format!("the extension points are {}", names.join(", ")),
         }));

@@ -91,7 +91,7 @@ fn lay_over(
             // A file below has lost what stood there.
             (None, Kind::Null) if changes.deleted.get(&at.to_string()) == Some(&entry.value.span) => {}
             (None, Kind::Null) if !keeps => {
-                let finding = Diagnostic::error(
+                let diagnostic = Diagnostic::error(
                     codes::DELETES_NOTHING,
                     entry.value.span,
                     format!("there is no \"{}\" to delete", entry.key),
@@ -99,10 +99,11 @@ fn lay_over(
                 let left = entries.iter().enumerate().filter(|(index, _)| !deleted.contains(index));
                 let names = left.map(|(_, known)| known.key.as_str());
                 let taken = |name: &str| written.iter().any(|key| key == name);
-                let finding = finding.meant_unless(&entry.key, names, Some(entry.key_span), taken, |_| {
-                    "null deletes what the extended file has under that key".to_owned()
-                });
-                diagnostics.push(finding.pointer(at));
+                let diagnostic =
+                    diagnostic.meant_unless(&entry.key, names, Some(entry.key_span), taken, |_| {
+                        "null deletes what the extended file has under that key".to_owned()
+                    });
+                diagnostics.push(diagnostic.pointer(at));
             }
             (Some(index), _) => {
                 let span = entries[index].value.span;
@@ -178,7 +179,7 @@ pub(super) fn refuse_deletions(
     }
 }
 
-/// Adds the sections of an included document; the fallback both is a finding.
+/// Adds the sections of an included document; the fallback both is a diagnostic.
 pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnostics) {
     let Kind::Object(part_entries) = part.kind else {
         let message = "an included file is an object with sections of a pipeline";
@@ -195,14 +196,14 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
             continue;
         }
         if !SECTIONS.contains(&section.key.as_str()) {
-            let finding = Diagnostic::error(
+            let diagnostic = Diagnostic::error(
                 codes::UNKNOWN_KEY,
                 section.key_span,
                 format!("an included file cannot say \"{}\"", section.key),
             );
             let (known, written) = (SECTIONS.iter().copied(), Some(section.key_span));
             let taken = |name: &str| sections.iter().any(|key| key == name);
-            diagnostics.push(finding.meant_unless(&section.key, known, written, taken, |known| {
+            diagnostics.push(diagnostic.meant_unless(&section.key, known, written, taken, |known| {
                 format!("its sections are {}", known.join(", "))
             }));
             continue;

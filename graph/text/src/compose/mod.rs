@@ -12,7 +12,7 @@
 //! Paths are relative to the folder of the file that names them. The result is one [`Document`] whose every value still
 //! knows where it was written; what it replaced is kept in [`Composed::replaced`], so that `why` can tell all layers.
 //!
-//! Limits: 64 files, 32 levels; a file that leads back to itself is a finding.
+//! Limits: 64 files, 32 levels; a file that leads back to itself is a diagnostic.
 
 mod files;
 mod insert;
@@ -165,8 +165,8 @@ impl Composer<'_> {
         self.chain.push((path.to_owned(), None));
         let root = match document::parse(self.sources, file) {
             Ok(document) => Some(document.root),
-            Err(findings) => {
-                self.diagnostics.extend(findings);
+            Err(diagnostics) => {
+                self.diagnostics.extend(diagnostics);
                 None
             }
         };
@@ -230,10 +230,10 @@ impl Composer<'_> {
             if meant.is_some() && holds_paths {
                 found = true;
                 let message = format!("unknown key \"{}\"", entry.key);
-                let finding = Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, message)
+                let diagnostic = Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, message)
                     .pointer(document::pointer_join("", &entry.key))
                     .meant_unless(&entry.key, known(), Some(entry.key_span), is_there, |_| String::new());
-                self.diagnostics.push(finding);
+                self.diagnostics.push(diagnostic);
             }
         }
         found
@@ -266,15 +266,15 @@ impl Composer<'_> {
     fn follow(&mut self, name: &str, place: Span, from: &Path, layer: Layer) -> Option<Value> {
         let path = normalize(&from.parent().unwrap_or_else(|| Path::new("")).join(name));
         if let Some(at) = self.chain.iter().position(|(known, _)| normalize(known) == path) {
-            let mut finding =
+            let mut diagnostic =
                 Diagnostic::error(codes::FILE_CYCLE, place, format!("\"{name}\" leads back to itself"))
                     .help("take what both need into a third file");
             for (_, place) in &self.chain[at..] {
                 if let Some(place) = place {
-                    finding = finding.related(*place, "on the way");
+                    diagnostic = diagnostic.related(*place, "on the way");
                 }
             }
-            self.diagnostics.push(finding);
+            self.diagnostics.push(diagnostic);
             return None;
         }
         if self.seen.len() >= MAXIMUM_FILES || self.chain.len() >= MAXIMUM_LEVELS {
@@ -292,8 +292,8 @@ impl Composer<'_> {
     fn too_many_files(&mut self, place: Span) {
         let message =
             format!("a pipeline is made of at most {MAXIMUM_FILES} files on {MAXIMUM_LEVELS} levels");
-        let finding = Diagnostic::error(codes::FILE_CYCLE, place, message);
-        self.diagnostics.push(finding.help("join some of the files"));
+        let diagnostic = Diagnostic::error(codes::FILE_CYCLE, place, message);
+        self.diagnostics.push(diagnostic.help("join some of the files"));
     }
 
     /// Reads the file that something at a place names.
@@ -302,13 +302,13 @@ impl Composer<'_> {
             return Some(*known);
         }
         let result = self.files.read(path, self.sources);
-        let refused = |mut finding: Diagnostic| {
-            finding.place = place.into();
-            if finding.code == codes::FILE_UNREADABLE {
-                finding.help =
+        let refused = |mut diagnostic: Diagnostic| {
+            diagnostic.place = place.into();
+            if diagnostic.code == codes::FILE_UNREADABLE {
+                diagnostic.help =
                     Some("paths are relative to the folder of the file that names them".to_owned());
             }
-            self.diagnostics.push(finding);
+            self.diagnostics.push(diagnostic);
         };
         let file = result.map_err(refused).ok()?;
         self.read.insert(path.to_owned(), file);

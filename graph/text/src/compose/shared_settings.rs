@@ -14,7 +14,8 @@
 //! group of the file that it extends for the passes of both. A subgraph sees its own groups, and behind them those of the
 //! pipeline; a subgraph in a file of its own does not see the latter.
 //!
-//! What a pass takes over keeps the place where it is written: findings about it point to the group, and name the passes.
+//! What a pass takes over keeps the place where it is written: diagnostics about it point to the group, and name the
+//! passes.
 //!
 //! Limits: [`MAXIMUM_LEVELS`] groups that extend one another, [`MAXIMUM_VALUES`] values taken over in one document.
 
@@ -73,7 +74,7 @@ struct Section {
 struct Sharing<'s> {
     changes: &'s mut Changes,
     diagnostics: &'s mut Diagnostics,
-    /// Groups by the place of their key, laid over those that they extend; `None` for one with a finding.
+    /// Groups by the place of their key, laid over those that they extend; `None` for one with a diagnostic.
     whole: BTreeMap<Span, Option<Value>>,
     /// How many values were taken over.
     values: usize,
@@ -140,8 +141,9 @@ impl Sharing<'_> {
     ) -> Option<Value> {
         let Some(wanted) = name.text() else {
             let message = format!("the name of shared settings is wanted here, this is {}", name.kind_name());
-            let finding = Diagnostic::error(codes::WRONG_TYPE, name.span, message).pointer(pointer);
-            self.diagnostics.push(finding.help("name a group of \"shared_settings\", or a list of several"));
+            let diagnostic = Diagnostic::error(codes::WRONG_TYPE, name.span, message).pointer(pointer);
+            self.diagnostics
+                .push(diagnostic.help("name a group of \"shared_settings\", or a list of several"));
             return None;
         };
         let found = seen.iter().enumerate().find_map(|(at, section)| {
@@ -150,9 +152,9 @@ impl Sharing<'_> {
         let Some((at, section, group)) = found else {
             let known = seen.iter().flat_map(|section| &section.groups).map(|group| group.key.as_str());
             let message = format!("there are no shared settings \"{wanted}\"");
-            let finding =
+            let diagnostic =
                 Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message).pointer(pointer);
-            self.diagnostics.push(finding.meant(wanted, known, Some(name.span), |known| match known {
+            self.diagnostics.push(diagnostic.meant(wanted, known, Some(name.span), |known| match known {
                 [] => "declare them under \"shared_settings\"".to_owned(),
                 known => format!("the shared settings are {}", known.join(", ")),
             }));
@@ -160,21 +162,21 @@ impl Sharing<'_> {
         };
         if let Some(first) = chain.iter().position(|(open, _)| *open == group.key_span) {
             let message = format!("the shared settings \"{wanted}\" extend themselves");
-            let mut finding = Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message)
+            let mut diagnostic = Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message)
                 .pointer(pointer)
                 .help("take what both need into a third group");
             for (_, place) in &chain[first + 1..] {
-                finding = finding.related(*place, "on the way");
+                diagnostic = diagnostic.related(*place, "on the way");
             }
-            self.diagnostics.push(finding);
+            self.diagnostics.push(diagnostic);
             return None;
         }
         if !self.whole.contains_key(&group.key_span) {
             if chain.len() >= MAXIMUM_LEVELS {
                 let message =
                     format!("shared settings extend one another on {MAXIMUM_LEVELS} levels at most");
-                let finding = Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message);
-                self.diagnostics.push(finding.pointer(pointer).help("join some of the groups"));
+                let diagnostic = Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message);
+                self.diagnostics.push(diagnostic.pointer(pointer).help("join some of the groups"));
                 return None;
             }
             chain.push((group.key_span, name.span));
@@ -190,15 +192,16 @@ impl Sharing<'_> {
         self.values += count(&whole);
         if self.values > MAXIMUM_VALUES {
             let message = format!("the passes take over more than {MAXIMUM_VALUES} values");
-            let finding = Diagnostic::error(codes::FILE_TOO_LARGE, name.span, message).pointer(pointer);
-            self.diagnostics.push(finding.help("write fewer passes, or smaller groups of shared settings"));
+            let diagnostic = Diagnostic::error(codes::FILE_TOO_LARGE, name.span, message).pointer(pointer);
+            self.diagnostics
+                .push(diagnostic.help("write fewer passes, or smaller groups of shared settings"));
             return None;
         }
         Some(whole)
     }
 }
 
-/// Whether a pass extends groups that cannot be had, which is a finding: what it lacks is not known.
+/// Whether a pass extends groups that cannot be had, which is a diagnostic: what it lacks is not known.
 pub fn is_incomplete(pass: &Value) -> bool {
     pass.get("extends").is_some_and(|extends| matches!(extends.kind, Kind::Null))
 }
@@ -282,37 +285,38 @@ impl<'d> SharedPlaces<'d> {
     }
 }
 
-/// The same findings, each about shared settings with the passes that it is about as related places, and said once.
-pub fn with_users(document: &Document, findings: Diagnostics) -> Diagnostics {
+/// The same diagnostics, each about shared settings with the passes that it is about as related places, and said once.
+pub fn with_users(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
     let places = SharedPlaces::of(document);
     if places.ranges.is_empty() {
-        return findings;
+        return diagnostics;
     }
     let mut all: Vec<Diagnostic> = Vec::new();
     let mut known = BTreeMap::new();
-    for finding in findings {
-        let Place::Span(place) = finding.place else {
-            all.push(finding);
+    for diagnostic in diagnostics {
+        let Place::Span(place) = diagnostic.place else {
+            all.push(diagnostic);
             continue;
         };
-        let user = places.at(place).zip(pass_at(document, &finding.pointer));
+        let user = places.at(place).zip(pass_at(document, &diagnostic.pointer));
         let Some(((_, group), (pass, below, extends))) = user else {
-            all.push(finding);
+            all.push(diagnostic);
             continue;
         };
         let pointer = [group, below.as_str()].concat();
-        let finding = finding.related(extends, format!("the pass \"{pass}\" takes it over")).pointer(pointer);
-        let key = (finding.code.id, place, finding.message.clone());
+        let diagnostic =
+            diagnostic.related(extends, format!("the pass \"{pass}\" takes it over")).pointer(pointer);
+        let key = (diagnostic.code.id, place, diagnostic.message.clone());
         match known.get(&key) {
             Some(at) => {
                 let first: &mut Diagnostic = &mut all[*at];
-                let new = finding.related.into_iter().filter(|one| !first.related.contains(one));
+                let new = diagnostic.related.into_iter().filter(|one| !first.related.contains(one));
                 let new: Vec<_> = new.collect();
                 first.related.extend(new);
             }
             None => {
                 known.insert(key, all.len());
-                all.push(finding);
+                all.push(diagnostic);
             }
         }
     }

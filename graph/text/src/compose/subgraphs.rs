@@ -121,9 +121,9 @@ impl Composer<'_> {
         let path = Path::new(name);
         if self.paths.contains(path) {
             let message = format!("\"{name}\" is a file of the pipeline itself");
-            let finding = Diagnostic::error(codes::FILE_CYCLE, place, message);
+            let diagnostic = Diagnostic::error(codes::FILE_CYCLE, place, message);
             self.diagnostics
-                .push(finding.help("a subgraph is a file of its own, with \"inputs\" and \"passes\""));
+                .push(diagnostic.help("a subgraph is a file of its own, with \"inputs\" and \"passes\""));
             return None;
         }
         if self.seen.len() >= MAXIMUM_FILES {
@@ -135,8 +135,8 @@ impl Composer<'_> {
         self.seen.push(file);
         let mut root = match document::parse(self.sources, file) {
             Ok(document) => document.root,
-            Err(findings) => {
-                self.diagnostics.extend(findings);
+            Err(diagnostics) => {
+                self.diagnostics.extend(diagnostics);
                 return None;
             }
         };

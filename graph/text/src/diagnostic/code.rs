@@ -1,8 +1,8 @@
-//! Stable codes of findings, each with the page that explains it.
+//! Stable codes of diagnostics, each with the page that explains it.
 
 /// A stable code: `UG` and four digits for the project's own, any other prefix for an integrator's node kinds.
 ///
-/// The title says in a few words what kind of finding it is; the page, in Markdown, says why it is one, shows an
+/// The title says in a few words what kind of diagnostic it is; the page, in Markdown, says why it is one, shows an
 /// example and the way out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Code {

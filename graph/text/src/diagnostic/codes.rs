@@ -1,4 +1,4 @@
-//! The codes of the engine's own findings.
+//! The codes of the engine's own diagnostics.
 //!
 //! Ranges: 00 files and the command line, 01 documents, 02 the pipeline language, 03 resources and expressions,
 //! 04 the graph and its plan, 05 templates and shaders, 06 the node kinds that come with the project, 07 scenes,
@@ -10,7 +10,7 @@ crate::codes! {
         "A file that the command line, a pipeline or a template names does not exist, cannot be read, or is no regular file: a pipe or a device may never end.\n\nPaths inside a file are relative to the folder of that file.";
     /// A file that is not UTF-8.
     FILE_NOT_UTF8 = "UG0002", "file is not UTF-8",
-        "Pipelines, parameter files and templates are UTF-8 text. The finding points to the first byte that is not.";
+        "Pipelines, parameter files and templates are UTF-8 text. The diagnostic points to the first byte that is not.";
     /// A file over the size limit.
     FILE_TOO_LARGE = "UG0003", "file too large", "Pipelines, parameter files and templates are limited to 64 MiB of text and 1,500,000 values: what is larger was hardly written by a person, and is refused before a tree is made of it.";
     /// A file that cannot be written.
@@ -42,7 +42,7 @@ crate::codes! {
         "`umbragraph why PIPELINE NAME` explains passes, resources, parameters, features, derived values, shared settings, toggles, presets, subgraphs, extension points and geometry by name; what a use of a subgraph or a round of a loop makes is named after it: `soft.down`, `down.0`. Nothing in the pipeline has the name that is asked for. With two names both are resources.";
     /// A text that is not JSON.
     SYNTAX = "UG0101", "not JSON",
-        "Pipelines are strict JSON (RFC 8259) with `//` and `/* */` comments. Trailing commas, single quotes, bare keys, hexadecimal numbers, NaN and nesting beyond 512 levels are refused. The parser stops at the first such place.\n\nOf a `{` or `[` that is never closed the finding points to the bracket: what it holds is indented, so the first line that is not stands behind its end.";
+        "Pipelines are strict JSON (RFC 8259) with `//` and `/* */` comments. Trailing commas, single quotes, bare keys, hexadecimal numbers, NaN and nesting beyond 512 levels are refused. The parser stops at the first such place.\n\nOf a `{` or `[` that is never closed the diagnostic points to the bracket: what it holds is indented, so the first line that is not stands behind its end.";
     /// A key that no rule of the schema knows at its place.
     UNKNOWN_KEY = "UG0102", "unknown key",
         "An object has a key that means nothing at its place. Nothing is ignored silently: a misspelt key would otherwise change nothing and say nothing.";

@@ -1,8 +1,8 @@
-//! Applies the fixes of findings to their texts.
+//! Applies the fixes of diagnostics to their texts.
 //!
-//! A fix is applied as a whole or not at all. The same edit of two findings is made once; of two fixes that overlap the
-//! first (by place) is made, and the other is left to the next round: after a round the texts are checked again, until
-//! nothing changes.
+//! A fix is applied as a whole or not at all. The same edit of two diagnostics is made once; of two fixes that overlap
+//! the first (by place) is made, and the other is left to the next round: after a round the texts are checked again,
+//! until nothing changes.
 
 use std::collections::BTreeMap;
 
@@ -22,7 +22,7 @@ pub struct Fixed {
     pub edits: Vec<Edit>,
 }
 
-/// The texts that the fixes of findings change, by the names of their files, which stand for their contents however
+/// The texts that the fixes of diagnostics change, by the names of their files, which stand for their contents however
 /// often they are registered. Files for which `is_writable` says no keep their texts, and fixes that need them wait.
 pub fn apply<'a>(
     diagnostics: impl IntoIterator<Item = &'a Diagnostic>,
@@ -30,7 +30,7 @@ pub fn apply<'a>(
     is_writable: impl Fn(&str) -> bool,
 ) -> Vec<Fixed> {
     let mut made: BTreeMap<String, BTreeMap<Range, Edit>> = BTreeMap::new();
-    for fix in diagnostics.into_iter().filter_map(|finding| finding.fix.as_ref()) {
+    for fix in diagnostics.into_iter().filter_map(|diagnostic| diagnostic.fix.as_ref()) {
         let placed: Option<Vec<(String, Range, &Edit)>> =
             fix.edits.iter().map(|edit| place(edit, sources, &is_writable)).collect();
         let Some(placed) = placed else { continue };
@@ -81,19 +81,19 @@ mod tests {
         let mut sources = Sources::new();
         let (a, b) = (sources.add("a", "one two three"), sources.add("b", "four"));
         let again = sources.add("a", "one two three");
-        let finding = |file, range, text: &str| {
+        let diagnostic = |file, range, text: &str| {
             Diagnostic::error(codes::UNKNOWN_KEY, Span::new(file, 0..1), "x")
                 .fix(Span::new(file, range), text)
         };
-        let findings = [
-            finding(a, 0..3, "1").fix(Span::new(b, 0..4), "4"),
-            finding(again, 0..3, "1"),
-            finding(a, 4..7, "2"),
-            finding(a, 5..9, "overlaps").fix(Span::new(b, 0..0), "no half of a fix is made: "),
+        let diagnostics = [
+            diagnostic(a, 0..3, "1").fix(Span::new(b, 0..4), "4"),
+            diagnostic(again, 0..3, "1"),
+            diagnostic(a, 4..7, "2"),
+            diagnostic(a, 5..9, "overlaps").fix(Span::new(b, 0..0), "no half of a fix is made: "),
         ];
-        let fixed = apply(&findings, &sources, |_| true);
+        let fixed = apply(&diagnostics, &sources, |_| true);
         let texts: Vec<&str> = fixed.iter().map(|fixed| fixed.text.as_str()).collect();
         assert_eq!(texts, ["1 2 three", "4"]);
-        assert!(apply(&findings[..1], &sources, |name| name != "b").is_empty());
+        assert!(apply(&diagnostics[..1], &sources, |name| name != "b").is_empty());
     }
 }

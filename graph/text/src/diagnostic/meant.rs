@@ -1,7 +1,7 @@
 //! What a misspelt name was meant to be: the help that proposes it, and the fix that writes it.
 //!
-//! All findings about a name that is none of those known take one way, [`Diagnostic::meant`]: the closest known name is
-//! the help; where no other is as close, and it is known where the name is written, putting it there is the fix.
+//! All diagnostics about a name that is none of those known take one way, [`Diagnostic::meant`]: the closest known name
+//! is the help; where no other is as close, and it is known where the name is written, putting it there is the fix.
 //!
 //! Limits: names longer than 64 bytes are not compared; a known name that JSON would have to escape is help only.
 
@@ -46,7 +46,7 @@ impl Diagnostic {
                 None => otherwise(&known),
             });
         };
-        let finding = self.help(format!("did you mean \"{meant}\"?"));
+        let diagnostic = self.help(format!("did you mean \"{meant}\"?"));
         let replacement = written.and_then(|span| match span.range().len().checked_sub(name.len())? {
             0 => Some((span, meant.to_owned())),
             2 => Some((span, format!("\"{meant}\""))),
@@ -56,8 +56,8 @@ impl Diagnostic {
         let is_plain = !meant.contains(['"', '\\']) && !meant.contains(char::is_control);
         let is_sure = is_plain && !taken(meant) && surely_meant(name, known.iter().copied()) == Some(meant);
         match replacement {
-            Some((span, text)) if is_sure => finding.fix(span, text),
-            _ => finding,
+            Some((span, text)) if is_sure => diagnostic.fix(span, text),
+            _ => diagnostic,
         }
     }
 }
@@ -144,19 +144,19 @@ mod tests {
     fn the_one_closest_name_is_written_where_the_name_stands_and_nowhere_else() {
         let file = Sources::new().add("a", "\"frist@show\" first {frist}");
         let names = ["first", "second"];
-        let finding = |range: std::ops::Range<usize>, names: &[&'static str], taken: &str| {
-            let finding = Diagnostic::error(codes::UNKNOWN_KEY, Span::new(file, range.clone()), "x");
+        let diagnostic = |range: std::ops::Range<usize>, names: &[&'static str], taken: &str| {
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_KEY, Span::new(file, range.clone()), "x");
             let written = Some(Span::new(file, range));
             let names = names.iter().copied();
-            let finding =
-                finding.meant_unless("frist", names, written, |one| one == taken, |_| String::new());
-            assert_eq!(finding.help.as_deref(), Some("did you mean \"first\"?"));
-            finding.fix.map(|fix| fix.edits[0].replacement.clone())
+            let diagnostic =
+                diagnostic.meant_unless("frist", names, written, |one| one == taken, |_| String::new());
+            assert_eq!(diagnostic.help.as_deref(), Some("did you mean \"first\"?"));
+            diagnostic.fix.map(|fix| fix.edits[0].replacement.clone())
         };
-        assert_eq!(finding(1..6, &names, "").as_deref(), Some("first"));
-        assert_eq!(finding(19..26, &names, "").as_deref(), Some("\"first\""), "as long as with quotes");
-        assert_eq!(finding(0..12, &names, ""), None, "more than the name");
-        assert_eq!(finding(1..6, &names, "first"), None, "it is there already");
-        assert_eq!(finding(1..6, &["first", "frost"], ""), None, "two are as close");
+        assert_eq!(diagnostic(1..6, &names, "").as_deref(), Some("first"));
+        assert_eq!(diagnostic(19..26, &names, "").as_deref(), Some("\"first\""), "as long as with quotes");
+        assert_eq!(diagnostic(0..12, &names, ""), None, "more than the name");
+        assert_eq!(diagnostic(1..6, &names, "first"), None, "it is there already");
+        assert_eq!(diagnostic(1..6, &["first", "frost"], ""), None, "two are as close");
     }
 }

@@ -1,8 +1,8 @@
-//! Findings: what is wrong, where, why, and the way out.
+//! Diagnostics: what is wrong, where, why, and the way out.
 //!
 //! Every stage collects [`Diagnostic`]s into a [`Diagnostics`] and goes on as far as it can, so that a user sees all
-//! findings of a file at once. A diagnostic is plain data; turning it into terminal text, JSON or another format is
-//! the business of [`render`]. A finding that only follows from another one is not reported: a stage that cannot
+//! diagnostics of a file at once. A diagnostic is plain data; turning it into terminal text, JSON or another format is
+//! the business of [`render`]. A diagnostic that only follows from another one is not reported: a stage that cannot
 //! know (a pass that failed to decode) leaves a gap instead of guessing.
 
 mod code;
@@ -23,7 +23,7 @@ use std::hash::{Hash as _, Hasher as _};
 
 use crate::source::Span;
 
-/// How bad a finding is.
+/// How bad a diagnostic is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
@@ -35,7 +35,7 @@ pub enum Severity {
     Note,
 }
 
-/// Where a finding belongs.
+/// Where a diagnostic belongs.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Place {
     /// A range of a registered text.
@@ -47,7 +47,7 @@ pub enum Place {
         /// Where in the file: a JSON pointer into a glTF document, for one. Empty for the file as a whole.
         locator: String,
     },
-    /// No place: the finding is about the machine (no adapter), not about an input.
+    /// No place: the diagnostic is about the machine (no adapter), not about an input.
     Nowhere,
 }
 
@@ -57,7 +57,7 @@ impl From<Span> for Place {
     }
 }
 
-/// A further place that belongs to a finding.
+/// A further place that belongs to a diagnostic.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Related {
     /// Where.
@@ -66,7 +66,7 @@ pub struct Related {
     pub message: String,
 }
 
-/// Replacements of text that together mend a finding, given only where there is exactly one sensible way.
+/// Replacements of text that together mend a diagnostic, given only where there is exactly one sensible way.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Fix {
     /// The replacements, perhaps in several files; they do not overlap.
@@ -82,12 +82,12 @@ pub struct Edit {
     pub replacement: String,
 }
 
-/// How far a finding about shaders reaches in one template.
+/// How far a diagnostic about shaders reaches in one template.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Extent {
     /// The template.
     pub template: String,
-    /// The number of its variants that show the finding.
+    /// The number of its variants that show the diagnostic.
     pub variants: usize,
     /// The number of all its variants.
     pub of_variants: usize,
@@ -99,7 +99,7 @@ pub struct Extent {
     pub profiles: BTreeSet<String>,
 }
 
-/// One finding.
+/// One diagnostic.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Diagnostic {
     /// Its stable code.
@@ -114,7 +114,7 @@ pub struct Diagnostic {
     pub pointer: String,
     /// Further places, each with what is to be seen there.
     pub related: Vec<Related>,
-    /// How far it reaches, for findings that variants of shader templates show.
+    /// How far it reaches, for diagnostics that variants of shader templates show.
     pub extent: Vec<Extent>,
     /// The way out, one sentence.
     pub help: Option<String>,
@@ -191,21 +191,21 @@ impl Diagnostic {
     }
 }
 
-/// The findings of one run, in the order in which they were made.
+/// The diagnostics of one run, in the order in which they were made.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Diagnostics {
     list: Vec<Diagnostic>,
-    /// Hashes of the findings, so that most new ones need no comparison with the others.
+    /// Hashes of the diagnostics, so that most new ones need no comparison with the others.
     seen: HashSet<u64>,
 }
 
 impl Diagnostics {
-    /// No findings.
+    /// No diagnostics.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a finding; the very same finding twice is kept once.
+    /// Adds a diagnostic; the very same diagnostic twice is kept once.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         let mut hasher = std::hash::DefaultHasher::new();
         diagnostic.hash(&mut hasher);
@@ -214,14 +214,14 @@ impl Diagnostics {
         }
     }
 
-    /// Adds all findings of another run.
+    /// Adds all diagnostics of another run.
     pub fn extend(&mut self, other: impl IntoIterator<Item = Diagnostic>) {
         for diagnostic in other {
             self.push(diagnostic);
         }
     }
 
-    /// Whether there is an error among the findings.
+    /// Whether there is an error among the diagnostics.
     pub fn has_errors(&self) -> bool {
         self.list.iter().any(|diagnostic| diagnostic.severity == Severity::Error)
     }
@@ -231,22 +231,22 @@ impl Diagnostics {
         self.list.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count()
     }
 
-    /// Whether there are no findings at all.
+    /// Whether there are no diagnostics at all.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// The number of findings.
+    /// The number of diagnostics.
     pub fn len(&self) -> usize {
         self.list.len()
     }
 
-    /// The findings in the order in which they were made.
+    /// The diagnostics in the order in which they were made.
     pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
         self.list.iter()
     }
 
-    /// Makes findings with the same code, place and message one, with everything that is related to any of them.
+    /// Makes diagnostics with the same code, place and message one, with everything that is related to any of them.
     pub fn merge(&mut self) {
         let mut merged: Vec<Diagnostic> = Vec::new();
         let mut known: HashMap<(Code, Place, String), usize> = HashMap::new();
@@ -315,9 +315,9 @@ impl FromIterator<Diagnostic> for Diagnostics {
     }
 }
 
-/// The number of findings after which a check stops to look for more: nobody reads on, and a text of a million faults
-/// must not cost a million findings.
-pub const MAXIMUM_FINDINGS: usize = 1_000;
+/// The number of diagnostics after which a check stops to look for more: nobody reads on, and a text of a million
+/// errors must not cost a million diagnostics.
+pub const MAXIMUM_DIAGNOSTICS: usize = 1_000;
 
 /// A text for a message: the first characters of a long one.
 pub fn shorten(text: &str) -> std::borrow::Cow<'_, str> {

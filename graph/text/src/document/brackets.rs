@@ -113,7 +113,7 @@ pub(super) fn unclosed(text: &str) -> Found {
         at = end;
     }
     let end = text.len()..text.len();
-    scan.found.at_the_end = scan.open.last().map(|open| scan.finding(open, end));
+    scan.found.at_the_end = scan.open.last().map(|open| scan.diagnostic(open, end));
     scan.found
 }
 
@@ -191,14 +191,14 @@ impl Scan<'_> {
         if self.found.by_layout.len() < MAXIMUM_FOUND {
             let rest = &self.text[start..];
             let line = rest.split('\n').next().unwrap_or(rest).trim_end();
-            let finding = self.finding(&open, start..start + line.len());
-            self.found.by_layout.push(finding);
+            let diagnostic = self.diagnostic(&open, start..start + line.len());
+            self.found.by_layout.push(diagnostic);
         }
         self.open.pop();
         self.count[usize::from(open.is_brace)] -= 1;
     }
 
-    fn finding(&self, open: &Open, before: Range<usize>) -> Unclosed {
+    fn diagnostic(&self, open: &Open, before: Range<usize>) -> Unclosed {
         let closer = if open.is_brace { '}' } else { ']' };
         let (end, line, has_comma) = self.last;
         let is_last = matches!(self.text.as_bytes().get(before.start), None | Some(b'}' | b']' | b','));

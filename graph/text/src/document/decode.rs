@@ -199,7 +199,7 @@ mod tests {
     use crate::language::{PassCommon, ResourceDeclaration};
     use crate::source::Sources;
 
-    /// Whether decoding gives what it gives by way of an untyped tree, findings included.
+    /// Whether decoding gives what it gives by way of an untyped tree, diagnostics included.
     fn alike<T: serde::de::DeserializeOwned + std::fmt::Debug>(text: &str) -> bool {
         let mut sources = Sources::new();
         let file = sources.add("t", text);

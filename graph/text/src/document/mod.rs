@@ -2,8 +2,8 @@
 //!
 //! A [`Document`] is strict JSON with comments, parsed by `jsonc-parser` with all its leniencies switched off: no
 //! trailing commas, no single quotes, no bare words, no hexadecimal, no NaN. Keys that stand twice in one object are
-//! findings. Numbers keep their exact value where JSON's does (64-bit integers, else `f64`); a number beyond `f64` is a
-//! finding, never infinity.
+//! diagnostics. Numbers keep their exact value where JSON's does (64-bit integers, else `f64`); a number beyond `f64`
+//! is a diagnostic, never infinity.
 //!
 //! Limits: nesting to 512 levels (the parser's own guard), texts to [`crate::source::MAXIMUM_FILE_BYTES`].
 
@@ -119,8 +119,8 @@ impl Value {
         }
     }
 
-    /// The deepest value on the way of a JSON pointer that exists, starting here. A finding about a value that is not
-    /// there (a default, a missing key) so falls on the object that lacks it.
+    /// The deepest value on the way of a JSON pointer that exists, starting here. A diagnostic about a value that is
+    /// not there (a default, a missing key) so falls on the object that lacks it.
     pub fn nearest(&self, pointer: &str) -> &Value {
         let mut value = self;
         for token in pointer.split('/').skip(1) {

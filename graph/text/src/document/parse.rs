@@ -10,7 +10,7 @@ use jsonc_parser::{Scanner, ScannerOptions};
 
 use super::syntax::{control_character, syntax};
 use super::{Document, Entry, Keys, Kind, Value};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_DIAGNOSTICS, codes};
 use crate::source::{FileId, Sources, Span};
 
 const STRICT_TOKENS: ScannerOptions = ScannerOptions {
@@ -52,8 +52,8 @@ fn beyond_the_values(text: &str) -> Option<usize> {
 /// Parses a registered text.
 ///
 /// # Errors
-/// Every finding: one syntax error at most (the parser stops there), and otherwise all duplicate keys and all numbers
-/// that cannot be represented.
+/// Every diagnostic: one syntax error at most (the parser stops there), and otherwise all duplicate keys and all
+/// numbers that cannot be represented.
 pub fn parse(sources: &Sources, file: FileId) -> Result<Document, Diagnostics> {
     let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());
     if let Some(at) = beyond_the_values(&text) {
@@ -156,7 +156,7 @@ impl<'t> Reader<'t> {
         if let Ok(number) = serde_json::Number::from_str(digits) {
             return Kind::Number(number);
         }
-        if self.diagnostics.len() < MAXIMUM_FINDINGS {
+        if self.diagnostics.len() < MAXIMUM_DIAGNOSTICS {
             let message = format!("the number {} cannot be represented", shorten(digits));
             self.diagnostics.push(
                 Diagnostic::error(codes::NUMBER_RANGE, self.span(), message)
@@ -217,21 +217,21 @@ impl<'t> Reader<'t> {
 
     /// Finds a key that an object has already; `end` is that of the entry before.
     fn stands_twice(&mut self, first: usize, key_span: Span, value: &Value, end: u32) {
-        if self.diagnostics.len() >= MAXIMUM_FINDINGS {
+        if self.diagnostics.len() >= MAXIMUM_DIAGNOSTICS {
             return;
         }
         let first = &self.entries[first];
         let message = format!("the key \"{}\" stands twice in one object", first.key);
-        let mut finding = Diagnostic::error(codes::DUPLICATE_KEY, key_span, message)
+        let mut diagnostic = Diagnostic::error(codes::DUPLICATE_KEY, key_span, message)
             .related(first.key_span, "it stands here first")
             .help("remove one of the two, or rename it");
         // From the end of the entry before, unless a comment would be lost.
         let removed = Span { start: end, ..value.span };
         let between = self.text.get(end as usize..key_span.start as usize).unwrap_or_default();
         if between.trim() == "," && first.value.to_json() == value.to_json() {
-            finding = finding.fix(removed, "");
+            diagnostic = diagnostic.fix(removed, "");
         }
-        self.diagnostics.push(finding);
+        self.diagnostics.push(diagnostic);
     }
 }
 
@@ -267,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn leniencies_are_findings() {
+    fn leniencies_are_diagnostics() {
         for text in [
             "{\"a\":1,}",
             "{a:1}",
@@ -289,14 +289,14 @@ mod tests {
     #[test]
     fn a_key_that_stands_twice_is_found_with_both_places() {
         let (_, result) = parse_text("{\"a\":1,\"b\":2,\"a\":3}");
-        let findings = result.unwrap_err();
-        let finding = findings.iter().next().unwrap();
-        assert_eq!(finding.code, codes::DUPLICATE_KEY);
-        assert_eq!(finding.related.len(), 1);
+        let diagnostics = result.unwrap_err();
+        let diagnostic = diagnostics.iter().next().unwrap();
+        assert_eq!(diagnostic.code, codes::DUPLICATE_KEY);
+        assert_eq!(diagnostic.related.len(), 1);
     }
 
     #[test]
-    fn deep_nesting_is_a_finding_and_not_a_stack_overflow() {
+    fn deep_nesting_is_a_diagnostic_and_not_a_stack_overflow() {
         let (_, result) = parse_text(&"[".repeat(100_000));
         assert!(result.is_err());
     }

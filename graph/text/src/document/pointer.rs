@@ -1,7 +1,7 @@
 //! JSON pointers that are written out only where somebody reads them.
 //!
-//! A walk through a document knows at every value where it is, but only a finding wants it as text. So the walk keeps
-//! the way as a chain on the stack, from each value to the one around it.
+//! A walk through a document knows at every value where it is, but only a diagnostic wants it as text. So the walk
+//! keeps the way as a chain on the stack, from each value to the one around it.
 
 use std::fmt;
 

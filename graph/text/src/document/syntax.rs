@@ -4,7 +4,7 @@
 //! one correction. It is a fix where the text behind it is read further than before. A bracket that is never closed is
 //! looked for by the [layout](super::brackets); closing it is a fix where the text is whole with it.
 //!
-//! Limits: one finding for each text, since the parser stops there; no fixes in texts over a mebibyte, and of their
+//! Limits: one diagnostic for each text, since the parser stops there; no fixes in texts over a mebibyte, and of their
 //! brackets that are never closed those only that the end of the text shows.
 
 use jsonc_parser::errors::{ParseError, ParseErrorKind};
@@ -30,14 +30,14 @@ pub(super) const STRICT: ParseOptions = ParseOptions {
 /// Longer texts are not read again to see whether a fix mends them.
 const MAXIMUM_MENDED: usize = 1 << 20;
 
-/// The finding for a text that is no JSON.
+/// The diagnostic for a text that is no JSON.
 pub(super) fn syntax(file: FileId, text: &str) -> Diagnostic {
     let whole = Span::new(file, 0..text.len());
     let help = "pipelines are strict JSON; only // and /* */ comments are allowed on top of it";
     match parse_to_ast(text, &CollectOptions::default(), &STRICT) {
         Err(error) => {
-            if let Some(finding) = open_bracket(file, text, error.kind()) {
-                return finding;
+            if let Some(diagnostic) = open_bracket(file, text, error.kind()) {
+                return diagnostic;
             }
             let range = error.range();
             let end = range.end.max(range.start + 1).min(text.len().max(range.start));
@@ -53,12 +53,12 @@ pub(super) fn syntax(file: FileId, text: &str) -> Diagnostic {
                 }
                 _ => help,
             };
-            let finding = Diagnostic::error(codes::SYNTAX, Span::new(file, place), message);
+            let diagnostic = Diagnostic::error(codes::SYNTAX, Span::new(file, place), message);
             match correction(text, &error).filter(|correction| correction.mends(text)) {
                 Some(Correction { range, replacement, help }) => {
-                    finding.help(help).fix(Span::new(file, range), replacement)
+                    diagnostic.help(help).fix(Span::new(file, range), replacement)
                 }
-                None => finding.help(help),
+                None => diagnostic.help(help),
             }
         }
         Ok(parsed) if parsed.value.is_none() => {
@@ -69,8 +69,8 @@ pub(super) fn syntax(file: FileId, text: &str) -> Diagnostic {
     }
 }
 
-/// The finding for a bracket that is never closed: where it stands, which is where a reader looks for its end. An error
-/// that is found before the end of the text is such a one if closing the bracket is all that is missing.
+/// The diagnostic for a bracket that is never closed: where it stands, which is where a reader looks for its end. An
+/// error that is found before the end of the text is such a one if closing the bracket is all that is missing.
 fn open_bracket(file: FileId, text: &str, error: &ParseErrorKind) -> Option<Diagnostic> {
     use ParseErrorKind as Error;
     let is_at_the_end = matches!(error, Error::UnterminatedObject | Error::UnterminatedArray);
@@ -95,11 +95,11 @@ fn open_bracket(file: FileId, text: &str, error: &ParseErrorKind) -> Option<Diag
     let Unclosed { at, closer, before, correction } = found;
     let bracket = &text[*at..at + 1];
     let message = format!("this is not JSON: the {bracket} is never closed");
-    let mut finding = Diagnostic::error(codes::SYNTAX, Span::new(file, *at..at + 1), message);
+    let mut diagnostic = Diagnostic::error(codes::SYNTAX, Span::new(file, *at..at + 1), message);
     if before.is_empty() {
-        finding = finding.help(format!("close it with {closer}"));
+        diagnostic = diagnostic.help(format!("close it with {closer}"));
     } else {
-        finding = finding
+        diagnostic = diagnostic
             .related(
                 Span::new(file, before.clone()),
                 format!("by its place, this stands behind the {closer}"),
@@ -110,12 +110,12 @@ fn open_bracket(file: FileId, text: &str, error: &ParseErrorKind) -> Option<Diag
         let end = text.trim_end().len();
         let last = (0..end).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0);
         if last != *at {
-            finding = finding.related(Span::new(file, last..end), "the text ends here");
+            diagnostic = diagnostic.related(Span::new(file, last..end), "the text ends here");
         }
     }
     Some(match mended {
-        Some(_) => finding.fix(Span::new(file, correction.0..correction.0), correction.1.as_str()),
-        None => finding,
+        Some(_) => diagnostic.fix(Span::new(file, correction.0..correction.0), correction.1.as_str()),
+        None => diagnostic,
     })
 }
 
@@ -130,8 +130,8 @@ impl Unclosed {
     }
 }
 
-/// The finding for a string with a character that only an escape can write: most often its end is missing, and it goes
-/// on to the quotes of the next line.
+/// The diagnostic for a string with a character that only an escape can write: most often its end is missing, and it
+/// goes on to the quotes of the next line.
 pub(super) fn control_character(file: FileId, text: &str, string: std::ops::Range<usize>) -> Diagnostic {
     let written = text.get(string.clone()).unwrap_or_default();
     let line = written.split(['\n', '\r']).next().unwrap_or_default();
@@ -228,8 +228,8 @@ mod tests {
         loop {
             let mut sources = Sources::new();
             let file = sources.add("a", text.as_str());
-            let Err(findings) = parse(&sources, file) else { return text };
-            let Some(fixed) = fix::apply(&findings, &sources, |_| true).pop() else { return text };
+            let Err(diagnostics) = parse(&sources, file) else { return text };
+            let Some(fixed) = fix::apply(&diagnostics, &sources, |_| true).pop() else { return text };
             text = fixed.text;
         }
     }
@@ -246,20 +246,20 @@ mod tests {
         }
     }
 
-    /// What the findings of a text mark, and what they relate to.
+    /// What the diagnostics of a text mark, and what they relate to.
     fn marked(text: &str) -> Vec<(usize, String, Vec<String>)> {
         let mut sources = Sources::new();
         let file = sources.add("a", text);
-        let findings = parse(&sources, file).unwrap_err();
+        let diagnostics = parse(&sources, file).unwrap_err();
         let text_of = |place: &Place| match place {
             Place::Span(span) => sources.text(*span).to_owned(),
             _ => String::new(),
         };
-        let mark = |finding: &Diagnostic| {
-            let related = finding.related.iter().map(|one| text_of(&one.place)).collect();
-            (finding.span().unwrap().start as usize, text_of(&finding.place), related)
+        let mark = |diagnostic: &Diagnostic| {
+            let related = diagnostic.related.iter().map(|one| text_of(&one.place)).collect();
+            (diagnostic.span().unwrap().start as usize, text_of(&diagnostic.place), related)
         };
-        findings.iter().map(mark).collect()
+        diagnostics.iter().map(mark).collect()
     }
 
     const LAID_OUT: &str = r#"// laid out
@@ -359,9 +359,9 @@ mod tests {
         ] {
             let mut sources = Sources::new();
             let file = sources.add("a", text);
-            let findings = parse(&sources, file).unwrap_err();
+            let diagnostics = parse(&sources, file).unwrap_err();
             let places: Vec<&str> =
-                findings.iter().filter_map(|each| Some(sources.text(each.span()?))).collect();
+                diagnostics.iter().filter_map(|each| Some(sources.text(each.span()?))).collect();
             assert_eq!(places, [place], "{text:?}");
         }
     }

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::{
-    BinaryOperator, Expression, ExpressionError, ExpressionKind, FUNCTIONS, Fault, UnaryOperator,
+    BinaryOperator, ErrorKind, Expression, ExpressionError, ExpressionKind, FUNCTIONS, UnaryOperator,
     UnknownName, Value,
 };
 
@@ -15,7 +15,7 @@ pub trait Scope {
     fn lookup(&self, name: &str) -> Option<Value>;
     /// All names, for a did-you-mean.
     fn names(&self) -> Vec<String>;
-    /// Whether a name is declared, but has no value because its declaration has a finding of its own.
+    /// Whether a name is declared, but has no value because its declaration has a diagnostic of its own.
     fn is_broken(&self, _name: &str) -> bool {
         false
     }
@@ -32,7 +32,7 @@ pub trait Scope {
 /// Evaluates an expression.
 ///
 /// # Errors
-/// The first fault, with its place in the text.
+/// The first error, with its place in the text.
 pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, ExpressionError> {
     let range = || expression.range.clone();
     match &expression.kind {
@@ -90,10 +90,10 @@ fn size_of(value: &Value) -> usize {
 pub fn unknown_name(name: &str, range: Range<usize>, scope: &dyn Scope) -> ExpressionError {
     let members = name.rsplit_once('.').map_or_else(Vec::new, |(head, _)| scope.members(head));
     let known = if members.is_empty() { scope.names() } else { members };
-    let fault = if scope.is_broken(name) { Fault::Follows } else { Fault::UnknownName };
+    let kind = if scope.is_broken(name) { ErrorKind::Follows } else { ErrorKind::UnknownName };
     ExpressionError {
         range,
-        fault,
+        kind,
         message: format!("there is no \"{name}\""),
         help: None,
         unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_complete: false })),
@@ -101,11 +101,11 @@ pub fn unknown_name(name: &str, range: Range<usize>, scope: &dyn Scope) -> Expre
 }
 
 fn type_error(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
-    ExpressionError { range, fault: Fault::Type, message: message.into(), help: None, unknown: None }
+    ExpressionError { range, kind: ErrorKind::Type, message: message.into(), help: None, unknown: None }
 }
 
 fn arithmetic(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
-    ExpressionError { range, fault: Fault::Arithmetic, message: message.into(), help: None, unknown: None }
+    ExpressionError { range, kind: ErrorKind::Arithmetic, message: message.into(), help: None, unknown: None }
 }
 
 fn boolean(expression: &Expression, scope: &dyn Scope) -> Result<bool, ExpressionError> {
@@ -231,7 +231,7 @@ fn call(
             let known = FUNCTIONS.iter().map(|name| (*name).to_owned()).collect();
             return Err(ExpressionError {
                 range,
-                fault: Fault::UnknownName,
+                kind: ErrorKind::UnknownName,
                 message: format!("there is no function \"{name}\""),
                 help: Some(format!("the functions are {}", FUNCTIONS.join(", "))),
                 unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_complete: true })),
@@ -348,23 +348,23 @@ mod tests {
     }
 
     #[test]
-    fn faults_are_found_at_their_place() {
-        for (text, range, fault) in [
-            ("size / (2 - 2)", 7..14, Fault::Arithmetic),
-            ("1e308 * 10", 0..10, Fault::Arithmetic),
-            ("sqrt(-1)", 0..8, Fault::Arithmetic),
-            ("far[2]", 4..5, Fault::Arithmetic),
-            ("sise + 1", 0..4, Fault::UnknownName),
-            ("flor(1)", 0..7, Fault::UnknownName),
-            ("1 + ", 4..4, Fault::Syntax),
-            ("(1", 2..2, Fault::Syntax),
-            ("1 2", 2..3, Fault::Syntax),
-            ("mode + 1", 0..8, Fault::Type),
-            ("size ? 1 : 2", 0..4, Fault::Type),
-            ("min()", 0..5, Fault::Type),
+    fn errors_are_found_at_their_place() {
+        for (text, range, kind) in [
+            ("size / (2 - 2)", 7..14, ErrorKind::Arithmetic),
+            ("1e308 * 10", 0..10, ErrorKind::Arithmetic),
+            ("sqrt(-1)", 0..8, ErrorKind::Arithmetic),
+            ("far[2]", 4..5, ErrorKind::Arithmetic),
+            ("sise + 1", 0..4, ErrorKind::UnknownName),
+            ("flor(1)", 0..7, ErrorKind::UnknownName),
+            ("1 + ", 4..4, ErrorKind::Syntax),
+            ("(1", 2..2, ErrorKind::Syntax),
+            ("1 2", 2..3, ErrorKind::Syntax),
+            ("mode + 1", 0..8, ErrorKind::Type),
+            ("size ? 1 : 2", 0..4, ErrorKind::Type),
+            ("min()", 0..5, ErrorKind::Type),
         ] {
             let error = run(text).unwrap_err();
-            assert_eq!((error.range.clone(), error.fault), (range, fault), "{text}: {}", error.message);
+            assert_eq!((error.range.clone(), error.kind), (range, kind), "{text}: {}", error.message);
         }
         let unknown = run("2 * sise").unwrap_err();
         assert_eq!(unknown.range, 4..8);
@@ -373,11 +373,11 @@ mod tests {
 
     #[test]
     fn deep_nesting_is_an_error_and_not_a_stack_overflow() {
-        assert_eq!(run(&format!("1{}", "+1".repeat(2000))).unwrap_err().fault, Fault::Syntax);
+        assert_eq!(run(&format!("1{}", "+1".repeat(2000))).unwrap_err().kind, ErrorKind::Syntax);
         assert_eq!(run(&format!("1{}", "+1".repeat(100))), Ok(Value::Number(101.0)));
-        assert_eq!(run(&format!("far{}", "[0]".repeat(1000))).unwrap_err().fault, Fault::Syntax);
+        assert_eq!(run(&format!("far{}", "[0]".repeat(1000))).unwrap_err().kind, ErrorKind::Syntax);
         for text in ["(".repeat(4000), "-".repeat(4000), "[".repeat(4000), "!".repeat(4000)] {
-            assert_eq!(run(&text).unwrap_err().fault, Fault::Syntax);
+            assert_eq!(run(&text).unwrap_err().kind, ErrorKind::Syntax);
         }
     }
 }

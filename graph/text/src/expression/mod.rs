@@ -187,13 +187,13 @@ pub enum BinaryOperator {
 pub struct ExpressionError {
     /// The bytes of the expression's text that are at fault.
     pub range: Range<usize>,
-    /// What kind of fault it is.
-    pub fault: Fault,
+    /// What kind of error it is.
+    pub kind: ErrorKind,
     /// What is wrong, as a sentence without a full stop.
     pub message: String,
     /// The way out, where there is one to name.
     pub help: Option<String>,
-    /// The name that does not exist, where that is the fault.
+    /// The name that does not exist, where that is the error.
     pub unknown: Option<Box<UnknownName>>,
 }
 
@@ -209,16 +209,17 @@ pub struct UnknownName {
     pub is_complete: bool,
 }
 
-/// The kinds of fault of an expression.
+/// The kinds of error of an expression.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fault {
+pub enum ErrorKind {
     /// It is not an expression.
     Syntax,
     /// A name or function that does not exist here.
     UnknownName,
     /// A text that an enumeration is compared with, and that is none of its words.
     UnknownWord,
-    /// A name that is declared, but has no value because its declaration has a finding: this one only follows from it.
+    /// A name that is declared, but has no value because its declaration has a diagnostic: this one only follows from
+    /// it.
     Follows,
     /// An operand of the wrong kind, or the wrong number of arguments.
     Type,

@@ -4,7 +4,7 @@
 
 use std::ops::Range;
 
-use super::{BinaryOperator, Expression, ExpressionError, ExpressionKind, Fault, UnaryOperator, Value};
+use super::{BinaryOperator, ErrorKind, Expression, ExpressionError, ExpressionKind, UnaryOperator, Value};
 
 const MAXIMUM_DEPTH: usize = 64;
 const MAXIMUM_BYTES: usize = 4096;
@@ -29,7 +29,7 @@ pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
 }
 
 fn syntax(range: Range<usize>, message: impl Into<String>) -> ExpressionError {
-    ExpressionError { range, fault: Fault::Syntax, message: message.into(), help: None, unknown: None }
+    ExpressionError { range, kind: ErrorKind::Syntax, message: message.into(), help: None, unknown: None }
 }
 
 struct Parser<'a> {

@@ -6,7 +6,9 @@
 //!
 //! Limits: texts that come out of other names are not looked at, since two enumerations may share some words only.
 
-use super::{BinaryOperator, Expression, ExpressionError, ExpressionKind, Fault, Scope, UnknownName, Value};
+use super::{
+    BinaryOperator, ErrorKind, Expression, ExpressionError, ExpressionKind, Scope, UnknownName, Value,
+};
 
 /// The first text that an enumeration is compared with and never is. The expression is as it is written: a name that
 /// has been replaced by its value is not a text that somebody wrote.
@@ -32,7 +34,7 @@ fn compared(named: &Expression, with: &Expression, scope: &dyn Scope) -> Option<
         ExpressionKind::Literal(Value::Text(word)) if !words.contains(word) => Some(ExpressionError {
             // Without its quotes.
             range: with.range.start + 1..with.range.end.saturating_sub(1),
-            fault: Fault::UnknownWord,
+            kind: ErrorKind::UnknownWord,
             message: format!("\"{name}\" is never \"{word}\""),
             help: Some(format!("it is one of {}", words.join(", "))),
             unknown: Some(Box::new(UnknownName {

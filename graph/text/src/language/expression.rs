@@ -31,7 +31,7 @@ impl Expr {
             }
             _ => Err(ExpressionError {
                 range: 0..0,
-                fault: expression::Fault::Type,
+                kind: expression::ErrorKind::Type,
                 message: "an expression is a number, a boolean, a string or a list".to_owned(),
                 help: None,
                 unknown: None,

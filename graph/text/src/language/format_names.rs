@@ -37,10 +37,11 @@ pub fn format_name(format: TextureFormat) -> String {
     serde_json::to_value(format).ok().and_then(|name| name.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
-/// The finding for a name that is none of a format's, which stands at a place.
+/// The diagnostic for a name that is none of a format's, which stands at a place.
 pub fn unknown_format(name: &str, place: Span, pointer: String) -> Diagnostic {
-    let finding = Diagnostic::error(codes::FORMAT_UNKNOWN, place, format!("\"{name}\" is no texture format"));
-    finding.pointer(pointer).meant(name, KNOWN_FORMATS.iter().copied(), Some(place), |_| {
+    let diagnostic =
+        Diagnostic::error(codes::FORMAT_UNKNOWN, place, format!("\"{name}\" is no texture format"));
+    diagnostic.pointer(pointer).meant(name, KNOWN_FORMATS.iter().copied(), Some(place), |_| {
         "formats have the names of the WebGPU specification".to_owned()
     })
 }

@@ -2,14 +2,14 @@
 
 use std::collections::HashMap;
 
-use super::{FaultKind, Faults};
+use super::{ViolationKind, Violations};
 use crate::compiler::{Plan, PlannedAttachment, PlannedPass, StoreOperation};
 use crate::language::Lifetime;
 use crate::pipeline::Usage;
 use crate::work::{AttachmentTarget, LoadOperation, RenderWork, ResourceHandle, Work};
 
 /// Checks the attachments, their marks and the groups of passes.
-pub(super) fn check(plan: &Plan, faults: &mut Faults) {
+pub(super) fn check(plan: &Plan, violations: &mut Violations) {
     let mut users: HashMap<ResourceHandle, Vec<usize>> = HashMap::new();
     for (at, planned) in plan.passes.iter().enumerate() {
         for one in plan.pipeline.pass(planned.handle).accesses() {
@@ -34,34 +34,34 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
                         .is_some_and(|one| one.name == planned.resource)
             });
         if !same {
-            faults.add(
-                FaultKind::AttachmentsDiffer,
+            violations.add(
+                ViolationKind::AttachmentsDiffer,
                 format!("the attachments of \"{}\" are not those that it declares", planned.name),
             );
             continue;
         }
         for (attachment, (_, load, discard)) in attachments.iter().zip(&declared) {
             if word(&attachment.load) != *load {
-                faults.add(
-                    FaultKind::LoadDiffers,
+                violations.add(
+                    ViolationKind::LoadDiffers,
                     format!("\"{}\" declares {load} for \"{}\"", planned.name, attachment.resource),
                 );
             }
             if *discard && attachment.store == StoreOperation::Store {
-                faults.add(
-                    FaultKind::StoreDiffers,
+                violations.add(
+                    ViolationKind::StoreDiffers,
                     format!("\"{}\" declares that \"{}\" is discarded", planned.name, attachment.resource),
                 );
             }
             if attachment.transient_attachment && !stays(plan, planned, attachment, at, &users) {
-                faults.add(
-                    FaultKind::TransientAttachmentLeaves,
+                violations.add(
+                    ViolationKind::TransientAttachmentLeaves,
                     format!("\"{}\" does not stay in \"{}\"", attachment.resource, planned.name),
                 );
             }
         }
     }
-    check_groups(plan, faults);
+    check_groups(plan, violations);
 }
 
 /// The declared attachments in order, each with its load operation as a word, and whether it is discarded.
@@ -112,7 +112,7 @@ fn stays(
 }
 
 /// Passes of one group follow one another, have the same toggle, attach the same, load it, and share nothing else that one of them writes.
-fn check_groups(plan: &Plan, faults: &mut Faults) {
+fn check_groups(plan: &Plan, violations: &mut Violations) {
     let mut start = 0;
     while start < plan.passes.len() {
         let first = &plan.passes[start];
@@ -120,8 +120,8 @@ fn check_groups(plan: &Plan, faults: &mut Faults) {
             .find(|at| plan.passes[*at].group != first.group)
             .unwrap_or(plan.passes.len());
         if start > 0 && plan.passes[start - 1].group >= first.group {
-            faults.add(
-                FaultKind::GroupBroken,
+            violations.add(
+                ViolationKind::GroupBroken,
                 format!("the group of \"{}\" is not one run of passes", first.name),
             );
         }
@@ -149,8 +149,8 @@ fn check_groups(plan: &Plan, faults: &mut Faults) {
                 }
             }
             if broken {
-                faults.add(
-                    FaultKind::GroupBroken,
+                violations.add(
+                    ViolationKind::GroupBroken,
                     format!("\"{}\" cannot join the render pass of \"{}\"", pass.name, first.name),
                 );
             }

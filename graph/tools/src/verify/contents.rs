@@ -21,7 +21,7 @@
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
-use super::{FaultKind, Faults, Schedule, back, uninitialised};
+use super::{Schedule, ViolationKind, Violations, back, uninitialised};
 use crate::compiler::{Plan, StoreOperation};
 use crate::language::Lifetime;
 use crate::pipeline::{Access, Aspect, IndexRange, SubresourceRange, Usage, Version};
@@ -177,7 +177,7 @@ impl Explained {
 }
 
 /// Plays the frame of a plan through.
-pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Flow {
+pub(super) fn check(plan: &Plan, schedule: &Schedule, violations: &mut Violations) -> Flow {
     let pipeline = &plan.pipeline;
     let mut flow = Flow { feeds: HashSet::new(), lasting: BTreeSet::new(), carried: HashMap::new() };
     let mut explained = Explained { next: HashMap::new() };
@@ -223,8 +223,8 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
             .iter()
             .map(|(pass, one)| Event { pass: *pass, one, regions: regions.of(one.range) })
             .collect();
-        uninitialised::check(plan, schedule, handle, &events, &regions, faults);
-        let mut known: HashSet<(FaultKind, String)> = HashSet::new();
+        uninitialised::check(plan, schedule, handle, &events, &regions, violations);
+        let mut known: HashSet<(ViolationKind, String)> = HashSet::new();
         let single = has_single_first(plan, schedule, &events, &after);
         let (states, are_all) = states(plan, &events, regions.count());
         if !are_all {
@@ -239,7 +239,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
                 })
             };
             let events: Vec<&Event<'_>> = events.iter().filter(happens).collect();
-            let mut found = Faults(Vec::new());
+            let mut found = Violations(Vec::new());
             let mut player = Player {
                 plan,
                 schedule,
@@ -251,20 +251,21 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, faults: &mut Faults) -> Fl
                 flow: &mut flow,
                 after: &after,
                 explained: &mut explained,
-                faults: &mut found,
+                violations: &mut found,
             };
             let played = player.play(&events, regions.count());
             sequences.extend(played.into_iter().map(|sequence| (handle, sequence)));
-            for fault in found.0 {
-                if known.insert((fault.kind, fault.message.clone())) {
-                    faults.add(fault.kind, format!("{}{}", fault.message, in_words(plan, &state)));
+            for violation in found.0 {
+                if known.insert((violation.kind, violation.message.clone())) {
+                    violations
+                        .add(violation.kind, format!("{}{}", violation.message, in_words(plan, &state)));
                 }
             }
         }
     }
     sequences.sort();
     sequences.dedup();
-    explain(plan, schedule, &mut explained, sequences, faults);
+    explain(plan, schedule, &mut explained, sequences, violations);
     flow
 }
 
@@ -325,7 +326,7 @@ struct Player<'a, 'b> {
     /// What "after" and the names of versions say.
     after: &'a Explained,
     explained: &'b mut Explained,
-    faults: &'b mut Faults,
+    violations: &'b mut Violations,
 }
 
 impl Player<'_, '_> {
@@ -385,7 +386,7 @@ impl Player<'_, '_> {
                     let (needed, resource) = self.names(needed);
                     let message =
                         format!("\"{resource}\" is read some frames later, but \"{needed}\" is culled");
-                    self.faults.add(FaultKind::CulledButNeeded, message);
+                    self.violations.add(ViolationKind::CulledButNeeded, message);
                 }
             }
         }
@@ -413,14 +414,14 @@ impl Player<'_, '_> {
             event.one.version == Version::Before || self.after.leads(self.schedule, event.pass, writer)
         };
         let mut written = lasting || event.one.usage == Usage::CopyDestinationRows;
-        let mut wrong: Option<(FaultKind, String)> = None;
+        let mut wrong: Option<(ViolationKind, String)> = None;
         for region in &event.regions {
             match content[*region] {
                 Content::Nothing => {}
                 Content::Dropped(by) => {
                     let (by, _) = self.names(by);
                     wrong = Some((
-                        FaultKind::ContentsDropped,
+                        ViolationKind::ContentsDropped,
                         format!("\"{name}\" needs \"{resource}\", which \"{by}\" does not store"),
                     ));
                 }
@@ -450,14 +451,14 @@ impl Player<'_, '_> {
                 }
                 if limit.is_none() {
                     wrong = Some((
-                        FaultKind::CulledButNeeded,
+                        ViolationKind::CulledButNeeded,
                         format!("\"{name}\" reads \"{resource}\" of a culled pass"),
                     ));
                 } else if writers[*region].iter().any(|(writer, _)| *writer == named)
                     && written != Some(named)
                 {
                     wrong = Some((
-                        FaultKind::WrongVersion,
+                        ViolationKind::WrongVersion,
                         format!("\"{name}\" reads another version of \"{resource}\" than it asks for"),
                     ));
                 }
@@ -473,14 +474,14 @@ impl Player<'_, '_> {
                 });
                 if event.one.version == Version::Before && written.is_some() {
                     wrong = Some((
-                        FaultKind::WrongVersion,
+                        ViolationKind::WrongVersion,
                         format!("\"{name}\" reads another version of \"{resource}\" than it asks for"),
                     ));
                 }
                 if let Some((late, _)) = late {
                     let (late, _) = self.names(*late);
                     wrong = Some((
-                        FaultKind::ReadTooEarly,
+                        ViolationKind::ReadTooEarly,
                         format!("\"{name}\" reads \"{resource}\" before \"{late}\" writes it"),
                     ));
                 }
@@ -491,7 +492,7 @@ impl Player<'_, '_> {
                 if let Some(needed) = needed_but_culled(&live, &culled, self.single) {
                     let (needed, _) = self.names(needed);
                     wrong = Some((
-                        FaultKind::CulledButNeeded,
+                        ViolationKind::CulledButNeeded,
                         format!("\"{name}\" reads \"{resource}\", but \"{needed}\" is culled"),
                     ));
                 }
@@ -506,19 +507,21 @@ impl Player<'_, '_> {
             {
                 let (needed, _) = self.names(needed);
                 wrong = Some((
-                    FaultKind::CulledButNeeded,
+                    ViolationKind::CulledButNeeded,
                     format!("\"{name}\" loads \"{resource}\", but \"{needed}\" is culled"),
                 ));
             }
         }
-        if !written && !matches!(wrong, Some((FaultKind::ContentsDropped | FaultKind::CulledButNeeded, _))) {
-            self.faults.add(
-                FaultKind::UninitialisedRead,
+        if !written
+            && !matches!(wrong, Some((ViolationKind::ContentsDropped | ViolationKind::CulledButNeeded, _)))
+        {
+            self.violations.add(
+                ViolationKind::UninitialisedRead,
                 format!("\"{name}\" reads \"{resource}\", which nothing has written"),
             );
         }
         if let Some((kind, message)) = wrong {
-            self.faults.add(kind, message);
+            self.violations.add(kind, message);
         }
     }
 
@@ -531,7 +534,7 @@ impl Player<'_, '_> {
                     let (by, resource) = self.names(*by);
                     let message =
                         format!("\"{resource}\" outlives the frame, but \"{by}\" does not store it");
-                    self.faults.add(FaultKind::OutputDropped, message);
+                    self.violations.add(ViolationKind::OutputDropped, message);
                 }
                 // Storage and copies may leave texels as they were, and so may a draw to a layer for each view.
                 Content::Written(_) => {
@@ -654,7 +657,7 @@ fn explain(
     schedule: &Schedule,
     explained: &mut Explained,
     sequences: Vec<(ResourceHandle, Vec<(PassHandle, bool)>)>,
-    faults: &mut Faults,
+    violations: &mut Violations,
 ) {
     let mut open: BTreeSet<(ResourceHandle, PassHandle, PassHandle)> = BTreeSet::new();
     for (resource, sequence) in &sequences {
@@ -686,8 +689,8 @@ fn explain(
     for (resource, first, second) in open {
         let (first, second) = (&plan.pipeline.pass(first).name, &plan.pipeline.pass(second).name);
         let resource = &plan.pipeline.resource(resource).name;
-        faults.add(
-            FaultKind::WritersUnordered,
+        violations.add(
+            ViolationKind::WritersUnordered,
             format!("nothing says that \"{first}\" writes \"{resource}\" before \"{second}\""),
         );
     }

@@ -8,13 +8,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use wgpu_types::{BufferUsages, TextureUsages};
 
-use super::{FaultKind, Faults};
+use super::{ViolationKind, Violations};
 use crate::compiler::{InitialValue, Physical, Plan};
 use crate::pipeline::ResourceKind;
 use crate::work::ResourceHandle;
 
 /// Checks the histories; the places that no planned resource stands at.
-pub(super) fn check(plan: &Plan, faults: &mut Faults) -> BTreeSet<Physical> {
+pub(super) fn check(plan: &Plan, violations: &mut Violations) -> BTreeSet<Physical> {
     let pipeline = &plan.pipeline;
     let mut used: BTreeSet<ResourceHandle> = BTreeSet::new();
     for one in plan.passes.iter().flat_map(|planned| pipeline.pass(planned.handle).accesses()) {
@@ -23,15 +23,16 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) -> BTreeSet<Physical> {
     for handle in &used {
         let name = &pipeline.resource(*handle).name;
         if plan.histories.get(name).is_none_or(|history| history.handle != *handle) {
-            faults.add(FaultKind::HistoryWrong, format!("the history \"{name}\" is used but not planned"));
+            violations
+                .add(ViolationKind::HistoryWrong, format!("the history \"{name}\" is used but not planned"));
         }
     }
     let mut owners: BTreeMap<Physical, &str> = BTreeMap::new();
     for (name, history) in &plan.histories {
         let declared = pipeline.resources.get(history.handle.index()).filter(|one| one.name == *name);
         let Some(declared) = declared.filter(|_| used.contains(&history.handle)) else {
-            faults.add(
-                FaultKind::HistoryWrong,
+            violations.add(
+                ViolationKind::HistoryWrong,
                 format!("\"{name}\" is planned as a history, but is none in use"),
             );
             continue;
@@ -42,24 +43,24 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) -> BTreeSet<Physical> {
                 "\"{name}\" keeps {frames} frames, but takes turns at {} places",
                 history.places.len()
             );
-            faults.add(FaultKind::HistoryWrong, message);
+            violations.add(ViolationKind::HistoryWrong, message);
         }
         for (back, place) in history.places.iter().enumerate() {
             if owners.insert(*place, name).is_some() {
                 let message =
                     format!("two frames of histories stand at {place:?}, one of them of \"{name}\"");
-                faults.add(FaultKind::HistoryWrong, message);
+                violations.add(ViolationKind::HistoryWrong, message);
             }
             let member = if back == 0 { name.clone() } else { format!("{name}@-{back}") };
             if plan.resources.get(&member).is_some_and(|planned| planned.physical != *place) {
                 let message =
                     format!("\"{member}\" does not stand where the frames of \"{name}\" take turns");
-                faults.add(FaultKind::HistoryWrong, message);
+                violations.add(ViolationKind::HistoryWrong, message);
             }
         }
         if !alike(plan, &history.places) {
             let message = format!("the frames of \"{name}\" differ, so that they cannot take turns");
-            faults.add(FaultKind::HistoryWrong, message);
+            violations.add(ViolationKind::HistoryWrong, message);
         }
         let fits = match (&declared.kind, history.initial, history.places.first()) {
             (ResourceKind::Texture(_), InitialValue::Color(_), Some(Physical::Texture(at))) => {
@@ -74,8 +75,10 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) -> BTreeSet<Physical> {
             _ => false,
         };
         if !fits {
-            faults
-                .add(FaultKind::HistoryWrong, format!("\"{name}\" cannot begin with {:?}", history.initial));
+            violations.add(
+                ViolationKind::HistoryWrong,
+                format!("\"{name}\" cannot begin with {:?}", history.initial),
+            );
         }
     }
     for (name, planned) in &plan.resources {
@@ -84,7 +87,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) -> BTreeSet<Physical> {
             of.and_then(|history| pipeline.resources.get(history.of.index())).map(|one| one.name.as_str());
         if let Some(owner) = owners.get(&planned.physical).filter(|owner| own != Some(**owner)) {
             let message = format!("\"{name}\" stands where the frames of \"{owner}\" take turns");
-            faults.add(FaultKind::SharedThoughLasting, message);
+            violations.add(ViolationKind::SharedThoughLasting, message);
         }
     }
     let taken: BTreeSet<Physical> = plan.resources.values().map(|planned| planned.physical).collect();

@@ -6,7 +6,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use wgpu_types::{BufferUsages, TextureUsages};
 
 use super::contents::extents;
-use super::{FaultKind, Faults};
+use super::{ViolationKind, Violations};
 use crate::compiler::{Physical, PhysicalBuffer, Plan, PlanOptions, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{IndexRange, ResourceKind, SubresourceRange, Usage};
@@ -26,14 +26,19 @@ struct Used {
 /// Checks places, spans, usages and sums.
 ///
 /// `spare` are the places of earlier frames that no pass reads, which are there all the same.
-pub(super) fn check(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physical>, faults: &mut Faults) {
+pub(super) fn check(
+    plan: &Plan,
+    options: &PlanOptions,
+    spare: &BTreeSet<Physical>,
+    violations: &mut Violations,
+) {
     let used = used(plan);
     let mut handles: Vec<&ResourceHandle> = used.keys().collect();
     handles.sort_unstable();
     for handle in &handles {
         let name = &plan.pipeline.resource(**handle).name;
         if plan.resources.get(name).is_none_or(|planned| planned.handle != **handle) {
-            faults.add(FaultKind::ResourceMissing, format!("\"{name}\" is used but not planned"));
+            violations.add(ViolationKind::ResourceMissing, format!("\"{name}\" is used but not planned"));
         }
     }
     let mut aliases: BTreeMap<Physical, Vec<(usize, usize, &str)>> = BTreeMap::new();
@@ -41,20 +46,22 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physica
         let known =
             plan.pipeline.resources.get(planned.handle.index()).filter(|resource| resource.name == *name);
         let (Some(resource), Some(used)) = (known, used.get(&planned.handle)) else {
-            faults.add(FaultKind::ResourceUnused, format!("\"{name}\" is planned, but no pass uses it"));
+            violations
+                .add(ViolationKind::ResourceUnused, format!("\"{name}\" is planned, but no pass uses it"));
             continue;
         };
         if resource.lifetime() != planned.lifetime {
-            faults.add(FaultKind::NameWrong, format!("\"{name}\" has another lifetime than the plan says"));
+            violations
+                .add(ViolationKind::NameWrong, format!("\"{name}\" has another lifetime than the plan says"));
         }
         if (planned.first, planned.last) != (used.first, used.last) {
             let message = format!(
                 "\"{name}\" is used from {} to {}, not from {} to {}",
                 used.first, used.last, planned.first, planned.last
             );
-            faults.add(FaultKind::SpanWrong, message);
+            violations.add(ViolationKind::SpanWrong, message);
         }
-        check_place(plan, options, name, planned, used, faults);
+        check_place(plan, options, name, planned, used, violations);
         if matches!(planned.physical, Physical::Texture(_) | Physical::Buffer(_)) {
             aliases.entry(planned.physical).or_default().push((used.first, used.last, name));
         }
@@ -63,11 +70,11 @@ pub(super) fn check(plan: &Plan, options: &PlanOptions, spare: &BTreeSet<Physica
     for (name, planned) in &plan.resources {
         if planned.conditional != conditional.contains(&planned.handle) {
             let message = format!("the plan is wrong about whether a toggle leaves \"{name}\" unwritten");
-            faults.add(FaultKind::ToggleWrong, message);
+            violations.add(ViolationKind::ToggleWrong, message);
         }
     }
-    let bound = check_sharing(plan, options, &conditional, &mut aliases, spare, faults);
-    check_sums(plan, options, spare, bound, faults);
+    let bound = check_sharing(plan, options, &conditional, &mut aliases, spare, violations);
+    check_sums(plan, options, spare, bound, violations);
 }
 
 /// The last mip or layer of a range.
@@ -128,7 +135,7 @@ fn check_place(
     name: &str,
     planned: &PlannedResource,
     used: &Used,
-    faults: &mut Faults,
+    violations: &mut Violations,
 ) {
     let kind = &plan.pipeline.resource(planned.handle).kind;
     let right = match (kind, planned.lifetime, planned.physical) {
@@ -140,23 +147,26 @@ fn check_place(
         _ => false,
     };
     if !right {
-        faults.add(FaultKind::PlaceWrong, format!("\"{name}\" cannot stand at {:?}", planned.physical));
+        violations
+            .add(ViolationKind::PlaceWrong, format!("\"{name}\" cannot stand at {:?}", planned.physical));
         return;
     }
     if let Some(size) = planned.size {
         let volume = matches!(kind, ResourceKind::Texture(texture) if texture.view == Some(TextureShape::D3));
         if used.highest_mip >= size.mips || (!volume && used.highest_layer >= size.layers) {
-            faults
-                .add(FaultKind::SubresourceMissing, format!("\"{name}\" is used beyond its mips or layers"));
+            violations.add(
+                ViolationKind::SubresourceMissing,
+                format!("\"{name}\" is used beyond its mips or layers"),
+            );
         }
     }
     if matches!(kind, ResourceKind::Buffer(_)) && used.highest_byte > planned.bytes {
-        faults.add(FaultKind::SubresourceMissing, format!("\"{name}\" is used beyond its bytes"));
+        violations.add(ViolationKind::SubresourceMissing, format!("\"{name}\" is used beyond its bytes"));
     }
     match planned.physical {
         Physical::Texture(index) => match plan.textures.get(index) {
-            None => faults.add(
-                FaultKind::PlaceMissing,
+            None => violations.add(
+                ViolationKind::PlaceMissing,
                 format!("\"{name}\" stands at texture {index}, which is not there"),
             ),
             Some(texture) => {
@@ -165,35 +175,35 @@ fn check_place(
                     || planned.size != Some(texture.size)
                     || texture.volume != volume
                 {
-                    faults.add(
-                        FaultKind::CompatibilityMismatch,
+                    violations.add(
+                        ViolationKind::CompatibilityMismatch,
                         format!("\"{name}\" is not of the class of texture {index}"),
                     );
                 }
                 if !texture.usages.contains(used.textures) {
-                    faults.add(
-                        FaultKind::UsageMissing,
+                    violations.add(
+                        ViolationKind::UsageMissing,
                         format!("texture {index} lacks a usage that \"{name}\" needs"),
                     );
                 }
             }
         },
         Physical::Buffer(index) => match plan.buffers.get(index) {
-            None => faults.add(
-                FaultKind::PlaceMissing,
+            None => violations.add(
+                ViolationKind::PlaceMissing,
                 format!("\"{name}\" stands at buffer {index}, which is not there"),
             ),
             Some(buffer) => {
                 let class = |bytes: u64| (0..64).find(|power| bytes <= 1u64 << power);
                 if planned.bytes > buffer.bytes || class(planned.bytes) != class(buffer.bytes) {
-                    faults.add(
-                        FaultKind::CompatibilityMismatch,
+                    violations.add(
+                        ViolationKind::CompatibilityMismatch,
                         format!("\"{name}\" is not of the class of buffer {index}, or larger"),
                     );
                 }
                 if !buffer.usages.contains(used.buffers) {
-                    faults.add(
-                        FaultKind::UsageMissing,
+                    violations.add(
+                        ViolationKind::UsageMissing,
                         format!("buffer {index} lacks a usage that \"{name}\" needs"),
                     );
                 }
@@ -205,8 +215,8 @@ fn check_place(
             let differs = told
                 .is_some_and(|told| planned.format != Some(told.format) || planned.size != Some(told.size));
             if !allowed.contains(used.textures) || differs {
-                faults.add(
-                    FaultKind::ImportMisused,
+                violations.add(
+                    ViolationKind::ImportMisused,
                     format!("\"{name}\" is used otherwise than the host's texture allows"),
                 );
             }
@@ -250,15 +260,15 @@ fn check_sharing(
     conditional: &HashSet<ResourceHandle>,
     aliases: &mut BTreeMap<Physical, Vec<(usize, usize, &str)>>,
     spare: &BTreeSet<Physical>,
-    faults: &mut Faults,
+    violations: &mut Violations,
 ) -> u64 {
     for list in aliases.values_mut() {
         list.sort_unstable();
         for pair in list.windows(2) {
             let ((_, end, first), (start, _, second)) = (pair[0], pair[1]);
             if start <= end {
-                faults.add(
-                    FaultKind::Overlap,
+                violations.add(
+                    ViolationKind::Overlap,
                     format!("\"{first}\" and \"{second}\" share memory while both are alive"),
                 );
             }
@@ -267,15 +277,17 @@ fn check_sharing(
             .iter()
             .find(|(.., name)| plan.resources[*name].lifetime != Lifetime::Transient || !options.aliasing);
         if let (true, Some((.., name))) = (list.len() > 1, lasting) {
-            faults
-                .add(FaultKind::SharedThoughLasting, format!("\"{name}\" shares memory, though it may not"));
+            violations.add(
+                ViolationKind::SharedThoughLasting,
+                format!("\"{name}\" shares memory, though it may not"),
+            );
         }
     }
     for list in aliases.values().filter(|list| list.len() > 1) {
         let first = list.iter().find(|(.., name)| conditional.contains(&plan.resources[*name].handle));
         if let Some((.., name)) = first {
-            faults.add(
-                FaultKind::SharedThoughConditional,
+            violations.add(
+                ViolationKind::SharedThoughConditional,
                 format!("\"{name}\" shares memory, though a toggle can leave it unwritten"),
             );
         }
@@ -283,18 +295,18 @@ fn check_sharing(
     let textures = (0..plan.textures.len()).map(Physical::Texture);
     for place in textures.chain((0..plan.buffers.len()).map(Physical::Buffer)) {
         if !aliases.contains_key(&place) && !spare.contains(&place) {
-            faults.add(FaultKind::PhysicalUnused, format!("{place:?} stands for nothing"));
+            violations.add(ViolationKind::PhysicalUnused, format!("{place:?} stands for nothing"));
         }
     }
-    check_buffer_bytes(plan, aliases, faults);
-    check_minimal(plan, options, conditional, aliases, faults)
+    check_buffer_bytes(plan, aliases, violations);
+    check_minimal(plan, options, conditional, aliases, violations)
 }
 
 /// A buffer is as large as the largest resource that it stands for.
 fn check_buffer_bytes(
     plan: &Plan,
     aliases: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
-    faults: &mut Faults,
+    violations: &mut Violations,
 ) {
     for (place, list) in aliases {
         let Physical::Buffer(index) = place else { continue };
@@ -305,7 +317,7 @@ fn check_buffer_bytes(
                 "buffer {index} has {} bytes, and the largest that it stands for {most}",
                 buffer.bytes
             );
-            faults.add(FaultKind::CompatibilityMismatch, message);
+            violations.add(ViolationKind::CompatibilityMismatch, message);
         }
     }
 }
@@ -343,7 +355,7 @@ fn check_minimal(
     options: &PlanOptions,
     conditional: &HashSet<ResourceHandle>,
     aliases: &BTreeMap<Physical, Vec<(usize, usize, &str)>>,
-    faults: &mut Faults,
+    violations: &mut Violations,
 ) -> u64 {
     // Classes by what wgpu would be told at creation.
     let mut classes: HashMap<String, CompatibilityClass> = HashMap::new();
@@ -384,8 +396,8 @@ fn check_minimal(
         bound = bound.saturating_add(bytes);
         if class.created > peak {
             let created = class.created;
-            faults.add(
-                FaultKind::NotMinimal,
+            violations.add(
+                ViolationKind::NotMinimal,
                 format!("{created} resources of the class {name} are created, {peak} are alive at once"),
             );
         }
@@ -398,7 +410,7 @@ fn check_sums(
     options: &PlanOptions,
     spare: &BTreeSet<Physical>,
     bound: u64,
-    faults: &mut Faults,
+    violations: &mut Violations,
 ) {
     let created: u64 =
         plan.textures.iter().map(|one| one.bytes).chain(plan.buffers.iter().map(|one| one.bytes)).sum();
@@ -417,7 +429,7 @@ fn check_sums(
         ("bytes_bound", plan.bytes_bound, bound.saturating_add(kept)),
     ] {
         if stated != right {
-            faults.add(FaultKind::BytesWrong, format!("{what} is {stated}, but should be {right}"));
+            violations.add(ViolationKind::BytesWrong, format!("{what} is {stated}, but should be {right}"));
         }
     }
     let mut alive = vec![0i128; plan.passes.len() + 1];
@@ -439,7 +451,10 @@ fn check_sums(
     });
     let peak = peak.max().unwrap_or(0) + i128::from(kept);
     if i128::from(plan.bytes_peak) != peak {
-        faults.add(FaultKind::BytesWrong, format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak));
+        violations.add(
+            ViolationKind::BytesWrong,
+            format!("bytes_peak is {}, but should be {peak}", plan.bytes_peak),
+        );
     }
     // Sharing never costs bytes, and nothing goes below its bound.
     if created > apart || plan.bytes_bound > created || i128::from(plan.bytes_bound) < peak {
@@ -447,9 +462,9 @@ fn check_sums(
             "{created} bytes are created: not between the bound, {}, and what nothing shares, {apart}",
             plan.bytes_bound
         );
-        faults.add(FaultKind::BytesWrong, message);
+        violations.add(ViolationKind::BytesWrong, message);
     }
     for texture in plan.textures.iter().filter(|texture| texture.bytes == 0) {
-        faults.add(FaultKind::BytesWrong, format!("the texture \"{}\" has no bytes", texture.label));
+        violations.add(ViolationKind::BytesWrong, format!("the texture \"{}\" has no bytes", texture.label));
     }
 }

@@ -39,7 +39,7 @@ use crate::work::PassHandle;
 /// What is wrong with a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum FaultKind {
+pub enum ViolationKind {
     /// A pass is planned twice, or planned and culled.
     PassTwice,
     /// A pass of the pipeline is neither planned nor culled.
@@ -126,40 +126,40 @@ pub enum FaultKind {
 
 /// One thing that is wrong with a plan.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Fault {
+pub struct Violation {
     /// What.
-    pub kind: FaultKind,
+    pub kind: ViolationKind,
     /// In words, with names.
     pub message: String,
 }
 
-impl std::fmt::Display for Fault {
+impl std::fmt::Display for Violation {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         formatter.write_str(&self.message)
     }
 }
 
 /// Finds everything that is wrong with a plan. `options` are those that it was made with.
-pub fn verify(plan: &Plan, options: &PlanOptions) -> Vec<Fault> {
-    let mut faults = Faults(Vec::new());
+pub fn verify(plan: &Plan, options: &PlanOptions) -> Vec<Violation> {
+    let mut violations = Violations(Vec::new());
     // The rest relies on every planned pass being one of the pipeline's.
-    let Some(schedule) = passes::check(plan, &mut faults) else { return faults.0 };
-    let flow = contents::check(plan, &schedule, &mut faults);
-    passes::check_reasons(plan, &schedule, &flow, &mut faults);
-    attachments::check(plan, &mut faults);
-    let spare = histories::check(plan, &mut faults);
-    memory::check(plan, options, &spare, &mut faults);
-    toggles::check(plan, &mut faults);
-    transfers::check(plan, &mut faults);
-    faults.0
+    let Some(schedule) = passes::check(plan, &mut violations) else { return violations.0 };
+    let flow = contents::check(plan, &schedule, &mut violations);
+    passes::check_reasons(plan, &schedule, &flow, &mut violations);
+    attachments::check(plan, &mut violations);
+    let spare = histories::check(plan, &mut violations);
+    memory::check(plan, options, &spare, &mut violations);
+    toggles::check(plan, &mut violations);
+    transfers::check(plan, &mut violations);
+    violations.0
 }
 
-/// The faults so far.
-struct Faults(Vec<Fault>);
+/// The violations so far.
+struct Violations(Vec<Violation>);
 
-impl Faults {
-    fn add(&mut self, kind: FaultKind, message: String) {
-        self.0.push(Fault { kind, message });
+impl Violations {
+    fn add(&mut self, kind: ViolationKind, message: String) {
+        self.0.push(Violation { kind, message });
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::contents::Flow;
-use super::{FaultKind, Faults, Schedule};
+use super::{Schedule, ViolationKind, Violations};
 use crate::compiler::{CullReason, KeepReason, Kept, Plan};
 use crate::language::Lifetime;
 use crate::pipeline::{Access, History, Pass, SubresourceRange};
@@ -13,56 +13,59 @@ use crate::work::{Dispatch, PassHandle, ResourceHandle, Work};
 const TOLD_APART: usize = 64;
 
 /// The schedule, unless a planned pass is not one of the pipeline's.
-pub(super) fn check(plan: &Plan, faults: &mut Faults) -> Option<Schedule> {
+pub(super) fn check(plan: &Plan, violations: &mut Violations) -> Option<Schedule> {
     let passes = &plan.pipeline.passes;
     let mut at = vec![None; passes.len()];
     let mut known = true;
     for (position, planned) in plan.passes.iter().enumerate() {
         let Some(pass) = passes.get(planned.handle.index()) else {
-            faults.add(
-                FaultKind::PassUnknown,
+            violations.add(
+                ViolationKind::PassUnknown,
                 format!("the plan runs \"{}\", which the pipeline does not have", planned.name),
             );
             known = false;
             continue;
         };
         if pass.name != planned.name || pass.kind != planned.kind {
-            faults.add(
-                FaultKind::NameWrong,
+            violations.add(
+                ViolationKind::NameWrong,
                 format!("the plan calls the pass \"{}\" \"{}\" ({})", pass.name, planned.name, planned.kind),
             );
         }
         if at[planned.handle.index()].replace(position).is_some() {
-            faults.add(FaultKind::PassTwice, format!("the plan runs \"{}\" twice", pass.name));
+            violations.add(ViolationKind::PassTwice, format!("the plan runs \"{}\" twice", pass.name));
         }
     }
     let by_name: HashMap<&str, usize> =
         passes.iter().enumerate().map(|(index, pass)| (pass.name.as_str(), index)).collect();
     for name in plan.culled.keys() {
         match by_name.get(name.as_str()) {
-            None => faults.add(
-                FaultKind::PassUnknown,
+            None => violations.add(
+                ViolationKind::PassUnknown,
                 format!("the plan culls \"{name}\", which the pipeline does not have"),
             ),
             Some(index) if at[*index].is_some() => {
-                faults.add(FaultKind::PassTwice, format!("the plan both runs and culls \"{name}\""));
+                violations.add(ViolationKind::PassTwice, format!("the plan both runs and culls \"{name}\""));
             }
             Some(_) => {}
         }
     }
     for (index, pass) in passes.iter().enumerate() {
         if at[index].is_none() && !plan.culled.contains_key(&pass.name) {
-            faults.add(FaultKind::PassMissing, format!("the plan neither runs nor culls \"{}\"", pass.name));
+            violations.add(
+                ViolationKind::PassMissing,
+                format!("the plan neither runs nor culls \"{}\"", pass.name),
+            );
         }
     }
     let schedule = known.then_some(Schedule { at })?;
-    check_after(plan, &schedule, faults);
-    check_workgroups(plan, faults);
+    check_after(plan, &schedule, violations);
+    check_workgroups(plan, violations);
     Some(schedule)
 }
 
 /// Explicit order holds also over culled passes.
-fn check_after(plan: &Plan, schedule: &Schedule, faults: &mut Faults) {
+fn check_after(plan: &Plan, schedule: &Schedule, violations: &mut Violations) {
     for planned in &plan.passes {
         let mut seen = HashSet::new();
         let mut stack = plan.pipeline.pass(planned.handle).after.clone();
@@ -71,8 +74,8 @@ fn check_after(plan: &Plan, schedule: &Schedule, faults: &mut Faults) {
                 continue;
             }
             match schedule.of(before) {
-                Some(at) if Some(at) > schedule.of(planned.handle) => faults.add(
-                    FaultKind::AfterViolated,
+                Some(at) if Some(at) > schedule.of(planned.handle) => violations.add(
+                    ViolationKind::AfterViolated,
                     format!(
                         "\"{}\" runs before \"{}\", which it has to follow",
                         planned.name,
@@ -86,7 +89,7 @@ fn check_after(plan: &Plan, schedule: &Schedule, faults: &mut Faults) {
     }
 }
 
-fn check_workgroups(plan: &Plan, faults: &mut Faults) {
+fn check_workgroups(plan: &Plan, violations: &mut Violations) {
     let limit = plan.pipeline.profile.limits.max_compute_workgroups_per_dimension;
     for planned in &plan.passes {
         let is_compute = matches!(
@@ -95,8 +98,8 @@ fn check_workgroups(plan: &Plan, faults: &mut Faults) {
         );
         let fits = planned.workgroups.is_none_or(|counts| counts.iter().all(|count| *count <= limit));
         if is_compute != planned.workgroups.is_some() || !fits {
-            faults.add(
-                FaultKind::WorkgroupsWrong,
+            violations.add(
+                ViolationKind::WorkgroupsWrong,
                 format!("\"{}\" has the workgroups {:?}", planned.name, planned.workgroups),
             );
         }
@@ -104,7 +107,7 @@ fn check_workgroups(plan: &Plan, faults: &mut Faults) {
 }
 
 /// Whether what is kept leads somewhere, what is culled does not, and the stated reasons are true.
-pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, faults: &mut Faults) {
+pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, violations: &mut Violations) {
     let pipeline = &plan.pipeline;
     let mut needed: HashSet<PassHandle> = flow.lasting.iter().copied().collect();
     needed.extend(pipeline.pass_handles().filter(|pass| pipeline.pass(*pass).side_effect));
@@ -137,16 +140,16 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, fault
     }
     for planned in &plan.passes {
         if !needed.contains(&planned.handle) {
-            faults.add(
-                FaultKind::KeptWithoutReason,
+            violations.add(
+                ViolationKind::KeptWithoutReason,
                 format!("\"{}\" leads to no output, but is kept", planned.name),
             );
         }
         if !reason_holds(plan, schedule, flow, planned.handle, planned.reason)
             || !says(plan, planned.reason, &planned.kept)
         {
-            faults.add(
-                FaultKind::WrongReason,
+            violations.add(
+                ViolationKind::WrongReason,
                 format!("the reason for keeping \"{}\" does not hold", planned.name),
             );
         }
@@ -154,16 +157,16 @@ pub(super) fn check_reasons(plan: &Plan, schedule: &Schedule, flow: &Flow, fault
     for pass in pipeline.pass_handles().filter(|pass| schedule.of(*pass).is_none()) {
         let declared = pipeline.pass(pass);
         if declared.side_effect {
-            faults.add(
-                FaultKind::CulledButNeeded,
+            violations.add(
+                ViolationKind::CulledButNeeded,
                 format!("\"{}\" has a side effect, but is culled", declared.name),
             );
         }
         if let Some(reason) = plan.culled.get(&declared.name)
             && !cull_holds(plan, pass, reason)
         {
-            faults.add(
-                FaultKind::WrongCullReason,
+            violations.add(
+                ViolationKind::WrongCullReason,
                 format!("the reason for culling \"{}\" does not hold", declared.name),
             );
         }

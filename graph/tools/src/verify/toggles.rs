@@ -1,18 +1,18 @@
 //! Whether readers use the fallback of a resource with a passthrough in just the frames without it, and whether that
 //! fits.
 
-use super::{FaultKind, Faults};
+use super::{ViolationKind, Violations};
 use crate::compiler::Plan;
 use crate::language::TextureShape;
 use crate::pipeline::{Condition, Pass, Version};
 use crate::work::ResourceHandle;
 
 /// Checks the stated toggles and passthroughs, the accesses of fallbacks, and that they fit.
-pub(super) fn check(plan: &Plan, faults: &mut Faults) {
+pub(super) fn check(plan: &Plan, violations: &mut Violations) {
     let stated: Vec<(&String, bool)> = plan.toggles.iter().map(|(name, on)| (name, *on)).collect();
     if stated != plan.pipeline.toggles.iter().map(|one| (&one.name, one.default)).collect::<Vec<_>>() {
         let message = "the plan has other toggles than the pipeline".to_owned();
-        faults.add(FaultKind::ToggleWrong, message);
+        violations.add(ViolationKind::ToggleWrong, message);
     }
     for planned in &plan.passes {
         let pass = plan.pipeline.pass(planned.handle);
@@ -23,7 +23,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
         if planned.toggle != toggle || !states_passthroughs(plan, pass, &planned.passthrough) {
             let message =
                 format!("the plan is wrong about the toggle or the passthrough of \"{}\"", planned.name);
-            faults.add(FaultKind::ToggleWrong, message);
+            violations.add(ViolationKind::ToggleWrong, message);
         }
         for one in pass.accesses().iter().filter(|one| !one.usage.writes()) {
             let Some(passthrough) = plan.pipeline.passthroughs.get(&one.resource) else { continue };
@@ -33,7 +33,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
             let name = &plan.pipeline.resource(one.resource).name;
             if !one.when.contains(&passthrough.condition) {
                 let message = format!("\"{}\" uses \"{name}\" also in frames without it", pass.name);
-                faults.add(FaultKind::PassthroughMissing, message);
+                violations.add(ViolationKind::PassthroughMissing, message);
             }
             // Without this resource, and in what other states the access happens.
             let otherwise = |condition: &Condition| {
@@ -52,7 +52,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
             });
             if !found {
                 let message = format!("\"{}\" reads nothing in place of \"{name}\"", pass.name);
-                faults.add(FaultKind::PassthroughMissing, message);
+                violations.add(ViolationKind::PassthroughMissing, message);
             }
         }
     }
@@ -63,7 +63,7 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
                 plan.pipeline.resource(passthrough.fallback).name,
                 plan.pipeline.resource(*resource).name
             );
-            faults.add(FaultKind::PassthroughMisfit, message);
+            violations.add(ViolationKind::PassthroughMisfit, message);
         }
     }
 }

@@ -10,14 +10,14 @@
 
 use wgpu_types::{COPY_BYTES_PER_ROW_ALIGNMENT, TextureAspect, TextureFormat};
 
-use super::{FaultKind, Faults};
+use super::{ViolationKind, Violations};
 use crate::compiler::{Plan, PlannedCopy, PlannedPass, PlannedResource, TexelOrigin, TexelRows};
 use crate::language::TextureShape;
 use crate::pipeline::{Aspect, IndexRange, SubresourceRange, Usage};
 use crate::work::{BufferRegion, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work};
 
 /// Checks the accesses and the copies of every planned transfer.
-pub(super) fn check(plan: &Plan, faults: &mut Faults) {
+pub(super) fn check(plan: &Plan, violations: &mut Violations) {
     for planned in &plan.passes {
         match plan.pipeline.pass(planned.handle).work() {
             Work::Transfer(transfer) => {
@@ -26,11 +26,14 @@ pub(super) fn check(plan: &Plan, faults: &mut Faults) {
                     transfer.check(&planned.copies).err()
                 });
                 if let Some(wrong) = wrong {
-                    faults.add(FaultKind::CopyWrong, format!("\"{}\" {wrong}", planned.name));
+                    violations.add(ViolationKind::CopyWrong, format!("\"{}\" {wrong}", planned.name));
                 }
             }
             _ if !planned.copies.is_empty() => {
-                faults.add(FaultKind::CopyWrong, format!("\"{}\" copies, but is no transfer", planned.name));
+                violations.add(
+                    ViolationKind::CopyWrong,
+                    format!("\"{}\" copies, but is no transfer", planned.name),
+                );
             }
             _ => {}
         }

@@ -10,7 +10,7 @@
 use std::collections::BTreeSet;
 
 use super::contents::{Event, Regions};
-use super::{FaultKind, Faults, Schedule};
+use super::{Schedule, ViolationKind, Violations};
 use crate::compiler::{Plan, PlannedResource};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::Condition;
@@ -30,7 +30,7 @@ pub(super) fn check(
     handle: ResourceHandle,
     events: &[Event<'_>],
     regions: &Regions,
-    faults: &mut Faults,
+    violations: &mut Violations,
 ) {
     let resource = plan.pipeline.resource(handle);
     let own_memory = match resource.lifetime() {
@@ -59,7 +59,7 @@ pub(super) fn check(
                 let (pass, name) = (&plan.pipeline.pass(event.pass).name, &resource.name);
                 let message =
                     format!("\"{pass}\" reads a subresource range of \"{name}\" that nothing has written");
-                faults.add(FaultKind::UninitialisedRead, message);
+                violations.add(ViolationKind::UninitialisedRead, message);
             }
         }
         for event in accesses.iter().filter(|event| event.one.usage.writes()) {

@@ -143,43 +143,43 @@ pub struct Memory {
 /// Everything that has a name.
 ///
 /// # Errors
-/// Nothing has it; the finding stands at `place`, where it is asked for.
+/// Nothing has it; the diagnostic stands at `place`, where it is asked for.
 pub fn why(subject: &Subject<'_>, name: &str, place: Span) -> Result<Vec<Thing>, Box<Diagnostic>> {
     let things = find::things(subject, name);
     if !things.is_empty() {
         return Ok(things);
     }
     let names = find::names(subject);
-    let mut finding = unknown("nothing in this pipeline is named", name, place, &names);
+    let mut diagnostic = unknown("nothing in this pipeline is named", name, place, &names);
     // What a file deleted has left its name behind.
     for (pointer, null) in &subject.composed.deleted {
         if pointer.matches('/').count() == 2 && pointer.ends_with(&format!("/{name}")) {
             for older in subject.composed.replaced.get(pointer).into_iter().flatten() {
-                finding = Box::new(finding.related(*older, "it stood here"));
+                diagnostic = Box::new(diagnostic.related(*older, "it stood here"));
             }
-            finding = Box::new(finding.related(*null, "and is deleted here"));
+            diagnostic = Box::new(diagnostic.related(*null, "and is deleted here"));
         }
     }
-    Err(finding)
+    Err(diagnostic)
 }
 
 /// Whether two resources share memory, and why.
 ///
 /// # Errors
-/// A name that no resource has; the finding stands at its place.
+/// A name that no resource has; the diagnostic stands at its place.
 pub fn why_memory(
     subject: &Subject<'_>,
     [first, second]: [(&str, Span); 2],
 ) -> Result<Memory, Vec<Diagnostic>> {
     let names = find::resource_names(subject);
-    let mut findings = Vec::new();
+    let mut diagnostics = Vec::new();
     for (name, place) in [first, second] {
         if !names.contains(name) {
-            findings.push(*unknown("there is no resource", name, place, &names));
+            diagnostics.push(*unknown("there is no resource", name, place, &names));
         }
     }
-    if !findings.is_empty() {
-        return Err(findings);
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
     }
     let (first, second) = (first.0, second.0);
     let mut memory =
@@ -203,10 +203,10 @@ pub fn why_memory(
 }
 
 fn unknown(what: &str, name: &str, place: Span, known: &BTreeSet<String>) -> Box<Diagnostic> {
-    let finding = Diagnostic::error(codes::UNKNOWN_NAME, place, format!("{what} \"{name}\""));
+    let diagnostic = Diagnostic::error(codes::UNKNOWN_NAME, place, format!("{what} \"{name}\""));
     let known = known.iter().map(String::as_str);
     Box::new(
-        finding.meant(name, known, Some(place), |known| {
+        diagnostic.meant(name, known, Some(place), |known| {
             format!("the names are {}", list_of(known.iter().copied()))
         }),
     )

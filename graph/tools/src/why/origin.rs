@@ -14,7 +14,7 @@ use crate::source::{Sources, Span};
 /// A place as people read it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Location {
-    /// The file, as findings show it.
+    /// The file, as diagnostics show it.
     pub file: String,
     /// The line, from 1.
     pub line: u32,

@@ -1,4 +1,4 @@
-//! The node kind as pipelines see it: settings, findings, published values.
+//! The node kind as pipelines see it: settings, diagnostics, published values.
 
 use std::sync::Arc;
 
@@ -35,7 +35,7 @@ fn declare(settings: &str, parameters: &str) -> (Option<Pipeline>, Diagnostics, 
 pub(super) fn run(settings: &str, frame: &FrameInput) -> BlackboardData {
     let (pipeline, diagnostics, _) = declare(settings, "");
     assert!(diagnostics.is_empty(), "{diagnostics:?}");
-    let pipeline = pipeline.expect("a pipeline without findings is there");
+    let pipeline = pipeline.expect("a pipeline without diagnostics is there");
     let Some(Work::Cpu(work)) = pipeline.passes.first().map(umbragraph_pipeline::pipeline::Pass::work) else {
         panic!("CPU work")
     };
@@ -184,7 +184,7 @@ fn near_pull_and_words_can_be_parameters() {
     assert!(pipeline.is_some() && diagnostics.is_empty(), "{diagnostics:?}");
     let (_, diagnostics, _) =
         declare(settings, &parameters.replace(r#""default": "casters""#, r#""default": "sky""#));
-    assert_eq!(diagnostics.iter().map(|finding| finding.code.id).collect::<Vec<_>>(), ["UG0617"]);
+    assert_eq!(diagnostics.iter().map(|diagnostic| diagnostic.code.id).collect::<Vec<_>>(), ["UG0617"]);
 }
 
 #[test]
@@ -245,12 +245,12 @@ fn settings_that_make_no_sense_are_found_at_their_place() {
         let (_, diagnostics, sources) = declare(settings, "");
         let found: Vec<_> = diagnostics
             .iter()
-            .map(|finding| {
-                let umbragraph_pipeline::diagnostic::Place::Span(span) = finding.place else {
+            .map(|diagnostic| {
+                let umbragraph_pipeline::diagnostic::Place::Span(span) = diagnostic.place else {
                     panic!("a place in the text")
                 };
-                assert!(finding.help.is_some(), "{settings}");
-                (finding.code.id, finding.pointer.as_str(), sources.text(span))
+                assert!(diagnostic.help.is_some(), "{settings}");
+                (diagnostic.code.id, diagnostic.pointer.as_str(), sources.text(span))
             })
             .collect();
         let pointer = format!("/passes/fit/cascades{pointer}");
@@ -259,10 +259,10 @@ fn settings_that_make_no_sense_are_found_at_their_place() {
 }
 
 #[test]
-fn all_findings_come_at_once() {
+fn all_diagnostics_come_at_once() {
     let settings = r#"{ "far": [10, 5], "resolution": 64, "up": [0, 0, 0], "near_pull": -1, "blend": { "fraction": 2 } }"#;
     let (_, diagnostics, _) = declare(settings, "");
-    let mut codes: Vec<_> = diagnostics.iter().map(|finding| finding.code.id).collect();
+    let mut codes: Vec<_> = diagnostics.iter().map(|diagnostic| diagnostic.code.id).collect();
     codes.sort_unstable();
     assert_eq!(codes, ["UG0610", "UG0615", "UG0616", "UG0617"]);
 }

@@ -144,7 +144,7 @@ impl Comparison {
         }
     }
 
-    /// The finding in words.
+    /// The diagnostic in words.
     pub fn message(&self) -> String {
         match &self.outcome {
             Outcome::OtherSize { reference, actual } => format!(

@@ -23,7 +23,7 @@ impl PassBuilder<'_> {
                 Some(self.subresource(handle, SubresourceRange::WHOLE, Version::Newest, pointer))
             }
             ResourceKind::Data(Some(_)) => {
-                let finding = Diagnostic::error(
+                let diagnostic = Diagnostic::error(
                     codes::PUBLISHED_TWICE,
                     place,
                     format!("the data \"{name}\" is published by two passes"),
@@ -31,16 +31,16 @@ impl PassBuilder<'_> {
                 .related(resource.place, "it is published here too")
                 .help("give one of the two another name")
                 .pointer(at);
-                self.shared.diagnostics.push(finding);
+                self.shared.diagnostics.push(diagnostic);
                 None
             }
             _ => {
                 let message = format!("\"{name}\" is {}, not blackboard data", resource.kind_name());
-                let finding = Diagnostic::error(codes::WRONG_RESOURCE, place, message)
+                let diagnostic = Diagnostic::error(codes::WRONG_RESOURCE, place, message)
                     .related(resource.place, "it is declared here")
                     .help("publish under a name that no texture or buffer has")
                     .pointer(at);
-                self.shared.diagnostics.push(finding);
+                self.shared.diagnostics.push(diagnostic);
                 None
             }
         }

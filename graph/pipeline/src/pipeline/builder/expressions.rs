@@ -5,7 +5,7 @@ use std::rc::Rc;
 use super::PassBuilder;
 use crate::diagnostic::{Diagnostic, codes, did_you_mean};
 use crate::document;
-use crate::expression::{Expression, ExpressionError, Fault, UnknownName, Value};
+use crate::expression::{ErrorKind, Expression, ExpressionError, UnknownName, Value};
 use crate::language::{Expr, Word};
 use crate::work::Deferred;
 
@@ -85,13 +85,13 @@ impl PassBuilder<'_> {
                 Ok(word) => Some(word),
                 Err(_) => {
                     let message = format!("the expression yields \"{text}\", which is not known here");
-                    let finding = Diagnostic::error(codes::UNKNOWN_WORD, self.place(pointer), message)
+                    let diagnostic = Diagnostic::error(codes::UNKNOWN_WORD, self.place(pointer), message)
                         .pointer(self.absolute(pointer))
                         .help("the schema lists the words known here");
                     let derived = expr.0.as_str().and_then(|name| self.shared.scope.derived_at(name.trim()));
                     self.shared.diagnostics.push(match derived {
-                        Some(place) => finding.related(place, "the word comes from here"),
-                        None => finding,
+                        Some(place) => diagnostic.related(place, "the word comes from here"),
+                        None => diagnostic,
                     });
                     None
                 }
@@ -181,17 +181,17 @@ impl PassBuilder<'_> {
         self.environment
             .widen(&mut error, self.shared.resources.iter().map(|resource| resource.name.as_str()));
         let value = self.settings.nearest(pointer);
-        let Some(mut finding) = expression_finding(&error, value, &self.absolute(pointer)) else {
+        let Some(mut diagnostic) = expression_diagnostic(&error, value, &self.absolute(pointer)) else {
             self.shared.withheld += 1;
             return;
         };
         let is_toggle =
             |unknown: &UnknownName| !unknown.is_complete && self.shared.toggles.contains(&unknown.name);
         if error.unknown.as_deref().is_some_and(is_toggle) {
-            finding.fix = None;
-            finding = finding.help("expressions cannot see toggles, which change from frame to frame: give the pass \"toggle\", or make it a feature");
+            diagnostic.fix = None;
+            diagnostic = diagnostic.help("expressions cannot see toggles, which change from frame to frame: give the pass \"toggle\", or make it a feature");
         }
-        self.shared.diagnostics.push(finding);
+        self.shared.diagnostics.push(diagnostic);
     }
 }
 
@@ -199,48 +199,48 @@ impl PassBuilder<'_> {
     /// Reports that a name is an input which stands for nothing, where it is one.
     pub(super) fn report_misgiven(&mut self, name: &str) -> bool {
         let resources = self.shared.resources.iter().map(|resource| resource.name.as_str());
-        let finding = self.environment.misgiven(name, resources);
-        let is_it = finding.is_some();
+        let diagnostic = self.environment.misgiven(name, resources);
+        let is_it = diagnostic.is_some();
         self.shared.withheld += usize::from(is_it);
-        self.shared.misgiven.extend(finding);
+        self.shared.misgiven.extend(diagnostic);
         is_it
     }
 }
 
-/// The finding of an error in an expression; the place is inside the string where it is written without escapes.
-/// `None` for an error that only follows from a finding elsewhere.
-pub fn expression_finding(
+/// The diagnostic of an error in an expression; the place is inside the string where it is written without escapes.
+/// `None` for an error that only follows from a diagnostic elsewhere.
+pub fn expression_diagnostic(
     error: &ExpressionError,
     value: &document::Value,
     pointer: &str,
 ) -> Option<Diagnostic> {
-    let (value, pointer) = faulty(error, value, pointer).unwrap_or((value, pointer.to_owned()));
+    let (value, pointer) = invalid(error, value, pointer).unwrap_or((value, pointer.to_owned()));
     let end = error.range.end.max(error.range.start + 1);
     // What is missing at the end is missing at the closing quote.
     let is_placed = error.range != (0..0) && value.span_within(0..0).is_some();
     let place = is_placed.then(|| value.span.inside(error.range.start + 1..end + 1));
-    let code = match error.fault {
-        Fault::Syntax => codes::EXPRESSION_SYNTAX,
-        Fault::Follows => return None,
-        Fault::UnknownName => codes::EXPRESSION_NAME,
-        Fault::UnknownWord => codes::UNKNOWN_WORD,
-        Fault::Type => codes::EXPRESSION_TYPE,
-        Fault::Arithmetic => codes::EXPRESSION_ARITHMETIC,
+    let code = match error.kind {
+        ErrorKind::Syntax => codes::EXPRESSION_SYNTAX,
+        ErrorKind::Follows => return None,
+        ErrorKind::UnknownName => codes::EXPRESSION_NAME,
+        ErrorKind::UnknownWord => codes::UNKNOWN_WORD,
+        ErrorKind::Type => codes::EXPRESSION_TYPE,
+        ErrorKind::Arithmetic => codes::EXPRESSION_ARITHMETIC,
     };
-    let finding =
+    let diagnostic =
         Diagnostic::error(code, place.unwrap_or(value.span), error.message.clone()).pointer(pointer);
     let help = || {
-        error.help.clone().unwrap_or_else(|| match error.fault {
-            Fault::Syntax => "expressions look like \"ceil(viewport.width / 16)\"".to_owned(),
-            Fault::UnknownName | Fault::Follows => {
+        error.help.clone().unwrap_or_else(|| match error.kind {
+            ErrorKind::Syntax => "expressions look like \"ceil(viewport.width / 16)\"".to_owned(),
+            ErrorKind::UnknownName | ErrorKind::Follows => {
                 "expressions know parameters, features, resources and viewport".to_owned()
             }
-            Fault::UnknownWord => "the declaration lists the words".to_owned(),
-            Fault::Type => "see `umbragraph explain UG0312` for the types of expressions".to_owned(),
-            Fault::Arithmetic => "guard the operation, with max(…, 1) for one".to_owned(),
+            ErrorKind::UnknownWord => "the declaration lists the words".to_owned(),
+            ErrorKind::Type => "see `umbragraph explain UG0312` for the types of expressions".to_owned(),
+            ErrorKind::Arithmetic => "guard the operation, with max(…, 1) for one".to_owned(),
         })
     };
-    let Some(unknown) = &error.unknown else { return Some(finding.help(help())) };
+    let Some(unknown) = &error.unknown else { return Some(diagnostic.help(help())) };
     let known = unknown.known.iter().map(String::as_str);
     // Of a resource's property the resource may be what is misspelt.
     let name = match unknown.name.split_once('.') {
@@ -251,11 +251,11 @@ pub fn expression_finding(
     // Inside a subgraph a name may be written in another way than it reads outside.
     let is_written = value.text().and_then(|text| text.get(range.clone())) == Some(name);
     let written = value.span_within(range).filter(|_| is_written);
-    Some(finding.meant(name, known, written, |_| help()))
+    Some(diagnostic.meant(name, known, written, |_| help()))
 }
 
 /// The string among the elements of a list of expressions that an unknown name stands in, with its pointer.
-fn faulty<'v>(
+fn invalid<'v>(
     error: &ExpressionError,
     value: &'v document::Value,
     pointer: &str,
@@ -267,7 +267,7 @@ fn faulty<'v>(
             let has_it = element.text().is_some_and(|text| {
                 text.get(error.range.start..).is_some_and(|rest| rest.starts_with(&unknown.name))
             });
-            if has_it { Some((element, at)) } else { faulty(error, element, &at) }
+            if has_it { Some((element, at)) } else { invalid(error, element, &at) }
         });
     found.next()
 }

@@ -1,8 +1,8 @@
 //! [`PassBuilder`]: what a node kind sees while a pass is declared.
 //!
 //! Everything that a node kind says goes through here: expressions are evaluated, references looked up, shaders
-//! compiled and their bindings matched by name. Each method takes the JSON pointer of the setting (relative to the
-//! node kind's settings), so that a finding stands at its place; it reports the finding itself and returns `None`.
+//! compiled and their bindings matched by name. Each method takes the JSON pointer of the setting (relative to the node
+//! kind's settings), so that a diagnostic stands at its place; it reports the diagnostic itself and returns `None`.
 
 mod blackboard;
 mod blocks;
@@ -13,7 +13,7 @@ mod slots;
 mod subresources;
 mod vertices;
 
-pub use expressions::expression_finding;
+pub use expressions::expression_diagnostic;
 pub use programs::axis_value;
 pub use subresources::{Face, SubresourceRangeSettings};
 
@@ -53,11 +53,11 @@ impl PassBuilder<'_> {
         self.settings.nearest(pointer).span
     }
 
-    /// Reports a finding at a setting.
+    /// Reports a diagnostic at a setting.
     pub fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
-        let finding =
+        let diagnostic =
             Diagnostic::error(code, self.place(pointer), message).help(help).pointer(self.absolute(pointer));
-        self.shared.diagnostics.push(finding);
+        self.shared.diagnostics.push(diagnostic);
     }
 
     /// Reports a name that is none of `known`: as a value, or as a key of an object, at a setting. The help is what was
@@ -89,9 +89,10 @@ impl PassBuilder<'_> {
         };
         // Where a key is unknown, what stands under it is not at fault.
         let place = key.map_or(place, |entry| entry.key_span);
-        let finding = Diagnostic::error(code, place, message).pointer(at);
-        let finding = finding.meant_unless(name, known.iter().copied(), written, taken, |_| otherwise());
-        self.shared.diagnostics.push(finding);
+        let diagnostic = Diagnostic::error(code, place, message).pointer(at);
+        let diagnostic =
+            diagnostic.meant_unless(name, known.iter().copied(), written, taken, |_| otherwise());
+        self.shared.diagnostics.push(diagnostic);
     }
 
     /// Finishes the pass, unless it writes an earlier frame.
@@ -104,9 +105,9 @@ impl PassBuilder<'_> {
             let this = name.split('@').next().unwrap_or(name);
             let message =
                 format!("\"{name}\" is used as {}, but an earlier frame is only read", usage.name());
-            let finding = Diagnostic::error(codes::HISTORY_WRITE, named.place, message);
+            let diagnostic = Diagnostic::error(codes::HISTORY_WRITE, named.place, message);
             let help = format!("write \"{this}\", which is this frame's");
-            self.shared.diagnostics.push(finding.pointer(&named.pointer).help(help));
+            self.shared.diagnostics.push(diagnostic.pointer(&named.pointer).help(help));
             return None;
         }
         Some(Produced(work))

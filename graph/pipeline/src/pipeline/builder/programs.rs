@@ -30,13 +30,13 @@ impl PassBuilder<'_> {
         let shader_at = format!("{pointer}/shader");
         let templates = self.shared.programs.templates.clone();
         let Some(known) = templates.axes(template) else {
-            let finding = self
+            let diagnostic = self
                 .shared
                 .programs
                 .templates
                 .unknown(template, self.place(&shader_at))
                 .pointer(self.absolute(&shader_at));
-            self.shared.diagnostics.push(finding);
+            self.shared.diagnostics.push(diagnostic);
             return None;
         };
         let mut values = AxisValues::new();
@@ -44,7 +44,7 @@ impl PassBuilder<'_> {
         for (name, expr) in axes {
             let at = || document::pointer_join(&format!("{pointer}/axes"), name);
             if known.get(name).is_none() {
-                // A declaration that nobody can read is the finding.
+                // A declaration that nobody can read is the diagnostic.
                 if templates.has_lost_axes(template) {
                     continue;
                 }

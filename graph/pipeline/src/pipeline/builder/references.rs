@@ -184,11 +184,11 @@ impl PassBuilder<'_> {
             }
             let (message, help) = history::beyond(self.shared, handle, back);
             let place = self.shared.resources[handle.index()].place;
-            let finding = Diagnostic::error(codes::HISTORY_READ, self.place(pointer), message)
+            let diagnostic = Diagnostic::error(codes::HISTORY_READ, self.place(pointer), message)
                 .related(place, "declared here")
                 .help(help)
                 .pointer(self.absolute(pointer));
-            self.shared.diagnostics.push(finding);
+            self.shared.diagnostics.push(diagnostic);
             return None;
         }
         let version = match (reference.version, self.environment.version(reference.resource)) {

@@ -12,9 +12,9 @@ use std::sync::Arc;
 
 use super::Shared;
 use super::versions::{is_absent, is_gap};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes, list_of};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_DIAGNOSTICS, codes, list_of};
 use crate::document::{Entry, Value};
-use crate::pipeline::builder::expression_finding;
+use crate::pipeline::builder::expression_diagnostic;
 use crate::pipeline::expand::Instance;
 use crate::pipeline::{Environment, Pass};
 use crate::work::PassHandle;
@@ -32,7 +32,7 @@ pub(in crate::pipeline) struct Waiting<'a> {
     pub(in crate::pipeline) environment: Arc<Environment>,
 }
 
-/// Lets every pass know which it has to follow. Findings: names of no pass, and what waits for itself.
+/// Lets every pass know which it has to follow. Diagnostics: names of no pass, and what waits for itself.
 pub(super) fn connect(
     waiting: &[Waiting<'_>],
     passes: &mut [Pass],
@@ -54,7 +54,7 @@ pub(super) fn connect(
         if is_absent(absent, later) {
             continue;
         }
-        if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
+        if shared.diagnostics.len() >= MAXIMUM_DIAGNOSTICS {
             return;
         }
         let followers = members(&positions, later);
@@ -66,9 +66,9 @@ pub(super) fn connect(
                 Ok(name) => environment.pass(&name),
                 Err(mut error) => {
                     environment.widen(&mut error, std::iter::empty());
-                    let findings: Diagnostics =
-                        expression_finding(&error, value, &at()).into_iter().collect();
-                    shared.report_from(findings, environment);
+                    let diagnostics: Diagnostics =
+                        expression_diagnostic(&error, value, &at()).into_iter().collect();
+                    shared.report_from(diagnostics, environment);
                     continue;
                 }
             };
@@ -78,18 +78,18 @@ pub(super) fn connect(
             if pairs > MAXIMUM_PAIRS {
                 let message =
                     format!("more than {MAXIMUM_PAIRS} pairs of passes are in an order stated by \"after\"");
-                let finding = Diagnostic::error(codes::LOOP, value.span, message).pointer(at());
+                let diagnostic = Diagnostic::error(codes::LOOP, value.span, message).pointer(at());
                 let help = "put a pass between the two that the one side is before and the other after";
-                shared.diagnostics.push(finding.help(help));
+                shared.diagnostics.push(diagnostic.help(help));
                 return;
             }
             if followers.iter().any(|follower| before.contains(follower)) {
                 if said.insert((value.span, name.clone())) {
                     let shown = environment.pass_inside(later).unwrap_or(later);
                     let message = format!("\"{shown}\" waits for itself");
-                    let finding = Diagnostic::error(codes::CYCLE, value.span, message).pointer(at());
-                    let finding = finding.help("remove it: \"after\" names passes that run earlier");
-                    shared.report_from([finding].into_iter().collect(), environment);
+                    let diagnostic = Diagnostic::error(codes::CYCLE, value.span, message).pointer(at());
+                    let diagnostic = diagnostic.help("remove it: \"after\" names passes that run earlier");
+                    shared.report_from([diagnostic].into_iter().collect(), environment);
                 }
                 continue;
             }
@@ -108,14 +108,14 @@ pub(super) fn connect(
                 instances.iter().flat_map(|instance| groups(&instance.name)).collect()
             });
             let message = format!("there is no pass \"{name}\"");
-            let finding = Diagnostic::error(codes::UNKNOWN_PASS, value.span, message).pointer(at());
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, value.span, message).pointer(at());
             let all = known.iter().filter_map(|known| environment.pass_inside(known));
             let known_as = environment.pass_inside(&name).unwrap_or(&name);
             let written = (written == known_as).then_some(value.span);
-            let finding = finding.meant(known_as, all, written, |names| {
+            let diagnostic = diagnostic.meant(known_as, all, written, |names| {
                 format!("the passes are {}", list_of(names.iter().copied()))
             });
-            shared.report_from([finding].into_iter().collect(), environment);
+            shared.report_from([diagnostic].into_iter().collect(), environment);
         }
     }
 }

@@ -24,9 +24,9 @@ pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, sha
         let Some((program, slots)) = bound(pass.work()) else { continue };
         let program = &shared.programs.list[program.index()];
         for slot in slots {
-            let Some(Err(faults)) = block_layout(program, slot, &shared.resources) else { continue };
-            for fault in faults {
-                let message = format!("in \"{}\" of {}: {fault}", slot.name, program.template);
+            let Some(Err(errors)) = block_layout(program, slot, &shared.resources) else { continue };
+            for error in errors {
+                let message = format!("in \"{}\" of {}: {error}", slot.name, program.template);
                 shared.diagnostics.push(
                     Diagnostic::error(codes::BLOCK_MISMATCH, slot.place, message)
                         .pointer(&slot.pointer)
@@ -45,11 +45,11 @@ pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, sha
             .map(|resource| resource.name.as_str());
         let message = format!("no pass publishes the data \"{name}\"");
         let written = (shared.sources.text(place) == format!("\"{name}\"")).then_some(place);
-        let finding = Diagnostic::error(codes::NOT_PUBLISHED, place, message).pointer(pointer);
-        let finding = finding.meant(&name, published, written, |_| {
+        let diagnostic = Diagnostic::error(codes::NOT_PUBLISHED, place, message).pointer(pointer);
+        let diagnostic = diagnostic.meant(&name, published, written, |_| {
             "a CPU pass, such as a camera, has to publish it".to_owned()
         });
-        shared.diagnostics.push(finding);
+        shared.diagnostics.push(diagnostic);
     }
 }
 
@@ -71,11 +71,11 @@ fn check_expected(shared: &mut Shared) {
             continue;
         }
         let message = format!("the data \"{}\" does not publish {}", resource.name, list_of(missing));
-        let finding = Diagnostic::error(codes::DATA_SHAPE, expected.place, message)
+        let diagnostic = Diagnostic::error(codes::DATA_SHAPE, expected.place, message)
             .related(resource.place, "it is published here")
             .help("name the data of a pass of the kind that is wanted here")
             .pointer(expected.pointer);
-        shared.diagnostics.push(finding);
+        shared.diagnostics.push(diagnostic);
     }
 }
 

@@ -6,7 +6,7 @@ use super::Shared;
 use super::after::Waiting;
 use super::declared::{Declarations, Declared};
 use super::sound::Broken;
-use crate::diagnostic::{Diagnostics, MAXIMUM_FINDINGS};
+use crate::diagnostic::{Diagnostics, MAXIMUM_DIAGNOSTICS};
 use crate::document::{Document, Entry, pointer_join};
 use crate::node::Registry;
 use crate::pipeline::builder::PassBuilder;
@@ -38,7 +38,7 @@ enum Outcome {
     Sound(Produced),
 }
 
-/// Declares all resources, then all passes. `None` where there are more faults than are looked for.
+/// Declares all resources, then all passes. `None` where there are more errors than are looked for.
 pub(super) fn declare<'a>(
     document: &'a Document,
     registry: &Registry,
@@ -65,7 +65,7 @@ pub(super) fn declare<'a>(
     let mut declarations = Declarations::new(registry);
     declare_resources(resources, &mut declarations, shared);
     for instance in &instances {
-        if shared.diagnostics.len() >= MAXIMUM_FINDINGS {
+        if shared.diagnostics.len() >= MAXIMUM_DIAGNOSTICS {
             return None;
         }
         passes.declare(instance, &mut declarations, toggles, shared);
@@ -146,9 +146,9 @@ impl<'a> Passes<'a> {
         let Instance { name, entry, pointer, environment, .. } = instance;
         let Declared { kind, common, .. } = declared;
         self.wait(instance, declared);
-        let mut findings = Diagnostics::new();
-        let condition = toggle::condition(entry, pointer, environment, toggles, &mut findings);
-        shared.report_from(findings, environment);
+        let mut diagnostics = Diagnostics::new();
+        let condition = toggle::condition(entry, pointer, environment, toggles, &mut diagnostics);
+        shared.report_from(diagnostics, environment);
         if !common.passthrough.is_empty() {
             self.passthroughs.push(toggle::Said {
                 name: name.clone(),

@@ -5,7 +5,8 @@
 use crate::diagnostic::{Diagnostic, Diagnostics, codes, list_of};
 use crate::document::{Document, Value, pointer_join};
 
-/// Finds passes under "after" and "before" that the document does not have; what has a finding already gets no other.
+/// Finds passes under "after" and "before" that the document does not have; what has a diagnostic already gets no
+/// other.
 pub(super) fn check_extension_points(document: &Document, diagnostics: &mut Diagnostics) {
     let section = |name: &str| document.root.get(name).and_then(Value::entries).unwrap_or_default();
     let passes = || section("passes").iter().map(|entry| entry.key.as_str());
@@ -16,15 +17,15 @@ pub(super) fn check_extension_points(document: &Document, diagnostics: &mut Diag
                 let Some(name) = value.text() else { continue };
                 let head = name.split('.').next().unwrap_or(name);
                 let is_known = passes().any(|pass| pass == head);
-                let is_found = diagnostics.iter().any(|finding| finding.span() == Some(value.span));
+                let is_found = diagnostics.iter().any(|diagnostic| diagnostic.span() == Some(value.span));
                 if is_known || is_found {
                     continue;
                 }
                 let message = format!("there is no pass \"{name}\"");
                 let pointer = pointer_join("/extension_points", &point.key);
-                let finding = Diagnostic::error(codes::UNKNOWN_PASS, value.span, message)
+                let diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, value.span, message)
                     .pointer(format!("{pointer}/{side}/{at}"));
-                diagnostics.push(finding.meant(name, passes(), Some(value.span), |names| {
+                diagnostics.push(diagnostic.meant(name, passes(), Some(value.span), |names| {
                     format!("the passes are {}", list_of(names.iter().copied()))
                 }));
             }

@@ -30,7 +30,7 @@ use std::sync::Arc;
 use super::modules::Modules;
 use super::profiles::claimed_profiles;
 use super::{Choice, Pass, Passthrough, Pipeline, Toggle, toggle};
-use crate::diagnostic::{Diagnostics, MAXIMUM_FINDINGS};
+use crate::diagnostic::{Diagnostics, MAXIMUM_DIAGNOSTICS};
 use crate::document::{self, Document};
 use crate::draw::check_host;
 use crate::node::Registry;
@@ -48,9 +48,9 @@ use versions::{check_versions, uncertain};
 
 /// Makes the pipeline that a document describes, in the configuration that `choice` names.
 ///
-/// Findings go to `diagnostics`; the result is `None` only where the document is too broken to have passes at all, or has
-/// more faults than are looked for ([`MAXIMUM_FINDINGS`]). A
-/// pipeline with errors is good for further checks, not for use.
+/// Diagnostics go to `diagnostics`; the result is `None` only where the document is too broken to have passes at all,
+/// or has more errors than are looked for ([`MAXIMUM_DIAGNOSTICS`]). A pipeline with errors is good for further checks,
+/// not for use.
 pub fn load(
     document: &Document,
     registry: &Registry,
@@ -76,12 +76,13 @@ pub fn load_sharing(
     diagnostics: &mut Diagnostics,
     modules: &mut Modules,
 ) -> Option<Pipeline> {
-    let schema_findings = modules.of_schema(|| check_schema(document, registry));
-    let read = as_meant(document, &schema_findings);
+    let schema_diagnostics = modules.of_schema(|| check_schema(document, registry));
+    let read = as_meant(document, &schema_diagnostics);
     let document = read.as_ref().unwrap_or(document);
-    let broken = Broken::new(&schema_findings);
-    let is_hopeless = schema_findings.len() >= MAXIMUM_FINDINGS;
-    diagnostics.extend(schema_findings.into_iter().filter(|finding| !is_of_incomplete(document, finding)));
+    let broken = Broken::new(&schema_diagnostics);
+    let is_hopeless = schema_diagnostics.len() >= MAXIMUM_DIAGNOSTICS;
+    diagnostics
+        .extend(schema_diagnostics.into_iter().filter(|diagnostic| !is_of_incomplete(document, diagnostic)));
     if is_hopeless {
         return None;
     }

@@ -105,14 +105,15 @@ impl Programs {
                 self.list.push(Arc::new(program));
                 Some(ProgramHandle(self.list.len() as u32 - 1))
             }
-            Err(findings) => {
-                diagnostics.extend(findings.into_iter().map(|finding| finding.pointer(pointer)));
+            Err(own_diagnostics) => {
+                diagnostics.extend(own_diagnostics.into_iter().map(|diagnostic| diagnostic.pointer(pointer)));
                 None
             }
         }
     }
 
-    /// What the layout of a program has too much of, though each variant alone does not: that is its shader's finding.
+    /// What the layout of a program has too much of, though each variant alone does not: that is its shader's
+    /// diagnostic.
     fn excess(&self, program: &Program) -> Vec<String> {
         let is_own = |variant: &ProgramVariant| {
             let bindings = variant.module.reflection.bindings.iter();
@@ -142,21 +143,21 @@ impl Programs {
         match self.modules.get(&self.templates, template, values, &self.profile) {
             Ok(module) => Some(module),
             Err(_) if !self.refused.insert(key) => None,
-            Err(findings) => {
-                for mut finding in findings {
-                    if finding.place == crate::diagnostic::Place::Nowhere {
-                        finding.place = place.into();
-                        finding.pointer = pointer.to_owned();
+            Err(own_diagnostics) => {
+                for mut diagnostic in own_diagnostics {
+                    if diagnostic.place == crate::diagnostic::Place::Nowhere {
+                        diagnostic.place = place.into();
+                        diagnostic.pointer = pointer.to_owned();
                     } else {
-                        finding = finding.related(place, "used by this pass");
+                        diagnostic = diagnostic.related(place, "used by this pass");
                     }
-                    // The same fault in a second variant, or a second pass, is the same fault.
+                    // The same error in a second variant, or a second pass, is the same error.
                     let known = diagnostics.iter().any(|known| {
                         (known.code, &known.place, &known.message)
-                            == (finding.code, &finding.place, &finding.message)
+                            == (diagnostic.code, &diagnostic.place, &diagnostic.message)
                     });
                     if !known {
-                        diagnostics.push(finding);
+                        diagnostics.push(diagnostic);
                     }
                 }
                 None

@@ -1,8 +1,8 @@
 //! Sections of a document whose key is misspelt.
 //!
-//! A section that is missing only because its key is misspelt would have every name in it missing too. Where the key has
-//! a fix, everything behind is checked as if it had been made, so that the document has the findings that it will have
-//! then; their pointers name the section as it is written.
+//! A section that is missing only because its key is misspelt would have every name in it missing too. Where the key
+//! has a fix, everything behind is checked as if it had been made, so that the document has the diagnostics that it
+//! will have then; their pointers name the section as it is written.
 
 use std::collections::BTreeMap;
 
@@ -12,29 +12,31 @@ use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::unknown_format;
 use crate::node::Registry;
 
-/// The findings of the schema, also of what stands under misspelt sections.
+/// The diagnostics of the schema, also of what stands under misspelt sections.
 pub(super) fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {
-    let mut findings = Diagnostics::new();
-    registry.schema().check(&document.root, "", &mut findings);
-    if let Some(read) = as_meant(document, &findings) {
-        let mut all: Diagnostics = findings.into_iter().filter(|one| meant_section(one).is_some()).collect();
+    let mut diagnostics = Diagnostics::new();
+    registry.schema().check(&document.root, "", &mut diagnostics);
+    if let Some(read) = as_meant(document, &diagnostics) {
+        let mut all: Diagnostics =
+            diagnostics.into_iter().filter(|one| meant_section(one).is_some()).collect();
         registry.schema().check(&read.root, "", &mut all);
         return with_formats(&read, all);
     }
-    with_formats(document, findings)
+    with_formats(document, diagnostics)
 }
 
-/// The same findings, with those about formats as they are where a format is chosen.
-fn with_formats(document: &Document, findings: Diagnostics) -> Diagnostics {
-    let named = |finding: Diagnostic| {
-        let is_word = finding.code == codes::UNKNOWN_WORD && finding.pointer.contains("/texture/format");
-        let value = document.root.nearest(&finding.pointer);
-        match value.text().filter(|_| is_word && is_format(&finding.pointer)) {
-            Some(name) => unknown_format(name, value.span, finding.pointer),
-            None => finding,
+/// The same diagnostics, with those about formats as they are where a format is chosen.
+fn with_formats(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
+    let named = |diagnostic: Diagnostic| {
+        let is_word =
+            diagnostic.code == codes::UNKNOWN_WORD && diagnostic.pointer.contains("/texture/format");
+        let value = document.root.nearest(&diagnostic.pointer);
+        match value.text().filter(|_| is_word && is_format(&diagnostic.pointer)) {
+            Some(name) => unknown_format(name, value.span, diagnostic.pointer),
+            None => diagnostic,
         }
     };
-    findings.into_iter().map(named).collect()
+    diagnostics.into_iter().map(named).collect()
 }
 
 /// Whether a pointer leads to the format of a resource, or to one of its candidates.
@@ -44,20 +46,20 @@ fn is_format(pointer: &str) -> bool {
     matches!(way, [Some("format"), Some("texture"), Some(_), Some("resources")])
 }
 
-/// The section that a misspelt key at the top surely means, by the fix of its finding.
-fn meant_section(finding: &Diagnostic) -> Option<&str> {
-    let is_section = finding.code == codes::UNKNOWN_KEY && finding.pointer.matches('/').count() == 1;
-    let [edit] = finding.fix.as_ref().filter(|_| is_section)?.edits.as_slice() else { return None };
+/// The section that a misspelt key at the top surely means, by the fix of its diagnostic.
+fn meant_section(diagnostic: &Diagnostic) -> Option<&str> {
+    let is_section = diagnostic.code == codes::UNKNOWN_KEY && diagnostic.pointer.matches('/').count() == 1;
+    let [edit] = diagnostic.fix.as_ref().filter(|_| is_section)?.edits.as_slice() else { return None };
     Some(edit.replacement.trim_matches('"'))
 }
 
 /// The document with the sections that misspelt keys mean, so that nothing is missing for their sake; `None` where there
 /// are no such keys.
-pub(super) fn as_meant(document: &Document, schema_findings: &Diagnostics) -> Option<Document> {
+pub(super) fn as_meant(document: &Document, schema_diagnostics: &Diagnostics) -> Option<Document> {
     let entries = document.root.entries()?;
     // What a file below says under the right key stays as it is.
     let is_there = |section: &str| entries.iter().any(|entry| entry.key == section);
-    let meant: BTreeMap<&str, &str> = schema_findings
+    let meant: BTreeMap<&str, &str> = schema_diagnostics
         .iter()
         .filter_map(|one| Some((one.pointer.strip_prefix('/')?, meant_section(one)?)))
         .filter(|(_, section)| !is_there(section))
@@ -73,15 +75,15 @@ pub(super) fn as_meant(document: &Document, schema_findings: &Diagnostics) -> Op
     Some(Document { root: document::Value { kind, ..document.root.clone() } })
 }
 
-/// Whether a finding is about a pass of which not all is known.
-pub(super) fn is_of_incomplete(document: &Document, finding: &Diagnostic) -> bool {
-    let ends = finding.pointer.match_indices('/').map(|(at, _)| at).chain([finding.pointer.len()]);
-    let owners = ends.map(|end| document.root.nearest(&finding.pointer[..end]));
+/// Whether a diagnostic is about a pass of which not all is known.
+pub(super) fn is_of_incomplete(document: &Document, diagnostic: &Diagnostic) -> bool {
+    let ends = diagnostic.pointer.match_indices('/').map(|(at, _)| at).chain([diagnostic.pointer.len()]);
+    let owners = ends.map(|end| document.root.nearest(&diagnostic.pointer[..end]));
     owners.into_iter().any(is_incomplete)
 }
 
-/// Findings about a document as it was meant, with the pointers that lead through it as it is written.
-pub fn as_written(document: &Document, findings: Diagnostics) -> Diagnostics {
+/// Diagnostics about a document as it was meant, with the pointers that lead through it as it is written.
+pub fn as_written(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
     let entries = document.root.entries().unwrap_or_default();
     let is_there = |section: &str| entries.iter().any(|entry| entry.key == section);
     let written = |pointer: &str| -> Option<String> {
@@ -90,9 +92,9 @@ pub fn as_written(document: &Document, findings: Diagnostics) -> Diagnostics {
         let key = &entries.iter().find(is_it)?.key;
         Some(pointer_join("", key) + &pointer[1 + section.len()..])
     };
-    let renamed = findings.into_iter().map(|finding| match written(&finding.pointer) {
-        Some(pointer) => finding.pointer(pointer),
-        None => finding,
+    let renamed = diagnostics.into_iter().map(|diagnostic| match written(&diagnostic.pointer) {
+        Some(pointer) => diagnostic.pointer(pointer),
+        None => diagnostic,
     });
     renamed.collect()
 }
@@ -103,16 +105,16 @@ mod tests {
     use crate::source::Sources;
 
     #[test]
-    fn findings_in_a_misspelt_section_lead_through_it_as_it_is_written() {
+    fn diagnostics_in_a_misspelt_section_lead_through_it_as_it_is_written() {
         let mut sources = Sources::new();
         let file = sources.add("a", r#"{ "resuorces": { "a": 1 }, "passes": {} }"#);
         let document = document::parse(&sources, file).unwrap();
-        let finding = |pointer: &str| {
+        let diagnostic = |pointer: &str| {
             let place = document.root.span;
             Diagnostic::error(codes::UNKNOWN_KEY, place, pointer.to_owned()).pointer(pointer)
         };
-        let findings = ["/resources/a/size", "/passes/b", "", "/features/c"].map(finding);
-        let pointers: Vec<String> = as_written(&document, findings.into_iter().collect())
+        let diagnostics = ["/resources/a/size", "/passes/b", "", "/features/c"].map(diagnostic);
+        let pointers: Vec<String> = as_written(&document, diagnostics.into_iter().collect())
             .into_iter()
             .map(|one| one.pointer)
             .collect();

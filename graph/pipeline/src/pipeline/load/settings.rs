@@ -85,11 +85,11 @@ pub(super) fn check_data(document: &Document, shared: &mut Shared) {
         let data = &shared.resources[handle.index()];
         if shared.scope.lookup(&entry.key).is_some() {
             let message = format!("\"{}\" is a derived value, and data of a pass", entry.key);
-            let finding = Diagnostic::error(codes::BAD_NAME, entry.key_span, message)
+            let diagnostic = Diagnostic::error(codes::BAD_NAME, entry.key_span, message)
                 .related(data.place, "the data")
                 .pointer(pointer_join("/derived", &entry.key))
                 .help("give one of the two another name");
-            shared.diagnostics.push(finding);
+            shared.diagnostics.push(diagnostic);
         }
     }
 }

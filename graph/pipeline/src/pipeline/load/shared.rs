@@ -35,11 +35,11 @@ pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) geometry: BTreeMap<String, GeometryDeclaration>,
     pub(in crate::pipeline) programs: Programs,
     pub(in crate::pipeline) diagnostics: Diagnostics,
-    /// Findings about what subgraphs are given; they stand where the subgraph is used.
+    /// Diagnostics about what subgraphs are given; they stand where the subgraph is used.
     pub(in crate::pipeline) misgiven: Diagnostics,
     /// Expressions of subgraphs and loops, by their text.
     pub(in crate::pipeline) expressions: HashMap<String, Rc<Expression>>,
-    /// How often a pass had a fault that only follows from a finding elsewhere.
+    /// How often a pass had an error that only follows from a diagnostic elsewhere.
     pub(in crate::pipeline) withheld: usize,
     pub(super) sources: Sources,
     /// What CPU passes read of one another.
@@ -101,21 +101,22 @@ impl Shared {
         })
     }
 
-    /// Reports the findings of one instance: with the places where it is used, and each fault of a subgraph once.
-    pub(in crate::pipeline) fn report_from(&mut self, findings: Diagnostics, environment: &Environment) {
-        for mut finding in findings {
+    /// Reports the diagnostics of one instance: with the places where it is used, and each error of a subgraph once.
+    pub(in crate::pipeline) fn report_from(&mut self, diagnostics: Diagnostics, environment: &Environment) {
+        for mut diagnostic in diagnostics {
             if environment.used_at.is_empty() {
-                self.diagnostics.push(finding);
+                self.diagnostics.push(diagnostic);
                 continue;
             }
             let known = self.diagnostics.iter().any(|known| {
-                (known.code, &known.place, &known.message) == (finding.code, &finding.place, &finding.message)
+                (known.code, &known.place, &known.message)
+                    == (diagnostic.code, &diagnostic.place, &diagnostic.message)
             });
             if !known {
                 for place in &environment.used_at {
-                    finding = finding.related(*place, "used here");
+                    diagnostic = diagnostic.related(*place, "used here");
                 }
-                self.diagnostics.push(finding);
+                self.diagnostics.push(diagnostic);
             }
         }
     }

@@ -12,10 +12,16 @@ use crate::language::{
 pub(super) struct Broken(BTreeSet<String>);
 
 impl Broken {
-    pub(super) fn new(schema_findings: &Diagnostics) -> Self {
-        // A texture in an unknown format is a texture all the same, with faults of its own.
-        let is_breaking = |finding: &&Diagnostic| finding.code != codes::FORMAT_UNKNOWN;
-        Self(schema_findings.iter().filter(is_breaking).map(|finding| finding.pointer.clone()).collect())
+    pub(super) fn new(schema_diagnostics: &Diagnostics) -> Self {
+        // A texture in an unknown format is a texture all the same, with errors of its own.
+        let is_breaking = |diagnostic: &&Diagnostic| diagnostic.code != codes::FORMAT_UNKNOWN;
+        Self(
+            schema_diagnostics
+                .iter()
+                .filter(is_breaking)
+                .map(|diagnostic| diagnostic.pointer.clone())
+                .collect(),
+        )
     }
 
     /// Whether what is at a pointer, or anything below, does not fit.

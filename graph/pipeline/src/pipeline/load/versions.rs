@@ -43,9 +43,9 @@ pub(super) fn check_versions(
             let name = inside(writer);
             let written = version_in(shared.sources.text(one.place), &name);
             let written = written.map(|range| one.place.inside(range));
-            let finding = Diagnostic::error(codes::UNKNOWN_PASS, one.place, message).pointer(&one.pointer);
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, one.place, message).pointer(&one.pointer);
             let known = names.iter().map(String::as_str).filter(|name| !name.is_empty());
-            shared.diagnostics.push(finding.meant(&name, known, written, |_| match writers.len() {
+            shared.diagnostics.push(diagnostic.meant(&name, known, written, |_| match writers.len() {
                 0 => format!("nothing writes \"{resource}\""),
                 _ => format!("it is written by {}", list_of(writers.iter().copied())),
             }));
@@ -81,9 +81,9 @@ pub(super) fn is_gap(gaps: &[(String, &Entry)], name: &str) -> bool {
     })
 }
 
-/// The resources of which nothing is known: broken ones, and those that passes with findings mention (any string that
-/// is a reference to one). A pass that does not fit the schema may lack the very key that names a resource; then no
-/// resource is certain.
+/// The resources of which nothing is known: broken ones, and those that passes with diagnostics mention (any string
+/// that is a reference to one). A pass that does not fit the schema may lack the very key that names a resource; then
+/// no resource is certain.
 pub(super) fn uncertain(
     gaps: &[(String, &Entry)],
     instances: &[Instance<'_>],

@@ -1,4 +1,4 @@
-//! Findings as text: for people (with the source line and a mark under the place) and as JSON.
+//! Diagnostics as text: for people (with the source line and a mark under the place) and as JSON.
 //!
 //! The layout for people is codespan's. Output has no colours here; a caller that writes to a terminal adds them. What
 //! would command a terminal is [written out](visible()) in all texts; [`json`] and [`sarif`] are values, whose texts
@@ -20,7 +20,7 @@ use super::{Count, Diagnostic, Extent, Place, Severity};
 use crate::document::pointer_join;
 use crate::source::{FileId, Sources};
 
-/// One finding for people: message, source line with a mark, related places, help.
+/// One diagnostic for people: message, source line with a mark, related places, help.
 ///
 /// ```
 /// use umbragraph_text::diagnostic::{codes, render, Diagnostic};
@@ -28,9 +28,9 @@ use crate::source::{FileId, Sources};
 ///
 /// let mut sources = Sources::new();
 /// let file = sources.add("a.json", "{ \"naem\": 1 }");
-/// let finding = Diagnostic::error(codes::UNKNOWN_KEY, Span::new(file, 2..8), "unknown key \"naem\"")
+/// let diagnostic = Diagnostic::error(codes::UNKNOWN_KEY, Span::new(file, 2..8), "unknown key \"naem\"")
 ///     .help("did you mean \"name\"?");
-/// let text = render::human(&finding, &sources);
+/// let text = render::human(&diagnostic, &sources);
 /// assert!(text.contains("a.json:1:3"));
 /// ```
 pub fn human(diagnostic: &Diagnostic, sources: &Sources) -> String {
@@ -80,7 +80,7 @@ fn is_long(sources: &Sources, file: FileId, start: usize) -> bool {
     file.line(position.line).len() > MAXIMUM_LINE
 }
 
-/// A finding in a line too long to be shown: the characters around its place.
+/// A diagnostic in a line too long to be shown: the characters around its place.
 fn compact(diagnostic: &Diagnostic, sources: &Sources, notes: &[String]) -> String {
     let severity = match diagnostic.severity {
         Severity::Error => "error",
@@ -107,10 +107,10 @@ fn compact(diagnostic: &Diagnostic, sources: &Sources, notes: &[String]) -> Stri
     text
 }
 
-/// The most findings that are shown; beyond them only their number.
+/// The most diagnostics that are shown; beyond them only their number.
 const MAXIMUM_SHOWN: usize = 200;
 
-/// All findings for people, one after the other (two hundred at most), and a closing line that counts them.
+/// All diagnostics for people, one after the other (two hundred at most), and a closing line that counts them.
 pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sources: &Sources) -> String {
     let mut text = String::new();
     let (mut errors, mut warnings) = (0, 0);
@@ -127,7 +127,7 @@ pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sour
         }
     }
     if shown > MAXIMUM_SHOWN {
-        text.push_str(&format!("{} more findings are not shown\n", shown - MAXIMUM_SHOWN));
+        text.push_str(&format!("{} more diagnostics are not shown\n", shown - MAXIMUM_SHOWN));
     }
     let count = |number: usize, noun: &str| format!("{number} {noun}{}", if number == 1 { "" } else { "s" });
     match (errors, warnings) {
@@ -139,7 +139,7 @@ pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sour
     text
 }
 
-/// One finding as an annotation that GitHub shows at its line of a pull request: one line of text.
+/// One diagnostic as an annotation that GitHub shows at its line of a pull request: one line of text.
 pub fn github(diagnostic: &Diagnostic, sources: &Sources) -> String {
     let level = match diagnostic.severity {
         Severity::Error => "error",
@@ -177,7 +177,7 @@ pub fn github(diagnostic: &Diagnostic, sources: &Sources) -> String {
     format!("::{level} {}title={title}::{}\n", place.unwrap_or_default(), escape(&message))
 }
 
-/// One finding as a JSON object: `code`, `severity`, `message`, `place` (`file`, `line`, `column`, `end_line`,
+/// One diagnostic as a JSON object: `code`, `severity`, `message`, `place` (`file`, `line`, `column`, `end_line`,
 /// `end_column`, `pointer`), `related`, `help`, `fix` (a list of edits, each with
 /// `place` and `replacement`).
 ///
@@ -250,7 +250,7 @@ fn in_file<'a>(name: &str, pointer: &'a str) -> &'a str {
     below.filter(|below| below.is_empty() || below.starts_with('/')).unwrap_or(pointer)
 }
 
-/// [`Sources`] as codespan wants to see them; offsets are clamped, so that no finding can make rendering fail.
+/// [`Sources`] as codespan wants to see them; offsets are clamped, so that no diagnostic can make rendering fail.
 struct View<'a>(&'a Sources);
 
 impl<'a> Files<'a> for View<'a> {

@@ -1,9 +1,9 @@
-//! Findings as SARIF 2.1.0 (OASIS Standard, "Static Analysis Results Interchange Format"), the form that code scanning
-//! services and editors take in.
+//! Diagnostics as SARIF 2.1.0 (OASIS Standard, "Static Analysis Results Interchange Format"), the form that code
+//! scanning services and editors take in.
 //!
 //! A run has one rule for each code that occurs. Lines and columns count from 1, columns in characters
-//! (`unicodeCodePoints`). Where a finding has no text to point into, it has the file alone; JSON pointers are logical
-//! locations of the kind `object`.
+//! (`unicodeCodePoints`). Where a diagnostic has no text to point into, it has the file alone; JSON pointers are
+//! logical locations of the kind `object`.
 
 use std::collections::BTreeMap;
 
@@ -20,7 +20,7 @@ const SCHEMA: &str =
 struct Run {
     tool: serde_json::Value,
     column_kind: &'static str,
-    results: Vec<Finding>,
+    results: Vec<ResultObject>,
 }
 
 #[derive(Serialize)]
@@ -40,7 +40,7 @@ struct Message {
 
 #[derive(Serialize)]
 #[serde(rename_all = "camelCase")]
-struct Finding {
+struct ResultObject {
     rule_id: &'static str,
     rule_index: usize,
     level: &'static str,
@@ -115,14 +115,14 @@ struct Replacement {
     inserted_content: Message,
 }
 
-/// All findings as one SARIF log.
+/// All diagnostics as one SARIF log.
 pub fn sarif<'a>(
     diagnostics: impl IntoIterator<Item = &'a Diagnostic>,
     sources: &Sources,
 ) -> serde_json::Value {
     let diagnostics: Vec<&Diagnostic> = diagnostics.into_iter().collect();
     let codes: BTreeMap<&str, Code> =
-        diagnostics.iter().map(|finding| (finding.code.id, finding.code)).collect();
+        diagnostics.iter().map(|diagnostic| (diagnostic.code.id, diagnostic.code)).collect();
     let index = |id: &str| codes.keys().position(|known| *known == id).unwrap_or(0);
     let rules: Vec<Rule> = codes.values().map(rule).collect();
     let run = Run {
@@ -133,7 +133,10 @@ pub fn sarif<'a>(
             "rules": rules,
         } }),
         column_kind: "unicodeCodePoints",
-        results: diagnostics.iter().map(|finding| result(finding, index(finding.code.id), sources)).collect(),
+        results: diagnostics
+            .iter()
+            .map(|diagnostic| result(diagnostic, index(diagnostic.code.id), sources))
+            .collect(),
     };
     serde_json::json!({ "$schema": SCHEMA, "version": "2.1.0", "runs": [run] })
 }
@@ -151,22 +154,22 @@ fn rule(code: &Code) -> Rule {
     }
 }
 
-fn result(finding: &Diagnostic, rule_index: usize, sources: &Sources) -> Finding {
+fn result(diagnostic: &Diagnostic, rule_index: usize, sources: &Sources) -> ResultObject {
     // What has no place of its own is a part of the message.
-    let mut message = finding.message.clone();
-    for related in finding.related.iter().filter(|related| related.place == Place::Nowhere) {
+    let mut message = diagnostic.message.clone();
+    for related in diagnostic.related.iter().filter(|related| related.place == Place::Nowhere) {
         message.push_str(&format!("\n{}", related.message));
     }
-    message.extend(finding.help.iter().map(|help| format!("\nhelp: {help}")));
-    let primary = location(&finding.place, &finding.pointer, sources);
-    let related = finding.related.iter().filter_map(|related| {
+    message.extend(diagnostic.help.iter().map(|help| format!("\nhelp: {help}")));
+    let primary = location(&diagnostic.place, &diagnostic.pointer, sources);
+    let related = diagnostic.related.iter().filter_map(|related| {
         let place = location(&related.place, "", sources)?;
         Some(Location { message: Some(Message { text: related.message.clone() }), ..place })
     });
-    Finding {
-        rule_id: finding.code.id,
+    ResultObject {
+        rule_id: diagnostic.code.id,
         rule_index,
-        level: match finding.severity {
+        level: match diagnostic.severity {
             Severity::Error => "error",
             Severity::Warning => "warning",
             Severity::Note => "note",
@@ -177,7 +180,7 @@ fn result(finding: &Diagnostic, rule_index: usize, sources: &Sources) -> Finding
             .enumerate()
             .map(|(id, place)| Location { id: Some(id), ..place })
             .collect(),
-        fixes: finding.fix.iter().filter_map(|fix| mending(finding, fix, sources)).collect(),
+        fixes: diagnostic.fix.iter().filter_map(|fix| mending(diagnostic, fix, sources)).collect(),
     }
 }
 
@@ -215,7 +218,7 @@ fn region(span: Span, sources: &Sources) -> Option<Region> {
     })
 }
 
-fn mending(finding: &Diagnostic, fix: &Fix, sources: &Sources) -> Option<Mending> {
+fn mending(diagnostic: &Diagnostic, fix: &Fix, sources: &Sources) -> Option<Mending> {
     let mut changes: BTreeMap<String, Vec<Replacement>> = BTreeMap::new();
     for edit in &fix.edits {
         changes.entry(artifact(edit.span, sources)?.uri).or_default().push(Replacement {
@@ -223,7 +226,7 @@ fn mending(finding: &Diagnostic, fix: &Fix, sources: &Sources) -> Option<Mending
             inserted_content: Message { text: edit.replacement.clone() },
         });
     }
-    let text = finding.help.clone().unwrap_or_else(|| "apply the fix".to_owned());
+    let text = diagnostic.help.clone().unwrap_or_else(|| "apply the fix".to_owned());
     let changes = changes
         .into_iter()
         .map(|(uri, replacements)| Change { artifact_location: Artifact { uri }, replacements });
@@ -253,14 +256,14 @@ mod tests {
         let mut sources = Sources::new();
         let file = sources.add("a folder/a.json", "{\n  \"ä\": 1, \"naem\": 2 }");
         let at = Span::new(file, 13..19);
-        let finding = Diagnostic::error(codes::UNKNOWN_KEY, at, "unknown key \"naem\"")
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_KEY, at, "unknown key \"naem\"")
             .pointer("/naem")
             .related(Span::new(file, 0..1), "the object")
             .related(Place::Nowhere, "in 1 of 2 configurations")
             .help("did you mean \"name\"?")
             .fix(at, "\"name\"");
         let other = Diagnostic::in_file(codes::FILE_UNREADABLE, "/gone.json", "/x", "gone");
-        let log = sarif([&other, &finding], &sources);
+        let log = sarif([&other, &diagnostic], &sources);
         assert_eq!(log["version"], "2.1.0");
         assert!(log["$schema"].as_str().is_some_and(|schema| schema.ends_with("sarif-schema-2.1.0.json")));
         let run = &log["runs"][0];

@@ -31,7 +31,7 @@ pub const WIDTH: usize = 140;
 /// The canonical layout of a registered text, comments kept.
 ///
 /// # Errors
-/// The findings of [`parse`].
+/// The diagnostics of [`parse`].
 pub fn format(sources: &Sources, file: FileId) -> Result<String, Diagnostics> {
     parse(sources, file)?;
     let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());

@@ -7,13 +7,13 @@ use crate::document::Document;
 fn parsed(text: &str) -> Document {
     let mut sources = Sources::new();
     let file = sources.add("t.json", text);
-    parse(&sources, file).unwrap_or_else(|findings| panic!("{findings:?}\n{text}"))
+    parse(&sources, file).unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{text}"))
 }
 
 fn formatted(text: &str) -> String {
     let mut sources = Sources::new();
     let file = sources.add("t.json", text);
-    format(&sources, file).unwrap_or_else(|findings| panic!("{findings:?}\n{text}"))
+    format(&sources, file).unwrap_or_else(|diagnostics| panic!("{diagnostics:?}\n{text}"))
 }
 
 /// Comments in the order of the text, with space between words only.
@@ -130,7 +130,7 @@ fn strict_text_has_no_comments_and_one_layout() {
 }
 
 #[test]
-fn what_is_not_json_is_a_finding() {
+fn what_is_not_json_is_a_diagnostic() {
     let mut sources = Sources::new();
     for text in ["", "{\"a\":1,}", "[1", "{\"a\":1,\"a\":2}"] {
         let file = sources.add("t.json", text);

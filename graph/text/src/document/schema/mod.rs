@@ -1,4 +1,4 @@
-//! Checks a spanned tree against a JSON Schema and reports every finding at its place.
+//! Checks a spanned tree against a JSON Schema and reports every diagnostic at its place.
 //!
 //! The schemas come from `schemars`, that is, from the very types that the tree is decoded into afterwards; so what an
 //! editor is told, what is checked here and what the decoder accepts are one thing. The dialect is the part of JSON
@@ -7,12 +7,12 @@
 //! `maximum`, `exclusiveMinimum`, `anyOf`, `oneOf`, `allOf`, `$ref` into `$defs`.
 //!
 //! Alternatives (`oneOf`, `anyOf`) give poor messages when every branch reports. Here the value chooses its branch
-//! first: by its JSON type, then by the one key that the branch requires, then by the fewest findings; only the
+//! first: by its JSON type, then by the one key that the branch requires, then by the fewest diagnostics; only the
 //! chosen branch reports.
 //!
 //! What a schema says is looked up once, when a [`Schema`] is made of it; a document that fits costs no allocation.
 //!
-//! Limits: it stops after [`MAXIMUM_FINDINGS`] findings.
+//! Limits: it stops after [`MAXIMUM_DIAGNOSTICS`] diagnostics.
 
 mod rules;
 
@@ -21,7 +21,7 @@ pub use rules::Schema;
 use serde_json::Value as Json;
 
 use super::{Entry, Kind, Pointer, Value};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_FINDINGS, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_DIAGNOSTICS, codes, did_you_mean};
 use rules::{Additional, Alternatives, Branch, Node, Rules};
 
 /// Checks `value`, which stands at `pointer`, against `schema`; `$ref`s are looked up in `root`.
@@ -57,7 +57,7 @@ impl<'a> Checker<'a, '_> {
     }
 
     fn checked(&mut self, value: &Value, rules: &'a Rules, pointer: &Pointer<'_>, depth: usize) {
-        if depth > MAXIMUM_REFERENCES || self.diagnostics.len() >= MAXIMUM_FINDINGS {
+        if depth > MAXIMUM_REFERENCES || self.diagnostics.len() >= MAXIMUM_DIAGNOSTICS {
             return;
         }
         for keys in &rules.one_key {
@@ -104,7 +104,7 @@ impl<'a> Checker<'a, '_> {
     ) {
         let properties = rules.properties.as_ref();
         for entry in entries {
-            if self.diagnostics.len() >= MAXIMUM_FINDINGS {
+            if self.diagnostics.len() >= MAXIMUM_DIAGNOSTICS {
                 return;
             }
             let at = pointer.key(&entry.key);
@@ -131,9 +131,9 @@ impl<'a> Checker<'a, '_> {
             if !misspelt {
                 let key = &required.key;
                 let message = format!("the key \"{key}\" is missing here");
-                let mut finding = Diagnostic::error(codes::MISSING_KEY, value.span, message);
-                finding.help = required.description.as_ref().map(|text| format!("\"{key}\": {text}"));
-                self.push(finding, pointer);
+                let mut diagnostic = Diagnostic::error(codes::MISSING_KEY, value.span, message);
+                diagnostic.help = required.description.as_ref().map(|text| format!("\"{key}\": {text}"));
+                self.push(diagnostic, pointer);
             }
         }
     }
@@ -147,10 +147,11 @@ impl<'a> Checker<'a, '_> {
             (Some(_), None) => {}
             (Some(first), Some(second)) => {
                 let message = format!("\"{}\" and \"{}\" exclude one another", first.key, second.key);
-                let finding = Diagnostic::error(codes::UNKNOWN_KEY, second.key_span, message);
-                let finding =
-                    finding.related(first.key_span, "the first of the two").help("make it two, one for each");
-                self.push(finding, &pointer.key(&second.key));
+                let diagnostic = Diagnostic::error(codes::UNKNOWN_KEY, second.key_span, message);
+                let diagnostic = diagnostic
+                    .related(first.key_span, "the first of the two")
+                    .help("make it two, one for each");
+                self.push(diagnostic, &pointer.key(&second.key));
             }
             (None, _) => {
                 let is_known = |entry: &Entry| {
@@ -158,9 +159,9 @@ impl<'a> Checker<'a, '_> {
                 };
                 if entries.iter().all(is_known) {
                     let message = "the key that says what this is is missing here";
-                    let finding = Diagnostic::error(codes::MISSING_KEY, value.span, message);
+                    let diagnostic = Diagnostic::error(codes::MISSING_KEY, value.span, message);
                     let known = format!("the keys that it can be are {}", keys.join(", "));
-                    self.push(finding.help(known), pointer);
+                    self.push(diagnostic.help(known), pointer);
                 }
             }
         }
@@ -243,15 +244,18 @@ impl<'a> Checker<'a, '_> {
         }
         let mut best: Option<Diagnostics> = None;
         for branch in typed() {
-            let mut findings = Diagnostics::new();
-            let mut checker =
-                Checker { schema: self.schema, diagnostics: &mut findings, description: self.description };
+            let mut own_diagnostics = Diagnostics::new();
+            let mut checker = Checker {
+                schema: self.schema,
+                diagnostics: &mut own_diagnostics,
+                description: self.description,
+            };
             checker.value(value, &branch.node, pointer, depth + 1);
-            if findings.is_empty() {
+            if own_diagnostics.is_empty() {
                 return;
             }
-            if best.as_ref().is_none_or(|best| findings.len() < best.len()) {
-                best = Some(findings);
+            if best.as_ref().is_none_or(|best| own_diagnostics.len() < best.len()) {
+                best = Some(own_diagnostics);
             }
         }
         self.diagnostics.extend(best.into_iter().flatten());
@@ -281,7 +285,7 @@ impl<'a> Checker<'a, '_> {
         }
     }
 
-    /// Reports a finding; one without a help of its own gets the first line of what the schema says of the place.
+    /// Reports a diagnostic; one without a help of its own gets the first line of what the schema says of the place.
     fn push(&mut self, diagnostic: Diagnostic, pointer: &Pointer<'_>) {
         let mut diagnostic = diagnostic.pointer(pointer);
         if diagnostic.help.is_none() {
@@ -295,26 +299,26 @@ impl<'a> Checker<'a, '_> {
     }
 }
 
-/// The finding for a key that is none of the known ones; `beside` are all members of its object.
+/// The diagnostic for a key that is none of the known ones; `beside` are all members of its object.
 pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnostic {
-    let finding =
+    let diagnostic =
         Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, format!("unknown key \"{}\"", entry.key));
     // A key that is there already would stand twice; one of a file below is laid over.
     let file = entry.key_span.file;
     let taken = |name: &str| beside.iter().any(|other| other.key == name && other.key_span.file == file);
     let known = known.iter().copied();
-    finding.meant_unless(&entry.key, known, Some(entry.key_span), taken, |known| match known {
+    diagnostic.meant_unless(&entry.key, known, Some(entry.key_span), taken, |known| match known {
         [] => "no keys are known here".to_owned(),
         known => format!("the keys known here are {}", known.join(", ")),
     })
 }
 
-/// The finding for a text that is none of the known words.
+/// The diagnostic for a text that is none of the known words.
 pub fn unknown_word(value: &Value, words: &[&str]) -> Diagnostic {
     let found = value.text().map_or_else(|| value.kind_name().to_owned(), |text| format!("\"{text}\""));
-    let finding = Diagnostic::error(codes::UNKNOWN_WORD, value.span, format!("{found} is not known here"));
+    let diagnostic = Diagnostic::error(codes::UNKNOWN_WORD, value.span, format!("{found} is not known here"));
     let text = value.text().unwrap_or_default();
-    finding.meant(text, words.iter().copied(), Some(value.span), |words| match words {
+    diagnostic.meant(text, words.iter().copied(), Some(value.span), |words| match words {
         words if words.len() <= 24 => format!("known are {}", words.join(", ")),
         _ => "see the schema for the words known here".to_owned(),
     })
@@ -360,7 +364,7 @@ mod tests {
         Buffer(Vec<u32>),
     }
 
-    fn findings(text: &str) -> Vec<String> {
+    fn diagnostics(text: &str) -> Vec<String> {
         let mut sources = Sources::new();
         let file = sources.add("t", text);
         let document = crate::document::parse(&sources, file).unwrap();
@@ -378,21 +382,21 @@ mod tests {
     }
 
     #[test]
-    fn a_fitting_value_has_no_findings() {
+    fn a_fitting_value_has_no_diagnostics() {
         assert_eq!(
-            findings(r#"{"texture": {"format": "depth32float", "size": [1, 2], "layers": 4}}"#),
+            diagnostics(r#"{"texture": {"format": "depth32float", "size": [1, 2], "layers": 4}}"#),
             Vec::<String>::new()
         );
         assert_eq!(
-            findings(r#"{"texture": {"format": "depth32float", "size": "viewport"}}"#),
+            diagnostics(r#"{"texture": {"format": "depth32float", "size": "viewport"}}"#),
             Vec::<String>::new()
         );
     }
 
     #[test]
-    fn all_findings_are_reported_at_once_and_a_misspelt_key_is_not_also_missing() {
+    fn all_diagnostics_are_reported_at_once_and_a_misspelt_key_is_not_also_missing() {
         assert_eq!(
-            findings(r#"{"texture": {"fromat": "depth32float", "size": true, "layers": 9}}"#),
+            diagnostics(r#"{"texture": {"fromat": "depth32float", "size": true, "layers": 9}}"#),
             [
                 "UG0102 /texture/fromat unknown key \"fromat\" did you mean \"format\"?",
                 "UG0105 /texture/size a string or an array is wanted here, this is a boolean the schema says what belongs here",
@@ -404,11 +408,11 @@ mod tests {
     #[test]
     fn the_tag_chooses_the_branch() {
         assert_eq!(
-            findings(r#"{"textur": {}}"#),
+            diagnostics(r#"{"textur": {}}"#),
             ["UG0102 /textur unknown key \"textur\" did you mean \"texture\"?"]
         );
         assert_eq!(
-            findings(r#"{"texture": {"format": "depth32flaot", "size": [1]}}"#),
+            diagnostics(r#"{"texture": {"format": "depth32flaot", "size": [1]}}"#),
             [
                 "UG0107 /texture/format \"depth32flaot\" is not known here did you mean \"depth32float\"?",
                 "UG0108 /texture/size this list has 1 elements: at least 2 are wanted the schema says what belongs here",
