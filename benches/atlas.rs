@@ -8,7 +8,7 @@
 //! two from 32 to 512. Counted are first tries that fail although the area is free. Lines `ratio atlas/fill_…/RIVAL_…`
 //! are ours divided by theirs. The rivals take any rectangles, and give theirs no alignment.
 //!
-//! Times are the least of several runs in a row.
+//! Times are the minimum of several runs in a row.
 
 use std::time::{Duration, Instant};
 
@@ -40,18 +40,13 @@ const LIGHTS: u32 = 10_000;
 fn frames() {
     println!("milliseconds for a frame of {LIGHTS} lights");
     let pools = Pool::counts(&[(Pool::Descriptors, LIGHTS), (Pool::Views, LIGHTS)]);
-    let settings = Settings {
-        largest_tile: 1024,
-        smallest_side: 8192,
-        largest_side: 8192,
-        largest_pools: pools,
-        ..Settings::default()
-    };
+    let settings =
+        Settings { max_tile: 1024, min_side: 8192, max_side: 8192, max_pools: pools, ..Settings::default() };
     let capacity = Capacity { side: 8192, pools };
     let request = |light: u32, importance: f32| Request {
         key: Key(u64::from(light) * 0x9E37_79B9_7F4A_7C15),
         importance,
-        tiles: TileRequest { count: 1, wanted: (importance * 128.0) as u32, smallest: 16 },
+        tiles: TileRequest { count: 1, wanted: (importance * 128.0) as u32, min: 16 },
         slots: Pool::counts(&[(Pool::Descriptors, 1), (Pool::Views, 1)]),
     };
     let base: Vec<f32> = {
@@ -60,7 +55,7 @@ fn frames() {
     };
     for (name, moves) in [("camera_stands", 0), ("camera_moves", 1), ("lights_come_and_go", 2)] {
         let mut placement = Placement::new(settings);
-        let mut least = Duration::MAX;
+        let mut min = Duration::MAX;
         let mut total = Duration::ZERO;
         let rounds = 60;
         for frame in 0..rounds {
@@ -77,15 +72,15 @@ fn frames() {
             placement.update(&requests, &capacity);
             let time = start.elapsed();
             if frame >= 10 {
-                least = least.min(time);
+                min = min.min(time);
                 total += time;
             }
         }
         let evicted = placement.grants().filter(|grant| matches!(grant.fate, Fate::Evicted(_))).count();
         let mean = total.as_secs_f64() * 1e3 / f64::from(rounds - 10);
         println!(
-            "{name:<20} least {:.3}, mean {mean:.3}, {evicted} lights evicted in the last frame",
-            least.as_secs_f64() * 1e3
+            "{name:<20} min {:.3}, mean {mean:.3}, {evicted} lights evicted in the last frame",
+            min.as_secs_f64() * 1e3
         );
         println!("ratio atlas/frame/{name}_to_2ms {:.3}", mean / 2.0);
     }
@@ -169,7 +164,7 @@ fn run<A: Allocator>(mut allocator: A, fill: u64) -> (u32, u32, Duration) {
     (tries, failures, start.elapsed())
 }
 
-/// The least time of some runs.
+/// The minimum time of some runs.
 fn best<A: Allocator>(make: impl Fn() -> A, fill: u64) -> (u32, u32, Duration) {
     (0..5).map(|_| run(make(), fill)).min_by_key(|(_, _, time)| *time).unwrap_or_default()
 }

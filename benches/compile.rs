@@ -2,8 +2,8 @@
 //!
 //! Lines `ratio NAME VALUE` are ours divided by the bound that is aimed at: 3 µs a pass, a log-log slope of 1.1, and
 //! 100 MiB for 10,000 passes. `ratio .../resize/full VALUE` is the time of planning for another size divided by that of
-//! planning from scratch, at 1,000 passes. Rivals are in `benches/peers`, a package of its own. Times are the least of
-//! several runs in a row; memory is the peak of a process that does nothing else.
+//! planning from scratch, at 1,000 passes. Rivals are in `benches/peers`, a package of its own. Times are the minimum
+//! of several runs in a row; memory is the peak of a process that does nothing else.
 
 use std::process::Command;
 use std::sync::Arc;
@@ -40,7 +40,7 @@ fn main() {
         let mut line = format!("{name:<12}");
         for count in [10, 100, 1_000, 10_000] {
             let (pipeline, sources) = pipeline(&shape(count));
-            let time = least(&pipeline, &sources, if count > 1_000 { 7 } else { 25 });
+            let time = min_time(&pipeline, &sources, if count > 1_000 { 7 } else { 25 });
             let micros = time.as_secs_f64() * 1e6 / count as f64;
             points.push(((count as f64).ln(), time.as_secs_f64().ln()));
             line.push_str(&format!(" {micros:>10.3}"));
@@ -100,7 +100,7 @@ fn compile(pipeline: &Arc<Pipeline>, sources: &Sources) -> usize {
     std::hint::black_box(plan.passes.len())
 }
 
-fn least(pipeline: &Arc<Pipeline>, sources: &Sources, runs: usize) -> Duration {
+fn min_time(pipeline: &Arc<Pipeline>, sources: &Sources, runs: usize) -> Duration {
     let run = || {
         let start = Instant::now();
         assert_eq!(compile(pipeline, sources), pipeline.passes.len(), "nothing is culled");

@@ -6,7 +6,7 @@
 //! aimed at (10 ms for 1,000 passes, a log-log slope of 1.1 to 10,000), by the flat pipeline (what instancing costs),
 //! or by `serde_json` making an untyped tree of the same text (the least that anything could do with it). The last
 //! lines are hopeless texts and how long each takes to be refused; "none" stands where the error is in an expression
-//! that is first evaluated with the sizes, when the plan is made. Times are the least of several runs.
+//! that is first evaluated with the sizes, when the plan is made. Times are the minimum of several runs.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -59,13 +59,13 @@ fn main() {
     let flat_slope = bench.series("flat", flat);
     let instanced_slope = bench.series("instanced", instanced);
     let extended_slope = bench.series("extended", extended);
-    let thousand = bench.least(&flat(1_000), 1_000, 25);
+    let thousand = bench.min_time(&flat(1_000), 1_000, 25);
     let ratio = |name: &str, value: f64| println!("ratio language/{name} {value:.3}");
     ratio("time_of_1000_passes_to_10ms", thousand.as_secs_f64() / 0.010);
     ratio("flat/slope_to_1.1", flat_slope / 1.1);
     ratio("instanced/slope_to_1.1", instanced_slope / 1.1);
     ratio("extended/slope_to_1.1", extended_slope / 1.1);
-    let instances = bench.least(&instanced(1_000), 1_000, 25);
+    let instances = bench.min_time(&instanced(1_000), 1_000, 25);
     ratio("instanced_1000_times_to_flat", instances.as_secs_f64() / thousand.as_secs_f64());
     ratio("flat_1000_to_serde_json", thousand.as_secs_f64() / tree(&flat(1_000).text).as_secs_f64());
     bench.hopeless();
@@ -77,7 +77,7 @@ impl Bench {
         let mut points = Vec::new();
         for count in SIZES {
             let files = text_of(count);
-            let time = self.least(&files, count, if count > 1_000 { 5 } else { 25 }).as_secs_f64();
+            let time = self.min_time(&files, count, if count > 1_000 { 5 } else { 25 }).as_secs_f64();
             if count >= 100 {
                 points.push(((count as f64).ln(), time.ln()));
             }
@@ -90,7 +90,7 @@ impl Bench {
         slope(&points)
     }
 
-    fn least(&self, files: &Files, passes: usize, runs: usize) -> Duration {
+    fn min_time(&self, files: &Files, passes: usize, runs: usize) -> Duration {
         let run = || {
             let (time, found, diagnostics) = self.resolve(files);
             assert_eq!(found, passes, "{diagnostics}");

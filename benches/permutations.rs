@@ -3,7 +3,7 @@
 //! Each line `ratio NAME VALUE` is ours divided by the rival's, or by the bound where there is no rival; the goal of
 //! each stands beside it. Rivals: naga called directly on the same distinct texts, to parse and validate them and to
 //! resolve their overrides, and the same without resolving; one thread; one `naga` process per combination (the
-//! installed one, or this program standing in for it). Times are the least of several runs.
+//! installed one, or this program standing in for it). Times are the minimum of several runs.
 //!
 //! `cargo bench -p umbragraph-graph --bench permutations -- count_ours` does once what `overhead` measures, so that a
 //! tool can count the instructions; `count_naga` does naga's part, and `count_neither` what both need beforehand:
@@ -112,18 +112,18 @@ fn prove(set: &TemplateSet, profiles: &[TargetProfile], threads: usize) -> Permu
     check(set, &requests, &Options { threads, ..Options::default() })
 }
 
-/// The least time of several runs of each of two things, alternating, so that a slow moment of the machine hits both.
-fn least(runs: usize, mut ours: impl FnMut(), mut rival: impl FnMut()) -> (Duration, Duration) {
-    let mut least = (Duration::MAX, Duration::MAX);
+/// The minimum time of several runs of each of two things, alternating, so that a slow moment of the machine hits both.
+fn min_time(runs: usize, mut ours: impl FnMut(), mut rival: impl FnMut()) -> (Duration, Duration) {
+    let mut min = (Duration::MAX, Duration::MAX);
     for _ in 0..runs {
         let start = Instant::now();
         ours();
-        least.0 = least.0.min(start.elapsed());
+        min.0 = min.0.min(start.elapsed());
         let start = Instant::now();
         rival();
-        least.1 = least.1.min(start.elapsed());
+        min.1 = min.1.min(start.elapsed());
     }
-    least
+    min
 }
 
 fn report(name: &str, goal: &str, ours: Duration, rival: Duration, of: &str) {
@@ -172,8 +172,8 @@ fn overhead(name: &str, set: &TemplateSet) -> [Duration; 3] {
     println!("{name}: {} distinct texts, {bytes} bytes", texts.len());
     let naga = |what: Naga| naga_alone(&texts, &profiles[0], what);
     let runs = if texts.len() < 100 { 15 } else { 9 };
-    let (ours, all) = least(runs, || drop(prove_plain(set, &profiles)), || naga(Naga::Resolve));
-    let (validating, _) = least(runs, || naga(Naga::Validate), || {});
+    let (ours, all) = min_time(runs, || drop(prove_plain(set, &profiles)), || naga(Naga::Resolve));
+    let (validating, _) = min_time(runs, || naga(Naga::Validate), || {});
     report(name, "no goal of its own", ours, all, "of naga alone");
     [ours, all, validating]
 }
@@ -191,7 +191,7 @@ fn count(what: &str, set: &TemplateSet) {
 
 fn threads(set: &TemplateSet) {
     let profiles = TargetProfile::all();
-    let (two, one) = least(7, || drop(prove(set, &profiles, 2)), || drop(prove(set, &profiles, 1)));
+    let (two, one) = min_time(7, || drop(prove(set, &profiles, 2)), || drop(prove(set, &profiles, 1)));
     report("two_threads", "at most 0.625", two, one, "on one thread");
 }
 
@@ -204,7 +204,7 @@ fn wide_space() {
     let found = &outcome.templates[0];
     println!("wide_space: {} combinations, {} distinct texts", found.configurations, found.variants.len());
     assert!(found.configurations.number >= 10_u128.pow(10) && found.variants.len() == 9);
-    let (ours, _) = least(7, || drop(prove(&set, &[TargetProfile::webgpu()], 2)), || {});
+    let (ours, _) = min_time(7, || drop(prove(&set, &[TargetProfile::webgpu()], 2)), || {});
     report("wide_space", "at most 1", ours, Duration::from_millis(100), "allowed");
 }
 
@@ -215,7 +215,7 @@ fn everything(set: &TemplateSet) {
     for diagnostic in &outcome.diagnostics {
         println!("  {} {}", diagnostic.code, diagnostic.message);
     }
-    let (ours, _) = least(2, || drop(prove(set, &profiles, 2)), || {});
+    let (ours, _) = min_time(2, || drop(prove(set, &profiles, 2)), || {});
     report("everything", "at most 1", ours, Duration::from_secs(10), "allowed");
 }
 
@@ -256,7 +256,7 @@ fn processes(set: &TemplateSet) {
     }
     let rival = begin.elapsed();
     let _ = std::fs::remove_dir_all(&folder);
-    let (ours, _) = least(7, || drop(prove(set, &profiles, 2)), || {});
+    let (ours, _) = min_time(7, || drop(prove(set, &profiles, 2)), || {});
     let name = if installed { "of naga processes" } else { "of processes that stand in for naga" };
     assert_eq!(found.configurations.number, COMBINATIONS as u128);
     report("processes", "at most 0.02", ours, rival, name);

@@ -221,10 +221,10 @@ fn a_feature_is_off_where_the_profile_has_less_than_it_requires() {
 #[test]
 fn a_device_with_less_switches_a_feature_off_and_one_with_more_changes_nothing() {
     let limits = |max_texture_dimension_2d| Limits { max_texture_dimension_2d, ..Limits::defaults() };
-    let profile = |most| TargetProfile::webgpu().on_device(&limits(most), DownlevelFlags::all());
+    let profile = |max| TargetProfile::webgpu().on_device(&limits(max), DownlevelFlags::all());
     assert_eq!(profile(16384), TargetProfile::webgpu());
     let path = "pipelines/learn/23-required-limits.json";
-    let on = |most| check_file(path, &With { profile: Some(profile(most)), ..With::default() });
+    let on = |max| check_file(path, &With { profile: Some(profile(max)), ..With::default() });
     assert_eq!(size(&on(16384), "strip"), (8192, 8));
     assert_eq!(size(&on(4096), "strip"), (4096, 8));
 }

@@ -30,10 +30,10 @@ fn small(parameters: &[(&str, &str)], features: &[(&str, &str)]) -> Outcome {
     let mut all = vec![
         ("cascade_side", "256"),
         ("cube_side", "128"),
-        ("atlas_least_side", "256"),
-        ("atlas_greatest_side", "1024"),
-        ("tile_greatest_side", "256"),
-        ("tile_least_side", "16"),
+        ("atlas_min_side", "256"),
+        ("atlas_max_side", "1024"),
+        ("tile_max_side", "256"),
+        ("tile_min_side", "16"),
     ];
     all.retain(|(name, _)| parameters.iter().all(|(other, _)| other != name));
     all.extend_from_slice(parameters);
@@ -113,27 +113,27 @@ const HARD: &str = "\"hard\"";
 
 #[test]
 fn hard_shadows_agree_with_ray_traced_ones_without_a_bias_that_a_scene_sets() {
-    for (name, least, reference) in
+    for (name, min, reference) in
         [("contact_sun", 0.994, 0.984), ("terrain_dem_sun", 0.998, 0.992), ("room_point", 0.9965, 0.995)]
     {
         for reverse in ["true", "false"] {
             let Some(scores) = scores(name, HARD, &[("reverse_z", reverse)]) else { return };
             let iou = scores.band(0).and_then(BandScore::intersection_over_union).unwrap_or(0.0);
             println!("{name}, reverse depth {reverse}: IoU {iou:.4}, a plain reference has {reference}");
-            assert!(iou >= least, "{name} reaches {iou}");
+            assert!(iou >= min, "{name} reaches {iou}");
         }
     }
 }
 
 #[test]
 fn soft_shadows_agree_with_ray_traced_ones_with_the_same_parameters_everywhere() {
-    for (name, most, reference) in
+    for (name, max, reference) in
         [("contact_sun", 0.005, 0.0061), ("terrain_dem_sun", 0.0035, 0.0040), ("room_point", 0.011, 0.0135)]
     {
         let Some(scores) = scores(name, "\"pcss\"", &[]) else { return };
         let error = scores.soft.expect("a soft mask").mean_error;
         println!("{name}: mean error {error:.4}, a plain reference has {reference}");
-        assert!(error <= most, "{name} has {error}");
+        assert!(error <= max, "{name} has {error}");
     }
 }
 
@@ -161,7 +161,7 @@ fn forward_and_reverse_depth_give_the_same_picture_with_every_filter() {
 
 /// Every value of the feature `light_filter`.
 const FILTERS: [&str; 7] =
-    [HARD, "\"grid\"", "\"poisson9\"", "\"poisson16\"", "\"poisson64\"", "\"vogel\"", "\"pcss\""];
+    [HARD, "\"grid_pcf\"", "\"poisson9\"", "\"poisson16\"", "\"poisson64\"", "\"vogel\"", "\"pcss\""];
 
 #[test]
 fn a_kind_of_shadow_that_is_switched_off_takes_no_memory_and_no_pass() {
@@ -170,7 +170,7 @@ fn a_kind_of_shadow_that_is_switched_off_takes_no_memory_and_no_pass() {
     for (feature, texture, pass) in [
         ("spot_shadows", "atlas", "spot_casters"),
         ("point_shadows", "cubes", "point_casters"),
-        ("sun_shadows", "layers", "sun_casters"),
+        ("directional_shadows", "layers", "directional_casters"),
     ] {
         let without = small(&[], &[(feature, "false")]);
         let taken = all.plan().resources[texture].bytes;
@@ -252,12 +252,12 @@ fn unusable_lights_and_cameras_change_no_pixel_to_something_that_is_none() {
 fn wide_filters_see_nothing_of_the_neighbouring_tile() {
     let Some(gpu) = gpu::device() else { return };
     let scene = interior();
-    for filter in ["\"grid\"", "\"poisson64\"", "\"vogel\"", "\"pcss\""] {
+    for filter in ["\"grid_pcf\"", "\"poisson64\"", "\"vogel\"", "\"pcss\""] {
         let outcome = small(
             &[
                 ("filter_radius", "4"),
-                ("greatest_radius", "40"),
-                ("grid_side", "7"),
+                ("max_radius", "40"),
+                ("grid_pcf_side", "7"),
                 ("lamp_radius", "0.4"),
                 ("greatest_penumbra", "40"),
                 ("greatest_search", "40"),
@@ -298,9 +298,9 @@ fn more_lights_than_there_is_room_for_are_reduced_and_left_out_by_importance_and
         &[
             ("cube_capacity", "12"),
             ("cube_side", "32"),
-            ("atlas_greatest_side", "256"),
-            ("tile_least_side", "16"),
-            ("tile_greatest_side", "64"),
+            ("atlas_max_side", "256"),
+            ("tile_min_side", "16"),
+            ("tile_max_side", "64"),
         ],
         &[("light_filter", "\"hard\"")],
     );
@@ -329,12 +329,7 @@ fn two_executors_on_one_plan_do_not_notice_one_another() {
     let Some(gpu) = gpu::device() else { return };
     let scene = interior();
     let outcome = small(
-        &[
-            ("cube_capacity", "2"),
-            ("cube_side", "32"),
-            ("atlas_greatest_side", "256"),
-            ("light_capacity", "20"),
-        ],
+        &[("cube_capacity", "2"), ("cube_side", "32"), ("atlas_max_side", "256"), ("light_capacity", "20")],
         &[("light_filter", "\"hard\"")],
     );
     let plan = Arc::new(outcome.plan().clone());
@@ -386,8 +381,8 @@ fn lights_beyond_the_capacity_and_bounded_filters_are_notices() {
     let Some(gpu) = gpu::device() else { return };
     let scene = interior();
     let outcome = small(
-        &[("light_capacity", "4"), ("filter_radius", "0.5"), ("greatest_radius", "2"), ("far", "[4, 20]")],
-        &[("light_filter", "\"grid\"")],
+        &[("light_capacity", "4"), ("filter_radius", "0.5"), ("max_radius", "2"), ("far", "[4, 20]")],
+        &[("light_filter", "\"grid_pcf\"")],
     );
     let mut lights: Vec<Light> =
         (0..8).map(|at| lamp(&format!("lamp {at}"), [at as f64 * 0.5 - 2.0, 2.0, 0.0])).collect();
@@ -416,16 +411,21 @@ fn no_filter_shows_the_seams_of_a_cube() {
     let (width, height) = truth.size();
     let scene = scene(&truth.glb_path());
     for (filter, side) in [
-        ("\"grid\"", "3"),
-        ("\"grid\"", "5"),
-        ("\"grid\"", "7"),
+        ("\"grid_pcf\"", "3"),
+        ("\"grid_pcf\"", "5"),
+        ("\"grid_pcf\"", "7"),
         ("\"poisson9\"", "3"),
         ("\"poisson16\"", "3"),
         ("\"poisson64\"", "3"),
         ("\"vogel\"", "3"),
     ] {
         let with = With {
-            parameters: &[SHADOW_TERM, ("filter_radius", "0.02"), ("least_radius", "1"), ("grid_side", side)],
+            parameters: &[
+                SHADOW_TERM,
+                ("filter_radius", "0.02"),
+                ("min_radius", "1"),
+                ("grid_pcf_side", side),
+            ],
             features: &[("light_filter", filter)],
             size: Some([width, height]),
             ..With::default()
@@ -531,7 +531,7 @@ fn the_atlas_and_the_arrays_grow_with_the_lights_and_shrink_after_a_while() {
     let Some(gpu) = gpu::device() else { return };
     let scene = interior();
     let outcome =
-        small(&[("tile_greatest_side", "256")], &[("light_filter", "\"hard\""), ("sun_shadows", "false")]);
+        small(&[("tile_max_side", "256")], &[("light_filter", "\"hard\""), ("directional_shadows", "false")]);
     let mut host = Host::new(&gpu, &outcome, &scene);
     let sizes = |host: &Host<'_>| {
         let plan = host.executor.plan();
@@ -574,6 +574,6 @@ fn lights_lie_in_a_storage_buffer_where_the_device_has_one_and_else_in_a_uniform
 
 /// A small picture for a profile.
 fn awsm_on(profile: Option<TargetProfile>) -> Outcome {
-    let parameters = [("cube_side", "128"), ("atlas_greatest_side", "1024"), ("tile_greatest_side", "256")];
+    let parameters = [("cube_side", "128"), ("atlas_max_side", "1024"), ("tile_max_side", "256")];
     check_file(AWSM, &With { parameters: &parameters, profile, size: Some([160, 120]), ..With::default() })
 }

@@ -134,7 +134,7 @@ fn incidence(light: &Light, at: DVec3) -> Option<(DVec3, f64)> {
 
 /// Whether a ray meets a box (by slabs).
 fn may_hit(bounds: &Bounds, origin: DVec3, direction: DVec3) -> bool {
-    let (low, high) = ((bounds.minimum - origin) / direction, (bounds.maximum - origin) / direction);
+    let (low, high) = ((bounds.min - origin) / direction, (bounds.max - origin) / direction);
     let (enter, leave) = (low.min(high).max_element(), low.max(high).min_element());
     // A ray along a face divides zero by zero: it counts as a hit.
     let passes_by = leave < enter.max(0.0) - 1e-9;
@@ -297,7 +297,7 @@ fn filters_agree_with_rays(name: &str, lights: &[&str]) {
     let sets: Vec<_> =
         lights.map(|light| (light, points_in_view(&rays, &input, light, 7, (0.18, 8), FACING))).collect();
     assert!(!sets.is_empty());
-    for filter in ["\"hard\"", "\"grid\"", "\"poisson16\"", "\"vogel\""] {
+    for filter in ["\"hard\"", "\"grid_pcf\"", "\"poisson16\"", "\"vogel\""] {
         let with = With {
             parameters: &[("debug_view", "\"shadow_term\""), ("filter_radius", "0.12")],
             features: &[("light_filter", filter)],
@@ -342,7 +342,7 @@ fn what_light_grazes_does_not_shadow_itself() {
     let mut points = points_in_view(&rays, &input, light, 6, (0.3, 8), 0.02..0.2);
     points.retain(|point| point.is_lit);
     assert!(points.len() > 100, "{} points", points.len());
-    for filter in ["\"grid\"", "\"poisson16\""] {
+    for filter in ["\"grid_pcf\"", "\"poisson16\""] {
         let with = With {
             parameters: &[("debug_view", "\"shadow_term\"")],
             features: &[("light_filter", filter)],

@@ -166,8 +166,8 @@ fn pcss(parameters: &[(&str, &str)]) -> Outcome {
         ("fit", "\"tight\""),
         ("far", "[6]"),
         ("blend", "0"),
-        ("tile_greatest_side", "2048"),
-        ("atlas_least_side", "2048"),
+        ("tile_max_side", "2048"),
+        ("atlas_min_side", "2048"),
     ];
     all.retain(|(name, _)| parameters.iter().all(|(other, _)| other != name));
     all.extend_from_slice(parameters);

@@ -102,7 +102,7 @@ fn the_end_of_each_range_blends_by_a_tenth_of_it_or_not_at_all() {
 #[test]
 fn the_bias_is_a_constant_or_grows_with_the_slope() {
     let slope = forward_wgsl(&check_file(MANTIS, &With::default()));
-    assert!(slope.contains("max(shadow_settings.slope_bias * slope, shadow_settings.least_bias)"));
+    assert!(slope.contains("max(shadow_settings.slope_bias * slope, shadow_settings.min_bias)"));
     let constant =
         forward_wgsl(&check_file(MANTIS, &With { preset: Some("constant_bias"), ..With::default() }));
     assert!(constant.contains("return shadow_settings.depth_bias;") && !constant.contains("slope_bias"));

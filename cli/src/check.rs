@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use umbragraph::diagnostic::render;
-use umbragraph::pipeline::{Cover, MAXIMUM_CONFIGURATIONS};
+use umbragraph::pipeline::{Cover, MAX_CONFIGURATIONS};
 use umbragraph::shader::permutations::Count;
 
 use crate::arguments::{CheckArguments, DiagnosticsFormat};
@@ -85,14 +85,12 @@ fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
         (_, Cover::All) => format!("{checked} configurations"),
         (_, cover) => {
             let Count { number, exact } = covered.configurations.number;
-            let least = if exact { "" } else { "at least " };
+            let min = if exact { "" } else { "at least " };
             let what = match cover {
                 Cover::Some => "not every pair of values",
                 _ => "every value of a feature with every value of each other",
             };
-            format!(
-                "{checked} configurations of {least}{number} (more than {MAXIMUM_CONFIGURATIONS}, so {what})"
-            )
+            format!("{checked} configurations of {min}{number} (more than {MAX_CONFIGURATIONS}, so {what})")
         }
     };
     format!(

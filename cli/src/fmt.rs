@@ -7,7 +7,7 @@ use umbragraph::compose::read_bytes;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, format};
 use umbragraph::read_source;
-use umbragraph::source::{FileId, MAXIMUM_FILE_BYTES, Sources, Span};
+use umbragraph::source::{FileId, MAX_FILE_BYTES, Sources, Span};
 
 use crate::arguments::FmtArguments;
 use crate::replace::{replace, unwritable};
@@ -57,7 +57,7 @@ fn treat(path: &Path, arguments: &FmtArguments, sources: &mut Sources) -> Result
 fn read_file(path: &Path, sources: &mut Sources) -> Result<(FileId, Vec<u8>), Diagnostics> {
     let file = read_source(path, sources)?;
     let text = sources.get(file).map_or_else(Vec::new, |file| file.text().as_bytes().to_vec());
-    let bytes = read_bytes(path, MAXIMUM_FILE_BYTES as u64).ok().flatten().unwrap_or_default();
+    let bytes = read_bytes(path, MAX_FILE_BYTES as u64).ok().flatten().unwrap_or_default();
     let unmarked = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(&bytes);
     if unmarked != text {
         let name = path.display().to_string();
@@ -71,12 +71,12 @@ fn read_file(path: &Path, sources: &mut Sources) -> Result<(FileId, Vec<u8>), Di
 fn read_input(sources: &mut Sources) -> Result<(FileId, Vec<u8>), Diagnostics> {
     let unreadable = |code, message: String| Diagnostic::in_file(code, STANDARD_INPUT, "", message);
     let mut bytes = Vec::new();
-    let most = MAXIMUM_FILE_BYTES as u64;
-    std::io::stdin().lock().take(most + 1).read_to_end(&mut bytes).map_err(|error| {
+    let max = MAX_FILE_BYTES as u64;
+    std::io::stdin().lock().take(max + 1).read_to_end(&mut bytes).map_err(|error| {
         unreadable(codes::FILE_UNREADABLE, format!("standard input cannot be read: {error}"))
     })?;
-    if bytes.len() as u64 > most {
-        let message = format!("standard input has more than {most} bytes");
+    if bytes.len() as u64 > max {
+        let message = format!("standard input has more than {max} bytes");
         return Err(unreadable(codes::FILE_TOO_LARGE, message).into());
     }
     match std::str::from_utf8(&bytes) {

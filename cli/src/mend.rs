@@ -15,8 +15,8 @@ use crate::replace::{replace, unwritable};
 use crate::session::Session;
 use crate::streams::{complain, print_contents};
 
-/// The most rounds; each mends at least one diagnostic.
-const MAXIMUM_ROUNDS: usize = 64;
+/// The maximum number of rounds; each mends at least one diagnostic.
+const MAX_ROUNDS: usize = 64;
 
 /// What was mended.
 #[derive(Default)]
@@ -34,7 +34,7 @@ pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
     let mut mended = Mended::default();
     // Texts that were there before: no fix leads back to one.
     let mut seen = BTreeSet::new();
-    for _ in 0..MAXIMUM_ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
         session.texts.clone_from(&mended.texts);
         for path in &arguments.pipelines {

@@ -2,7 +2,7 @@
 
 use umbragraph::compose::read_bytes;
 use umbragraph::pipeline::{self, FileKind};
-use umbragraph::source::MAXIMUM_FILE_BYTES;
+use umbragraph::source::MAX_FILE_BYTES;
 
 use crate::arguments::{SchemaArguments, SchemaKind};
 use crate::streams::{complain, print_json};
@@ -21,7 +21,7 @@ pub(crate) fn run(arguments: &SchemaArguments) -> bool {
         print_json(&(text + "\n"));
         return true;
     };
-    let committed = read_bytes(path, MAXIMUM_FILE_BYTES as u64);
+    let committed = read_bytes(path, MAX_FILE_BYTES as u64);
     match committed {
         Ok(Some(committed)) if committed.trim_ascii_end() == text.as_bytes() => true,
         Ok(_) => {

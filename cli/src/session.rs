@@ -223,7 +223,7 @@ impl Session {
         verified: bool,
     ) -> Option<Covered> {
         let Configured { composed, choice, profiles } = self.configured(path, choices)?;
-        let mut most = Configurations::default();
+        let mut widest = Configurations::default();
         let mut first: Option<Coverage> = None;
         for profile in &profiles {
             let configurations = if only_one {
@@ -257,14 +257,14 @@ impl Session {
                 None => first = Some(coverage),
             }
             // Profiles that lack what features require have fewer.
-            if configurations.list.len() > most.list.len() {
-                most = configurations;
+            if configurations.list.len() > widest.list.len() {
+                widest = configurations;
             }
         }
         let coverage = first?;
         self.prove_for(&coverage.variants, &profiles);
         let profiles = profiles.into_iter().map(|profile| profile.name).collect();
-        Some(Covered { coverage, configurations: most, profiles })
+        Some(Covered { coverage, configurations: widest, profiles })
     }
 
     fn configured(&mut self, path: &Path, choices: &Choices) -> Option<Configured> {

@@ -97,12 +97,12 @@ impl Outcome {
         }
         for (name, summary) in &passes {
             let bytes: usize = summary.texts.values().sum();
-            let largest = summary.texts.values().max().copied().unwrap_or_default();
+            let max = summary.texts.values().max().copied().unwrap_or_default();
             let of =
                 if *name == summary.template { String::new() } else { format!(" ({})", summary.template) };
             let _ = write!(
                 text,
-                "{name}{of}: {}, {}, {bytes} bytes, largest {largest}, for {}",
+                "{name}{of}: {}, {}, {bytes} bytes, largest {max}, for {}",
                 combinations(summary.covered),
                 counted(summary.texts.len(), "distinct text"),
                 summary.profiles.join(", "),

@@ -121,7 +121,7 @@ fn every_texture_of_a_pipeline_is_captured_and_its_range_told() {
         (
             "pipelines/awsm.json",
             "examples/scenes/interior.glb",
-            vec!["cube_side=64", "cascade_side=64", "tile_greatest_side=64"],
+            vec!["cube_side=64", "cascade_side=64", "tile_max_side=64"],
             vec!["atlas", "color", "cubes", "depth", "layers", "target"],
         ),
     ] {
@@ -167,7 +167,7 @@ fn what_cannot_be_captured_is_told_all_at_once_and_nothing_is_written() {
     }
     let folder = ScratchFolder::new("render-capture-wrong");
     let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
-    let wrong = ["laiers", "eye", "color@sun_casters", "depth:3", "color", "layers:0,0,+x"]
+    let wrong = ["laiers", "eye", "color@directional_casters", "depth:3", "color", "layers:0,0,+x"]
         .map(|what| format!("{what}={}", file("c.png")));
     let missing = format!("target={}", file("missing/c.png"));
     let jpeg = format!("target={}", file("c.jpeg"));
@@ -179,7 +179,7 @@ fn what_cannot_be_captured_is_told_all_at_once_and_nothing_is_written() {
     let says = [
         "did you mean \"layers\"?",
         "\"eye\" is ",
-        "no pass \"sun_casters\" writes \"color\"",
+        "no pass \"directional_casters\" writes \"color\"",
         "\"color\" has 4 samples",
         "\"layers\" is no cube",
         "missing\" does not exist",

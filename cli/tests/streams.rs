@@ -65,8 +65,8 @@ fn output_that_is_lost_is_an_error_of_every_command() {
     std::fs::write(&scene, r#"{ "asset": { "version": "2.0" } }"#).unwrap();
     let (scene, out) = (scene.display().to_string(), folder.join("out.png").display().to_string());
     let mended = folder.join("mended.json");
-    let smallest = std::fs::read_to_string(root().join("pipelines/learn/01-smallest.json")).unwrap();
-    std::fs::write(&mended, smallest.replace("viewport", "viewprot")).unwrap();
+    let min = std::fs::read_to_string(root().join("pipelines/learn/01-smallest.json")).unwrap();
+    std::fs::write(&mended, min.replace("viewport", "viewprot")).unwrap();
     let mended = mended.display().to_string();
     let render =
         ["render", "pipelines/learn/01-smallest.json", "--scene", &scene, "--out", &out, "--size", "8x8"];

@@ -1,8 +1,9 @@
 //! Renders `examples/filters.png`: each filter on each kind of light, with labels.
 //!
-//! The figure of `examples/scenes/figure.glb` throws its shadow over plinth, floor and wall from one place: as a spot with
-//! a tile of the atlas, as a point light with a cube, and as a sun with cascades. The filters have the same width in the
-//! world, so a column should look alike from top to bottom; "pcss" follows the penumbra, so its shadow begins sharp.
+//! The figure of `examples/scenes/figure.glb` throws its shadow over plinth, floor and wall from one place: as a spot
+//! with a tile of the atlas, as a point light with a cube, and as a directional light with cascades. The filters have
+//! the same width in the world, so a column should look alike from top to bottom; "pcss" follows the penumbra, so its
+//! shadow begins sharp.
 //!
 //! `cargo run --release --example contact_sheet [FILE]`
 
@@ -31,9 +32,9 @@ type Setting = (&'static str, &'static str);
 /// The filters: a label, the feature, and the taps that go with it.
 const FILTERS: [(&str, &str, Option<Setting>); 9] = [
     ("HARD", "hard", None),
-    ("GRID 3", "grid", Some(("grid_side", "3"))),
-    ("GRID 5", "grid", Some(("grid_side", "5"))),
-    ("GRID 7", "grid", Some(("grid_side", "7"))),
+    ("GRID 3", "grid_pcf", Some(("grid_pcf_side", "3"))),
+    ("GRID 5", "grid_pcf", Some(("grid_pcf_side", "5"))),
+    ("GRID 7", "grid_pcf", Some(("grid_pcf_side", "7"))),
     ("POISSON 9", "poisson9", None),
     ("POISSON 16", "poisson16", None),
     ("POISSON 64", "poisson64", None),
@@ -76,8 +77,8 @@ fn main() {
 fn render(gpu: &Gpu, figure: &Scene, kind: LightKind, filter: &str, taps: Option<(&str, &str)>) -> Picture {
     let mut parameters = vec![
         ("filter_radius", "0.06"),
-        ("least_radius", "1"),
-        ("greatest_radius", "40"),
+        ("min_radius", "1"),
+        ("max_radius", "40"),
         ("far", "[4, 8, 16, 40]"),
         ("cascade_side", "1024"),
         ("exposure", "0.8"),

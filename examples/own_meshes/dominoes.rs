@@ -102,7 +102,7 @@ impl Dominoes {
 
     /// The box around everything that casts shadows, in world metres.
     pub(crate) fn bounds() -> Bounds {
-        Bounds { minimum: DVec3::new(-20.0, -0.2, -20.0), maximum: DVec3::new(20.0, 1.0, 20.0) }
+        Bounds { min: DVec3::new(-20.0, -0.2, -20.0), max: DVec3::new(20.0, 1.0, 20.0) }
     }
 }
 

@@ -52,7 +52,7 @@ pub mod draw {
 pub mod pipeline {
     pub use umbragraph_pipeline::pipeline::*;
     pub use umbragraph_tools::{
-        AxisProduct, Configuration, Configurations, Configured, Cover, MAXIMUM_CONFIGURATIONS, Reached,
+        AxisProduct, Configuration, Configurations, Configured, Cover, MAX_CONFIGURATIONS, Reached,
         ReachedProgram, reach,
     };
 }

@@ -28,8 +28,8 @@ use crate::views::range;
 /// The distance at which a light counts half as much as near by, in metres.
 const HALF_DISTANCE: f64 = 10.0;
 
-/// The greatest weight that a host can give.
-const LARGEST_PRIORITY: f64 = 1e6;
+/// The maximum weight that a host can give.
+const MAX_PRIORITY: f64 = 1e6;
 
 /// How much a light matters, by factor; see the module.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -107,7 +107,7 @@ impl Eye {
             }
         };
         Importance {
-            priority: number(f64::from(light.priority)).min(LARGEST_PRIORITY),
+            priority: number(f64::from(light.priority)).min(MAX_PRIORITY),
             coverage,
             proximity,
             strength: (1.0 + number(intensity)).log2(),

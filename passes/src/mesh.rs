@@ -20,11 +20,11 @@ use crate::attachment::{Attachments, ColorSettings, DepthSettings, StencilSettin
 use crate::compute::IndirectSettings;
 use crate::draw::Cull;
 
-/// The most vertex buffers, which WebGPU guarantees.
-const LARGEST_STREAMS: usize = 8;
+/// The maximum number of vertex buffers, which WebGPU guarantees.
+const MAX_STREAMS: usize = 8;
 
-/// The greatest stride, which WebGPU guarantees, in bytes.
-const LARGEST_STRIDE: u64 = 2048;
+/// The maximum stride, which WebGPU guarantees, in bytes.
+const MAX_STRIDE: u64 = 2048;
 
 /// Draws vertices from the pipeline's own buffers.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -192,10 +192,10 @@ impl Mesh {
     }
 
     fn vertices(&self, program: ProgramHandle, pass: &mut PassBuilder<'_>) -> Option<Vec<VertexStream>> {
-        if self.vertices.len() > LARGEST_STREAMS {
+        if self.vertices.len() > MAX_STREAMS {
             let message =
                 format!("{} vertex buffers are more than a device needs to have", self.vertices.len());
-            let help = format!("use at most {LARGEST_STREAMS}: several attributes can lie in one buffer");
+            let help = format!("use at most {MAX_STREAMS}: several attributes can lie in one buffer");
             pass.report(codes::DEVICE_RULE, "/vertices", message, help);
             return None;
         }
@@ -254,9 +254,9 @@ impl VertexSettings {
         let buffer = pass.buffer(&self.buffer, &format!("{here}/buffer"));
         let (attributes, end) = found?;
         let stride = stride.unwrap_or(end.next_multiple_of(4));
-        if stride % 4 != 0 || stride < end || stride > LARGEST_STRIDE {
+        if stride % 4 != 0 || stride < end || stride > MAX_STRIDE {
             let message = format!("elements of {end} bytes cannot follow one another every {stride} bytes");
-            let help = format!("write a multiple of 4 from {} to {LARGEST_STRIDE}", end.next_multiple_of(4));
+            let help = format!("write a multiple of 4 from {} to {MAX_STRIDE}", end.next_multiple_of(4));
             pass.report(codes::DEVICE_RULE, &format!("{here}/stride"), message, help);
             return None;
         }

@@ -1,4 +1,4 @@
-//! The camera and the sun of a scene that has none.
+//! The camera and the directional light of a scene that has none.
 //!
 //! The camera stands above and in front of the scene, a little to its side, as far away as it takes to see the sphere
 //! around the scene's bounds whole, in height and in width. The sun comes over the viewer's left shoulder, so that
@@ -38,7 +38,7 @@ pub fn camera(bounds: &Bounds, aspect: f64) -> Camera {
     }
 }
 
-/// A sun of three lux, the brightness at which a white surface that faces it fills the picture's range.
+/// A directional light of three lux, the brightness at which a white surface that faces it fills the picture's range.
 pub fn sun() -> Light {
     Light {
         name: "sun".to_owned(),
@@ -61,7 +61,7 @@ mod tests {
 
     #[test]
     fn the_default_camera_sees_every_corner_of_the_bounds() {
-        let bounds = Bounds { minimum: DVec3::new(100.0, -3.0, 7.0), maximum: DVec3::new(140.0, 9.0, 8.0) };
+        let bounds = Bounds { min: DVec3::new(100.0, -3.0, 7.0), max: DVec3::new(140.0, 9.0, 8.0) };
         for aspect in [0.3, 1.0, 2.5] {
             let camera = camera(&bounds, aspect);
             assert_eq!(camera.check(), None);

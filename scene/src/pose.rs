@@ -10,7 +10,7 @@ use glam::{DMat4, DVec3, Mat4};
 use umbragraph_pipeline::frame::Bounds;
 
 use crate::animation::Property;
-use crate::load::limits::MAXIMUM_DISTANCE;
+use crate::load::limits::MAX_DISTANCE;
 use crate::node::{LocalTransform, NodeId};
 use crate::scene::{Draw, Scene};
 
@@ -79,7 +79,7 @@ impl Scene {
             let parent = self.nodes[at].parent.map_or(DMat4::IDENTITY, |parent| pose.world[parent.index()]);
             let world = parent * pose.local[at].matrix();
             let is_usable = !self.nodes[at].animated
-                || world.to_cols_array().into_iter().all(|value| value.abs() <= MAXIMUM_DISTANCE);
+                || world.to_cols_array().into_iter().all(|value| value.abs() <= MAX_DISTANCE);
             pose.world[at] = if is_usable { world } else { parent };
         }
     }

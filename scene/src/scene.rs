@@ -1,8 +1,8 @@
 //! A scene: everything that a file says, decoded and checked.
 //!
 //! The lists are public for reading; the loader has checked that every index in them is valid, and the few accessors
-//! below rely on it. A scene without a camera gets one framed on its bounds, a scene without a light gets a sun
-//! ([`default_view`]).
+//! below rely on it. A scene without a camera gets one framed on its bounds, a scene without a light gets a directional
+//! light ([`default_view`]).
 
 use umbragraph_pipeline::diagnostic::Diagnostics;
 use umbragraph_pipeline::frame::{Bounds, FrameInput, Light};
@@ -116,7 +116,7 @@ impl Scene {
         draws.fold(Bounds::EMPTY, |bounds, draw| bounds.union(self.draw_bounds(draw, pose)))
     }
 
-    /// The lights in a pose; the default sun where the file has none.
+    /// The lights in a pose; the default directional light where the file has none.
     pub fn placed_lights(&self, pose: &Pose) -> Vec<Light> {
         if self.lights.is_empty() {
             return vec![default_view::sun()];

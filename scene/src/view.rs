@@ -74,7 +74,7 @@ mod tests {
             node: NodeId(0),
             projection: Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: f64::INFINITY },
         };
-        let bounds = Bounds { minimum: DVec3::new(-1.0, -1.0, -50.0), maximum: DVec3::new(1.0, 1.0, -5.0) };
+        let bounds = Bounds { min: DVec3::new(-1.0, -1.0, -50.0), max: DVec3::new(1.0, 1.0, -5.0) };
         let (near, far) = camera.placed(&DMat4::IDENTITY, &bounds, 1.0).projection.depth_range();
         assert_eq!(near, 0.1);
         assert!(far > 50.0 && far < 51.0, "{far}");

@@ -39,7 +39,7 @@ mod tests {
     }
 
     fn cube(center: DVec3, half: f64) -> Bounds {
-        Bounds { minimum: center - half, maximum: center + half }
+        Bounds { min: center - half, max: center + half }
     }
 
     #[test]
@@ -74,7 +74,7 @@ mod tests {
         let mut seen = 0;
         for _ in 0..20_000 {
             let bounds = cube(DVec3::new(random(), random(), random()), random().abs());
-            let inside = bounds.minimum.lerp(bounds.maximum, 0.3);
+            let inside = bounds.min.lerp(bounds.max, 0.3);
             let clip = view() * inside.extend(1.0);
             if clip.w > 0.0 && clip.x.abs() <= clip.w && clip.y.abs() <= clip.w {
                 seen += 1;

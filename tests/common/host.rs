@@ -9,10 +9,8 @@ use umbragraph::work::{BoundSlot, Work};
 
 /// A camera at eye level under a sun, over ten metres of things on a plain.
 pub fn sunny_frame() -> FrameInput {
-    let bounds = Bounds {
-        minimum: glam::DVec3::new(-300.0, 0.0, -300.0),
-        maximum: glam::DVec3::new(300.0, 10.0, 300.0),
-    };
+    let bounds =
+        Bounds { min: glam::DVec3::new(-300.0, 0.0, -300.0), max: glam::DVec3::new(300.0, 10.0, 300.0) };
     FrameInput {
         camera: Camera {
             position: glam::DVec3::new(3.0, 1.7, 11.0),

@@ -30,10 +30,10 @@ pub const PIPELINES: &[(&str, usize, Settings)] = &[
         &[
             ("cascade_side", "256"),
             ("cube_side", "128"),
-            ("atlas_least_side", "256"),
-            ("atlas_greatest_side", "1024"),
-            ("tile_greatest_side", "256"),
-            ("tile_least_side", "16"),
+            ("atlas_min_side", "256"),
+            ("atlas_max_side", "1024"),
+            ("tile_max_side", "256"),
+            ("tile_min_side", "16"),
         ],
     ),
 ];
@@ -92,9 +92,9 @@ pub const VARIANTS: &[Variant] = &[
     variant(["caracal", "courtyard", "without_shadows"], &[("shadows", "false")], &[]),
     variant(["awsm", "figure", "hard"], &[], &[("light_filter", "\"hard\"")]),
     variant(
-        ["awsm", "figure", "grid"],
-        &[("filter_radius", "0.4"), ("greatest_radius", "40"), ("grid_side", "5")],
-        &[("light_filter", "\"grid\"")],
+        ["awsm", "figure", "grid_pcf"],
+        &[("filter_radius", "0.4"), ("max_radius", "40"), ("grid_pcf_side", "5")],
+        &[("light_filter", "\"grid_pcf\"")],
     ),
     variant(["awsm", "figure", "poisson9"], &[], &[("light_filter", "\"poisson9\""), ("msaa", "true")]),
     variant(
@@ -111,7 +111,7 @@ pub const VARIANTS: &[Variant] = &[
     variant(["awsm", "figure", "pcss"], &[("lamp_radius", "0.1")], &[("light_filter", "\"pcss\"")]),
     variant(
         ["awsm", "interior", "wide_filter"],
-        &[("filter_radius", "1"), ("greatest_radius", "40"), ("atlas_greatest_side", "256")],
+        &[("filter_radius", "1"), ("max_radius", "40"), ("atlas_max_side", "256")],
         &[("point_shadows", "false")],
     ),
 ];

@@ -131,7 +131,7 @@ fn lose(gpu: &(wgpu::Device, wgpu::Queue), waits: bool) {
 #[test]
 fn a_block_for_more_views_than_a_buffer_holds_is_refused_and_not_allocated() {
     let geometry = crate::stage::draw(8, r#"{ "to": "target", "clear": [0, 0, 0, 1] }"#);
-    let plan = plan(&target(1), &geometry.replace("\"maximum\": 8", "\"maximum\": 100000"));
+    let plan = plan(&target(1), &geometry.replace("\"max\": 8", "\"max\": 100000"));
     let noop = device(wgpu::Features::empty(), |limits| limits.max_buffer_size = 1 << 20);
     let squares = crate::squares::Squares::new(&noop.0, &noop.1, &[], &[]);
     let made = pollster::block_on(Executor::new(&noop.0, &noop.1, plan, Some(&squares)));

@@ -66,7 +66,7 @@ fn an_attachment_of_one_layer_beside_one_of_several_is_cleared_once() {
         r#"{}, "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": 2 }} }}"#,
         target(1)
     );
-    let draw = r#""views": { "views": { "to": "views", "maximum": 2 } },
+    let draw = r#""views": { "views": { "to": "views", "max": 2 } },
         "squares": { "draw": { "geometry": "squares", "filter": "all", "views": "views", "shader": "square.wgsl.jinja",
             "color": [{ "to": "target", "clear": [0, 0, 1, 1] }],
             "depth": { "to": "maps", "clear": 1, "compare": "less" } } }"#;
@@ -88,7 +88,7 @@ fn depth_layers_without_a_fragment_stage_are_drawn_and_cleared_each_on_its_own()
                 target(1)
             );
             let passes = format!(
-                r#""views": {{ "views": {{ "to": "views", "maximum": 2 }} }},
+                r#""views": {{ "views": {{ "to": "views", "max": 2 }} }},
                 "casters": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views",
                     "shader": "square_depth.wgsl.jinja",
                     "depth": {{ "to": "maps", "clear": 1, "compare": "less" }} }} }},

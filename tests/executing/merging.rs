@@ -60,7 +60,7 @@ fn depth_that_one_pass_writes_and_the_next_tests_against_is_one_render_pass() {
         )
     };
     let passes = [
-        r#""views": { "views": { "to": "views", "maximum": 1 } }"#.to_owned(),
+        r#""views": { "views": { "to": "views", "max": 1 } }"#.to_owned(),
         scene(
             "first",
             "",
@@ -104,7 +104,7 @@ fn depth_that_one_pass_tests_against_and_the_next_writes_is_one_render_pass() {
     let equal =
         |to: &str, write: bool| format!(r#"{{ "to": "{to}", "write": {write}, "compare": "equal" }}"#);
     let passes = [
-        r#""views": { "views": { "to": "views", "maximum": 1 } }"#.to_owned(),
+        r#""views": { "views": { "to": "views", "max": 1 } }"#.to_owned(),
         scene(
             "depth",
             "",

@@ -248,9 +248,9 @@ pub(crate) fn target(layers: u32) -> String {
 }
 
 /// A pass that publishes up to so many views, and one that draws the squares in them.
-pub(crate) fn draw(maximum: u32, to: &str) -> String {
+pub(crate) fn draw(max: u32, to: &str) -> String {
     format!(
-        r#""views": {{ "views": {{ "to": "views", "maximum": {maximum} }} }},
+        r#""views": {{ "views": {{ "to": "views", "max": {max} }} }},
            "squares": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views", "shader": "square.wgsl.jinja",
                "color": [{to}] }} }}"#
     )

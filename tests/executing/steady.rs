@@ -93,7 +93,7 @@ fn times_are_told_for_each_pass_if_asked_for() {
 #[test]
 fn a_cpu_pass_that_publishes_what_it_did_not_declare_is_found_out() {
     let Some(gpu) = gpu::device() else { return };
-    let passes = r#""views": { "views": { "to": "views", "maximum": 1, "lies": true } },
+    let passes = r#""views": { "views": { "to": "views", "max": 1, "lies": true } },
         "show": { "fullscreen": { "shader": "clock.wgsl.jinja", "bind": { "views": "views" }, "color": [{ "to": "target" }] } }"#;
     let plan = plan(&target(1), passes);
     let mut executor = executor(&gpu, &plan, None);

@@ -179,8 +179,8 @@ fn a_copy_takes_the_fallback() {
 
 #[test]
 fn blackboard_data_of_a_pass_that_is_off_is_that_of_the_other() {
-    let passes = r#""few": { "views": { "to": "few", "maximum": 4 } },
-        "many": { "toggle": "many", "passthrough": { "many": "few" }, "views": { "to": "many", "maximum": 4 } },
+    let passes = r#""few": { "views": { "to": "few", "max": 4 } },
+        "many": { "toggle": "many", "passthrough": { "many": "few" }, "views": { "to": "many", "max": 4 } },
         "squares": { "draw": { "geometry": "squares", "filter": "all", "views": "many", "shader": "square.wgsl.jinja",
             "color": [{ "to": "target", "clear": [0, 0, 1, 1] }] } }"#;
     let plan = plan(r#""many": { "default": true }"#, &texture("unused"), passes);

@@ -17,8 +17,8 @@ use crate::common::gpu::empty_frame;
 pub(crate) struct Views {
     /// The blackboard data to publish.
     to: String,
-    /// The most views.
-    maximum: u32,
+    /// The maximum number of views.
+    max: u32,
     /// Whether to publish what was not declared.
     #[serde(default)]
     lies: bool,
@@ -29,7 +29,7 @@ impl Node for Views {
     const SUMMARY: &'static str = "Publishes the views that a frame chooses.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let shape = DataShape::new().value("time", ValueType::F32).views(self.maximum);
+        let shape = DataShape::new().value("time", ValueType::F32).views(self.max);
         let output = pass.publish(&self.to, "/to", shape)?;
         pass.produce(Work::Cpu(CpuWork::new(Run { lies: self.lies }, output, Vec::new())))
     }

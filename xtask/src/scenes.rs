@@ -17,7 +17,7 @@ const SCENES: &str = "examples/scenes";
 const COMPARED: &str = "scenes";
 
 /// The size that no scene may have.
-const MAXIMUM_BYTES: u64 = 1_000_000;
+const MAX_BYTES: u64 = 1_000_000;
 
 /// Runs the command.
 pub(crate) fn run(check: bool) -> ExitCode {
@@ -117,8 +117,8 @@ fn too_large(names: &BTreeSet<String>, folder: &Path) -> Vec<String> {
     names
         .iter()
         .map(|name| (name, size(name)))
-        .filter(|(_, size)| *size >= MAXIMUM_BYTES)
-        .map(|(name, size)| format!("{name}.glb has {size} bytes; a scene has less than {MAXIMUM_BYTES}"))
+        .filter(|(_, size)| *size >= MAX_BYTES)
+        .map(|(name, size)| format!("{name}.glb has {size} bytes; a scene has less than {MAX_BYTES}"))
         .collect()
 }
 

@@ -35,8 +35,8 @@ fn main() {
         for count in [100, 1_000, 5_000, 10_000] {
             let graph = shape(count);
             let runs = if count > 1_000 { 3 } else { 9 };
-            let ours = least(runs, || ours(&graph));
-            let topology = least(runs, || rival(&graph, None).0);
+            let ours = min_time(runs, || ours(&graph));
+            let topology = min_time(runs, || rival(&graph, None).0);
             let (cold, warm) = if count <= 5_000 {
                 let pairs: Vec<_> = (0..runs.min(3)).map(|_| rival(&graph, Some(&device))).collect();
                 (pairs.iter().map(|pair| pair.0).min(), pairs.iter().map(|pair| pair.1).min())
@@ -65,7 +65,7 @@ fn device() -> wgpu::Device {
     pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor::default())).expect("a device").0
 }
 
-fn least(runs: usize, mut run: impl FnMut() -> Duration) -> Duration {
+fn min_time(runs: usize, mut run: impl FnMut() -> Duration) -> Duration {
     (0..runs).map(|_| run()).min().unwrap_or_default()
 }
 

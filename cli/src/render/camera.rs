@@ -170,7 +170,7 @@ mod tests {
     }
 
     fn bounds() -> Bounds {
-        Bounds { minimum: DVec3::splat(-1.0), maximum: DVec3::ONE }
+        Bounds { min: DVec3::splat(-1.0), max: DVec3::ONE }
     }
 
     #[test]

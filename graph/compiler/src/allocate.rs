@@ -15,7 +15,7 @@ use crate::language::Lifetime;
 use crate::pipeline::ResourceKind;
 use crate::work::ResourceHandle;
 
-/// The most bytes that a label grows to before the rest of its names is left out.
+/// The maximum number of bytes that a label grows to before the rest of its names is left out.
 const LABEL_BYTES: usize = 120;
 
 /// Fills the resources of a plan.
@@ -142,12 +142,12 @@ impl Peak {
     /// The sum over the classes of their peaks, and the peak over all together.
     fn finish(self) -> (u64, u64) {
         let peak = |changes: &mut dyn Iterator<Item = i128>| {
-            let (mut alive, mut most) = (0i128, 0i128);
+            let (mut alive, mut max) = (0i128, 0i128);
             for change in changes {
                 alive += change;
-                most = most.max(alive);
+                max = max.max(alive);
             }
-            u64::try_from(most).unwrap_or(u64::MAX)
+            u64::try_from(max).unwrap_or(u64::MAX)
         };
         let bound = self.changes.into_iter().fold(0u64, |bound, mut changes| {
             // At one position what ends comes first.

@@ -292,10 +292,10 @@ impl Copies<'_, '_> {
         for (origin, extent) in boxes {
             let [width, height, layers] = extent;
             let row = u64::from(width.div_ceil(block_width)) * u64::from(block);
-            let least = row.next_multiple_of(u64::from(COPY_BYTES_PER_ROW_ALIGNMENT));
+            let min = row.next_multiple_of(u64::from(COPY_BYTES_PER_ROW_ALIGNMENT));
             let (bytes_per_row, lines) = (buffer.bytes_per_row, height.div_ceil(block_height));
             let rows_per_image = buffer.rows_per_image.unwrap_or(lines);
-            let bytes_per_row = bytes_per_row.map_or(least, u64::from);
+            let bytes_per_row = bytes_per_row.map_or(min, u64::from);
             if bytes_per_row < row || rows_per_image < lines {
                 let message = format!(
                     "\"{a}\" has {lines} rows of {row} bytes, \"{b}\" {rows_per_image} of {bytes_per_row}"
@@ -415,16 +415,16 @@ impl Copies<'_, '_> {
         Some(boxes)
     }
 
-    fn texel_count(&mut self, deferred: &Deferred, least: u32) -> Option<u32> {
+    fn texel_count(&mut self, deferred: &Deferred, min: u32) -> Option<u32> {
         let value = self.facts.sizes.value(&deferred.expression, deferred.place, &deferred.pointer)?;
         match value {
             Value::Number(number)
-                if number.fract() == 0.0 && (f64::from(least)..=f64::from(u32::MAX)).contains(&number) =>
+                if number.fract() == 0.0 && (f64::from(min)..=f64::from(u32::MAX)).contains(&number) =>
             {
                 Some(number as u32)
             }
             other => {
-                let help = format!("whole numbers from {least} are possible; floor() rounds down");
+                let help = format!("whole numbers from {min} are possible; floor() rounds down");
                 self.refuse_at(deferred, format!("{other} is no number of texels"), &help)
             }
         }

@@ -7,10 +7,11 @@ use petgraph::algo::kosaraju_scc;
 use petgraph::graph::DiGraph;
 use std::collections::VecDeque;
 
-/// The most starts from which a shortest cycle is searched in one component; beyond that it may not be the shortest.
-const MAXIMUM_STARTS: usize = 256;
-/// The most members over all starts that are looked at in one component, but one start is always tried.
-const MAXIMUM_VISITS: usize = 1_000_000;
+/// The maximum number of starts from which a shortest cycle is searched in one component; beyond that it may not be the
+/// shortest.
+const MAX_STARTS: usize = 256;
+/// The maximum number of members over all starts that are looked at in one component, but one start is always tried.
+const MAX_VISITS: usize = 1_000_000;
 
 /// One cycle for each strongly connected component, as the nodes along it from its smallest; sorted.
 pub(super) fn shortest(edges: &[Vec<usize>]) -> Vec<Vec<usize>> {
@@ -33,7 +34,7 @@ pub(super) fn shortest(edges: &[Vec<usize>]) -> Vec<Vec<usize>> {
         }
         let best = members
             .iter()
-            .take(MAXIMUM_STARTS.min(MAXIMUM_VISITS / members.len()).max(1))
+            .take(MAX_STARTS.min(MAX_VISITS / members.len()).max(1))
             .filter_map(|start| from_start(edges, &component_of, index, *start))
             .min_by_key(|cycle| (cycle.len(), cycle.clone()));
         cycles.extend(best);

@@ -144,7 +144,7 @@ impl Rules<'_> {
                 let (name, planned) = (self.name(buffer.resource), self.planned(buffer.resource)?);
                 let bytes = buffer.range.bytes.map_or(planned.bytes, |run| run.count);
                 let offset = buffer.offset();
-                let (align, most, what) = match ty {
+                let (align, max, what) = match ty {
                     wgpu_types::BufferBindingType::Uniform => (
                         limits.min_uniform_buffer_offset_alignment,
                         limits.max_uniform_buffer_binding_size,
@@ -162,16 +162,16 @@ impl Rules<'_> {
                         &format!("{what} bindings start at multiples of {align} bytes"),
                     );
                 }
-                if bytes > most {
+                if bytes > max {
                     return refuse(
                         format!("{bytes} bytes of \"{name}\" are bound"),
-                        &format!("the profile allows {most} for a {what} binding: bind a subresource range"),
+                        &format!("the profile allows {max} for a {what} binding: bind a subresource range"),
                     );
                 }
-                let least = binding.block.as_ref().map_or(0, |block| u64::from(block.size()));
-                if bytes < least {
+                let min = binding.block.as_ref().map_or(0, |block| u64::from(block.size()));
+                if bytes < min {
                     return refuse(
-                        format!("{bytes} bytes of \"{name}\" are bound, \"{}\" has {least}", slot.name),
+                        format!("{bytes} bytes of \"{name}\" are bound, \"{}\" has {min}", slot.name),
                         "bind at least what the shader declares",
                     );
                 }

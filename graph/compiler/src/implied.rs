@@ -5,14 +5,14 @@
 //! has to go back (or on) only to where every place was met in frames of two different conditions, or always: whoever
 //! is beyond can happen together with one of the two.
 //!
-//! Cost: a few boxes for each access. Beyond [`MAXIMUM_BOXES`] what would have to be cut counts as not met: more orders
+//! Cost: a few boxes for each access. Beyond [`MAX_BOXES`] what would have to be cut counts as not met: more orders
 //! are looked for than are needed.
 
 use super::extents::{Extents, common, extents};
 use crate::pipeline::{Condition, SubresourceRange};
 
-/// The most boxes that are told apart.
-const MAXIMUM_BOXES: usize = 64;
+/// The maximum number of boxes that are told apart.
+const MAX_BOXES: usize = 64;
 
 /// Where an access still has to be ordered with others.
 pub(super) struct Unmet {
@@ -48,7 +48,7 @@ impl Unmet {
                 boxes.push((open, met));
                 continue;
             };
-            if both != open && boxes.len() + left + 2 * open.len() + 1 > MAXIMUM_BOXES {
+            if both != open && boxes.len() + left + 2 * open.len() + 1 > MAX_BOXES {
                 boxes.push((open, met));
                 continue;
             }

@@ -66,8 +66,8 @@ pub(super) fn assign(wants: &[Want]) -> Assignment {
         }
         let fits = free.range((want.bytes, 0, 0)..).next().copied();
         let taken = fits.or_else(|| {
-            let (most, ..) = *free.last()?;
-            free.range((most, 0, 0)..).next().copied()
+            let (max, ..) = *free.last()?;
+            free.range((max, 0, 0)..).next().copied()
         });
         let place = match taken {
             Some(found) => {
@@ -141,14 +141,14 @@ mod tests {
                 }
             }
             let alive = |class: usize, at: usize| wants.iter().filter(move |w| w.class == class && w.first <= at && at <= w.last);
-            let most = |of: &dyn Fn(usize, usize) -> u64| (0usize..3).map(|class| (0..60).map(|at| of(class, at)).max().unwrap_or(0)).sum::<u64>();
-            prop_assert_eq!(bytes.len() as u64, most(&|class, at| alive(class, at).count() as u64));
+            let max = |of: &dyn Fn(usize, usize) -> u64| (0usize..3).map(|class| (0..60).map(|at| of(class, at)).max().unwrap_or(0)).sum::<u64>();
+            prop_assert_eq!(bytes.len() as u64, max(&|class, at| alive(class, at).count() as u64));
             for (place, own) in bytes.iter().enumerate() {
                 let aliases = (0..wants.len()).filter(|at| places[*at] == place);
                 prop_assert_eq!(Some(*own), aliases.map(|at| wants[at].bytes).max());
             }
             let created: u64 = bytes.iter().sum();
-            let bound = most(&|class, at| alive(class, at).map(|want| want.bytes).sum());
+            let bound = max(&|class, at| alive(class, at).map(|want| want.bytes).sum());
             prop_assert!(bound <= created && created <= wants.iter().map(|want| want.bytes).sum::<u64>());
             prop_assert!(bound == 0 || created < 2 * bound);
         }

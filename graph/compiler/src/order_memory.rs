@@ -1,14 +1,15 @@
 //! The order that needs the fewest bytes.
 //!
-//! The bytes of an order are at least the sum over the classes of the most that is alive at once, and just that where no
-//! class has members of different sizes, which only classes of buffers have. There the orders that are compared are
-//! given their places by `lifetime`. Searching for the best order is NP-hard (it contains register-sufficiency).
+//! The bytes of an order are at least the sum over the classes of the maximum that is alive at once, and just that
+//! where no class has members of different sizes, which only classes of buffers have. There the orders that are
+//! compared are given their places by `lifetime`. Searching for the best order is NP-hard (it contains
+//! register-sufficiency).
 //!
 //! - Up to [`EXACT_PASSES`] passes: branch and bound over the sets of passes that have run. What is alive depends only
 //!   on the set, so a way to a set is dropped if another way to it had no higher peak in any class. The peaks start
 //!   from what single passes need, below which no order goes. With buffers of different sizes, the order found counts
 //!   as exact only if no way that was gone has a lower sum of peaks than it has bytes.
-//! - Beyond, or after [`MAXIMUM_STEPS`] steps: list scheduling. Among the first [`WINDOW`] passes that can run and the
+//! - Beyond, or after [`MAX_STEPS`] steps: list scheduling. Among the first [`WINDOW`] passes that can run and the
 //!   [`WINDOW`] that could run last (the consumers of what was just made), the one that raises the peaks least goes
 //!   next, then the one that leaves the fewest bytes alive, then the first of the document. The order of the document
 //!   is kept where it is as good.
@@ -25,14 +26,14 @@ use crate::language::Lifetime;
 use crate::pipeline::Pipeline;
 use crate::work::PassHandle;
 
-/// The most passes whose best order is searched for.
+/// The maximum number of passes whose best order is searched for.
 const EXACT_PASSES: usize = 20;
-/// The most steps of that search.
-const MAXIMUM_STEPS: usize = 2_000_000;
+/// The maximum number of steps of that search.
+const MAX_STEPS: usize = 2_000_000;
 /// How many of the ready passes, the first and the latest, the heuristic weighs.
 const WINDOW: usize = 16;
 /// How many ways to one set of passes are remembered.
-const MAXIMUM_WAYS: usize = 8;
+const MAX_WAYS: usize = 8;
 
 /// The best order found, how, and its bytes.
 pub(super) fn choose(
@@ -42,7 +43,7 @@ pub(super) fn choose(
     live: &[PassHandle],
 ) -> (Vec<PassHandle>, OrderMethod, MemoryOrder) {
     let model = Model::new(pipeline, facts, live);
-    let bound: u64 = model.least.iter().sum();
+    let bound: u64 = model.min.iter().sum();
     let declaration = model.bytes(live);
     let mut best = (declaration, live.to_vec());
     let heuristic = schedule(&model, graph, live);
@@ -64,7 +65,7 @@ pub(super) fn choose(
             steps: 0,
         };
         search.run(0, &mut model.start(), &mut Vec::new());
-        if search.steps < MAXIMUM_STEPS && search.best.0 <= search.lowest {
+        if search.steps < MAX_STEPS && search.best.0 <= search.lowest {
             method = OrderMethod::Exact;
         }
         best = search.best;
@@ -81,8 +82,8 @@ struct Model {
     /// For each pass of the pipeline the transient resources that it uses, by an own number.
     uses: Vec<Vec<usize>>,
     resources: Vec<Needed>,
-    /// For each class the most bytes that a single pass uses.
-    least: Vec<u64>,
+    /// For each class the maximum number of bytes that a single pass uses.
+    min: Vec<u64>,
     /// Whether the members of each class have one size.
     even: bool,
     /// Bytes that no order changes.
@@ -110,7 +111,7 @@ impl Model {
         let mut model = Self {
             uses: vec![Vec::new(); pipeline.passes.len()],
             resources: Vec::new(),
-            least: vec![0; facts.classes],
+            min: vec![0; facts.classes],
             even: true,
             fixed: 0,
         };
@@ -145,7 +146,7 @@ impl Model {
                 *needed.entry(*class).or_default() += *bytes;
             }
             for (class, bytes) in needed {
-                model.least[class] = model.least[class].max(bytes);
+                model.min[class] = model.min[class].max(bytes);
             }
             model.uses[pass.index()] = used;
         }
@@ -154,7 +155,7 @@ impl Model {
 
     fn start(&self) -> State {
         let remaining = self.resources.iter().map(|resource| resource.users).collect();
-        State { remaining, alive: vec![0; self.least.len()], peak: self.least.clone() }
+        State { remaining, alive: vec![0; self.min.len()], peak: self.min.clone() }
     }
 
     /// Runs a pass; by how many bytes the peaks rise, and how many more bytes are alive afterwards.
@@ -283,7 +284,7 @@ impl Search<'_> {
     fn run(&mut self, done: u32, state: &mut State, order: &mut Vec<PassHandle>) {
         self.steps += 1;
         let peaks: u64 = state.peak.iter().sum();
-        if self.steps >= MAXIMUM_STEPS || peaks >= self.best.0 {
+        if self.steps >= MAX_STEPS || peaks >= self.best.0 {
             return;
         }
         if order.len() == self.live.len() {
@@ -304,7 +305,7 @@ impl Search<'_> {
         if ways.iter().any(|way| way.iter().zip(&state.peak).all(|(known, new)| known <= new)) {
             return;
         }
-        if ways.len() < MAXIMUM_WAYS {
+        if ways.len() < MAX_WAYS {
             ways.push(state.peak.clone());
         }
         for at in 0..self.live.len() {

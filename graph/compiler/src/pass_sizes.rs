@@ -116,7 +116,7 @@ impl Facts<'_> {
                             place,
                             format!(
                                 "\"{}\" has {} layers for {} views",
-                                attachment.resource, size.layers, shape.maximum_views
+                                attachment.resource, size.layers, shape.max_views
                             ),
                         )
                         .pointer(pointer)

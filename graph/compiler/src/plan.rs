@@ -100,11 +100,11 @@ pub struct Plan {
     pub bytes_without_aliasing: u64,
     /// Bytes that are created.
     pub bytes: u64,
-    /// Fewer bytes this order cannot do with: for each class of resources that can stand for one another the most bytes
-    /// that are alive at once, summed. Only buffers of different sizes can keep `bytes` above it.
+    /// Fewer bytes this order cannot do with: for each class of resources that can stand for one another the maximum
+    /// number of bytes that are alive at once, summed. Only buffers of different sizes can keep `bytes` above it.
     pub bytes_bound: u64,
-    /// The most bytes that are alive at once over all classes together. No program of wgpu reaches it, since memory
-    /// never changes its class.
+    /// The maximum number of bytes that are alive at once over all classes together. No program of wgpu reaches it,
+    /// since memory never changes its class.
     pub bytes_peak: u64,
     /// The sizes that blackboard data publishes, as `DATA.SIZE`, where they are other than their initial values.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]

@@ -5,7 +5,7 @@
 //! limits allow, is a diagnostic.
 //!
 //! All expressions of one plan are evaluated in one scope, so one text has one value: each distinct text is parsed and
-//! evaluated once. Sizes that lead through more than [`MAXIMUM_STEPS`] other resources are refused.
+//! evaluated once. Sizes that lead through more than [`MAX_STEPS`] other resources are refused.
 
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, HashMap};
@@ -19,8 +19,8 @@ use crate::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, expression_
 use crate::source::{Sources, Span};
 use crate::work::ResourceHandle;
 
-/// The most resources that one size may lead through; evaluation is recursive.
-const MAXIMUM_STEPS: u32 = 64;
+/// The maximum number of resources that one size may lead through; evaluation is recursive.
+const MAX_STEPS: u32 = 64;
 
 /// The size of a texture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
@@ -121,10 +121,10 @@ impl<'a> Sizes<'a> {
                 None
             }
             State::Unknown => {
-                if self.steps.get() >= MAXIMUM_STEPS {
+                if self.steps.get() >= MAX_STEPS {
                     let resource = self.pipeline.resource(handle);
                     let message = format!(
-                        "the size of \"{}\" is reached over more than {MAXIMUM_STEPS} other resources",
+                        "the size of \"{}\" is reached over more than {MAX_STEPS} other resources",
                         resource.name
                     );
                     self.report(
@@ -252,8 +252,8 @@ impl<'a> Sizes<'a> {
                 let layers = optional(&texture.layers, deep, "layer count", "/texture/layers");
                 let samples = optional(&texture.samples, 4, "sample count", "/texture/samples");
                 let (width, height, layers, samples) = (width_whole?, height_whole?, layers?, samples?);
-                let most = width.max(height).max(if volume { layers } else { 1 }).ilog2() + 1;
-                let mips = optional(&texture.mips, most, "mip count", "/texture/mips")?;
+                let max = width.max(height).max(if volume { layers } else { 1 }).ilog2() + 1;
+                let mips = optional(&texture.mips, max, "mip count", "/texture/mips")?;
                 if samples != 1 && samples != 4 {
                     let message = format!("the sample count of \"{}\" is {samples}", resource.name);
                     self.report(

@@ -16,10 +16,10 @@ use crate::diagnostic::{Diagnostic, codes};
 use crate::pipeline::{Access, Pipeline, ResourceKind, SubresourceRange};
 use crate::work::PassHandle;
 
-/// The most mips, ranges of layers or of bytes that a diagnostic names.
+/// The maximum number of mips, ranges of layers or of bytes that a diagnostic names.
 const SHOWN: usize = 8;
 /// More mips than any texture has.
-const MAXIMUM_MIPS: u64 = 32;
+const MAX_MIPS: u64 = 32;
 
 /// A read of which a subresource range may not be written.
 #[derive(Clone, Debug)]
@@ -84,7 +84,7 @@ fn wanted(facts: &Facts<'_>, one: &Access) -> Option<Wanted> {
                     _ => &[0],
                 };
             Wanted {
-                mips: within(mips, u64::from(texture.size.mips).min(MAXIMUM_MIPS)),
+                mips: within(mips, u64::from(texture.size.mips).min(MAX_MIPS)),
                 run: within(layers, texture.size.layers.into()),
                 slices: texture.volume.then_some(texture.size.layers.into()),
                 aspects: of_format.iter().copied().filter(|at| aspects.0 <= *at && *at < aspects.1).collect(),

@@ -14,7 +14,7 @@
 //! reads it depends on that, too. A look that has found many writers goes [on](View::pass_on) only for what two such
 //! writers with different conditions do not pass on, so that many of them make about as many edges.
 //!
-//! **Bound.** Every covering cuts a box into nine at most. A look at more than [`MAXIMUM_BOXES`] boxes goes on with those
+//! **Bound.** Every covering cuts a box into nine at most. A look at more than [`MAX_BOXES`] boxes goes on with those
 //! that it has: it is [coarse](View::is_coarse), takes what would have to be cut for not covered, and so sees more than
 //! there is, never less. It finds nothing to be missing. The looks at one resource share an [`Effort`]; those that come
 //! when it is used up do not cut at all.
@@ -27,10 +27,10 @@ use smallvec::SmallVec;
 use super::extents::{Extents, common, extents};
 use crate::pipeline::{Condition, SubresourceRange};
 
-/// The most boxes that one look tells apart.
-const MAXIMUM_BOXES: usize = 1024;
+/// The maximum number of boxes that one look tells apart.
+const MAX_BOXES: usize = 1024;
 /// The boxes that all looks at one resource go over before they get coarse.
-const MAXIMUM_STEPS: usize = 1 << 23;
+const MAX_STEPS: usize = 1 << 23;
 
 /// What the looks at one resource have cost.
 #[derive(Debug, Default)]
@@ -41,7 +41,7 @@ pub(super) struct Effort {
 impl Effort {
     /// Whether nothing is left to look closely.
     pub(super) fn is_used_up(&self) -> bool {
-        self.steps >= MAXIMUM_STEPS
+        self.steps >= MAX_STEPS
     }
 }
 
@@ -109,7 +109,7 @@ impl<'a, W: Copy + Ord> View<'a, W> {
     pub(super) fn cover(&mut self, write: Write<W>) {
         let extents = extents(write.range);
         self.effort.steps += self.boxes.len();
-        let most = if self.effort.is_used_up() { 1 } else { MAXIMUM_BOXES };
+        let max = if self.effort.is_used_up() { 1 } else { MAX_BOXES };
         let mut boxes = Vec::with_capacity(self.boxes.len());
         let mut left = self.boxes.len();
         for mut open in self.boxes.drain(..) {
@@ -124,7 +124,7 @@ impl<'a, W: Copy + Ord> View<'a, W> {
             let pieces = pieces
                 .map(|(all, own)| usize::from(all.0 < own.0) + usize::from(own.1 < all.1))
                 .sum::<usize>();
-            if pieces > 0 && boxes.len() + left + pieces + 1 > most {
+            if pieces > 0 && boxes.len() + left + pieces + 1 > max {
                 self.is_coarse = true;
                 boxes.push(open);
                 continue;
@@ -213,7 +213,7 @@ fn exists(extents: Extents) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use super::{Effort, MAXIMUM_BOXES, View, Write};
+    use super::{Effort, MAX_BOXES, View, Write};
     use crate::pipeline::{Aspect, Condition, IndexRange, SubresourceRange};
 
     fn write(range: SubresourceRange, condition: Option<Condition>, writer: usize) -> Write<usize> {
@@ -342,9 +342,9 @@ mod tests {
             }
             assert!(view.sees(range, Some(condition)) || !is_seen);
             view.cover(write(range, Some(condition), COUNT - at));
-            assert!(view.boxes.len() <= MAXIMUM_BOXES);
+            assert!(view.boxes.len() <= MAX_BOXES);
         }
         assert!(view.is_coarse() && view.missing().is_none() && !view.is_open_in(SubresourceRange::WHOLE));
-        assert!(effort.steps <= 2 * COUNT * MAXIMUM_BOXES);
+        assert!(effort.steps <= 2 * COUNT * MAX_BOXES);
     }
 }

@@ -47,7 +47,7 @@ use crate::language::Lifetime;
 use crate::pipeline::{Condition, Pipeline, ResourceKind, SubresourceRange, Version};
 use crate::work::{PassHandle, ResourceHandle};
 
-/// The most members of a cycle that a diagnostic names.
+/// The maximum number of members of a cycle that a diagnostic names.
 const SHOWN: usize = 32;
 /// How many hazards of an access have edges though they may follow from others. Random tests come to it sooner.
 const SHOWN_EDGES: usize = if cfg!(test) { 1 } else { 16 };

@@ -17,8 +17,8 @@ use crate::language::TextureShape;
 use crate::pipeline::{Aspect, IndexRange};
 use crate::work::{AttachmentTarget, LoadOperation, RenderWork, TextureView};
 
-/// The most color attachments of a render pass.
-pub(super) const MAXIMUM_COLORS: usize = 8;
+/// The maximum number of color attachments of a render pass.
+pub(super) const MAX_COLORS: usize = 8;
 
 /// The attachments of one pass, or of several that are recorded as one.
 pub(super) struct Attachments {
@@ -141,7 +141,7 @@ impl Attachments {
         self.layer_count() <= 1
     }
 
-    /// The most layers of an attachment.
+    /// The maximum number of layers of an attachment.
     pub(super) fn layer_count(&self) -> usize {
         self.layer_counts().max().unwrap_or(0)
     }
@@ -182,8 +182,8 @@ impl Attachments {
         drawn: &mut Drawn,
     ) -> Option<wgpu::RenderPass<'static>> {
         let count = self.layer_count();
-        let mut colors: [Option<wgpu::RenderPassColorAttachment<'_>>; MAXIMUM_COLORS] =
-            [const { None }; MAXIMUM_COLORS];
+        let mut colors: [Option<wgpu::RenderPassColorAttachment<'_>>; MAX_COLORS] =
+            [const { None }; MAX_COLORS];
         for (at, (color, slot)) in self.color.iter().zip(&mut colors).enumerate() {
             let position = color.position(layer);
             let ops = color.operations(drawn.is_first(at * count + position));
@@ -206,7 +206,7 @@ impl Attachments {
             stencil_ops = (!self.stencil_read_only).then_some(ops);
         }
         let depth = view.map(|view| depth_attachment(view, depth_ops, stencil_ops));
-        Some(begin(encoder, label, &colors[..self.color.len().min(MAXIMUM_COLORS)], depth))
+        Some(begin(encoder, label, &colors[..self.color.len().min(MAX_COLORS)], depth))
     }
 
     /// Clears the layers that no view drew into, unless the pass loads them.
@@ -219,8 +219,8 @@ impl Attachments {
     ) {
         let count = self.layer_count();
         for position in 0..count {
-            let mut colors: [Option<wgpu::RenderPassColorAttachment<'_>>; MAXIMUM_COLORS] =
-                [const { None }; MAXIMUM_COLORS];
+            let mut colors: [Option<wgpu::RenderPassColorAttachment<'_>>; MAX_COLORS] =
+                [const { None }; MAX_COLORS];
             for (at, (color, slot)) in self.color.iter().zip(&mut colors).enumerate() {
                 if matches!(color.load, wgpu::LoadOp::Clear(_))
                     && !drawn.contains(at * count + position)
@@ -246,7 +246,7 @@ impl Attachments {
             let depth = view
                 .map(|view| depth_attachment(view, depth.map(|(_, ops)| ops), stencil.map(|(_, ops)| ops)));
             if depth.is_some() || colors.iter().any(Option::is_some) {
-                drop(begin(encoder, label, &colors[..self.color.len().min(MAXIMUM_COLORS)], depth));
+                drop(begin(encoder, label, &colors[..self.color.len().min(MAX_COLORS)], depth));
             }
         }
     }

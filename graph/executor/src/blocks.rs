@@ -59,8 +59,7 @@ impl Blocks {
             let work = plan.pipeline.pass(pass.handle).work();
             let place = |slot: &BoundSlot| {
                 let bytes = block_bytes(plan, work, slot)?;
-                let count =
-                    if matches!(slot.source, SlotSource::View) { maximum_views(plan, work) } else { 1 };
+                let count = if matches!(slot.source, SlotSource::View) { max_views(plan, work) } else { 1 };
                 let stride = bytes.next_multiple_of(alignment);
                 let place = Place { offset: size, size: bytes, stride };
                 size = size.saturating_add(stride.saturating_mul(count));
@@ -172,10 +171,10 @@ fn scene_views(work: &Work) -> Option<ResourceHandle> {
     }
 }
 
-fn maximum_views(plan: &Plan, work: &Work) -> u64 {
+fn max_views(plan: &Plan, work: &Work) -> u64 {
     let views = scene_views(work).map(|views| &plan.pipeline.resource(views).kind);
     match views {
-        Some(ResourceKind::Data(Some(shape))) => u64::from(shape.maximum_views).max(1),
+        Some(ResourceKind::Data(Some(shape))) => u64::from(shape.max_views).max(1),
         _ => 1,
     }
 }

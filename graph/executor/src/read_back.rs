@@ -261,7 +261,7 @@ impl Layout {
         let mut values = [0.0, 0.0, 0.0, 1.0];
         if let (SubresourceRange::Unorm10, [a, b, c, d]) = (self.range, bytes) {
             let word = u32::from_le_bytes([*a, *b, *c, *d]);
-            let range = |shift: u32, most: u32| (word >> shift & most) as f32 / most as f32;
+            let range = |shift: u32, max: u32| (word >> shift & max) as f32 / max as f32;
             return [range(0, 1023), range(10, 1023), range(20, 1023), range(30, 3)];
         }
         let ranges = bytes.chunks_exact(bytes.len() / self.channels);

@@ -3,7 +3,7 @@
 //! Each diagnostic names what is beyond the device, and by how much. What no limit or feature tells beforehand (a
 //! format that a driver cannot store, memory that runs out) is caught when it is created (see [`super::creation`]).
 
-use super::attachments::MAXIMUM_COLORS;
+use super::attachments::MAX_COLORS;
 use crate::DrawSource;
 use crate::compiler::{Plan, PlannedPass};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
@@ -121,7 +121,7 @@ impl DeviceCheck<'_> {
     }
 
     fn attachments(&self, pass: &Pass, render: &RenderWork, diagnostics: &mut Diagnostics) {
-        let allowed = (self.limits.max_color_attachments as usize).min(MAXIMUM_COLORS);
+        let allowed = (self.limits.max_color_attachments as usize).min(MAX_COLORS);
         if render.color.len() > allowed {
             let message = format!(
                 "\"{}\" has {} color attachments; the device allows {allowed}",

@@ -109,8 +109,8 @@ impl std::fmt::Display for ValueType {
 pub struct DataShape {
     /// The published values in the order in which they were declared.
     pub values: Vec<(String, ValueType)>,
-    /// The most views that a frame can have.
-    pub maximum_views: u32,
+    /// The maximum number of views that a frame can have.
+    pub max_views: u32,
     /// The layers that an array has at least, if views are drawn into its layers.
     pub view_layers: u32,
     /// The published sizes, each with the value that the first plan is made for.
@@ -130,11 +130,11 @@ impl DataShape {
         self
     }
 
-    /// States the most views. Each of them can be drawn into a layer of its own, unless [`DataShape::view_layers`] says
-    /// otherwise.
+    /// States the maximum number of views. Each of them can be drawn into a layer of its own, unless
+    /// [`DataShape::view_layers`] says otherwise.
     #[must_use]
-    pub fn views(self, maximum: u32) -> Self {
-        Self { maximum_views: maximum, view_layers: maximum, ..self }
+    pub fn views(self, max: u32) -> Self {
+        Self { max_views: max, view_layers: max, ..self }
     }
 
     /// States the layers that an array has at least: fewer than views where several are drawn into one, or where their
@@ -217,7 +217,7 @@ impl BlackboardData {
             offsets.push(length);
             length += value_type.words();
         }
-        let views = Vec::with_capacity(shape.maximum_views as usize);
+        let views = Vec::with_capacity(shape.max_views as usize);
         let sizes = shape.sizes.iter().map(|(_, initial)| (*initial, *initial)).collect();
         Self {
             shape,
@@ -249,10 +249,10 @@ impl BlackboardData {
 
     /// Adds a view. Beyond the declared maximum it is refused, which [`BlackboardData::refused`] tells.
     pub fn push_view(&mut self, view: View) {
-        if self.views.len() < self.shape.maximum_views as usize {
+        if self.views.len() < self.shape.max_views as usize {
             self.views.push(view);
         } else {
-            self.refused = Some(format!("more than the {} declared views", self.shape.maximum_views));
+            self.refused = Some(format!("more than the {} declared views", self.shape.max_views));
         }
     }
 

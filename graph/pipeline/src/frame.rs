@@ -239,40 +239,40 @@ impl Light {
 /// An axis-aligned box in world metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounds {
-    /// The corner of the smallest coordinates.
-    pub minimum: DVec3,
-    /// The corner of the largest coordinates.
-    pub maximum: DVec3,
+    /// The corner of the minimum coordinates.
+    pub min: DVec3,
+    /// The corner of the maximum coordinates.
+    pub max: DVec3,
 }
 
 impl Bounds {
     /// The box that holds nothing; growing it by a point gives that point.
-    pub const EMPTY: Self = Self { minimum: DVec3::INFINITY, maximum: DVec3::NEG_INFINITY };
+    pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
     /// Whether the box holds no point (or has a coordinate that is not finite).
     pub fn is_empty(&self) -> bool {
-        !(self.minimum.is_finite() && self.maximum.is_finite() && self.minimum.cmple(self.maximum).all())
+        !(self.min.is_finite() && self.max.is_finite() && self.min.cmple(self.max).all())
     }
 
     /// The smallest box that holds this one and the point.
     #[must_use]
     pub fn with(self, point: DVec3) -> Self {
-        Self { minimum: self.minimum.min(point), maximum: self.maximum.max(point) }
+        Self { min: self.min.min(point), max: self.max.max(point) }
     }
 
     /// The smallest box that holds both.
     #[must_use]
     pub fn union(self, other: Self) -> Self {
-        Self { minimum: self.minimum.min(other.minimum), maximum: self.maximum.max(other.maximum) }
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
     /// The eight corners.
     pub fn corners(&self) -> [DVec3; 8] {
         std::array::from_fn(|at| {
             DVec3::new(
-                if at & 1 == 0 { self.minimum.x } else { self.maximum.x },
-                if at & 2 == 0 { self.minimum.y } else { self.maximum.y },
-                if at & 4 == 0 { self.minimum.z } else { self.maximum.z },
+                if at & 1 == 0 { self.min.x } else { self.max.x },
+                if at & 2 == 0 { self.min.y } else { self.max.y },
+                if at & 4 == 0 { self.min.z } else { self.max.z },
             )
         })
     }
@@ -290,12 +290,12 @@ impl Bounds {
 
     /// The middle.
     pub fn center(&self) -> DVec3 {
-        (self.minimum + self.maximum) * 0.5
+        (self.min + self.max) * 0.5
     }
 
     /// Half the diagonal, in metres.
     pub fn radius(&self) -> f64 {
-        if self.is_empty() { 0.0 } else { (self.maximum - self.minimum).length() * 0.5 }
+        if self.is_empty() { 0.0 } else { (self.max - self.min).length() * 0.5 }
     }
 }
 

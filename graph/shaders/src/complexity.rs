@@ -9,23 +9,23 @@
 use super::wgsl_error::{Refusal, Stage};
 
 /// The longest text of one module, in bytes.
-pub(crate) const MAXIMUM_BYTES: usize = 4 << 20;
-/// The most operators in one expression.
-const MAXIMUM_OPERATORS: usize = 8_192;
-/// The most declarations of one module.
-const MAXIMUM_DECLARATIONS: usize = 8_192;
-/// The most branches of one function.
-const MAXIMUM_BRANCHES: usize = 8_192;
-/// The most statements of one module.
-const MAXIMUM_STATEMENTS: usize = 32_768;
+pub(crate) const MAX_BYTES: usize = 4 << 20;
+/// The maximum number of operators in one expression.
+const MAX_OPERATORS: usize = 8_192;
+/// The maximum number of declarations of one module.
+const MAX_DECLARATIONS: usize = 8_192;
+/// The maximum number of branches of one function.
+const MAX_BRANCHES: usize = 8_192;
+/// The maximum number of statements of one module.
+const MAX_STATEMENTS: usize = 32_768;
 
 /// Refuses a text that exceeds a limit.
 pub(crate) fn check(text: &str) -> Result<(), Refusal> {
-    if text.len() > MAXIMUM_BYTES {
+    if text.len() > MAX_BYTES {
         return Err(refusal("the module is larger than 4 MiB", 0));
     }
     // Every count is at most the length.
-    if text.len() <= MAXIMUM_OPERATORS {
+    if text.len() <= MAX_OPERATORS {
         return Ok(());
     }
     let bytes = text.as_bytes();
@@ -72,10 +72,10 @@ pub(crate) fn check(text: &str) -> Result<(), Refusal> {
             _ => {}
         }
         let exceeded = [
-            (operators > MAXIMUM_OPERATORS, "an expression has more than 8,192 operators"),
-            (declarations > MAXIMUM_DECLARATIONS, "the module has more than 8,192 declarations"),
-            (branches > MAXIMUM_BRANCHES, "a function has more than 8,192 branches"),
-            (statements > MAXIMUM_STATEMENTS, "the module has more than 32,768 statements"),
+            (operators > MAX_OPERATORS, "an expression has more than 8,192 operators"),
+            (declarations > MAX_DECLARATIONS, "the module has more than 8,192 declarations"),
+            (branches > MAX_BRANCHES, "a function has more than 8,192 branches"),
+            (statements > MAX_STATEMENTS, "the module has more than 32,768 statements"),
         ];
         if let Some((_, message)) = exceeded.into_iter().find(|(exceeded, _)| *exceeded) {
             return Err(refusal(message, start));
@@ -100,7 +100,7 @@ fn is_far_below(bytes: &[u8]) -> bool {
         ends += usize::from(ends_here);
     }
     // Each branch ends with a brace.
-    operators <= MAXIMUM_OPERATORS && ends <= MAXIMUM_DECLARATIONS.min(MAXIMUM_BRANCHES)
+    operators <= MAX_OPERATORS && ends <= MAX_DECLARATIONS.min(MAX_BRANCHES)
 }
 
 pub(super) fn comment_end(bytes: &[u8], start: usize) -> usize {

@@ -101,7 +101,7 @@ fn add_tests(environment: &mut Environment<'static>) {
 
 /// A text of a size that a variable could have; going through it counts.
 fn read(text: &str) -> Result<&str, Error> {
-    if text.len() > guard::MAXIMUM_VALUE {
+    if text.len() > guard::MAX_VALUE {
         return Err(guard::limit("a filter gets a value larger than 1 MiB"));
     }
     guard::work(1, text.len()).map(|()| text)
@@ -134,7 +134,7 @@ fn min(state: &State<'_, '_>, value: Value, options: Kwargs) -> Result<Value, Er
 }
 
 fn bounded(text: String) -> Result<String, Error> {
-    if text.len() > guard::MAXIMUM_VALUE {
+    if text.len() > guard::MAX_VALUE {
         return Err(guard::limit("a filter makes a value larger than 1 MiB"));
     }
     Ok(text)
@@ -142,8 +142,8 @@ fn bounded(text: String) -> Result<String, Error> {
 
 fn replace(value: &str, from: &str, to: &str) -> Result<String, Error> {
     let value = read(value)?;
-    let found = value.matches(from).take(guard::MAXIMUM_VALUE).count();
-    if value.len().saturating_add(found.saturating_mul(to.len())) > guard::MAXIMUM_VALUE {
+    let found = value.matches(from).take(guard::MAX_VALUE).count();
+    if value.len().saturating_add(found.saturating_mul(to.len())) > guard::MAX_VALUE {
         return Err(guard::limit("a filter makes a value larger than 1 MiB"));
     }
     bounded(value.replace(from, to))
@@ -174,7 +174,7 @@ fn join(value: &Value, joiner: Option<&str>) -> Result<String, Error> {
 fn indent(value: &str, width: Option<usize>, first: Option<bool>) -> Result<String, Error> {
     let value = read(value)?;
     let width = width.unwrap_or(4).min(256);
-    if value.len().saturating_add(value.lines().count().saturating_mul(width)) > guard::MAXIMUM_VALUE {
+    if value.len().saturating_add(value.lines().count().saturating_mul(width)) > guard::MAX_VALUE {
         return Err(guard::limit("a filter makes a value larger than 1 MiB"));
     }
     let pad = " ".repeat(width);

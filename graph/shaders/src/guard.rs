@@ -20,16 +20,16 @@ use minijinja::{Error, ErrorKind};
 use super::scan::{Tag, WordKind};
 
 /// The largest value that may be kept in a variable, in bytes of text or in elements.
-pub(crate) const MAXIMUM_VALUE: usize = 1 << 20;
+pub(crate) const MAX_VALUE: usize = 1 << 20;
 /// The largest text that all expressions of one rendering may write, captured text included.
-pub(crate) const MAXIMUM_WRITTEN: usize = 16 << 20;
+pub(crate) const MAX_WRITTEN: usize = 16 << 20;
 /// How much guards and filters may look at in one rendering: elements, and pieces of [`PIECE`] bytes.
-const MAXIMUM_WORK: usize = 4 << 20;
+const MAX_WORK: usize = 4 << 20;
 /// The bytes of text that are looked at as fast as one element.
 const PIECE: usize = 64;
 /// The longest time for one rendering, for what fuel, work and sizes do not count: texts of up to 100 MB that exist within
 /// one expression. Without optimization everything takes longer.
-const MAXIMUM_TIME: Duration = Duration::from_secs(if cfg!(debug_assertions) { 4 } else { 1 });
+const MAX_TIME: Duration = Duration::from_secs(if cfg!(debug_assertions) { 4 } else { 1 });
 /// The name of the inserted function; no axis can have it, since axis names start with a letter.
 pub(crate) const GUARD: &str = "__guard";
 
@@ -200,7 +200,7 @@ pub(crate) fn without_clock() {
 pub(crate) fn begin() {
     // Browsers have no clock here; fuel and sizes hold there too.
     let clock = HAS_CLOCK.get().then(Instant::now);
-    DEADLINE.set(clock.and_then(|now| now.checked_add(MAXIMUM_TIME)));
+    DEADLINE.set(clock.and_then(|now| now.checked_add(MAX_TIME)));
     WRITTEN.set(0);
     WORK.set(0);
 }
@@ -209,7 +209,7 @@ pub(crate) fn begin() {
 pub(crate) fn work(elements: usize, bytes: usize) -> Result<(), Error> {
     let total = WORK.get().saturating_add(elements).saturating_add(bytes / PIECE);
     WORK.set(total);
-    if total > MAXIMUM_WORK {
+    if total > MAX_WORK {
         return Err(limit("its values and filters go through more than 4,194,304 elements"));
     }
     in_time()
@@ -219,7 +219,7 @@ pub(crate) fn work(elements: usize, bytes: usize) -> Result<(), Error> {
 pub(crate) fn written(bytes: usize) -> Result<(), Error> {
     let total = WRITTEN.get().saturating_add(bytes);
     WRITTEN.set(total);
-    if total > MAXIMUM_WRITTEN {
+    if total > MAX_WRITTEN {
         return Err(limit("its expressions write more than 16 MiB"));
     }
     // The clock takes longer than most of what is written.
@@ -247,7 +247,7 @@ pub(crate) fn is_limit(error: &Error) -> bool {
 
 /// The inserted function.
 pub(crate) fn guard(values: Rest<Value>) -> Result<Value, Error> {
-    let (mut budget, mut elements) = (MAXIMUM_VALUE, 0);
+    let (mut budget, mut elements) = (MAX_VALUE, 0);
     let fit = values.iter().all(|value| fits(value, &mut budget, &mut elements, 0));
     work(elements, 0)?;
     if fit { Ok(Value::from("")) } else { Err(limit("a value kept in a variable is larger than 1 MiB")) }
@@ -267,7 +267,7 @@ fn fits(value: &Value, budget: &mut usize, elements: &mut usize, depth: usize) -
         // An iterable (a range, a concatenation) is lazy: its length is bounded, its elements are looked at one by one.
         ValueKind::Iterable | ValueKind::Seq | ValueKind::Map if depth > 64 => false,
         ValueKind::Iterable | ValueKind::Seq => match value.len() {
-            Some(length) if length > MAXIMUM_VALUE => false,
+            Some(length) if length > MAX_VALUE => false,
             _ => value
                 .try_iter()
                 .is_ok_and(|mut items| items.all(|item| fits(&item, budget, elements, depth + 1))),

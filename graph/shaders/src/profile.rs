@@ -1,8 +1,8 @@
 //! Target profiles: what a shader may rely on, as data.
 //!
-//! A profile is the least that every device of a target guarantees: the features and downlevel flags, from which naga's
-//! capabilities follow, the limits, and the shading language that the module has to be written in. A pipeline states the
-//! profiles that it claims, and every variant is checked against each of them.
+//! A profile is the minimum that every device of a target guarantees: the features and downlevel flags, from which
+//! naga's capabilities follow, the limits, and the shading language that the module has to be written in. A pipeline
+//! states the profiles that it claims, and every variant is checked against each of them.
 //!
 //! Sources: the limits of WebGPU's specification (core and compatibility mode) and the defaults of wgpu 30 for native
 //! backends and GLES 3.1. The native profiles take WebGPU's guaranteed limits: a pipeline that needs more names it in its

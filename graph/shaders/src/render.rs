@@ -262,10 +262,10 @@ impl<'p> Sink<'p> {
         let pieces = lengths.map(|(segment, end)| (segment.origin, end - segment.start as usize));
         let mut written: BTreeMap<FileId, (usize, usize, Span)> = BTreeMap::new();
         for (at, length) in pieces.filter_map(|(at, length)| Some((span(at?), length))) {
-            let (sum, largest, place) = written.entry(at.file).or_insert((0, 0, at));
+            let (sum, max, place) = written.entry(at.file).or_insert((0, 0, at));
             *sum += length;
-            if length > *largest {
-                (*largest, *place) = (length, at);
+            if length > *max {
+                (*max, *place) = (length, at);
             }
         }
         if let Some(last) = origin.map(span) {
@@ -273,8 +273,8 @@ impl<'p> Sink<'p> {
             *sum += bytes;
             *place = last;
         }
-        let most = written.into_values().max_by_key(|(sum, ..)| *sum);
-        most.map(|(bytes, _, span)| Overflow { span, bytes })
+        let max = written.into_values().max_by_key(|(sum, ..)| *sum);
+        max.map(|(bytes, _, span)| Overflow { span, bytes })
     }
 
     fn finish(self) -> (String, TextMap) {
@@ -289,7 +289,7 @@ impl<'p> Sink<'p> {
 impl io::Write for Sink<'_> {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let origin = self.origin(bytes);
-        if self.text.len() + bytes.len() > complexity::MAXIMUM_BYTES {
+        if self.text.len() + bytes.len() > complexity::MAX_BYTES {
             self.overflow = self.find_overflow(origin, bytes.len());
             return Err(io::Error::from(io::ErrorKind::FileTooLarge));
         }

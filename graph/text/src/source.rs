@@ -6,13 +6,13 @@
 //! and nothing else in the engine counts newlines.
 //!
 //! Limits: a file has at most 4 GiB (offsets are `u32`); [`Sources::add`] never fails, and the loaders that call it
-//! refuse larger texts first ([`MAXIMUM_FILE_BYTES`]).
+//! refuse larger texts first ([`MAX_FILE_BYTES`]).
 
 use std::ops::Range;
 use std::sync::Arc;
 
 /// The largest text, in bytes, that the loaders of this crate accept.
-pub const MAXIMUM_FILE_BYTES: usize = 64 << 20;
+pub const MAX_FILE_BYTES: usize = 64 << 20;
 
 /// Names one registered source text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

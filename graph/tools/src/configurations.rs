@@ -22,7 +22,7 @@
 use std::collections::{BTreeSet, HashSet};
 
 use crate::check::Job;
-use crate::cover::{Cover, MAXIMUM_PAIRED, Rules, picks};
+use crate::cover::{Cover, MAX_PAIRED, Rules, picks};
 use crate::dependence;
 use crate::diagnostic::{AxisValue, Count, Diagnostics};
 use crate::document::{Document, Value};
@@ -33,18 +33,18 @@ use crate::source::Sources;
 use crate::varied::{FEW_VALUES, Mention, Varied, defaults, features, mentions_of, parse, varied};
 use crate::witness::{Settings, Witness};
 
-/// The most configurations of features that are listed one by one.
-pub const MAXIMUM: usize = 256;
+/// The maximum number of configurations of features that are listed one by one.
+pub const MAX: usize = 256;
 
-/// The most configurations that are enumerated in full where shaders or passes differ: of a pipeline, or of the settings
-/// of one of its passes.
-const MAXIMUM_STATES: usize = 1 << 12;
+/// The maximum number of configurations that are enumerated in full where shaders or passes differ: of a pipeline, or
+/// of the settings of one of its passes.
+const MAX_STATES: usize = 1 << 12;
 
-/// The most configurations that are enumerated for all passes together.
-const MAXIMUM_TOGETHER: usize = 1 << 14;
+/// The maximum number of configurations that are enumerated for all passes together.
+const MAX_TOGETHER: usize = 1 << 14;
 
-/// The most whole numbers of a range that are tried one by one.
-const MAXIMUM_VALUES: usize = 256;
+/// The maximum number of whole numbers of a range that are tried one by one.
+const MAX_VALUES: usize = 256;
 
 /// One configuration.
 #[derive(Clone, Debug)]
@@ -97,7 +97,7 @@ impl Configurations {
     pub fn of_features(document: &Document, base: &Choice, profile: &TargetProfile) -> Self {
         let varied = features(document, base, profile);
         let rules = Rules::new(&varied);
-        let (picks, cover) = picks(&rules, MAXIMUM);
+        let (picks, cover) = picks(&rules, MAX);
         let mut found = Self::of(document, base, varied, picks, cover);
         found.list.extend(presets(document, base));
         found
@@ -109,13 +109,13 @@ impl Configurations {
         let document = &*inlined(document);
         let (mentions, axes) = mentions_of(document, templates);
         let defaults = defaults(document);
-        let with = |most: usize| varied(document, &mentions, &axes, profile, &defaults, most);
-        let mut varied = with(MAXIMUM_VALUES);
+        let with = |limit: usize| varied(document, &mentions, &axes, profile, &defaults, limit);
+        let mut varied = with(MAX_VALUES);
         if product(&varied, &(0..varied.len()).collect()).is_none() {
             varied = with(FEW_VALUES);
         }
         let settings = Settings::new(&varied, &defaults);
-        let (mut picks, mut cover) = picks(&settings.rules, MAXIMUM_STATES);
+        let (mut picks, mut cover) = picks(&settings.rules, MAX_STATES);
         if cover != Cover::All {
             let groups =
                 dependence::groups(document, varied.iter().map(|each| each.name.as_str()), templates);
@@ -128,7 +128,7 @@ impl Configurations {
         let exact = !is_sampled && varied.iter().all(|each| each.exhaustive);
         let mut free = Vec::new();
         if !exact {
-            let wide = with(MAXIMUM_STATES);
+            let wide = with(MAX_STATES);
             free = free_axes(
                 document,
                 &mentions,
@@ -236,7 +236,7 @@ impl Configurations {
                 holds == found.contains(&at)
             })
         };
-        let count = self.varied.len().min(MAXIMUM_PAIRED);
+        let count = self.varied.len().min(MAX_PAIRED);
         let single = (0..count).find(|feature| explains(&[*feature])).map(|feature| vec![feature]);
         let pair = || {
             (0..count)
@@ -274,7 +274,7 @@ pub(super) fn cannot_hold(
     let document = &*inlined(document);
     let (mentions, axes) = mentions_of(document, templates);
     let defaults = defaults(document);
-    let varied = varied(document, &mentions, &axes, profile, &defaults, MAXIMUM_STATES);
+    let varied = varied(document, &mentions, &axes, profile, &defaults, MAX_STATES);
     let settings = Settings::new(&varied, &defaults);
     let Some(condition) = document.root.nearest(pointer).text().and_then(parse) else { return false };
     settings.named(&condition).into_iter().all(|at| varied[at].exhaustive)
@@ -399,7 +399,7 @@ fn values_yielded(
 /// The number of combinations of the values of a group, unless it is too large.
 fn product(varied: &[Varied], group: &BTreeSet<usize>) -> Option<usize> {
     let size = |total: usize, at: &usize| total.checked_mul(varied[*at].values.len().max(1));
-    group.iter().try_fold(1_usize, size).filter(|total| *total <= MAXIMUM_STATES)
+    group.iter().try_fold(1_usize, size).filter(|total| *total <= MAX_STATES)
 }
 
 /// Adds, for each pass, every combination of the settings on which it depends, the others at their defaults; whether that
@@ -410,7 +410,7 @@ fn add_states(settings: &Settings<'_>, groups: Vec<BTreeSet<usize>>, picks: &mut
     let mut seen: HashSet<Vec<usize>> = picks.iter().cloned().collect();
     let mut cover = Cover::Passes;
     for group in &groups {
-        let total = product(settings.varied, group).filter(|total| picks.len() + total <= MAXIMUM_TOGETHER);
+        let total = product(settings.varied, group).filter(|total| picks.len() + total <= MAX_TOGETHER);
         let Some(total) = total else {
             cover = Cover::Some;
             continue;
@@ -435,7 +435,7 @@ fn add_witnesses(settings: &Settings<'_>, conditions: &[Expression], picks: &mut
             let pick: Vec<Option<usize>> = pick.iter().copied().map(Some).collect();
             settings.holds(condition, &pick) == Some(wanted)
         };
-        if picks.len() < MAXIMUM_TOGETHER
+        if picks.len() < MAX_TOGETHER
             && !picks.iter().any(shows)
             && let Witness::Found(pick) = settings.witness(condition, wanted)
         {
@@ -477,10 +477,10 @@ mod tests {
 
     #[test]
     fn what_the_profile_has_no_room_for_is_off_with_all_that_requires_it() {
-        let features = |most: u32| {
+        let features = |limit: u32| {
             format!(
                 "\"big\": {{ \"type\": \"bool\", \"default\": true, \
-                   \"required_limits\": {{ \"max_texture_dimension_2d\": {most} }} }}, \
+                   \"required_limits\": {{ \"max_texture_dimension_2d\": {limit} }} }}, \
                  \"bigger\": {{ \"type\": \"enum\", \"values\": [\"x\", \"y\"], \"default\": \"y\", \"requires\": [\"big\"] }}, \
                  \"other\": {{ \"type\": \"bool\", \"default\": false }}"
             )

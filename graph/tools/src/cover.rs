@@ -14,14 +14,14 @@ use crate::shader::permutations::Space;
 use crate::source::Span;
 use crate::varied::Varied;
 
-/// The most settings of which pairs are covered.
-pub(super) const MAXIMUM_PAIRED: usize = 128;
+/// The maximum number of settings of which pairs are covered.
+pub(super) const MAX_PAIRED: usize = 128;
 
-/// The most values beside the given ones of which pairs are covered.
-const MAXIMUM_CHANGES: usize = 512;
+/// The maximum number of values beside the given ones of which pairs are covered.
+const MAX_CHANGES: usize = 512;
 
-/// The most steps of one search for values that fit together.
-const MAXIMUM_STEPS: usize = 1 << 16;
+/// The maximum number of steps of one search for values that fit together.
+const MAX_STEPS: usize = 1 << 16;
 
 /// How much of the configurations a list holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -159,12 +159,12 @@ impl Rules {
     }
 }
 
-/// All configurations, if there are no more than `most`, or else a pairwise cover: the index of each setting's value, the
-/// plain one first, then by the number of settings that differ from it.
-pub(super) fn picks(rules: &Rules, most: usize) -> (Vec<Vec<usize>>, Cover) {
+/// All configurations, if there are no more than `limit`, or else a pairwise cover: the index of each setting's value,
+/// the plain one first, then by the number of settings that differ from it.
+pub(super) fn picks(rules: &Rules, limit: usize) -> (Vec<Vec<usize>>, Cover) {
     let plain = vec![0; rules.len()];
     let changes = |pick: &Vec<usize>| pick.iter().filter(|value| **value > 0).count();
-    let mut search = All { rules, most, found: Vec::new(), steps: 0 };
+    let mut search = All { rules, limit, found: Vec::new(), steps: 0 };
     if search.extend(&mut vec![None; rules.len()], 0) {
         let mut found = search.found;
         // What the caller asks for is always looked at, even where it contradicts itself.
@@ -177,7 +177,7 @@ pub(super) fn picks(rules: &Rules, most: usize) -> (Vec<Vec<usize>>, Cover) {
     let mut seen = BTreeSet::from([plain.clone()]);
     let single = |at: usize| (1..rules.on[at].len()).map(move |value| (at, value));
     let singles: Vec<Chosen> = (0..rules.len()).flat_map(single).collect();
-    let is_open = rules.len() <= MAXIMUM_PAIRED && singles.len() <= MAXIMUM_CHANGES;
+    let is_open = rules.len() <= MAX_PAIRED && singles.len() <= MAX_CHANGES;
     let around = |(at, one): (usize, &Chosen)| {
         let others = singles[at + 1..].iter().filter(|two| !is_open && two.0 != one.0);
         others.map(|two| [*one, *two]).collect::<Vec<_>>()
@@ -185,7 +185,7 @@ pub(super) fn picks(rules: &Rules, most: usize) -> (Vec<Vec<usize>>, Cover) {
     // Where there are too many pairs to look for a cover, those of changes of the given values, as far as they fit.
     let alone = singles.iter().map(|one| [*one, *one]);
     for changes in alone.chain(singles.iter().enumerate().flat_map(around)) {
-        if list.len() >= most {
+        if list.len() >= limit {
             break;
         }
         let mut pick = plain.clone();
@@ -201,7 +201,7 @@ pub(super) fn picks(rules: &Rules, most: usize) -> (Vec<Vec<usize>>, Cover) {
     list.iter().for_each(|pick| pairs.cover(pick));
     let mut cover = Cover::Pairs;
     while let Some(pair) = pairs.open.first().copied() {
-        if list.len() >= most {
+        if list.len() >= limit {
             cover = Cover::Some;
             break;
         }
@@ -221,7 +221,7 @@ pub(super) fn picks(rules: &Rules, most: usize) -> (Vec<Vec<usize>>, Cover) {
 /// The search for all configurations, depth first.
 struct All<'r> {
     rules: &'r Rules,
-    most: usize,
+    limit: usize,
     found: Vec<Vec<usize>>,
     steps: usize,
 }
@@ -231,12 +231,12 @@ impl All<'_> {
     fn extend(&mut self, pick: &mut Vec<Option<usize>>, at: usize) -> bool {
         let Some(values) = self.rules.on.get(at) else {
             self.found.push(pick.iter().map(|value| value.unwrap_or(0)).collect());
-            return self.found.len() <= self.most;
+            return self.found.len() <= self.limit;
         };
         for value in 0..values.len() {
             self.steps += 1;
             pick[at] = Some(value);
-            if self.steps > MAXIMUM_STEPS || (!self.rules.contradict(pick) && !self.extend(pick, at + 1)) {
+            if self.steps > MAX_STEPS || (!self.rules.contradict(pick) && !self.extend(pick, at + 1)) {
                 return false;
             }
         }
@@ -293,7 +293,7 @@ impl<'r> Pairs<'r> {
         values.sort_unstable();
         for (_, value) in values {
             *steps += 1;
-            if *steps > MAXIMUM_STEPS {
+            if *steps > MAX_STEPS {
                 return false;
             }
             pick[at] = Some(value);

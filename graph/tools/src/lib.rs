@@ -36,7 +36,7 @@ pub mod why;
 mod witness;
 
 pub use check::{Checked, Job, check, check_document, check_path};
-pub use configurations::{Configuration, Configurations, MAXIMUM as MAXIMUM_CONFIGURATIONS};
+pub use configurations::{Configuration, Configurations, MAX as MAX_CONFIGURATIONS};
 pub use cover::Cover;
 pub use coverage::{Coverage, check_configurations};
 pub use reach::{AxisProduct, Configured, Reached, ReachedProgram, reach};

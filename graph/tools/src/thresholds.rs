@@ -15,8 +15,8 @@ use crate::expression::{BinaryOperator, Expression, ExpressionKind, Scope, Value
 
 /// The points of a range between which changes of sign are looked for.
 const POINTS: usize = 64;
-/// The most bounds of one number.
-const MAXIMUM_BOUNDS: usize = 64;
+/// The maximum number of bounds of one number.
+const MAX_BOUNDS: usize = 64;
 
 /// A number with its declared range, among settings with their defaults.
 pub(super) struct Number<'a> {
@@ -60,7 +60,7 @@ impl Number<'_> {
         if found.is_empty() {
             return self.within(found);
         }
-        let beyond = [found.first().map(|least| least - 1.0), found.last().map(|most| most + 1.0)];
+        let beyond = [found.first().map(|min| min - 1.0), found.last().map(|max| max + 1.0)];
         found.extend(beyond.into_iter().flatten());
         let found = self.within(found);
         let between = found.windows(2).map(|pair| (pair[0] + pair[1]) / 2.0);
@@ -95,7 +95,7 @@ impl Number<'_> {
         found.retain(|bound| bound.is_finite());
         found.sort_by(f64::total_cmp);
         found.dedup();
-        found.truncate(MAXIMUM_BOUNDS);
+        found.truncate(MAX_BOUNDS);
         found
     }
 

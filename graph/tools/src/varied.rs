@@ -3,7 +3,7 @@
 //! Features and parameters that are booleans or enumerations are varied where anything outside of `bind` mentions them,
 //! or an axis has their name. Numbers and lists are varied where they can decide about passes or axes (`when`,
 //! `for_each`, `axes`, and what subgraphs are given): whole numbers in full up to a given count, lists in every length,
-//! else the least, the default and the greatest value and those at which the expressions change
+//! else the minimum, the default and the maximum value and those at which the expressions change
 //! ([`thresholds`](super::thresholds)).
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -17,7 +17,7 @@ use crate::shader::{TargetProfile, TemplateSet};
 use crate::thresholds::Number;
 use crate::witness::value_of;
 
-/// The most lengths of a list.
+/// The maximum number of lengths of a list.
 pub(super) const FEW_VALUES: usize = 16;
 
 /// Keys under which a value decides about passes and axes.
@@ -154,14 +154,14 @@ fn collect<'a>(
     }
 }
 
-/// The settings that decide about shaders and passes; a range of over `most` whole numbers is not gone through.
+/// The settings that decide about shaders and passes; a range of over `limit` whole numbers is not gone through.
 pub(super) fn varied(
     document: &Document,
     mentions: &[Mention<'_>],
     axes: &BTreeSet<&str>,
     profile: &TargetProfile,
     defaults: &BTreeMap<String, expression::Value>,
-    most: usize,
+    limit: usize,
 ) -> Vec<Varied> {
     let is_mentioned =
         |name: &str| axes.contains(name) || mentions.iter().any(|mention| has_word(mention.text, name));
@@ -195,7 +195,7 @@ pub(super) fn varied(
             max: declaration.max,
             defaults,
         };
-        let (values, exhaustive) = values_of(&declaration, &entry.value, &number, &deciding, most);
+        let (values, exhaustive) = values_of(&declaration, &entry.value, &number, &deciding, limit);
         varied.push(Varied {
             name: entry.key.clone(),
             feature: None,
@@ -247,7 +247,7 @@ fn values_of(
     value: &Value,
     range: &Number<'_>,
     deciding: &[Expression],
-    most: usize,
+    limit: usize,
 ) -> (Vec<Value>, bool) {
     use ParameterType as T;
     let number = |number: f64| at(value, number_kind(number));
@@ -255,14 +255,14 @@ fn values_of(
         T::Bool => (booleans(value), true),
         T::Enum => (words(&declaration.values, value), true),
         T::U32 | T::I32 => match (declaration.min, declaration.max) {
-            (Some(min), Some(max)) if max - min < most as f64 && min.fract() == 0.0 => {
+            (Some(min), Some(max)) if max - min < limit as f64 && min.fract() == 0.0 => {
                 let count = (max - min).max(0.0) as usize + 1;
                 ((0..count).map(|step| number(min + step as f64)).collect(), true)
             }
             _ => {
-                // A number without a sign has a least value anyway.
-                let least = if declaration.parameter_type == T::U32 { Some(0.0) } else { None };
-                let min = range.min.into_iter().chain(least).reduce(f64::max);
+                // A number without a sign has a minimum anyway.
+                let lower = if declaration.parameter_type == T::U32 { Some(0.0) } else { None };
+                let min = range.min.into_iter().chain(lower).reduce(f64::max);
                 let range = Number { min, ..*range };
                 (range.whole_values(deciding).into_iter().map(number).collect(), false)
             }
@@ -276,14 +276,14 @@ fn values_of(
                 .iter()
                 .filter_map(|element| element.to_json().as_f64())
                 .collect();
-            let least = declaration.min_length.unwrap_or(0) as usize;
-            let most = declaration.max_length.map_or(defaults.len(), |most| most as usize);
-            let last = most.min(least + FEW_VALUES);
-            let lists: Vec<Value> = (least..=last)
+            let lower = declaration.min_length.unwrap_or(0) as usize;
+            let limit = declaration.max_length.map_or(defaults.len(), |limit| limit as usize);
+            let last = limit.min(lower + FEW_VALUES);
+            let lists: Vec<Value> = (lower..=last)
                 .filter_map(|length| list_of(length, &defaults, declaration))
                 .map(|list| at(value, Kind::Array(list.into_iter().map(number).collect())))
                 .collect();
-            let all = declaration.max_length.is_some() && last == most && lists.len() == most + 1 - least;
+            let all = declaration.max_length.is_some() && last == limit && lists.len() == limit + 1 - lower;
             (lists, all)
         }
     }

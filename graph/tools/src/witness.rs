@@ -14,8 +14,8 @@ use crate::document;
 use crate::expression::{BinaryOperator, Expression, ExpressionKind, Scope, UnaryOperator, Value, evaluate};
 use crate::varied::Varied;
 
-/// The most values that one condition's settings get.
-const MAXIMUM_STEPS: usize = 20_000;
+/// The maximum number of values that one condition's settings get.
+const MAX_STEPS: usize = 20_000;
 
 /// Settings that vary, and the defaults of all.
 pub(super) struct Settings<'a> {
@@ -111,7 +111,7 @@ impl<'a> Settings<'a> {
         let mut pick = vec![None; self.varied.len()];
         match search.extend(&mut pick, 0) {
             true => Witness::Found(pick.into_iter().map(Option::unwrap_or_default).collect()),
-            false if search.is_decided && search.steps < MAXIMUM_STEPS => Witness::Nowhere,
+            false if search.is_decided && search.steps < MAX_STEPS => Witness::Nowhere,
             false => Witness::Unknown,
         }
     }
@@ -140,7 +140,7 @@ impl Search<'_> {
         };
         for value in 0..self.settings.varied[at].values.len().max(1) {
             self.steps += 1;
-            if self.steps >= MAXIMUM_STEPS {
+            if self.steps >= MAX_STEPS {
                 return false;
             }
             pick[at] = Some(value);

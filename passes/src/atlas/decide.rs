@@ -22,7 +22,7 @@ pub(super) struct Candidate {
     /// The class of size that is wanted.
     pub(super) wanted: u8,
     /// The smallest class of size.
-    pub(super) smallest: u8,
+    pub(super) min: u8,
     /// The slots needed.
     pub(super) slots: PoolCounts,
     /// What was decided: the class of size, or why it is evicted.
@@ -39,11 +39,11 @@ impl Candidate {
 /// side, `None` for no atlas.
 pub(super) fn decide(candidates: &mut [Candidate], side: Option<u8>, capacity: &PoolCounts) {
     let room = side.map_or(0, |side| 1u64 << (2 * side));
-    let (mut least, mut taken) = (0, [0u32; POOLS]);
+    let (mut min, mut taken) = (0, [0u32; POOLS]);
     for candidate in candidates.iter_mut() {
-        candidate.verdict = admit(candidate, side, room, least, capacity, &taken);
+        candidate.verdict = admit(candidate, side, room, min, capacity, &taken);
         if candidate.verdict.is_ok() {
-            least += candidate.area(candidate.smallest);
+            min += candidate.area(candidate.min);
             taken.iter_mut().zip(candidate.slots).for_each(|(taken, count)| *taken += count);
         }
     }
@@ -58,7 +58,7 @@ pub(super) fn decide(candidates: &mut [Candidate], side: Option<u8>, capacity: &
                 break 'waves;
             }
             if let Ok(class) = candidate.verdict
-                && class > candidate.smallest
+                && class > candidate.min
                 && candidate.tiles > 0
             {
                 area -= candidate.area(class) - candidate.area(class - 1);
@@ -88,7 +88,7 @@ fn admit(
     candidate: &Candidate,
     side: Option<u8>,
     room: u64,
-    least: u64,
+    min: u64,
     capacity: &PoolCounts,
     taken: &PoolCounts,
 ) -> Result<u8, Eviction> {
@@ -104,11 +104,11 @@ fn admit(
     if candidate.tiles == 0 {
         return Ok(0);
     }
-    let area = candidate.area(candidate.smallest);
+    let area = candidate.area(candidate.min);
     match side {
-        Some(side) if candidate.smallest <= side && area <= room => {
-            if area <= room - least {
-                Ok(candidate.wanted.clamp(candidate.smallest, side))
+        Some(side) if candidate.min <= side && area <= room => {
+            if area <= room - min {
+                Ok(candidate.wanted.clamp(candidate.min, side))
             } else {
                 Err(Eviction::AtlasFull)
             }

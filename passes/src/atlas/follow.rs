@@ -6,20 +6,20 @@
 pub(super) struct Follower {
     value: u32,
     calm: u32,
-    most: u32,
+    max: u32,
 }
 
 impl Follower {
     /// The size for a frame in which `need` is needed.
     pub(super) fn follow(&mut self, need: u32, patience: u32) -> u32 {
         if need >= self.value {
-            *self = Self { value: need, calm: 0, most: 0 };
+            *self = Self { value: need, calm: 0, max: 0 };
             return need;
         }
         self.calm += 1;
-        self.most = self.most.max(need);
+        self.max = self.max.max(need);
         if self.calm >= patience {
-            *self = Self { value: self.most, calm: 0, most: 0 };
+            *self = Self { value: self.max, calm: 0, max: 0 };
         }
         self.value
     }

@@ -20,8 +20,8 @@
 //! [`placement`] puts the steps together. All of it is on the CPU; a frame in which nothing settles again costs one
 //! pass over the requests and takes nothing from the heap.
 //!
-//! Limits: tiles from [`SMALLEST_TILE`] to [`LARGEST_TILE`] texels, atlases to [`LARGEST_SIDE`], at most
-//! [`MAXIMUM_TILES`] tiles to one light, all of one size.
+//! Limits: tiles from [`MIN_TILE`] to [`MAX_TILE`] texels, atlases to [`MAX_SIDE`], at most
+//! [`MAX_TILES`] tiles to one light, all of one size.
 //!
 //! Sources: Knowlton, "A Fast Storage Allocator" (1965) for the buddies; Morton, "A Computer Oriented Geodetic Data
 //! Base" (1966) for their order.
@@ -46,10 +46,10 @@ pub use slots::SlotAllocator;
 pub use tile::Tile;
 
 /// The fewest texels on a tile's side.
-pub const SMALLEST_TILE: u32 = 16;
-/// The most texels on a tile's side.
-pub const LARGEST_TILE: u32 = 8192;
-/// The most texels on an atlas's side.
-pub const LARGEST_SIDE: u32 = 16384;
-/// The most tiles of one light: eight cascades, or six faces of a cube.
-pub const MAXIMUM_TILES: usize = 8;
+pub const MIN_TILE: u32 = 16;
+/// The maximum number of texels on a tile's side.
+pub const MAX_TILE: u32 = 8192;
+/// The maximum number of texels on an atlas's side.
+pub const MAX_SIDE: u32 = 16384;
+/// The maximum number of tiles of one light: eight cascades, or six faces of a cube.
+pub const MAX_TILES: usize = 8;

@@ -15,23 +15,23 @@ use super::follow::Follower;
 use super::quadtree::TileAllocator;
 use super::request::{Eviction, Fate, Grant, Key, POOLS, Pool, PoolCounts, Request};
 use super::settle;
-use super::slots::{MAXIMUM_SLOTS, SlotAllocator};
+use super::slots::{MAX_SLOTS, SlotAllocator};
 use super::tile::Tile;
-use super::{LARGEST_SIDE, LARGEST_TILE, MAXIMUM_TILES, SMALLEST_TILE};
+use super::{MAX_SIDE, MAX_TILE, MAX_TILES, MIN_TILE};
 
 /// What stays the same from frame to frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The fewest texels on a tile's side; a power of two, at least [`SMALLEST_TILE`].
-    pub smallest_tile: u32,
-    /// The most texels on a tile's side; a power of two, at most [`LARGEST_TILE`].
-    pub largest_tile: u32,
+    /// The fewest texels on a tile's side; a power of two, at least [`MIN_TILE`].
+    pub min_tile: u32,
+    /// The maximum number of texels on a tile's side; a power of two, at most [`MAX_TILE`].
+    pub max_tile: u32,
     /// The fewest texels on the side of an atlas that is wanted; a power of two.
-    pub smallest_side: u32,
-    /// The most texels on the side of an atlas that is wanted; a power of two, at most [`LARGEST_SIDE`].
-    pub largest_side: u32,
-    /// The most slots of each pool that are wanted.
-    pub largest_pools: PoolCounts,
+    pub min_side: u32,
+    /// The maximum number of texels on the side of an atlas that is wanted; a power of two, at most [`MAX_SIDE`].
+    pub max_side: u32,
+    /// The maximum number of slots of each pool that are wanted.
+    pub max_pools: PoolCounts,
     /// By what part an importance or a size has to change before it counts.
     pub tolerance: f32,
     /// The frames for which less has to be needed before less is wanted.
@@ -41,11 +41,11 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            smallest_tile: SMALLEST_TILE,
-            largest_tile: LARGEST_TILE,
-            smallest_side: 256,
-            largest_side: 8192,
-            largest_pools: [256, 256, 16, 16],
+            min_tile: MIN_TILE,
+            max_tile: MAX_TILE,
+            min_side: 256,
+            max_side: 8192,
+            max_pools: [256, 256, 16, 16],
             tolerance: 0.25,
             patience: 60,
         }
@@ -57,7 +57,7 @@ impl Default for Settings {
 pub struct Capacity {
     /// The texels on the atlas's side; counts as the power of two that is not above.
     pub side: u32,
-    /// The slots of each pool; more than [`MAXIMUM_SLOTS`] count as so many.
+    /// The slots of each pool; more than [`MAX_SLOTS`] count as so many.
     pub pools: PoolCounts,
 }
 
@@ -66,12 +66,12 @@ pub struct Capacity {
 pub struct Placement {
     settings: Settings,
     /// The class of the largest tile.
-    largest: u8,
+    max: u8,
     atlas: TileAllocator,
     pools: [SlotAllocator; POOLS],
     entries: Vec<Entry>,
     /// The tiles of each entry.
-    tiles: Vec<[Tile; MAXIMUM_TILES]>,
+    tiles: Vec<[Tile; MAX_TILES]>,
     vacant: Vec<u32>,
     by_key: HashMap<Key, u32>,
     /// The entry of each request.
@@ -111,7 +111,7 @@ struct Entry {
     /// The most of what requests of this frame ask for.
     importance: f32,
     wanted: u32,
-    smallest: u32,
+    min: u32,
     tiles: u32,
     slots: PoolCounts,
     /// What counts; see `settle`.
@@ -130,7 +130,7 @@ struct Entry {
 struct Settled {
     importance: f32,
     wanted: u8,
-    smallest: u8,
+    min: u8,
     tiles: u32,
     slots: PoolCounts,
 }
@@ -139,21 +139,21 @@ impl Placement {
     /// Nothing placed yet. Settings beyond the limits are brought within them.
     pub fn new(settings: Settings) -> Self {
         let power = |value: u32, low: u32, high: u32| value.clamp(low, high).next_power_of_two().min(high);
-        let smallest_tile = power(settings.smallest_tile, SMALLEST_TILE, LARGEST_TILE);
-        let smallest_side = power(settings.smallest_side, smallest_tile, LARGEST_SIDE);
+        let min_tile = power(settings.min_tile, MIN_TILE, MAX_TILE);
+        let min_side = power(settings.min_side, min_tile, MAX_SIDE);
         let settings = Settings {
-            smallest_tile,
-            largest_tile: power(settings.largest_tile, smallest_tile, LARGEST_TILE),
-            smallest_side,
-            largest_side: power(settings.largest_side, smallest_side, LARGEST_SIDE),
+            min_tile,
+            max_tile: power(settings.max_tile, min_tile, MAX_TILE),
+            min_side,
+            max_side: power(settings.max_side, min_side, MAX_SIDE),
             tolerance: if settings.tolerance > 0.0 { settings.tolerance.min(100.0) } else { 0.0 },
             ..settings
         };
-        let largest = settle::class_of(settings.largest_tile, smallest_tile, u8::MAX);
-        let atlas = TileAllocator::new(smallest_tile, settings.largest_side);
+        let max = settle::class_of(settings.max_tile, min_tile, u8::MAX);
+        let atlas = TileAllocator::new(min_tile, settings.max_side);
         Self {
             settings,
-            largest,
+            max,
             atlas,
             pools: Default::default(),
             entries: Vec::new(),
@@ -170,7 +170,7 @@ impl Placement {
             pool_followers: Default::default(),
             fates_changed: false,
             any_moved: false,
-            scratch: Scratch { pending: vec![Vec::new(); usize::from(largest) + 1], ..Scratch::default() },
+            scratch: Scratch { pending: vec![Vec::new(); usize::from(max) + 1], ..Scratch::default() },
         }
     }
 
@@ -190,7 +190,7 @@ impl Placement {
         let changed = self.settle();
         let capacity = Capacity {
             side: self.atlas.rounded_side(capacity.side),
-            pools: capacity.pools.map(|slots| slots.min(MAXIMUM_SLOTS)),
+            pools: capacity.pools.map(|slots| slots.min(MAX_SLOTS)),
         };
         if changed || capacity != self.capacity || self.frame == 1 {
             self.decide(&capacity);
@@ -254,18 +254,18 @@ impl Placement {
             self.asked[at] = found;
             let entry = &mut self.entries[found as usize];
             let tiles = request.tiles;
-            let count = tiles.count.min(MAXIMUM_TILES as u32);
+            let count = tiles.count.min(MAX_TILES as u32);
             if entry.seen == self.frame {
                 entry.importance = entry.importance.max(request.importance);
                 entry.wanted = entry.wanted.max(tiles.wanted);
-                entry.smallest = entry.smallest.max(tiles.smallest);
+                entry.min = entry.min.max(tiles.min);
                 entry.tiles = entry.tiles.max(count);
-                entry.slots.iter_mut().zip(request.slots).for_each(|(most, count)| *most = count.max(*most));
+                entry.slots.iter_mut().zip(request.slots).for_each(|(max, count)| *max = count.max(*max));
             } else {
                 entry.seen = self.frame;
                 entry.importance = request.importance;
                 entry.wanted = tiles.wanted;
-                entry.smallest = tiles.smallest;
+                entry.min = tiles.min;
                 entry.tiles = count;
                 entry.slots = request.slots;
             }
@@ -279,7 +279,7 @@ impl Placement {
             seen: u64::MAX,
             importance: 0.0,
             wanted: 0,
-            smallest: 0,
+            min: 0,
             tiles: 0,
             slots: [0; POOLS],
             settled: None,
@@ -293,7 +293,7 @@ impl Placement {
         let at = self.vacant.pop().unwrap_or(self.entries.len() as u32);
         if at as usize == self.entries.len() {
             self.entries.push(entry);
-            self.tiles.push([Tile::NONE; MAXIMUM_TILES]);
+            self.tiles.push([Tile::NONE; MAX_TILES]);
         } else {
             self.entries[at as usize] = entry;
         }
@@ -317,24 +317,19 @@ impl Placement {
                 continue;
             }
             let before = entry.settled;
-            let unit = self.settings.smallest_tile;
+            let unit = self.settings.min_tile;
             let tolerance = self.settings.tolerance;
-            let smallest = settle::class_of(entry.smallest, unit, self.largest);
-            let wanted = settle::class(
-                before.map(|before| before.wanted),
-                entry.wanted,
-                unit,
-                self.largest,
-                tolerance,
-            );
+            let min = settle::class_of(entry.min, unit, self.max);
+            let wanted =
+                settle::class(before.map(|before| before.wanted), entry.wanted, unit, self.max, tolerance);
             let settled = Settled {
                 importance: settle::importance(
                     before.map(|before| before.importance),
                     entry.importance,
                     tolerance,
                 ),
-                wanted: wanted.max(smallest),
-                smallest,
+                wanted: wanted.max(min),
+                min,
                 tiles: entry.tiles,
                 slots: entry.slots,
             };
@@ -391,21 +386,21 @@ impl Placement {
                 entry: *entry,
                 tiles: settled.tiles,
                 wanted: settled.wanted,
-                smallest: settled.smallest,
+                min: settled.min,
                 slots: settled.slots,
                 verdict: Ok(0),
             })
         }));
-        let unit = self.settings.smallest_tile;
+        let unit = self.settings.min_tile;
         let class =
             |side: u32| side.checked_div(unit).filter(|parts| *parts > 0).map(|parts| parts.ilog2() as u8);
         decide(&mut scratch.candidates, class(capacity.side), &capacity.pools);
 
-        let (mut area, mut largest, mut pools) = (0u64, None, [0u32; POOLS]);
+        let (mut area, mut max, mut pools) = (0u64, None, [0u32; POOLS]);
         for candidate in &scratch.candidates {
             if candidate.tiles > 0 {
                 area = area.saturating_add(candidate.area(candidate.wanted));
-                largest = largest.max(Some(candidate.wanted));
+                max = max.max(Some(candidate.wanted));
             }
             for (sum, count) in pools.iter_mut().zip(candidate.slots) {
                 *sum = sum.saturating_add(count);
@@ -421,12 +416,12 @@ impl Placement {
             self.fates_changed |= entry.fate != fate;
             entry.fate = fate;
         }
-        let Settings { smallest_side, largest_side, largest_pools, .. } = self.settings;
-        let mut side = smallest_side.max(largest.map_or(0, |class| unit << class)).min(largest_side);
-        while side < largest_side && u64::from(side / unit).pow(2) < area {
+        let Settings { min_side, max_side, max_pools, .. } = self.settings;
+        let mut side = min_side.max(max.map_or(0, |class| unit << class)).min(max_side);
+        while side < max_side && u64::from(side / unit).pow(2) < area {
             side *= 2;
         }
-        pools.iter_mut().zip(largest_pools).for_each(|(count, limit)| *count = limit.min(*count));
+        pools.iter_mut().zip(max_pools).for_each(|(count, limit)| *count = limit.min(*count));
         self.need = Capacity { side, pools };
     }
 
@@ -477,7 +472,7 @@ impl Placement {
 
     /// Places all pending tiles of one size; what has to make room for them becomes pending in a smaller one.
     fn place_class(&mut self, class: usize, scratch: &mut Scratch) {
-        let size = self.settings.smallest_tile << class;
+        let size = self.settings.min_tile << class;
         let pending = std::mem::take(&mut scratch.pending[class]);
         let mut next_block = None;
         for (entry, position) in &pending {

@@ -12,13 +12,13 @@
 
 use super::bits::Bits;
 use super::tile::Tile;
-use super::{LARGEST_SIDE, SMALLEST_TILE};
+use super::{MAX_SIDE, MIN_TILE};
 
 /// An atlas of square tiles.
 #[derive(Clone, Debug)]
 pub struct TileAllocator {
-    smallest: u32,
-    largest_side: u32,
+    min: u32,
+    max_side: u32,
     side: u32,
     /// For each size, from the smallest: the free squares.
     free: Vec<Bits>,
@@ -28,20 +28,20 @@ pub struct TileAllocator {
 }
 
 impl TileAllocator {
-    /// An empty atlas of side 0 whose tiles have at least `smallest` texels a side, and which grows up to
-    /// `largest_side`; both are rounded up to powers of two within [`SMALLEST_TILE`] and [`LARGEST_SIDE`].
-    pub fn new(smallest: u32, largest_side: u32) -> Self {
-        let within = |value: u32| value.clamp(SMALLEST_TILE, LARGEST_SIDE).next_power_of_two();
-        let smallest = within(smallest);
-        let largest_side = within(largest_side).max(smallest);
-        let sizes = (largest_side / smallest).trailing_zeros() + 1;
+    /// An empty atlas of side 0 whose tiles have at least `min` texels a side, and which grows up to
+    /// `max_side`; both are rounded up to powers of two within [`MIN_TILE`] and [`MAX_SIDE`].
+    pub fn new(min: u32, max_side: u32) -> Self {
+        let within = |value: u32| value.clamp(MIN_TILE, MAX_SIDE).next_power_of_two();
+        let min = within(min);
+        let max_side = within(max_side).max(min);
+        let sizes = (max_side / min).trailing_zeros() + 1;
         let sets: Vec<Bits> = (0..sizes)
             .map(|class| {
-                let across = (largest_side / (smallest << class)) as usize;
+                let across = (max_side / (min << class)) as usize;
                 Bits::new(across * across)
             })
             .collect();
-        Self { smallest, largest_side, side: 0, free: sets.clone(), used: sets, used_area: 0 }
+        Self { min, max_side, side: 0, free: sets.clone(), used: sets, used_area: 0 }
     }
 
     /// The texels on the atlas's side.
@@ -50,8 +50,8 @@ impl TileAllocator {
     }
 
     /// The texels on the smallest tile's side.
-    pub fn smallest(&self) -> u32 {
-        self.smallest
+    pub fn min(&self) -> u32 {
+        self.min
     }
 
     /// The number of texels in allocated tiles.
@@ -83,13 +83,13 @@ impl TileAllocator {
 
     /// The side that the atlas would have for a side that is asked for.
     pub(super) fn rounded_side(&self, side: u32) -> u32 {
-        let side = side.min(self.largest_side);
-        if side < self.smallest { 0 } else { 1 << side.ilog2() }
+        let side = side.min(self.max_side);
+        if side < self.min { 0 } else { 1 << side.ilog2() }
     }
 
     fn double(&mut self) {
         if self.side == 0 {
-            self.side = self.smallest;
+            self.side = self.min;
             self.free[0].insert(0);
             return;
         }
@@ -122,7 +122,7 @@ impl TileAllocator {
         if self.used_area == 0 {
             return true;
         }
-        let (mut class, last) = (self.class(self.side), self.class(side.max(self.smallest)));
+        let (mut class, last) = (self.class(self.side), self.class(side.max(self.min)));
         if side == 0 {
             return false;
         }
@@ -138,13 +138,13 @@ impl TileAllocator {
 
     /// The position of a size among the sizes.
     fn class(&self, size: u32) -> usize {
-        (size / self.smallest).max(1).trailing_zeros() as usize
+        (size / self.min).max(1).trailing_zeros() as usize
     }
 
     /// Takes a tile of at least so many texels a side, or `None` where there is no free square of the size.
     #[must_use]
     pub fn allocate(&mut self, size: u32) -> Option<Tile> {
-        let size = size.max(self.smallest).checked_next_power_of_two()?;
+        let size = size.max(self.min).checked_next_power_of_two()?;
         if size > self.side {
             return None;
         }
@@ -165,7 +165,7 @@ impl TileAllocator {
 
     /// Whether the tile is allocated.
     pub fn contains(&self, tile: Tile) -> bool {
-        tile.size >= self.smallest
+        tile.size >= self.min
             && tile.size <= self.side
             && tile.size.is_power_of_two()
             && (tile.x | tile.y).is_multiple_of(tile.size)
@@ -200,7 +200,7 @@ impl TileAllocator {
     /// Gives all tiles back.
     pub fn clear(&mut self) {
         let side = self.side;
-        let fresh = Self::new(self.smallest, self.largest_side);
+        let fresh = Self::new(self.min, self.max_side);
         *self = fresh;
         while self.side < side {
             self.double();

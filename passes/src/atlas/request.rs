@@ -69,17 +69,17 @@ impl fmt::Display for Pool {
 /// The tiles that a light asks for; all of them get one size.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileRequest {
-    /// How many, at most [`super::MAXIMUM_TILES`].
+    /// How many, at most [`super::MAX_TILES`].
     pub count: u32,
     /// The texels on a side that would be right; rounded up to a power of two.
     pub wanted: u32,
     /// The texels on a side below which no shadow is better than this one; rounded up to a power of two.
-    pub smallest: u32,
+    pub min: u32,
 }
 
 impl TileRequest {
     /// None.
-    pub const NONE: Self = Self { count: 0, wanted: 0, smallest: 0 };
+    pub const NONE: Self = Self { count: 0, wanted: 0, min: 0 };
 }
 
 /// What a light asks for in a frame. Requests of the same key count as one that asks for the most of each.

@@ -15,22 +15,22 @@ pub(super) fn importance(before: Option<f32>, asked: f32, tolerance: f32) -> f32
 
 /// The class of size (0: the smallest tile; each further one twice as large) that counts: the one of before while
 /// the texels asked for would, but for a factor of 1 + `tolerance`, be rounded up to it.
-pub(super) fn class(before: Option<u8>, texels: u32, smallest: u32, largest: u8, tolerance: f32) -> u8 {
-    let asked = class_of(texels, smallest, largest);
-    let Some(before) = before.filter(|before| *before <= largest) else { return asked };
+pub(super) fn class(before: Option<u8>, texels: u32, min: u32, max: u8, tolerance: f32) -> u8 {
+    let asked = class_of(texels, min, max);
+    let Some(before) = before.filter(|before| *before <= max) else { return asked };
     let factor = 1.0 + f64::from(tolerance);
-    let size = f64::from(smallest) * f64::from(1u32 << before);
+    let size = f64::from(min) * f64::from(1u32 << before);
     let texels = f64::from(texels);
-    let not_larger = before == largest || texels <= size * factor;
+    let not_larger = before == max || texels <= size * factor;
     let not_smaller = before == 0 || texels > 0.5 * size / factor;
     if not_larger && not_smaller { before } else { asked }
 }
 
 /// The class of the tiles that have at least so many texels a side.
-pub(super) fn class_of(texels: u32, smallest: u32, largest: u8) -> u8 {
-    let parts = texels.div_ceil(smallest).max(1);
+pub(super) fn class_of(texels: u32, min: u32, max: u8) -> u8 {
+    let parts = texels.div_ceil(min).max(1);
     let class = u32::BITS - (parts - 1).leading_zeros();
-    (class as u8).min(largest)
+    (class as u8).min(max)
 }
 
 #[cfg(test)]

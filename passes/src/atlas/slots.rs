@@ -3,11 +3,11 @@
 //! One bit for each slot. A run is the first one that is long enough, so that the same calls always give the same runs,
 //! and slots are few enough for a walk over 64 of them a step.
 //!
-//! Limits: at most [`MAXIMUM_SLOTS`]; a request can fail although enough slots are free, since runs are never moved here (see
-//! [`super::placement`]).
+//! Limits: at most [`MAX_SLOTS`]; a request can fail although enough slots are free, since runs are never moved here
+//! (see [`super::placement`]).
 
-/// The most slots of a row.
-pub const MAXIMUM_SLOTS: u32 = 1 << 16;
+/// The maximum number of slots of a row.
+pub const MAX_SLOTS: u32 = 1 << 16;
 
 /// A row of slots.
 #[derive(Clone, Debug, Default)]
@@ -36,10 +36,10 @@ impl SlotAllocator {
         self.used
     }
 
-    /// Makes the row longer or shorter, up to [`MAXIMUM_SLOTS`]. Runs stay where they are; those beyond the end are
+    /// Makes the row longer or shorter, up to [`MAX_SLOTS`]. Runs stay where they are; those beyond the end are
     /// forgotten.
     pub fn set_capacity(&mut self, capacity: u32) {
-        let capacity = capacity.min(MAXIMUM_SLOTS);
+        let capacity = capacity.min(MAX_SLOTS);
         for at in capacity..self.capacity {
             self.set(at, false);
         }
@@ -141,6 +141,6 @@ mod tests {
         slots.set_capacity(3);
         assert_eq!(slots.allocate(2), Some(1));
         assert_eq!(SlotAllocator::new(0).allocate(1), None);
-        assert_eq!(SlotAllocator::new(u32::MAX).capacity(), MAXIMUM_SLOTS);
+        assert_eq!(SlotAllocator::new(u32::MAX).capacity(), MAX_SLOTS);
     }
 }

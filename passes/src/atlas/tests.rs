@@ -112,7 +112,7 @@ fn two_hundred_thousand_operations_leave_tiles_apart_within_bounds_and_aligned()
 #[test]
 fn misuse_of_an_allocator_is_refused_and_changes_nothing() {
     let mut atlas = TileAllocator::new(0, u32::MAX);
-    assert_eq!((atlas.smallest(), atlas.side()), (SMALLEST_TILE, 0));
+    assert_eq!((atlas.min(), atlas.side()), (MIN_TILE, 0));
     assert_eq!(atlas.allocate(16), None);
     assert!(atlas.set_side(100));
     assert_eq!(atlas.side(), 64);
@@ -160,11 +160,11 @@ fn an_atlas_grows_and_shrinks_around_its_tiles() {
 
 const PLENTY: PoolCounts = [u32::MAX; POOLS];
 
-fn request(key: u64, importance: f32, count: u32, wanted: u32, smallest: u32) -> Request {
+fn request(key: u64, importance: f32, count: u32, wanted: u32, min: u32) -> Request {
     Request {
         key: Key(key),
         importance,
-        tiles: TileRequest { count, wanted, smallest },
+        tiles: TileRequest { count, wanted, min },
         slots: Pool::counts(&[(Pool::Descriptors, count), (Pool::Views, count)]),
     }
 }
@@ -193,7 +193,7 @@ fn granted(placement: &Placement, requests: &[Request]) -> Granted {
 /// That what is granted is sound: apart, within bounds, aligned, of the sizes that the fates say.
 fn check(placement: &Placement, requests: &[Request]) {
     let Capacity { side, pools } = *placement.capacity();
-    let mut canvas = Canvas::new(side.max(16), placement.settings().smallest_tile);
+    let mut canvas = Canvas::new(side.max(16), placement.settings().min_tile);
     let mut runs: [BTreeMap<u32, u32>; POOLS] = Default::default();
     for (request, grant) in requests.iter().zip(placement.grants()) {
         let evicted = matches!(grant.fate, Fate::Evicted(_));
@@ -201,7 +201,7 @@ fn check(placement: &Placement, requests: &[Request]) {
         for tile in grant.tiles {
             assert!(tile.size.is_power_of_two() && (tile.x | tile.y) % tile.size == 0);
             assert!(tile.x + tile.size <= side && tile.y + tile.size <= side);
-            assert!(tile.size >= request.tiles.smallest, "{request:?} {grant:?}");
+            assert!(tile.size >= request.tiles.min, "{request:?} {grant:?}");
             assert_eq!(tile.size, grant.tiles[0].size);
             if let Fate::Downsized { from, to } = grant.fate {
                 assert!(to < from && tile.size == to);
@@ -257,7 +257,7 @@ fn the_order_of_the_requests_decides_nothing() {
 fn any_sequence_of_frames_is_placed_soundly_and_fills_what_there_is() {
     for seed in 0..40 {
         let mut random = Random(100 + seed);
-        let mut placement = Placement::new(Settings { smallest_tile: 16, ..Settings::default() });
+        let mut placement = Placement::new(Settings { min_tile: 16, ..Settings::default() });
         let mut requests = random_requests(&mut random, 120);
         for _ in 0..40 {
             let first = random.below(120) as usize;
@@ -367,11 +367,11 @@ fn two_hundred_spots_overflow_and_all_come_back_when_lights_are_removed() {
     let fates: Vec<Fate> = placement.grants().map(|grant| grant.fate).collect();
     let evicted = fates.iter().filter(|fate| matches!(fate, Fate::Evicted(_))).count();
     assert_eq!(evicted, 50);
-    let least_kept = spots.iter().zip(&fates).filter(|(_, fate)| !matches!(fate, Fate::Evicted(_)));
-    let least_kept = least_kept.map(|(spot, _)| spot.importance).fold(f32::MAX, f32::min);
+    let min_kept = spots.iter().zip(&fates).filter(|(_, fate)| !matches!(fate, Fate::Evicted(_)));
+    let min_kept = min_kept.map(|(spot, _)| spot.importance).fold(f32::MAX, f32::min);
     for (spot, fate) in spots.iter().zip(&fates) {
         if matches!(fate, Fate::Evicted(_)) {
-            assert!(spot.importance <= least_kept);
+            assert!(spot.importance <= min_kept);
             assert_eq!(*fate, Fate::Evicted(Eviction::PoolFull(Pool::Descriptors)));
         }
     }
@@ -429,7 +429,7 @@ fn scattered_slots_are_closed_up_where_a_run_needs_them() {
 
 #[test]
 fn the_wanted_capacity_rises_at_once_and_falls_after_a_while() {
-    let settings = Settings { smallest_side: 64, largest_side: 1024, patience: 3, ..Settings::default() };
+    let settings = Settings { min_side: 64, max_side: 1024, patience: 3, ..Settings::default() };
     let mut placement = Placement::new(settings);
     let many: Vec<Request> = (0..20).map(|at| request(at, 1.0, 1, 128, 16)).collect();
     let update = |placement: &mut Placement, requests: &[Request]| {
@@ -455,10 +455,10 @@ fn the_wanted_capacity_rises_at_once_and_falls_after_a_while() {
 #[test]
 fn requests_that_make_no_sense_are_placed_or_evicted_all_the_same() {
     let mut placement = Placement::new(Settings {
-        smallest_tile: 0,
-        largest_tile: u32::MAX,
-        smallest_side: u32::MAX,
-        largest_side: 0,
+        min_tile: 0,
+        max_tile: u32::MAX,
+        min_side: u32::MAX,
+        max_side: 0,
         tolerance: f32::NAN,
         ..Settings::default()
     });
@@ -478,7 +478,7 @@ fn requests_that_make_no_sense_are_placed_or_evicted_all_the_same() {
     let free: Vec<Request> =
         requests.iter().map(|request| Request { slots: [0; POOLS], ..*request }).collect();
     placement.update(&free, &Capacity { side: 1024, pools: PLENTY });
-    assert!(placement.grants().all(|grant| grant.tiles.len() == MAXIMUM_TILES));
+    assert!(placement.grants().all(|grant| grant.tiles.len() == MAX_TILES));
     assert_eq!(placement.grant(free.len()), None);
 }
 

@@ -18,7 +18,7 @@ use super::fit::{self, FitShape};
 use super::layout::Layout;
 use super::snap::{self, Snap, Texels};
 use super::splits::{Blend, Slice, Splits};
-use super::{MAXIMUM_CASCADES, light};
+use super::{MAX_CASCADES, light};
 use crate::lights::{CAST_SHADOW, CASTERS};
 
 /// All settings of a cascade fit.
@@ -85,7 +85,7 @@ pub struct CascadeLight {
 pub struct CascadeSet {
     /// The light, also one that casts no shadows; `None` where there is no usable one.
     pub light: Option<CascadeLight>,
-    cascades: [Option<Cascade>; MAXIMUM_CASCADES],
+    cascades: [Option<Cascade>; MAX_CASCADES],
 }
 
 impl CascadeSet {
@@ -105,13 +105,13 @@ impl Configuration {
     pub fn fit(&self, frame: &FrameInput) -> CascadeSet {
         match light::choose(&frame.lights, self.light.as_deref()) {
             Some(light) => self.fit_light(light, frame),
-            None => CascadeSet { light: None, cascades: [None; MAXIMUM_CASCADES] },
+            None => CascadeSet { light: None, cascades: [None; MAX_CASCADES] },
         }
     }
 
     /// Fits the cascades of one frame to a light, which has to be usable ([`Light::check`]).
     pub fn fit_light(&self, light: &Light, frame: &FrameInput) -> CascadeSet {
-        let mut set = CascadeSet { light: None, cascades: [None; MAXIMUM_CASCADES] };
+        let mut set = CascadeSet { light: None, cascades: [None; MAX_CASCADES] };
         set.light = Some(CascadeLight {
             direction_to_light: -light.direction,
             color: light::radiance(light),
@@ -148,14 +148,14 @@ impl Configuration {
             self.snap,
         );
         let (near, far) = depth::planes(
-            (extent.near, extent.minimum.z),
+            (extent.near, extent.min.z),
             &rectangle,
             frame.bounds_of(CASTERS),
             light,
             self.near_pull,
             self.far_extension,
         );
-        let center = rectangle.minimum + 0.5 * rectangle.size;
+        let center = rectangle.min + 0.5 * rectangle.size;
         let clip_from_light =
             orthographic(center.extend(near), rectangle.size.extend(near - far), self.reverse);
         let light_from_world = DMat4::from_mat3(*light);

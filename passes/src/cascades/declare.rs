@@ -5,10 +5,10 @@ use umbragraph_pipeline::expression::Value;
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::pipeline::PassBuilder;
 
-use super::MAXIMUM_CASCADES;
+use super::MAX_CASCADES;
 use super::configuration::Configuration;
 use super::depth::{LONGEST_REACH, NearPull};
-use super::layout::{LARGEST_SIDE, Layout, LayoutError};
+use super::layout::{Layout, LayoutError, MAX_SIDE};
 use super::node::Cascades;
 use super::splits::{Blend, SplitScheme, Splits};
 use crate::codes;
@@ -96,7 +96,7 @@ fn splits(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Splits> {
                 );
                 return None;
             }
-            let mut all = [0.0; MAXIMUM_CASCADES];
+            let mut all = [0.0; MAX_CASCADES];
             all[..count].copy_from_slice(&far[..count]);
             return Some(Splits::Explicit { far: all, count });
         }
@@ -130,10 +130,10 @@ fn far_distances(far: Vec<f64>, far_setting: &Expr, pass: &mut PassBuilder<'_>) 
 }
 
 fn cascade_count(count: usize, pointer: &str, pass: &mut PassBuilder<'_>) -> Option<usize> {
-    if (1..=MAXIMUM_CASCADES).contains(&count) {
+    if (1..=MAX_CASCADES).contains(&count) {
         return Some(count);
     }
-    let help = format!("1 to {MAXIMUM_CASCADES} cascades are possible");
+    let help = format!("1 to {MAX_CASCADES} cascades are possible");
     pass.report(codes::CASCADE_COUNT, pointer, format!("{count} cascades cannot be fitted"), help);
     None
 }
@@ -188,7 +188,7 @@ fn resolutions(
     pass: &mut PassBuilder<'_>,
     count: Option<usize>,
     border: Option<u32>,
-) -> Option<[u32; MAXIMUM_CASCADES]> {
+) -> Option<[u32; MAX_CASCADES]> {
     let numbers = pass.numbers(&settings.resolution, "/resolution")?;
     let (count, border) = (count?, border?);
     if numbers.len() != 1 && numbers.len() < count {
@@ -201,17 +201,17 @@ fn resolutions(
         );
         return None;
     }
-    let least = 2.0 * f64::from(border) + 2.0;
-    let mut all = [0; MAXIMUM_CASCADES];
+    let min = 2.0 * f64::from(border) + 2.0;
+    let mut all = [0; MAX_CASCADES];
     for (at, resolution) in all.iter_mut().enumerate().take(count) {
         let (number, pointer) = match numbers.as_slice() {
             [one] => (*one, "/resolution".to_owned()),
             several => (several[at], element(&settings.resolution, "/resolution", at)),
         };
-        if number.fract() != 0.0 || !(least..=f64::from(LARGEST_SIDE)).contains(&number) {
+        if number.fract() != 0.0 || !(min..=f64::from(MAX_SIDE)).contains(&number) {
             let message =
                 format!("a cascade cannot have a resolution of {number} texels with a border of {border}");
-            let help = format!("write a whole number from {least} to {LARGEST_SIDE}");
+            let help = format!("write a whole number from {min} to {MAX_SIDE}");
             pass.report(codes::CASCADE_RESOLUTION, &pointer, message, help);
             return None;
         }
@@ -301,7 +301,7 @@ fn element(list: &Expr, pointer: &str, at: usize) -> String {
 /// Two whole numbers of texels.
 fn texels(numbers: &[f64]) -> Option<UVec2> {
     let whole = |number: f64| {
-        (number.fract() == 0.0 && (0.0..=f64::from(LARGEST_SIDE)).contains(&number)).then_some(number as u32)
+        (number.fract() == 0.0 && (0.0..=f64::from(MAX_SIDE)).contains(&number)).then_some(number as u32)
     };
     match numbers {
         [x, y] => Some(UVec2::new(whole(*x)?, whole(*y)?)),

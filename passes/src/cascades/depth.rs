@@ -24,7 +24,7 @@ pub const LONGEST_REACH: f64 = 1e5;
 
 /// Coordinates beyond this, in metres, count as this, so that clipping stays exact; 32 bits do not tell a house from
 /// its neighbour there.
-const LARGEST_WORLD: f64 = 1e9;
+const MAX_WORLD: f64 = 1e9;
 
 /// How far the near plane is pulled towards the light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -67,11 +67,10 @@ pub fn highest(bounds: &Bounds, light: &DMat3, rectangle: &Rectangle) -> Option<
     if bounds.is_empty() {
         return None;
     }
-    let within = |corner: DVec3| corner.clamp(DVec3::splat(-LARGEST_WORLD), DVec3::splat(LARGEST_WORLD));
-    let bounds = Bounds { minimum: within(bounds.minimum), maximum: within(bounds.maximum) };
+    let within = |corner: DVec3| corner.clamp(DVec3::splat(-MAX_WORLD), DVec3::splat(MAX_WORLD));
+    let bounds = Bounds { min: within(bounds.min), max: within(bounds.max) };
     let corners = bounds.corners().map(|corner| *light * corner);
-    let (low, high) =
-        (rectangle.minimum - rectangle.texel, rectangle.minimum + rectangle.size + rectangle.texel);
+    let (low, high) = (rectangle.min - rectangle.texel, rectangle.min + rectangle.size + rectangle.texel);
     FACES
         .into_iter()
         .flat_map(|face| Polygon::quad(face.map(|at| corners[at])).clipped(low, high).z_values())
@@ -131,8 +130,8 @@ impl Polygon {
 mod tests {
     use super::*;
 
-    fn rectangle(minimum: DVec2, size: f64) -> Rectangle {
-        Rectangle { minimum, texel: DVec2::splat(size / 1000.0), size: DVec2::splat(size) }
+    fn rectangle(min: DVec2, size: f64) -> Rectangle {
+        Rectangle { min, texel: DVec2::splat(size / 1000.0), size: DVec2::splat(size) }
     }
 
     fn tilted() -> DMat3 {
@@ -141,8 +140,7 @@ mod tests {
 
     #[test]
     fn the_highest_point_is_that_of_a_fine_grid_of_points() {
-        let bounds =
-            Bounds { minimum: DVec3::new(-40.0, -1.0, -70.0), maximum: DVec3::new(60.0, 25.0, 30.0) };
+        let bounds = Bounds { min: DVec3::new(-40.0, -1.0, -70.0), max: DVec3::new(60.0, 25.0, 30.0) };
         for (x, y, size) in [(-5.0, -5.0, 10.0), (20.0, 3.0, 8.0), (-60.0, -60.0, 130.0), (-50.0, 0.0, 30.0)]
         {
             let rectangle = rectangle(DVec2::new(x, y), size);
@@ -154,8 +152,8 @@ mod tests {
                     f64::from(index / (steps + 1) % (steps + 1)),
                     f64::from(index / (steps + 1) / (steps + 1)),
                 ) / f64::from(steps);
-                let point = tilted() * (bounds.minimum + (bounds.maximum - bounds.minimum) * part);
-                let inside = point.truncate() - rectangle.minimum;
+                let point = tilted() * (bounds.min + (bounds.max - bounds.min) * part);
+                let inside = point.truncate() - rectangle.min;
                 if inside.min_element() >= 0.0 && inside.max_element() <= size {
                     sampled = sampled.max(point.z);
                 }
@@ -167,7 +165,7 @@ mod tests {
 
     #[test]
     fn casters_beside_the_rectangle_do_not_stretch_the_depth_range() {
-        let bounds = Bounds { minimum: DVec3::splat(500.0), maximum: DVec3::splat(900.0) };
+        let bounds = Bounds { min: DVec3::splat(500.0), max: DVec3::splat(900.0) };
         let far_away = rectangle(DVec2::new(-5.0, -5.0), 10.0);
         assert_eq!(highest(&bounds, &tilted(), &far_away), None);
         assert_eq!(highest(&Bounds::EMPTY, &tilted(), &far_away), None);
@@ -187,7 +185,7 @@ mod tests {
     fn bounds_beyond_all_measure_pull_the_near_plane_as_far_as_it_goes() {
         let rectangle = rectangle(DVec2::splat(-5.0), 10.0);
         for size in [1e7, 1e20, 1e300, f64::MAX] {
-            let bounds = Bounds { minimum: DVec3::splat(-size), maximum: DVec3::splat(size) };
+            let bounds = Bounds { min: DVec3::splat(-size), max: DVec3::splat(size) };
             for light in [tilted(), DMat3::IDENTITY] {
                 let (near, far) = planes((3.0, -3.0), &rectangle, &bounds, &light, NearPull::Casters, 0.0);
                 assert!(

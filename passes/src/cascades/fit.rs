@@ -35,8 +35,8 @@ pub enum FitShape {
 /// What a light view has to cover, in light space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
-    /// The corner of the smallest coordinates, in metres.
-    pub minimum: DVec3,
+    /// The corner of the minimum coordinates, in metres.
+    pub min: DVec3,
     /// The size in x and y, in metres; it depends on the camera's position in no way.
     pub size: DVec2,
     /// The largest z, in metres.
@@ -52,8 +52,8 @@ pub fn extent(camera: &Camera, slice: &Slice, light: &DMat3, shape: FitShape) ->
     let corners = [near, far].into_iter().flatten().map(|corner| *light * corner);
     let tight = corners.clone().fold(Bounds::EMPTY, Bounds::with);
     let center = corners.sum::<DVec3>() / 8.0;
-    let (minimum, size) = match shape {
-        FitShape::Tight => (tight.minimum.truncate(), (tight.maximum - tight.minimum).truncate()),
+    let (min, size) = match shape {
+        FitShape::Tight => (tight.min.truncate(), (tight.max - tight.min).truncate()),
         FitShape::Sphere => {
             let (distance, radius) = sphere(&camera.projection, camera.aspect, slice);
             let middle = (*light * (origin.forward() * distance)).truncate();
@@ -62,9 +62,9 @@ pub fn extent(camera: &Camera, slice: &Slice, light: &DMat3, shape: FitShape) ->
     };
     let position = *light * camera.position;
     Extent {
-        minimum: position + minimum.extend(tight.minimum.z),
+        min: position + min.extend(tight.min.z),
         size,
-        near: position.z + tight.maximum.z,
+        near: position.z + tight.max.z,
         center: position + center,
     }
 }
@@ -96,13 +96,12 @@ pub fn within_scene(extent: Extent, scene: &Bounds, light: &DMat3) -> Extent {
     if scene.is_empty() {
         return extent;
     }
-    let minimum = scene.minimum.max(extent.minimum);
-    let rounded =
-        (scene.maximum - scene.minimum).truncate().map(|length| (4.0 * length.log2()).ceil() / 4.0).exp2();
-    let near = extent.near.min(scene.maximum.z);
+    let min = scene.min.max(extent.min);
+    let rounded = (scene.max - scene.min).truncate().map(|length| (4.0 * length.log2()).ceil() / 4.0).exp2();
+    let near = extent.near.min(scene.max.z);
     Extent {
         // Where slice and scene have nothing in common, there is nothing to cover, but the depth range stays one.
-        minimum: minimum.truncate().extend(minimum.z.min(near)),
+        min: min.truncate().extend(min.z.min(near)),
         size: extent.size.min(rounded),
         near,
         center: extent.center,
@@ -167,26 +166,19 @@ mod tests {
 
     #[test]
     fn the_narrowed_box_holds_what_slice_and_scene_have_in_common() {
-        let extent = Extent {
-            minimum: DVec3::splat(-10.0),
-            size: DVec2::splat(20.0),
-            near: 10.0,
-            center: DVec3::ZERO,
-        };
-        for (minimum, maximum) in [(-3.0, 5.0), (-30.0, -5.0), (5.0, 40.0), (-50.0, 60.0), (2.0, 2.0)] {
-            let scene = Bounds { minimum: DVec3::splat(minimum), maximum: DVec3::splat(maximum) };
+        let extent =
+            Extent { min: DVec3::splat(-10.0), size: DVec2::splat(20.0), near: 10.0, center: DVec3::ZERO };
+        for (min, max) in [(-3.0, 5.0), (-30.0, -5.0), (5.0, 40.0), (-50.0, 60.0), (2.0, 2.0)] {
+            let scene = Bounds { min: DVec3::splat(min), max: DVec3::splat(max) };
             let narrowed = within_scene(extent, &scene, &DMat3::IDENTITY);
-            let (low, high) = (f64::max(-10.0, minimum), f64::min(10.0, maximum));
-            assert!(
-                narrowed.minimum.x <= low && narrowed.minimum.x + narrowed.size.x >= high,
-                "{narrowed:?}"
-            );
-            assert!(narrowed.minimum.z <= low && narrowed.near >= high, "{narrowed:?}");
+            let (low, high) = (f64::max(-10.0, min), f64::min(10.0, max));
+            assert!(narrowed.min.x <= low && narrowed.min.x + narrowed.size.x >= high, "{narrowed:?}");
+            assert!(narrowed.min.z <= low && narrowed.near >= high, "{narrowed:?}");
             assert!(narrowed.size.x <= 20.0);
         }
-        let apart = Bounds { minimum: DVec3::splat(100.0), maximum: DVec3::splat(101.0) };
+        let apart = Bounds { min: DVec3::splat(100.0), max: DVec3::splat(101.0) };
         let narrowed = within_scene(extent, &apart, &DMat3::IDENTITY);
-        assert!(narrowed.minimum.z <= narrowed.near && narrowed.size.x > 0.0);
+        assert!(narrowed.min.z <= narrowed.near && narrowed.size.x > 0.0);
         assert_eq!(within_scene(extent, &Bounds::EMPTY, &DMat3::IDENTITY), extent);
     }
 }

@@ -9,7 +9,7 @@
 
 use glam::{DVec4, UVec2};
 
-use super::MAXIMUM_CASCADES;
+use super::MAX_CASCADES;
 
 /// The part of a map that one cascade draws into.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,11 +28,11 @@ pub struct Layout {
     /// The width and height of the map, in texels.
     pub map: UVec2,
     /// One for each cascade.
-    pub tiles: [Tile; MAXIMUM_CASCADES],
+    pub tiles: [Tile; MAX_CASCADES],
 }
 
 /// The largest side of a map, in texels.
-pub const LARGEST_SIDE: u32 = 1 << 16;
+pub const MAX_SIDE: u32 = 1 << 16;
 
 /// Why tiles cannot be drawn into a map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +63,7 @@ impl Layout {
     }
 
     fn of(resolutions: &[u32], map: Option<UVec2>, place: impl Fn(usize) -> (u32, UVec2)) -> Self {
-        let mut tiles = [Tile::default(); MAXIMUM_CASCADES];
+        let mut tiles = [Tile::default(); MAX_CASCADES];
         for (at, (tile, resolution)) in tiles.iter_mut().zip(resolutions).enumerate() {
             let (layer, origin) = place(at);
             *tile = Tile { layer, origin, resolution: *resolution };
@@ -74,7 +74,7 @@ impl Layout {
 
     /// Every tile that cannot be drawn.
     pub fn errors(&self, count: usize) -> Vec<LayoutError> {
-        let tiles = &self.tiles[..count.min(MAXIMUM_CASCADES)];
+        let tiles = &self.tiles[..count.min(MAX_CASCADES)];
         let mut errors = Vec::new();
         for (at, tile) in tiles.iter().enumerate() {
             if tile.end().cmpgt(self.map).any() {
@@ -100,7 +100,7 @@ impl Layout {
         DVec4::new(scale.x, scale.y, offset.x, offset.y)
     }
 
-    /// The uv of the map that filter taps are kept within: the least u and v, the greatest u and v.
+    /// The uv of the map that filter taps are kept within: the minimum u and v, the maximum u and v.
     pub fn uv_bounds(&self, at: usize) -> DVec4 {
         let (map, tile) = (self.map.as_dvec2(), &self.tiles[at]);
         let (low, high) = ((tile.origin.as_dvec2() + 0.5) / map, (tile.end().as_dvec2() - 0.5) / map);

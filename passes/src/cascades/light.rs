@@ -5,7 +5,7 @@
 //!
 //! The choice does not depend on the order of the lights: those that cast shadows come before those that do not, then
 //! the brighter (intensity times luminance), then the name that is alphabetically first. A light that casts none is
-//! chosen where no other is there, so that shaders still have a sun; nothing is fitted to it.
+//! chosen where no other is there, so that shaders still have a directional light; nothing is fitted to it.
 //!
 //! Limits: where the light is within about 8° of the up vector (the cosine is 0.99 or more), another one takes its
 //! place, and a light that moves through that angle turns its texels there.

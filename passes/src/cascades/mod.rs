@@ -13,7 +13,7 @@
 //! 6. [`layout`]: the layer or tile of the map that the light view draws into.
 //!
 //! [`configuration`] puts the steps together, without a GPU and without a pipeline; [`node`] is the node kind, `placed`
-//! its form for several suns, and `declare` checks its settings.
+//! its form for several directional lights, and `declare` checks its settings.
 //!
 //! Stability: a shadow edge crawls when the texels move relative to the world. All sizes are computed from the slice
 //! *relative to the camera*, so that they are bit-identical wherever the camera stands; with the snap "world" the
@@ -22,7 +22,7 @@
 //! Everything is `f64` up to the rounding of the final matrices to 32 bits. That moves a cascade of 2048 texels by less
 //! than 1/100 texel as long as it is at least 1/100 as wide as it is far from the world's origin.
 //!
-//! Limits: at most [`MAXIMUM_CASCADES`] cascades for a light; no fit to the visible depth range.
+//! Limits: at most [`MAX_CASCADES`] cascades for a light; no fit to the visible depth range.
 //!
 //! Sources: Zhang et al., "Parallel-Split Shadow Maps" (2006) for the practical split; Valient, "Stable Rendering of
 //! Cascaded Shadow Maps", ShaderX6 (2008) for the sphere and the snap.
@@ -44,5 +44,5 @@ mod tests;
 pub use configuration::{Cascade, CascadeSet, Configuration};
 pub use node::Cascades;
 
-/// The most cascades of one fit.
-pub const MAXIMUM_CASCADES: usize = 8;
+/// The maximum number of cascades of one fit.
+pub const MAX_CASCADES: usize = 8;

@@ -7,7 +7,7 @@
 //! | `clip_from_world` | `array<mat4x4<f32>, n>` | world to the cascade's clip space, depth 0..1 (1..0 reversed) |
 //! | `texture_from_world` | `array<mat4x4<f32>, n>` | world to the map's uv (x, y) and clip depth (z) |
 //! | `texture_scale_offset` | `array<vec4<f32>, n>` | from the cascade's uv to the map's: scale x, y, offset x, y |
-//! | `uv_bounds` | `array<vec4<f32>, n>` | the map's uv that taps stay within: least u, v, greatest u, v |
+//! | `uv_bounds` | `array<vec4<f32>, n>` | the map's uv that taps stay within: minimum u, v, maximum u, v |
 //! | `far` | `array<f32, n>` | the far distance along the view axis |
 //! | `blend_start` | `array<f32, n>` | where the cascade begins to blend into the next; `far` where it does not |
 //! | `texel_size` | `array<f32, n>` | metres for each texel, of the larger side |
@@ -37,7 +37,7 @@ use super::configuration::{Cascade, CascadeSet, Configuration};
 use super::fit::FitShape;
 use super::snap::Snap;
 use super::splits::{BlendOf, SplitScheme};
-use super::{MAXIMUM_CASCADES, declare, placed};
+use super::{MAX_CASCADES, declare, placed};
 use crate::lights::filter::FilterSettings;
 
 /// Fits cascades of a directional light to the frame's camera, and publishes a view for each.
@@ -50,12 +50,12 @@ pub struct Cascades {
     /// alphabetically first.
     #[serde(default)]
     pub light: Option<String>,
-    /// What a `shadow_atlas` publishes: then the cascades of every sun that has layers there are fitted, and published
-    /// as descriptors (see [`crate::lights::descriptor`]) instead of the values of one light.
+    /// What a `shadow_atlas` publishes: then the cascades of every directional light that has layers there are fitted,
+    /// and published as descriptors (see [`crate::lights::descriptor`]) instead of the values of one light.
     #[serde(default)]
     pub placement: Option<String>,
-    /// With a placement: the layers of the array, which is the most cascades of all suns together; the number of
-    /// cascades without it.
+    /// With a placement: the layers of the array, which is the maximum number of cascades of all directional lights
+    /// together; the number of cascades without it.
     #[serde(default)]
     pub layers: Option<Expr>,
     /// The far distance of each cascade, in metres along the view axis, strictly increasing. The formulas of "splits"
@@ -106,7 +106,7 @@ pub struct Cascades {
     /// With a placement: the filter that shaders use, so that cascades in which its bounds bite can be reported.
     #[serde(default)]
     pub filter: Option<FilterSettings>,
-    /// With a placement: the angle under which suns are seen that say none (unit: radians); 0 without it.
+    /// With a placement: the angle under which directional lights are seen that say none (unit: radians); 0 without it.
     #[serde(default)]
     pub light_size: Option<Expr>,
     /// The zone at the end of each cascade that blends into the next, which is fitted to cover it; none without it.
@@ -205,7 +205,7 @@ fn publish(configuration: &Configuration, set: &CascadeSet, data: &mut Blackboar
     let layout = &configuration.layout;
     let numbers = |value: fn(&Cascade) -> f64| set.iter().map(move |cascade| bounded(value(cascade)));
     let vectors = |value: &dyn Fn(usize) -> DVec4| {
-        let mut all = [glam::Vec4::ZERO; MAXIMUM_CASCADES];
+        let mut all = [glam::Vec4::ZERO; MAX_CASCADES];
         all.iter_mut()
             .zip(set.iter())
             .enumerate()

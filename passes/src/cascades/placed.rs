@@ -1,7 +1,7 @@
-//! The cascades of several suns, in the layers that a placement gives them.
+//! The cascades of several directional lights, in the layers that a placement gives them.
 //!
-//! Every sun is fitted with the same settings. Its cascades are drawn into consecutive layers, from the first that the
-//! placement names; a cascade that could not be fitted leaves a descriptor that shadows nothing.
+//! Every directional light is fitted with the same settings. Its cascades are drawn into consecutive layers, from the
+//! first that the placement names; a cascade that could not be fitted leaves a descriptor that shadows nothing.
 
 use glam::{DVec2, DVec3, DVec4, UVec2};
 use umbragraph_pipeline::data::{DataShape, ValueType, View};
@@ -31,7 +31,7 @@ pub(super) fn declare(
     }
     let count = configuration.splits.count() as u32;
     let layers = match &settings.layers {
-        Some(expr) => placement::capacity(pass, expr, "/layers", placement::LARGEST_LAYERS)?,
+        Some(expr) => placement::capacity(pass, expr, "/layers", placement::MAX_LAYERS)?,
         None => count,
     };
     let filter = Filter::declare(settings.filter.as_ref(), pass)?;

@@ -54,8 +54,8 @@ pub struct Texels {
 /// A rectangle of whole texels in light space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rectangle {
-    /// The corner of the smallest coordinates, in metres.
-    pub minimum: DVec2,
+    /// The corner of the minimum coordinates, in metres.
+    pub min: DVec2,
     /// The size of a texel, in metres.
     pub texel: DVec2,
     /// The size, in metres: that of all texels.
@@ -67,17 +67,17 @@ pub fn rectangle(extent: &Extent, texels: Texels, snap: Snap) -> Rectangle {
     let Texels { resolution, border, square } = texels;
     let usable = (f64::from(resolution) - 2.0 * f64::from(border) - 1.0).max(1.0);
     let size = if square { DVec2::splat(extent.size.max_element()) } else { extent.size };
-    let minimum = extent.minimum.truncate();
-    let least = (minimum.abs().max_element() * 2f64.powi(-40)).max(1e-9);
-    let texel = (size / usable).max(DVec2::splat(power_of_two_above(least, 1e-9)));
+    let min = extent.min.truncate();
+    let lower = (min.abs().max_element() * 2f64.powi(-40)).max(1e-9);
+    let texel = (size / usable).max(DVec2::splat(power_of_two_above(lower, 1e-9)));
     let (half, border) = (0.5 * f64::from(resolution), f64::from(border));
     let center = extent.center.truncate();
     // In texels, from light space's origin to the rectangle's corner.
-    let corner = minimum / texel - border;
+    let corner = min / texel - border;
     // The free texels (one at least) half to each side, so that rounding to nearest uncovers nothing.
     let centered = corner - 0.5 * (f64::from(resolution) - 2.0 * border - extent.size / texel);
     let snapped = match snap {
-        Snap::World => (minimum / texel).floor() - border,
+        Snap::World => (min / texel).floor() - border,
         Snap::Origin => -((-centered - half).round() + half),
         Snap::Projection => {
             // Rounding down moves the rectangle up by as much as one texel.
@@ -86,12 +86,12 @@ pub fn rectangle(extent: &Extent, texels: Texels, snap: Snap) -> Rectangle {
         }
         Snap::None => centered,
     };
-    Rectangle { minimum: snapped * texel, texel, size: texel * f64::from(resolution) }
+    Rectangle { min: snapped * texel, texel, size: texel * f64::from(resolution) }
 }
 
-/// The smallest power of two times `unit` that is not below `least`: constant while `least` changes little.
-fn power_of_two_above(least: f64, unit: f64) -> f64 {
-    (least / unit).log2().ceil().exp2() * unit
+/// The smallest power of two times `unit` that is not below `lower`: constant while `lower` changes little.
+fn power_of_two_above(lower: f64, unit: f64) -> f64 {
+    (lower / unit).log2().ceil().exp2() * unit
 }
 
 #[cfg(test)]
@@ -102,13 +102,13 @@ mod tests {
 
     const SNAPS: [Snap; 4] = [Snap::World, Snap::Origin, Snap::Projection, Snap::None];
 
-    fn extent(minimum: DVec2, size: DVec2) -> Extent {
-        let minimum = minimum.extend(0.0);
-        Extent { minimum, size, near: 1.0, center: minimum + DVec3::new(0.3 * size.x, 0.6 * size.y, 0.5) }
+    fn extent(min: DVec2, size: DVec2) -> Extent {
+        let min = min.extend(0.0);
+        Extent { min, size, near: 1.0, center: min + DVec3::new(0.3 * size.x, 0.6 * size.y, 0.5) }
     }
 
     fn texel_of(point: DVec2, rectangle: &Rectangle) -> DVec2 {
-        (point - rectangle.minimum) / rectangle.texel
+        (point - rectangle.min) / rectangle.texel
     }
 
     #[test]
@@ -118,12 +118,12 @@ mod tests {
                 [(2048, 2, true), (1023, 1, true), (16, 0, false), (64, 31, true)]
             {
                 for step in 0..200 {
-                    let minimum = DVec2::new(-17.3 + 0.137 * f64::from(step), 5.1 - 0.071 * f64::from(step));
-                    let extent = extent(minimum, DVec2::new(20.0, 11.0));
+                    let min = DVec2::new(-17.3 + 0.137 * f64::from(step), 5.1 - 0.071 * f64::from(step));
+                    let extent = extent(min, DVec2::new(20.0, 11.0));
                     let rectangle = rectangle(&extent, Texels { resolution, border, square }, snap);
                     let margin = f64::from(border) - 1e-9;
-                    let low = texel_of(minimum, &rectangle);
-                    let high = texel_of(minimum + extent.size, &rectangle);
+                    let low = texel_of(min, &rectangle);
+                    let high = texel_of(min + extent.size, &rectangle);
                     assert!(low.min_element() >= margin, "{snap:?} {resolution} {low}");
                     assert!(
                         high.max_element() <= f64::from(resolution) - margin,
@@ -168,7 +168,7 @@ mod tests {
                 Texels { resolution: 1, border: 4, square: true },
                 snap,
             );
-            assert!(rectangle.texel.min_element() > 0.0 && rectangle.minimum.is_finite());
+            assert!(rectangle.texel.min_element() > 0.0 && rectangle.min.is_finite());
         }
     }
 }

@@ -17,7 +17,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::MAXIMUM_CASCADES;
+use super::MAX_CASCADES;
 
 /// How the far distances of cascades come about.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -60,7 +60,7 @@ pub enum Splits {
     /// As they are listed.
     Explicit {
         /// Metres, strictly increasing; the first `count` count.
-        far: [f64; MAXIMUM_CASCADES],
+        far: [f64; MAX_CASCADES],
         /// The number of cascades.
         count: usize,
     },
@@ -91,10 +91,10 @@ pub struct Slice {
 }
 
 impl Splits {
-    /// The number of cascades, at most [`MAXIMUM_CASCADES`].
+    /// The number of cascades, at most [`MAX_CASCADES`].
     pub fn count(&self) -> usize {
         match self {
-            Splits::Explicit { count, .. } | Splits::Formula { count, .. } => (*count).min(MAXIMUM_CASCADES),
+            Splits::Explicit { count, .. } | Splits::Formula { count, .. } => (*count).min(MAX_CASCADES),
         }
     }
 
@@ -107,8 +107,8 @@ impl Splits {
     }
 
     /// The far distances for a camera with this near plane; beyond the count they are zero.
-    pub fn far(&self, camera_near: f64) -> [f64; MAXIMUM_CASCADES] {
-        let mut distances = [0.0; MAXIMUM_CASCADES];
+    pub fn far(&self, camera_near: f64) -> [f64; MAX_CASCADES] {
+        let mut distances = [0.0; MAX_CASCADES];
         let count = self.count();
         for (at, distance) in distances.iter_mut().take(count).enumerate() {
             *distance = match self {
@@ -156,12 +156,12 @@ pub fn practical(lambda: f64, near: f64, far: f64, part: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn formula(lambda: f64, near: f64, far: f64, count: usize) -> [f64; MAXIMUM_CASCADES] {
+    fn formula(lambda: f64, near: f64, far: f64, count: usize) -> [f64; MAX_CASCADES] {
         Splits::Formula { lambda, near: Some(near), far, count }.far(1.0)
     }
 
     fn explicit(far: &[f64]) -> Splits {
-        let mut all = [0.0; MAXIMUM_CASCADES];
+        let mut all = [0.0; MAX_CASCADES];
         all[..far.len()].copy_from_slice(far);
         Splits::Explicit { far: all, count: far.len() }
     }

@@ -31,7 +31,7 @@ pub struct CubeShadows {
     pub to: String,
     /// What a `shadow_atlas` publishes.
     pub placement: String,
-    /// The most point lights.
+    /// The maximum number of point lights.
     pub capacity: Expr,
     /// The width and height of each face, in texels.
     pub side: Expr,
@@ -52,8 +52,8 @@ impl Node for CubeShadows {
         "Publishes six views and a descriptor for each point light that has a cube.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let capacity = placement::capacity(pass, &self.capacity, "/capacity", placement::LARGEST_CUBES);
-        let side = placement::capacity(pass, &self.side, "/side", crate::cascades::layout::LARGEST_SIDE);
+        let capacity = placement::capacity(pass, &self.capacity, "/capacity", placement::MAX_CUBES);
+        let side = placement::capacity(pass, &self.side, "/side", crate::cascades::layout::MAX_SIDE);
         let reverse = pass.boolean_or(&self.reverse, "/reverse", false);
         let filter = Filter::declare(self.filter.as_ref(), pass);
         let light_size = descriptor::size_without(pass, self.light_size.as_ref());

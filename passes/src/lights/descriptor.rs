@@ -38,7 +38,7 @@ pub struct Descriptor {
 }
 
 /// The largest angle under which a directional light is taken to be seen, in radians.
-pub const LARGEST_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
+pub const MAX_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 
 /// The names of the members with their types.
 pub(crate) const VALUES: [(&str, ValueType); 8] = [
@@ -72,7 +72,7 @@ pub(crate) fn light_size(light: &Light, without: f64, range: f64) -> f64 {
     };
     let size = if given > 0.0 { f64::from(given) } else { without.max(0.0) };
     match light.kind {
-        LightKind::Directional => (0.5 * size.min(LARGEST_ANGLE)).tan(),
+        LightKind::Directional => (0.5 * size.min(MAX_ANGLE)).tan(),
         LightKind::Point | LightKind::Spot { .. } => size.min(range),
     }
 }

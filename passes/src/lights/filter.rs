@@ -5,9 +5,9 @@
 //! cascades by number with the width, for spots and point lights by the distance along the axis of their view, within
 //! which the filter is narrower, or beyond which it is wider.
 //!
-//! A filter may follow the penumbra instead of having one width. Then only the greatest half width bites: in cascades where
-//! something as high as the map is deep casts a wider penumbra, of spots and point lights for what stands nearer to them
-//! than a distance.
+//! A filter may follow the penumbra instead of having one width. Then only the maximum half width bites: in cascades
+//! where something as high as the map is deep casts a wider penumbra, of spots and point lights for what stands nearer
+//! to them than a distance.
 //!
 //! Limits: distances count where the scene's bounds and the light's range leave room for receivers; whether anything is
 //! there, nobody knows here. The notice is made when other bounds bite, not when distances or widths change alone.
@@ -29,10 +29,10 @@ use crate::codes;
 pub struct FilterSettings {
     /// Half the width, in metres; 0 where shaders do not filter.
     pub radius: Expr,
-    /// The least half width, in texels of the map.
-    pub least: Expr,
-    /// The greatest half width, in texels of the map.
-    pub greatest: Expr,
+    /// The minimum half width, in texels of the map.
+    pub min: Expr,
+    /// The maximum half width, in texels of the map.
+    pub max: Expr,
     /// Whether the filter is as wide as the penumbra of what blocks the light, instead of having one width; false without
     /// it.
     #[serde(default)]
@@ -43,8 +43,8 @@ pub struct FilterSettings {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Filter {
     radius: f64,
-    least: f64,
-    greatest: f64,
+    min: f64,
+    max: f64,
     penumbra: bool,
 }
 
@@ -67,29 +67,29 @@ impl Filter {
     ) -> Option<Option<Self>> {
         let Some(settings) = settings else { return Some(None) };
         let radius = pass.number(&settings.radius, "/filter/radius");
-        let least = pass.number(&settings.least, "/filter/least");
-        let greatest = pass.number(&settings.greatest, "/filter/greatest");
+        let min = pass.number(&settings.min, "/filter/min");
+        let max = pass.number(&settings.max, "/filter/max");
         let penumbra = match &settings.penumbra {
             Some(expr) => pass.boolean(expr, "/filter/penumbra"),
             None => Some(false),
         };
-        let filter = Self { radius: radius?, least: least?, greatest: greatest?, penumbra: penumbra? };
+        let filter = Self { radius: radius?, min: min?, max: max?, penumbra: penumbra? };
         Some((filter.radius > 0.0).then_some(filter))
     }
 
     /// How many texels a filter reaches at most.
     pub(crate) fn reach(self) -> f64 {
-        self.greatest.max(self.least)
+        self.max.max(self.min)
     }
 
     /// Where the bounds bite in a cascade with texels so wide, and so deep, for a light seen under an angle of which half
     /// has a tangent.
     pub(crate) fn in_cascade(&self, at: usize, texel: f64, depth: f64, tangent: f64) -> Option<Where> {
         if self.penumbra {
-            let width = self.greatest * texel;
+            let width = self.max * texel;
             return (depth * tangent > width).then_some(Where::Cascade(at, width));
         }
-        let width = (self.radius / texel).max(self.least).min(self.greatest) * texel;
+        let width = (self.radius / texel).max(self.min).min(self.max) * texel;
         ((width - self.radius).abs() > 1e-6 * self.radius).then_some(Where::Cascade(at, width))
     }
 
@@ -104,11 +104,11 @@ impl Filter {
         let ends = nearest < farthest;
         if self.penumbra {
             // The penumbra of a blocker at b has light · (1 / b − 1 / farthest) / texel texels at most.
-            let within = 1.0 / (self.greatest * texel / light.max(1e-9) + 1.0 / farthest);
+            let within = 1.0 / (self.max * texel / light.max(1e-9) + 1.0 / farthest);
             return [(ends && within > nearest).then_some(Where::Within(within)), None];
         }
-        let narrower = self.radius / (self.greatest * texel);
-        let wider = self.radius / (self.least * texel);
+        let narrower = self.radius / (self.max * texel);
+        let wider = self.radius / (self.min * texel);
         [
             (ends && narrower > nearest).then(|| Where::Within(narrower.min(farthest))),
             (ends && wider < farthest).then(|| Where::Beyond(wider.max(nearest))),
@@ -121,7 +121,7 @@ pub(crate) fn receivers(position: DVec3, near: f64, far: f64, scene: &Bounds) ->
     if scene.is_empty() {
         return (near, near);
     }
-    let nearest = position.clamp(scene.minimum, scene.maximum).distance(position);
+    let nearest = position.clamp(scene.min, scene.max).distance(position);
     let farthest = scene.corners().into_iter().map(|corner| corner.distance(position)).fold(0.0, f64::max);
     (near.max(nearest), far.min(farthest))
 }
@@ -166,7 +166,7 @@ impl Bounded {
     }
 
     fn notice(&self, filter: Filter, lights: &[Light]) -> Option<Diagnostic> {
-        let Filter { radius, least, greatest, penumbra } = filter;
+        let Filter { radius, min, max, penumbra } = filter;
         if self.places.is_empty() {
             return None;
         }
@@ -187,14 +187,14 @@ impl Bounded {
             (
                 format!("penumbrae can be wider than shadow filters {places}"),
                 format!(
-                    "these have at most {greatest} texels to a side: raise it, or lower the resolution of the maps"
+                    "these have at most {max} texels to a side: raise it, or lower the resolution of the maps"
                 ),
             )
         } else {
             (
                 format!("shadow filters are not {radius} m to a side {places}"),
                 format!(
-                    "their bounds of {least} to {greatest} texels bite there: change them, or the resolution of the maps"
+                    "their bounds of {min} to {max} texels bite there: change them, or the resolution of the maps"
                 ),
             )
         };
@@ -207,7 +207,7 @@ impl Bounded {
 mod tests {
     use super::*;
 
-    const FILTER: Filter = Filter { radius: 0.1, least: 2.0, greatest: 10.0, penumbra: false };
+    const FILTER: Filter = Filter { radius: 0.1, min: 2.0, max: 10.0, penumbra: false };
 
     #[test]
     fn in_a_perspective_the_filter_is_as_wide_as_wanted_between_two_distances() {
@@ -245,7 +245,7 @@ mod tests {
 
     #[test]
     fn receivers_stand_between_the_planes_and_within_the_scene() {
-        let scene = Bounds { minimum: DVec3::splat(-1.0), maximum: DVec3::ONE };
+        let scene = Bounds { min: DVec3::splat(-1.0), max: DVec3::ONE };
         assert_eq!(receivers(DVec3::new(0.0, 0.0, 4.0), 0.1, 100.0, &scene), (3.0, 27.0_f64.sqrt()));
         assert_eq!(receivers(DVec3::ZERO, 0.1, 1.5, &scene), (0.1, 1.5));
         let (nearest, farthest) = receivers(DVec3::ZERO, 0.1, 1.5, &Bounds::EMPTY);

@@ -4,10 +4,10 @@
 //!
 //! | value | type | what |
 //! |---|---|---|
-//! | `sun_end`, `spot_end`, `point_end` | `u32` | where each kind of light ends: suns come first, then spots, then point lights |
+//! | `directional_end`, `spot_end`, `point_end` | `u32` | where each kind of light ends: directional lights come first, then spots, then point lights |
 //! | `tile_end`, `cube_end`, `layer_end` | `u32` | where each backing ends among the descriptors |
 //! | `light.position_range` | `array<vec4<f32>, n>` | position; range, 0 without one |
-//! | `light.direction_scale` | `array<vec4<f32>, n>` | the unit vector to a sun, that along the axis of a spot; the scale of its cone |
+//! | `light.direction_scale` | `array<vec4<f32>, n>` | the unit vector to a directional light, that along the axis of a spot; the scale of its cone |
 //! | `light.color_offset` | `array<vec4<f32>, n>` | colour times intensity (lux, or candela); the offset of its cone |
 //! | `light.shadow` | `array<vec4<u32>, n>` | first descriptor, or [`NO_SHADOW`]; number of descriptors; 0, 0 |
 //! | `map.…` | arrays of d | the descriptors, see [`super::descriptor`] |
@@ -40,8 +40,8 @@ use crate::importance::Eye;
 /// The first descriptor of a light without shadows.
 pub const NO_SHADOW: u32 = u32::MAX;
 
-/// The most lights or descriptors of a list.
-pub const LARGEST_CAPACITY: u32 = 4096;
+/// The maximum number of lights or descriptors of a list.
+pub const MAX_CAPACITY: u32 = 4096;
 
 /// Publishes all lights of a frame by kind, and the descriptors of their shadows by backing.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -49,9 +49,9 @@ pub const LARGEST_CAPACITY: u32 = 4096;
 pub struct LightList {
     /// The blackboard data to publish.
     pub to: String,
-    /// The most lights.
+    /// The maximum number of lights.
     pub lights: Expr,
-    /// The most descriptors; 1 without it.
+    /// The maximum number of descriptors; 1 without it.
     #[serde(default)]
     pub descriptors: Option<Expr>,
     /// What a `shadow_atlas` publishes; without it no light casts shadows.
@@ -74,9 +74,9 @@ impl Node for LightList {
         "Publishes all lights by kind, and the descriptors of their shadows by backing.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let lights = placement::capacity(pass, &self.lights, "/lights", LARGEST_CAPACITY);
+        let lights = placement::capacity(pass, &self.lights, "/lights", MAX_CAPACITY);
         let descriptors = match &self.descriptors {
-            Some(expr) => placement::capacity(pass, expr, "/descriptors", LARGEST_CAPACITY),
+            Some(expr) => placement::capacity(pass, expr, "/descriptors", MAX_CAPACITY),
             None => Some(1),
         };
         let mut inputs = Vec::new();
@@ -108,7 +108,7 @@ impl Node for LightList {
 
 /// What a list of so many lights and descriptors publishes.
 pub fn shape(lights: u32, descriptors: u32) -> DataShape {
-    let ends = ["sun_end", "spot_end", "point_end", "tile_end", "cube_end", "layer_end"];
+    let ends = ["directional_end", "spot_end", "point_end", "tile_end", "cube_end", "layer_end"];
     let shape = ends.iter().fold(DataShape::new(), |shape, name| shape.value(name, ValueType::U32));
     let shape = shape
         .value("light.position_range", ValueType::VEC4.array(lights))
@@ -161,7 +161,7 @@ impl CpuNode for RunLightList {
             kind(a).cmp(&kind(b)).then_with(|| placement::compare(a, b))
         });
         let lights = || order.iter().map(|at| &frame.lights[*at as usize]);
-        for (end, last) in [("sun_end", 0), ("spot_end", 1), ("point_end", 2)] {
+        for (end, last) in [("directional_end", 0), ("spot_end", 1), ("point_end", 2)] {
             data.set_u32(end, lights().filter(|light| kind(light) <= last).count() as u32);
         }
         data.set_vec4s("light.position_range", lights().map(position_range));
@@ -256,7 +256,7 @@ fn report(frame: &FrameInput, left_out: &[u32], known: &mut Vec<String>, data: &
     data.set_notices(notices);
 }
 
-/// Suns, spots, point lights.
+/// Directional lights, spots, point lights.
 fn kind(light: &Light) -> u32 {
     match light.kind {
         LightKind::Directional => 0,

@@ -1,13 +1,13 @@
 //! Every kind of light through one interface: the part on the CPU.
 //!
-//! The problem: suns want cascades, spots a map each, point lights six; a device has only so much memory, and a frame
-//! only so many views. A shader should not care which light has what.
+//! The problem: directional lights want cascades, spots a map each, point lights six; a device has only so much memory,
+//! and a frame only so many views. A shader should not care which light has what.
 //!
 //! The way, one node kind to a step:
 //!
-//! 1. [`placement`] (`shadow_atlas`): which lights cast shadows in this frame, and where: a tile of an atlas for a spot,
-//!    a slot of a cube array for a point light, layers of an array for the cascades of a sun. The most important lights
-//!    come first; one that has to do with less, or with nothing, is reported by name;
+//! 1. [`placement`] (`shadow_atlas`): which lights cast shadows in this frame, and where: a tile of an atlas for a
+//!    spot, a slot of a cube array for a point light, layers of an array for the cascades of a directional light. The
+//!    most important lights come first; one that has to do with less, or with nothing, is reported by name;
 //! 2. [`spots`] (`spot_shadows`), [`cubes`] (`cube_shadows`) and [`crate::cascades`] with a placement: a view for each
 //!    map to draw, and a [`descriptor`] for shaders;
 //! 3. [`list`] (`light_list`): all lights by kind, and all descriptors by backing, in one block.

@@ -34,16 +34,17 @@ use crate::atlas::{self, Capacity, Fate, Key, Placement, Pool, PoolCounts, Reque
 use crate::codes;
 use crate::importance::{Eye, Importance};
 
-/// The most cubes of an array.
-pub const LARGEST_CUBES: u32 = 341;
+/// The maximum number of cubes of an array.
+pub const MAX_CUBES: u32 = 341;
 
-/// The most layers of an array.
-pub const LARGEST_LAYERS: u32 = 2048;
+/// The maximum number of layers of an array.
+pub const MAX_LAYERS: u32 = 2048;
 
-/// The most views of a frame.
-pub const LARGEST_VIEWS: u32 = 1 << 16;
+/// The maximum number of views of a frame.
+pub const MAX_VIEWS: u32 = 1 << 16;
 
-/// Decides which lights cast shadows, and gives spots tiles of an atlas, point lights cubes, and suns layers.
+/// Decides which lights cast shadows, and gives spots tiles of an atlas, point lights cubes, and directional lights
+/// layers.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ShadowAtlas {
@@ -55,12 +56,14 @@ pub struct ShadowAtlas {
     /// The cubes of the point lights; without it they cast no shadows.
     #[serde(default)]
     pub points: Option<PointSettings>,
-    /// The layers of the suns; without it they cast no shadows.
+    /// The layers of the directional lights; without it they cast no shadows.
     #[serde(default)]
-    pub suns: Option<SunSettings>,
-    /// The most descriptors: one for a spot, one for a point light, one for each cascade of a sun.
+    pub directional: Option<DirectionalSettings>,
+    /// The maximum number of descriptors: one for a spot, one for a point light, one for each cascade of a directional
+    /// light.
     pub descriptors: Expr,
-    /// The most views: one for a spot, six for a point light, one for each cascade of a sun. No limit without it.
+    /// The maximum number of views: one for a spot, six for a point light, one for each cascade of a directional light.
+    /// No limit without it.
     #[serde(default)]
     pub views: Option<Expr>,
 }
@@ -69,34 +72,34 @@ pub struct ShadowAtlas {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpotSettings {
-    /// The most spots with shadows; as many as there are descriptors without it.
+    /// The maximum number of spots with shadows; as many as there are descriptors without it.
     #[serde(default)]
     pub capacity: Option<Expr>,
     /// The side of the atlas at first, in texels.
-    pub least_side: Expr,
+    pub min_side: Expr,
     /// The side that the atlas does not outgrow, in texels.
-    pub greatest_side: Expr,
-    /// The least tile, in texels: a spot that does not get as much has no shadows.
-    pub least_tile: Expr,
+    pub max_side: Expr,
+    /// The minimum tile, in texels: a spot that does not get as much has no shadows.
+    pub min_tile: Expr,
     /// The tile of a spot that fills the picture, in texels.
-    pub greatest_tile: Expr,
+    pub max_tile: Expr,
 }
 
 /// The cubes of the point lights.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PointSettings {
-    /// The most point lights with shadows.
+    /// The maximum number of point lights with shadows.
     pub capacity: Expr,
 }
 
-/// The layers of the suns.
+/// The layers of the directional lights.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct SunSettings {
-    /// The most layers.
+pub struct DirectionalSettings {
+    /// The maximum number of layers.
     pub capacity: Expr,
-    /// The cascades of each sun.
+    /// The cascades of each directional light.
     pub cascades: Expr,
 }
 
@@ -194,23 +197,17 @@ pub fn compare(a: &Light, b: &Light) -> Ordering {
 }
 
 /// A whole number of things from 1 to a most.
-pub(crate) fn capacity(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str, most: u32) -> Option<u32> {
-    count_between(pass, expr, pointer, 1, most)
+pub(crate) fn capacity(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str, max: u32) -> Option<u32> {
+    count_between(pass, expr, pointer, 1, max)
 }
 
 /// A whole number between two others.
-fn count_between(
-    pass: &mut PassBuilder<'_>,
-    expr: &Expr,
-    pointer: &str,
-    least: u32,
-    most: u32,
-) -> Option<u32> {
+fn count_between(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str, min: u32, max: u32) -> Option<u32> {
     let count = pass.count(expr, pointer)?;
-    if (least..=most).contains(&count) {
+    if (min..=max).contains(&count) {
         return Some(count);
     }
-    let help = format!("write a whole number from {least} to {most}");
+    let help = format!("write a whole number from {min} to {max}");
     pass.report(codes::LIGHT_CAPACITY, pointer, format!("{count} is out of range here"), help);
     None
 }
@@ -221,49 +218,52 @@ impl Node for ShadowAtlas {
         "Decides which lights cast shadows, and gives them tiles of an atlas, cubes and layers.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let descriptors = capacity(pass, &self.descriptors, "/descriptors", super::list::LARGEST_CAPACITY);
+        let descriptors = capacity(pass, &self.descriptors, "/descriptors", super::list::MAX_CAPACITY);
         let views = match &self.views {
             Some(expr) => capacity(pass, expr, "/views", u32::MAX),
             None => Some(u32::MAX),
         };
         let spots = match &self.spots {
             Some(spots) => atlas(pass, spots, descriptors)?,
-            None => {
-                Atlas { capacity: 0, least_side: 16, greatest_side: 16, least_tile: 16, greatest_tile: 16 }
-            }
+            None => Atlas { capacity: 0, min_side: 16, max_side: 16, min_tile: 16, max_tile: 16 },
         };
         let cubes = match &self.points {
-            Some(points) => count_between(pass, &points.capacity, "/points/capacity", 0, LARGEST_CUBES),
+            Some(points) => count_between(pass, &points.capacity, "/points/capacity", 0, MAX_CUBES),
             None => Some(0),
         };
-        let suns = match &self.suns {
-            Some(suns) => {
-                let layers = count_between(pass, &suns.capacity, "/suns/capacity", 0, LARGEST_LAYERS);
-                let most = crate::cascades::MAXIMUM_CASCADES as u32;
-                let cascades = capacity(pass, &suns.cascades, "/suns/cascades", most);
-                room_for_a_sun(pass, layers, cascades)
+        let directional = match &self.directional {
+            Some(directional) => {
+                let layers =
+                    count_between(pass, &directional.capacity, "/directional/capacity", 0, MAX_LAYERS);
+                let max = crate::cascades::MAX_CASCADES as u32;
+                let cascades = capacity(pass, &directional.cascades, "/directional/cascades", max);
+                room_for_a_directional_light(pass, layers, cascades)
             }
             None => Some((0, 1)),
         };
-        let (descriptors, views, cubes, (layers, cascades)) = (descriptors?, views?, cubes?, suns?);
-        let limits = Limits { atlas: spots, cubes, suns: layers / cascades, cascades, descriptors, views };
+        let (descriptors, views, cubes, (layers, cascades)) = (descriptors?, views?, cubes?, directional?);
+        let limits =
+            Limits { atlas: spots, cubes, directional: layers / cascades, cascades, descriptors, views };
         let output = pass.publish(&self.to, "/to", shape(&limits))?;
         pass.produce(Work::Cpu(CpuWork::new(RunShadowAtlas { limits }, output, Vec::new())))
     }
 }
 
-/// Layers and cascades. Fewer layers than one sun takes would leave every sun without shadows; none is how suns are
-/// switched off.
-fn room_for_a_sun(
+/// Layers and cascades. Fewer layers than one directional light takes would leave every directional light without
+/// shadows; none is how directional lights are switched off.
+fn room_for_a_directional_light(
     pass: &mut PassBuilder<'_>,
     layers: Option<u32>,
     cascades: Option<u32>,
 ) -> Option<(u32, u32)> {
     let (layers, cascades) = layers.zip(cascades)?;
     if (1..cascades).contains(&layers) {
-        let message = format!("no sun fits: each has {cascades} cascades, and there is room for {layers}");
-        let help = format!("give suns at least {cascades} layers, or 0 where they cast no shadows");
-        pass.report(codes::LIGHT_CAPACITY, "/suns/capacity", message, help);
+        let message = format!(
+            "no directional light fits: each has {cascades} cascades, and there is room for {layers}"
+        );
+        let help =
+            format!("give directional lights at least {cascades} layers, or 0 where they cast no shadows");
+        pass.report(codes::LIGHT_CAPACITY, "/directional/capacity", message, help);
         return None;
     }
     Some((layers, cascades))
@@ -271,7 +271,7 @@ fn room_for_a_sun(
 
 fn atlas(pass: &mut PassBuilder<'_>, spots: &SpotSettings, descriptors: Option<u32>) -> Option<Atlas> {
     let capacity = match &spots.capacity {
-        Some(expr) => count_between(pass, expr, "/spots/capacity", 0, super::list::LARGEST_CAPACITY),
+        Some(expr) => count_between(pass, expr, "/spots/capacity", 0, super::list::MAX_CAPACITY),
         None => descriptors,
     };
     let mut side = |expr: &Expr, pointer: &str| {
@@ -284,20 +284,20 @@ fn atlas(pass: &mut PassBuilder<'_>, spots: &SpotSettings, descriptors: Option<u
         None
     };
     let atlas = Atlas {
-        least_side: side(&spots.least_side, "/spots/least_side")?,
-        greatest_side: side(&spots.greatest_side, "/spots/greatest_side")?,
-        least_tile: side(&spots.least_tile, "/spots/least_tile")?,
-        greatest_tile: side(&spots.greatest_tile, "/spots/greatest_tile")?,
+        min_side: side(&spots.min_side, "/spots/min_side")?,
+        max_side: side(&spots.max_side, "/spots/max_side")?,
+        min_tile: side(&spots.min_tile, "/spots/min_tile")?,
+        max_tile: side(&spots.max_tile, "/spots/max_tile")?,
         capacity: capacity?,
     };
     for (small, large, pointer) in [
-        (atlas.least_side, atlas.greatest_side, "/spots/least_side"),
-        (atlas.least_tile, atlas.greatest_tile, "/spots/least_tile"),
-        (atlas.least_tile, atlas.least_side, "/spots/least_tile"),
+        (atlas.min_side, atlas.max_side, "/spots/min_side"),
+        (atlas.min_tile, atlas.max_tile, "/spots/min_tile"),
+        (atlas.min_tile, atlas.min_side, "/spots/min_tile"),
     ] {
         if small > large {
             let message = format!("{small} texels are more than {large}");
-            let help = "the least tile fits the least atlas, and what is least is not above what is greatest";
+            let help = "the minimum tile fits the minimum atlas, and no minimum is above its maximum";
             pass.report(codes::LIGHT_CAPACITY, pointer, message, help);
             return None;
         }
@@ -314,7 +314,7 @@ fn shape(limits: &Limits) -> DataShape {
         .value("tile", numbers)
         .value("label", numbers)
         .value("atlas_side", ValueType::U32)
-        .size("atlas_side", limits.atlas.least_side)
+        .size("atlas_side", limits.atlas.min_side)
         .size("cube_count", 1)
         .size("layer_count", limits.cascades)
 }
@@ -323,10 +323,10 @@ fn shape(limits: &Limits) -> DataShape {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Atlas {
     capacity: u32,
-    least_side: u32,
-    greatest_side: u32,
-    least_tile: u32,
-    greatest_tile: u32,
+    min_side: u32,
+    max_side: u32,
+    min_tile: u32,
+    max_tile: u32,
 }
 
 /// What there is room for.
@@ -334,7 +334,7 @@ struct Atlas {
 struct Limits {
     atlas: Atlas,
     cubes: u32,
-    suns: u32,
+    directional: u32,
     cascades: u32,
     descriptors: u32,
     views: u32,
@@ -343,11 +343,11 @@ struct Limits {
 impl Limits {
     fn settings(&self) -> atlas::Settings {
         atlas::Settings {
-            smallest_tile: self.atlas.least_tile,
-            largest_tile: self.atlas.greatest_tile,
-            smallest_side: self.atlas.least_side,
-            largest_side: self.atlas.greatest_side,
-            largest_pools: self.pools(self.cubes, self.suns * self.cascades),
+            min_tile: self.atlas.min_tile,
+            max_tile: self.atlas.max_tile,
+            min_side: self.atlas.min_side,
+            max_side: self.atlas.max_side,
+            max_pools: self.pools(self.cubes, self.directional * self.cascades),
             ..atlas::Settings::default()
         }
     }
@@ -356,7 +356,7 @@ impl Limits {
     fn pools(&self, cubes: u32, layers: u32) -> PoolCounts {
         Pool::counts(&[
             (Pool::Descriptors, self.descriptors),
-            (Pool::Views, self.views.min(LARGEST_VIEWS)),
+            (Pool::Views, self.views.min(MAX_VIEWS)),
             (Pool::Cubes, cubes),
             (Pool::Layers, layers),
         ])
@@ -366,11 +366,11 @@ impl Limits {
     fn ask(&self, light: &Light, importance: &Importance) -> Option<(TileRequest, PoolCounts)> {
         let (tiles, descriptors, views, extra) = match light.kind {
             LightKind::Spot { .. } if self.atlas.capacity > 0 => {
-                let wanted = importance.texels(self.atlas.greatest_tile).max(self.atlas.least_tile);
-                (TileRequest { count: 1, wanted, smallest: self.atlas.least_tile }, 1, 1, None)
+                let wanted = importance.texels(self.atlas.max_tile).max(self.atlas.min_tile);
+                (TileRequest { count: 1, wanted, min: self.atlas.min_tile }, 1, 1, None)
             }
             LightKind::Point if self.cubes > 0 => (TileRequest::NONE, 1, 6, Some((Pool::Cubes, 1))),
-            LightKind::Directional if self.suns > 0 => {
+            LightKind::Directional if self.directional > 0 => {
                 (TileRequest::NONE, self.cascades, self.cascades, Some((Pool::Layers, self.cascades)))
             }
             _ => return None,
@@ -410,13 +410,14 @@ impl CpuNode for RunShadowAtlas {
         let (cubes, layers) = (data.planned_size("cube_count"), data.planned_size("layer_count"));
         let capacity = Capacity {
             side,
-            pools: self
-                .limits
-                .pools(cubes.min(self.limits.cubes), layers.min(self.limits.suns * self.limits.cascades)),
+            pools: self.limits.pools(
+                cubes.min(self.limits.cubes),
+                layers.min(self.limits.directional * self.limits.cascades),
+            ),
         };
         placement.update(requests, &capacity);
         let wanted = placement.wanted();
-        data.want_size("atlas_side", wanted.side.max(self.limits.atlas.least_side));
+        data.want_size("atlas_side", wanted.side.max(self.limits.atlas.min_side));
         data.want_size("cube_count", wanted.pools[Pool::Cubes as usize].max(1));
         data.want_size("layer_count", wanted.pools[Pool::Layers as usize].max(self.limits.cascades));
         let lights = &context.frame.lights;

@@ -28,7 +28,7 @@ pub struct SpotShadows {
     pub to: String,
     /// What a `shadow_atlas` publishes.
     pub placement: String,
-    /// The most spots.
+    /// The maximum number of spots.
     pub capacity: Expr,
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
     #[serde(default)]
@@ -47,7 +47,7 @@ impl Node for SpotShadows {
         "Publishes a view and a descriptor for each spot that has a tile of the atlas.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let capacity = placement::capacity(pass, &self.capacity, "/capacity", super::list::LARGEST_CAPACITY);
+        let capacity = placement::capacity(pass, &self.capacity, "/capacity", super::list::MAX_CAPACITY);
         let reverse = pass.boolean_or(&self.reverse, "/reverse", false);
         let filter = Filter::declare(self.filter.as_ref(), pass);
         let light_size = descriptor::size_without(pass, self.light_size.as_ref());

@@ -6,7 +6,7 @@
 //! `far / (far − near) · (1 − near / d)`, or in reverse `near / (far − near) · (far / d − 1)`; see [`depth`].
 //!
 //! Everything is computed in `f64`, and whatever a light says, what comes out is finite also in 32 bits. Lights whose
-//! position is none ([`MAXIMUM_COORDINATE`]) have no views.
+//! position is none ([`MAX_COORDINATE`]) have no views.
 
 pub mod cube;
 pub mod range;
@@ -18,7 +18,7 @@ use glam::{DMat4, DVec3};
 pub const NEAR: f64 = 0.05;
 
 /// The largest coordinate of a light that has views, in metres.
-pub const MAXIMUM_COORDINATE: f64 = 1e9;
+pub const MAX_COORDINATE: f64 = 1e9;
 
 /// The depth that is stored for a point at a distance along the view's axis, all in metres.
 pub fn depth(distance: f64, near: f64, far: f64, reverse: bool) -> f64 {
@@ -58,7 +58,7 @@ fn projection(x_scale: f64, y_scale: f64, near: f64, far: f64, reverse: bool) ->
 
 /// Whether a light stands where it can have views.
 fn is_place(position: DVec3) -> bool {
-    position.is_finite() && position.abs().max_element() <= MAXIMUM_COORDINATE
+    position.is_finite() && position.abs().max_element() <= MAX_COORDINATE
 }
 
 #[cfg(test)]

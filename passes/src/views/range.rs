@@ -38,12 +38,8 @@ fn clamped(range: f64) -> f64 {
 
 /// The vector that a light shines along: its direction, of unit length, or −Z (glTF's own) where it has none.
 pub fn direction(direction: DVec3) -> DVec3 {
-    let largest = direction.abs().max_element();
-    if largest.is_finite() && largest > 0.0 {
-        (direction / largest).normalize_or(DVec3::NEG_Z)
-    } else {
-        DVec3::NEG_Z
-    }
+    let max = direction.abs().max_element();
+    if max.is_finite() && max > 0.0 { (direction / max).normalize_or(DVec3::NEG_Z) } else { DVec3::NEG_Z }
 }
 
 #[cfg(test)]

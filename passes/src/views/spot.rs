@@ -3,7 +3,7 @@
 //! The picture holds the cone and, where it is asked for, some texels around it, so that filter taps at the cone's edge
 //! find something. Its upper side is the world's Y axis, or Z for a light that shines along Y.
 //!
-//! Limits: the cone's half angle is clamped to [`SMALLEST_ANGLE`]..[`LARGEST_ANGLE`] (margin included): a cone of 0° is
+//! Limits: the cone's half angle is clamped to [`MIN_ANGLE`]..[`MAX_ANGLE`] (margin included): a cone of 0° is
 //! seen with the smallest, and of one that opens to 180° the outermost part lies outside the picture; what lies outside
 //! casts no shadow. [`SpotView::clamped`] tells. No direction counts as −Z.
 
@@ -15,10 +15,10 @@ use super::{NEAR, is_place, projection, range};
 use crate::cascades::light::from_world;
 
 /// The smallest half angle of a view, in radians: half a degree.
-pub const SMALLEST_ANGLE: f64 = 0.5 * std::f64::consts::PI / 180.0;
+pub const MIN_ANGLE: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
 /// The largest half angle of a view, in radians: 80°.
-pub const LARGEST_ANGLE: f64 = 80.0 * std::f64::consts::PI / 180.0;
+pub const MAX_ANGLE: f64 = 80.0 * std::f64::consts::PI / 180.0;
 
 /// A spot light's view.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -64,9 +64,9 @@ impl SpotView {
             return None;
         }
         let border = if border > 0.0 { border.min(0.4) } else { 0.0 };
-        let cone = if half_angle > 0.0 { half_angle.min(LARGEST_ANGLE) } else { 0.0 };
+        let cone = if half_angle > 0.0 { half_angle.min(MAX_ANGLE) } else { 0.0 };
         let with_border = (cone.tan() / (1.0 - 2.0 * border)).atan();
-        let angle = with_border.clamp(SMALLEST_ANGLE, LARGEST_ANGLE);
+        let angle = with_border.clamp(MIN_ANGLE, MAX_ANGLE);
         let far = if range > range::SHORTEST { range.min(range::LONGEST) } else { range::SHORTEST };
         let forward = range::direction(direction);
         let rotation: DMat3 = from_world(forward, DVec3::Y);
@@ -163,8 +163,8 @@ mod tests {
     #[test]
     fn cones_of_no_and_of_all_width_are_clamped_and_say_so() {
         let of = |angle: f64| SpotView::of(DVec3::ZERO, DVec3::NEG_Y, angle, 5.0, 0.0, false).unwrap();
-        assert_eq!((of(0.0).half_angle, of(0.0).clamped), (SMALLEST_ANGLE, true));
-        assert_eq!(of(std::f64::consts::FRAC_PI_2).half_angle, LARGEST_ANGLE);
+        assert_eq!((of(0.0).half_angle, of(0.0).clamped), (MIN_ANGLE, true));
+        assert_eq!(of(std::f64::consts::FRAC_PI_2).half_angle, MAX_ANGLE);
         assert!(of(std::f64::consts::PI).clamped && of(f64::NAN).clamped && !of(0.7).clamped);
         assert!((of(0.7).half_angle - 0.7).abs() < 1e-12);
         assert_eq!(of(0.7).view(2, Some([1, 2, 3, 4])).viewport, Some([1, 2, 3, 4]));

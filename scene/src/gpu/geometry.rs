@@ -62,8 +62,8 @@ pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), D
             u64::from(u32::MAX / BLOCK_STRIDE),
         ),
     ];
-    for (noun, count, bytes, most) in needed {
-        if bytes > limits.max_buffer_size || count > most {
+    for (noun, count, bytes, max) in needed {
+        if bytes > limits.max_buffer_size || count > max {
             let message = format!(
                 "the {count} {noun} of the scene need {bytes} bytes, but a buffer of the device has at most {}",
                 limits.max_buffer_size
@@ -157,10 +157,9 @@ impl Geometry {
 pub(super) fn normal_matrix(transform: &DMat4) -> DMat3 {
     let [x, y, z] = [transform.x_axis, transform.y_axis, transform.z_axis].map(glam::DVec4::truncate);
     let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
-    let largest =
-        cofactors.to_cols_array().into_iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let max = cofactors.to_cols_array().into_iter().fold(0.0_f64, |max, value| max.max(value.abs()));
     let sign = if x.cross(y).dot(z) < 0.0 { -1.0 } else { 1.0 };
-    if largest > 0.0 && largest.is_finite() { cofactors * (sign / largest) } else { DMat3::IDENTITY }
+    if max > 0.0 && max.is_finite() { cofactors * (sign / max) } else { DMat3::IDENTITY }
 }
 
 #[cfg(test)]

@@ -89,11 +89,11 @@ fn block(material: &Material) -> MaterialBlock {
 }
 
 fn upload(device: &wgpu::Device, queue: &wgpu::Queue, image: &Image) -> wgpu::TextureView {
-    let most = device.limits().max_texture_dimension_2d;
+    let max = device.limits().max_texture_dimension_2d;
     let smaller = mipmap::levels(image);
     let levels: Vec<(u32, u32, &[u8])> = std::iter::once((image.width, image.height, &image.rgba[..]))
         .chain(smaller.iter().map(|(width, height, texels)| (*width, *height, &texels[..])))
-        .skip_while(|(width, height, _)| *width.max(height) > most)
+        .skip_while(|(width, height, _)| *width.max(height) > max)
         .collect();
     let size = |width: u32, height: u32| wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
     let base = levels.first().map_or(size(1, 1), |(width, height, _)| size(*width, *height));

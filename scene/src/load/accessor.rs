@@ -30,7 +30,7 @@ impl Component for f32 {
     }
 
     fn decode(kind: ComponentType, normalized: bool, bytes: &[u8]) -> Self {
-        let scaled = |value: f32, maximum: f32| if normalized { (value / maximum).max(-1.0) } else { value };
+        let scaled = |value: f32, max: f32| if normalized { (value / max).max(-1.0) } else { value };
         match (kind, bytes) {
             (ComponentType::F32, [a, b, c, d, ..]) => f32::from_le_bytes([*a, *b, *c, *d]),
             (ComponentType::I8, [a, ..]) => scaled(f32::from(i8::from_le_bytes([*a])), 127.0),

@@ -6,7 +6,7 @@
 
 use gltf::json::Root;
 
-use super::limits::{BYTES_PER_OBJECT, FREE_OBJECTS, MAXIMUM_JSON_BYTES, MAXIMUM_OBJECTS};
+use super::limits::{BYTES_PER_OBJECT, FREE_OBJECTS, MAX_JSON_BYTES, MAX_OBJECTS};
 use super::report::Report;
 use crate::codes;
 
@@ -23,15 +23,15 @@ pub(super) struct Container<'a> {
 pub(super) fn open<'a>(bytes: &'a [u8], report: &mut Report) -> Option<Container<'a>> {
     let (json, binary) = if bytes.starts_with(b"glTF") { split(bytes, report)? } else { (bytes, None) };
     let objects = json.iter().filter(|byte| **byte == b'{').count();
-    let most = MAXIMUM_OBJECTS.min(FREE_OBJECTS + json.len() / BYTES_PER_OBJECT);
-    if json.len() > MAXIMUM_JSON_BYTES || objects > most {
+    let max = MAX_OBJECTS.min(FREE_OBJECTS + json.len() / BYTES_PER_OBJECT);
+    if json.len() > MAX_JSON_BYTES || objects > max {
         report.error(
             codes::TOO_LARGE,
             "",
             format!("the document has {} bytes of JSON with {objects} objects", json.len()),
             format!(
-                "at most {} MiB and {MAXIMUM_OBJECTS} objects are read, and beyond {FREE_OBJECTS} one for each {BYTES_PER_OBJECT} bytes",
-                MAXIMUM_JSON_BYTES >> 20
+                "at most {} MiB and {MAX_OBJECTS} objects are read, and beyond {FREE_OBJECTS} one for each {BYTES_PER_OBJECT} bytes",
+                MAX_JSON_BYTES >> 20
             ),
         );
         return None;

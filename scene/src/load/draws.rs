@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::limits::{MAXIMUM_DISTANCE, MAXIMUM_DRAWS};
+use super::limits::{MAX_DISTANCE, MAX_DRAWS};
 use super::report::Report;
 use crate::codes;
 use crate::material::AlphaMode;
@@ -18,8 +18,8 @@ pub(super) fn collect(scene: &mut Scene, pose: &Pose, report: &mut Report) {
         let node = scene.node(id);
         let (Some(mesh), true) = (node.mesh, node.shown) else { continue };
         let count = scene.meshes[mesh].primitives.len();
-        if scene.draws.len() + count > MAXIMUM_DRAWS {
-            let message = format!("the scene has more than {MAXIMUM_DRAWS} draws");
+        if scene.draws.len() + count > MAX_DRAWS {
+            let message = format!("the scene has more than {MAX_DRAWS} draws");
             report.error(
                 codes::TOO_LARGE,
                 &format!("/nodes/{}", id.index()),
@@ -120,13 +120,13 @@ fn fits(scene: &Scene, id: NodeId, mesh: usize, skin: usize, report: &mut Report
 
 fn check_distance(scene: &Scene, draw: Draw, pose: &Pose, report: &mut Report) {
     let bounds = scene.draw_bounds(draw, pose);
-    let farthest = bounds.minimum.abs().max(bounds.maximum.abs()).max_element();
+    let farthest = bounds.min.abs().max(bounds.max.abs()).max_element();
     // Bounds that are not finite count as empty.
-    if bounds.is_empty() || farthest > MAXIMUM_DISTANCE {
+    if bounds.is_empty() || farthest > MAX_DISTANCE {
         report.error(
             codes::BAD_TRANSFORM,
             &format!("/nodes/{}", draw.node.index()),
-            format!("mesh {} reaches farther than {MAXIMUM_DISTANCE:.0} metres from the origin", draw.mesh),
+            format!("mesh {} reaches farther than {MAX_DISTANCE:.0} metres from the origin", draw.mesh),
             "check the units: glTF is in metres",
         );
     }

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::io::Cursor;
 
 use super::accessor::Accessors;
-use super::limits::{DECODED_PER_IMAGE_BYTE, MAXIMUM_IMAGE_SIDE};
+use super::limits::{DECODED_PER_IMAGE_BYTE, MAX_IMAGE_SIDE};
 use super::report::Report;
 use super::resource::{Resolver, resolve};
 use crate::codes;
@@ -132,13 +132,13 @@ fn read_image(
                 return None;
             }
         };
-    if width == 0 || height == 0 || width.max(height) > MAXIMUM_IMAGE_SIDE {
+    if width == 0 || height == 0 || width.max(height) > MAX_IMAGE_SIDE {
         let message = format!("image {index} has {width} × {height} texels");
         report.error(
             codes::TOO_LARGE,
             &at,
             message,
-            format!("at most {MAXIMUM_IMAGE_SIDE} texels a side are read"),
+            format!("at most {MAX_IMAGE_SIDE} texels a side are read"),
         );
         return None;
     }

@@ -5,13 +5,13 @@
 //! allocated.
 
 /// The largest scene, buffer or image file, in bytes.
-pub const MAXIMUM_FILE_BYTES: u64 = 1 << 30;
+pub const MAX_FILE_BYTES: u64 = 1 << 30;
 
 /// The largest JSON document, in bytes.
-pub const MAXIMUM_JSON_BYTES: usize = 256 << 20;
+pub const MAX_JSON_BYTES: usize = 256 << 20;
 
-/// The most objects (opening braces) in the JSON document: each takes hundreds of bytes once it is parsed.
-pub const MAXIMUM_OBJECTS: usize = 1 << 20;
+/// The maximum number of objects (opening braces) in the JSON document: each takes hundreds of bytes once it is parsed.
+pub const MAX_OBJECTS: usize = 1 << 20;
 
 /// The objects of any document, and the bytes of JSON for each further one: one that says anything has as many.
 pub const FREE_OBJECTS: usize = 1 << 12;
@@ -25,17 +25,18 @@ pub const DECODED_PER_BYTE: u64 = 1 << 10;
 /// The same for each byte of an image, which may be of one color.
 pub const DECODED_PER_IMAGE_BYTE: u64 = 1 << 16;
 
-/// The most bytes that buffers, vertices, indices, key frames and texels may take together once they are decoded.
-pub const MAXIMUM_DECODED_BYTES: u64 = 3 << 30;
+/// The maximum number of bytes that buffers, vertices, indices, key frames and texels may take together once they are
+/// decoded.
+pub const MAX_DECODED_BYTES: u64 = 3 << 30;
 
-/// The most texels along one side of an image.
-pub const MAXIMUM_IMAGE_SIDE: u32 = 16_384;
+/// The maximum number of texels along one side of an image.
+pub const MAX_IMAGE_SIDE: u32 = 16_384;
 
-/// The most draws: primitives of shown nodes.
-pub const MAXIMUM_DRAWS: usize = 1 << 20;
+/// The maximum number of draws: primitives of shown nodes.
+pub const MAX_DRAWS: usize = 1 << 20;
 
 /// The farthest from the origin that geometry may lie, in metres.
-pub const MAXIMUM_DISTANCE: f64 = 1e9;
+pub const MAX_DISTANCE: f64 = 1e9;
 
-/// The most diagnostics that are listed for one file.
-pub const MAXIMUM_DIAGNOSTICS: usize = 200;
+/// The maximum number of diagnostics that are listed for one file.
+pub const MAX_DIAGNOSTICS: usize = 200;

@@ -9,7 +9,7 @@ use std::f32::consts::FRAC_PI_2;
 use umbragraph_pipeline::frame::{Bounds, Light, LightKind, Projection};
 
 use super::extras::ObjectExtras;
-use super::limits::MAXIMUM_DISTANCE;
+use super::limits::MAX_DISTANCE;
 use super::report::Report;
 use crate::codes;
 use crate::light::{SceneLight, direction};
@@ -60,12 +60,12 @@ pub(super) fn cameras(root: &Root, scene: &mut Scene, pose: &Pose, report: &mut 
 /// Finds what stands farther from the origin than geometry may lie.
 fn is_out_of_reach(world: &DMat4, noun: &str, at: &str, report: &mut Report) -> bool {
     let farthest = world.w_axis.truncate().abs().max_element();
-    let is_near = farthest <= MAXIMUM_DISTANCE;
+    let is_near = farthest <= MAX_DISTANCE;
     if !is_near {
         report.error(
             codes::BAD_TRANSFORM,
             at,
-            format!("{noun} stands farther than {MAXIMUM_DISTANCE:.0} metres from the origin"),
+            format!("{noun} stands farther than {MAX_DISTANCE:.0} metres from the origin"),
             "check the units: glTF is in metres",
         );
     }
@@ -166,14 +166,14 @@ fn one(
         fine(json.intensity),
         "intensity",
         "its intensity is negative or not finite",
-        "use candela, or lux for a sun",
+        "use candela, or lux for a directional light",
     );
     let brightness = json.color.map(|part| part * json.intensity);
     check(
         !fine(json.intensity) || !json.color.into_iter().all(fine) || brightness.into_iter().all(fine),
         "intensity",
         "its intensity times its colour is beyond what numbers of 32 bits hold",
-        "use candela, or lux for a sun",
+        "use candela, or lux for a directional light",
     );
     let range_is_usable = json.range.is_none_or(|range| range.is_finite() && range > 0.0);
     check(

@@ -2,7 +2,7 @@
 
 use umbragraph_pipeline::diagnostic::{Code, Diagnostic, Diagnostics};
 
-use super::limits::{FREE_DECODED_BYTES, MAXIMUM_DECODED_BYTES, MAXIMUM_DIAGNOSTICS};
+use super::limits::{FREE_DECODED_BYTES, MAX_DECODED_BYTES, MAX_DIAGNOSTICS};
 use crate::codes;
 
 /// Collects the diagnostics of one file, and counts what has been decoded.
@@ -42,7 +42,7 @@ impl Report {
             self.warning(code, at, format!("{}; {instead}", message.into()), help);
             return;
         }
-        if self.errors.len() >= MAXIMUM_DIAGNOSTICS {
+        if self.errors.len() >= MAX_DIAGNOSTICS {
             self.unlisted += 1;
             return;
         }
@@ -56,7 +56,7 @@ impl Report {
         message: impl Into<String>,
         help: impl Into<String>,
     ) {
-        if self.warnings.len() < MAXIMUM_DIAGNOSTICS {
+        if self.warnings.len() < MAX_DIAGNOSTICS {
             let mut diagnostic = Diagnostic::in_file(code, &*self.file, at, message).help(help);
             diagnostic.severity = umbragraph_pipeline::diagnostic::Severity::Warning;
             self.warnings.push(diagnostic);
@@ -84,9 +84,9 @@ impl Report {
     /// Takes `bytes` from the budget; says so and returns `false` where that is more than is left.
     pub(super) fn charge(&mut self, bytes: u64, at: &str) -> bool {
         let total = self.decoded_bytes.saturating_add(bytes);
-        let most = self.allowed_bytes.min(MAXIMUM_DECODED_BYTES);
-        if total > most {
-            let limit = most >> 20;
+        let max = self.allowed_bytes.min(MAX_DECODED_BYTES);
+        if total > max {
+            let limit = max >> 20;
             self.error(
                 codes::TOO_LARGE,
                 at,
@@ -153,7 +153,7 @@ mod tests {
         assert!(report.charge(FREE_DECODED_BYTES + 100, "/a") && !report.charge(1, "/a"));
         let mut report = Report::new("a.glb");
         report.allow(usize::MAX, 2);
-        assert!(report.charge(MAXIMUM_DECODED_BYTES - 10, "/a"));
+        assert!(report.charge(MAX_DECODED_BYTES - 10, "/a"));
         assert!(!report.charge(11, "/b") && !report.charge(u64::MAX, "/b"));
         assert!(report.charge(10, "/c"));
         let found = report.finish().unwrap_err();

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use umbragraph_pipeline::compose::{Roots, Unreachable, read_bytes};
 
-use super::limits::MAXIMUM_FILE_BYTES;
+use super::limits::MAX_FILE_BYTES;
 
 /// Why a URI did not become bytes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -29,7 +29,7 @@ pub enum ResolveError {
     /// It lies outside of the folders that may be read.
     #[error("{0:?} is outside of the folders that may be read")]
     Outside(String),
-    /// It is larger than [`MAXIMUM_FILE_BYTES`].
+    /// It is larger than [`MAX_FILE_BYTES`].
     #[error("{0:?} is larger than a scene file may be")]
     TooLarge(String),
     /// The URI has a scheme or is absolute.
@@ -93,7 +93,7 @@ impl Resolver for Folder {
 
 /// The bytes of a file of bounded size; `name` is what diagnostics call it.
 pub(super) fn read_file(path: &Path, name: &str) -> Result<Vec<u8>, ResolveError> {
-    match read_bytes(path, MAXIMUM_FILE_BYTES) {
+    match read_bytes(path, MAX_FILE_BYTES) {
         Ok(Some(bytes)) => Ok(bytes),
         Ok(None) => Err(ResolveError::TooLarge(name.to_owned())),
         Err(error) => Err(failed(name, &error)),

@@ -427,7 +427,7 @@ fn unusable_lights_are_found() {
     assert_eq!(
         found,
         [
-            format!("UG0717 {at}/0/intensity: light \"light 0\": its intensity is negative or not finite (use candela, or lux for a sun)"),
+            format!("UG0717 {at}/0/intensity: light \"light 0\": its intensity is negative or not finite (use candela, or lux for a directional light)"),
             format!("UG0717 {at}/0/range: light \"light 0\": its range is not above zero (leave the range out where there is no limit)"),
             format!("UG0717 {at}/1/spot: light \"light 1\": {cone}"),
             format!("UG0717 {at}/2/spot: light \"light 2\": {cone}"),
@@ -436,7 +436,7 @@ fn unusable_lights_are_found() {
             format!("UG0724 {at}/4/extras/castShadow: castShadow has an unusable value (it is true or false)"),
             format!("UG0717 {at}/5/type: light \"light 5\": its type is unknown (it is directional, point or spot)"),
             "UG0717 /nodes/7: light \"light 6\" has no direction: its node is scaled to nothing (give the node a scale that is not 0)".to_owned(),
-            format!("UG0717 {at}/7/intensity: light \"light 7\": its intensity times its colour is beyond what numbers of 32 bits hold (use candela, or lux for a sun)"),
+            format!("UG0717 {at}/7/intensity: light \"light 7\": its intensity times its colour is beyond what numbers of 32 bits hold (use candela, or lux for a directional light)"),
             format!("UG0717 {at}/8/range: light \"light 8\": its range is not above zero (leave the range out where there is no limit)"),
             format!("UG0717 {at}/8/spot: light \"light 8\": {cone}"),
         ]

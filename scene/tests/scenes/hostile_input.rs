@@ -186,7 +186,7 @@ fn key_frames_out_of_all_proportion_never_become_numbers_that_are_none() {
 #[test]
 fn too_many_objects_and_too_many_draws_are_refused() {
     let mut json = String::from("{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{}");
-    json.extend(std::iter::repeat_n(",{}", limits::MAXIMUM_OBJECTS));
+    json.extend(std::iter::repeat_n(",{}", limits::MAX_OBJECTS));
     json.push_str("]}");
     let found = diagnostics(from_slice("test.glb", json.as_bytes(), &NoFiles));
     assert!(found[0].starts_with("UG0715 : the document has "), "{found:?}");

@@ -78,8 +78,8 @@ fn transforms_multiply_along_the_hierarchy_in_f64() {
     let world = scene.rest_pose().world(draw.node);
     assert!(close(world.transform_point3(DVec3::new(0.25, 0.0, 0.0)), DVec3::new(1e6, 2.0, -0.5)));
     let bounds = scene.bounds(&scene.rest_pose());
-    assert!(close(bounds.minimum, DVec3::new(1e6, 2.0, -2.0)), "{bounds:?}");
-    assert!(close(bounds.maximum, DVec3::new(1e6, 4.0, 0.0)), "{bounds:?}");
+    assert!(close(bounds.min, DVec3::new(1e6, 2.0, -2.0)), "{bounds:?}");
+    assert!(close(bounds.max, DVec3::new(1e6, 4.0, 0.0)), "{bounds:?}");
 }
 
 #[test]
@@ -289,7 +289,7 @@ fn text_documents_find_their_buffers_beside_them_and_in_data_uris() {
     let data = "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
     json["buffers"][0]["uri"] = json!(data);
     let scene = from_slice("scene.gltf", json.to_string().as_bytes(), &NoFiles).unwrap();
-    assert_eq!(scene.bounds(&scene.rest_pose()).maximum, DVec3::new(1.0, 1.0, 0.0));
+    assert_eq!(scene.bounds(&scene.rest_pose()).max, DVec3::new(1.0, 1.0, 0.0));
 }
 
 #[cfg(unix)]
@@ -360,7 +360,7 @@ fn an_animation_moves_nodes_cameras_and_bounds_and_loops() {
             "at {time}"
         );
     }
-    assert!(scene.frame_input(1.0, 1.0).bounds_of("casters").minimum.x > 1.5);
+    assert!(scene.frame_input(1.0, 1.0).bounds_of("casters").min.x > 1.5);
     let mut pose = scene.rest_pose();
     scene.pose_into(1.0, &mut pose);
     assert_eq!(pose, scene.pose(1.0));
@@ -389,5 +389,5 @@ fn a_skinned_mesh_follows_its_joints_and_not_its_node() {
     assert_eq!(matrices.len(), 2);
     assert_eq!(matrices[1].transform_point3(DVec3::ZERO), DVec3::new(0.0, 0.0, 3.0));
     let bounds = scene.draw_bounds(draw, &pose);
-    assert_eq!((bounds.minimum, bounds.maximum), (DVec3::ZERO, DVec3::new(1.0, 1.0, 3.0)));
+    assert_eq!((bounds.min, bounds.max), (DVec3::ZERO, DVec3::new(1.0, 1.0, 3.0)));
 }

@@ -30,9 +30,9 @@ use crate::expression::Value;
 use crate::language::{Expr, ParameterDeclaration, Reference};
 use crate::node::Registry;
 
-const MAXIMUM_ROUNDS: usize = 4096;
-const MAXIMUM_PASSES: usize = 65_536;
-const MAXIMUM_DEPTH: usize = 16;
+const MAX_ROUNDS: usize = 4096;
+const MAX_PASSES: usize = 65_536;
+const MAX_DEPTH: usize = 16;
 
 /// A pass or resource as it is used once.
 pub(super) struct Instance<'a> {
@@ -116,7 +116,7 @@ impl<'a, 's> Expander<'a, 's> {
         let entries = |name: &str| owner.get(name).and_then(document::Value::entries).unwrap_or_default();
         let above = [pointer, "/resources"].concat();
         for entry in entries("resources") {
-            if self.full || self.resources.len() >= MAXIMUM_PASSES {
+            if self.full || self.resources.len() >= MAX_PASSES {
                 self.too_many(entry, pointer);
                 return;
             }
@@ -179,9 +179,9 @@ impl<'a, 's> Expander<'a, 's> {
         let values = match self.evaluate(&variable.value, &at, environment) {
             Some(Value::List(list)) => list,
             Some(Value::Number(count)) if count.fract() == 0.0 && count >= 0.0 => {
-                if count > MAXIMUM_ROUNDS as f64 {
+                if count > MAX_ROUNDS as f64 {
                     let message = format!("{count} rounds are too many");
-                    let help = format!("a loop has at most {MAXIMUM_ROUNDS}");
+                    let help = format!("a loop has at most {MAX_ROUNDS}");
                     self.refuse(codes::LOOP, &variable.value, &at, &message, &help, entry, &name);
                     return;
                 }
@@ -209,14 +209,14 @@ impl<'a, 's> Expander<'a, 's> {
                 return;
             }
         };
-        if values.len() > MAXIMUM_ROUNDS {
+        if values.len() > MAX_ROUNDS {
             let message = format!("{} rounds are too many", values.len());
             self.refuse(
                 codes::LOOP,
                 &variable.value,
                 &at,
                 &message,
-                &format!("a loop has at most {MAXIMUM_ROUNDS}"),
+                &format!("a loop has at most {MAX_ROUNDS}"),
                 entry,
                 &name,
             );
@@ -245,7 +245,7 @@ impl<'a, 's> Expander<'a, 's> {
         depth: usize,
     ) {
         let is_broken = (self.is_broken)(&pointer);
-        if self.instances.len() >= MAXIMUM_PASSES || self.uses >= MAXIMUM_PASSES {
+        if self.instances.len() >= MAX_PASSES || self.uses >= MAX_PASSES {
             self.too_many(entry, &pointer);
             return;
         }
@@ -311,8 +311,8 @@ impl<'a, 's> Expander<'a, 's> {
             );
             return;
         }
-        if depth >= MAXIMUM_DEPTH {
-            let message = format!("subgraphs are used {MAXIMUM_DEPTH} levels deep");
+        if depth >= MAX_DEPTH {
+            let message = format!("subgraphs are used {MAX_DEPTH} levels deep");
             self.refuse(
                 codes::UNKNOWN_SUBGRAPH,
                 used,
@@ -396,7 +396,7 @@ impl<'a, 's> Expander<'a, 's> {
             return;
         }
         let message =
-            format!("the pipeline has more than {MAXIMUM_PASSES} passes, resources or uses of subgraphs");
+            format!("the pipeline has more than {MAX_PASSES} passes, resources or uses of subgraphs");
         let diagnostic = Diagnostic::error(codes::LOOP, entry.key_span, message).pointer(pointer);
         self.shared.diagnostics.push(diagnostic.help("draw more in one pass, or split the pipeline"));
     }

@@ -14,8 +14,8 @@ use crate::expression::{self, ExpressionError, Value};
 use crate::language::{Expr, Lifetime};
 use crate::work::ResourceHandle;
 
-/// The most earlier frames that can be read.
-pub(crate) const MAXIMUM_FRAMES: u32 = 8;
+/// The maximum number of earlier frames that can be read.
+pub(crate) const MAX_FRAMES: u32 = 8;
 
 /// What a resource is of a history.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -74,7 +74,7 @@ pub(super) fn add(shared: &mut Shared, mut resource: Resource) {
         // After a diagnostic as many as there can be, so that no read of them is one more.
         let frames = frames.unwrap_or_else(|diagnostic| {
             diagnostics.extend(diagnostic.map(|diagnostic| *diagnostic));
-            MAXIMUM_FRAMES
+            MAX_FRAMES
         });
         let of = ResourceHandle(shared.resources.len() as u32);
         resource.history = Some(History { of, back: 0, frames });
@@ -111,7 +111,7 @@ fn count(
     };
     match evaluate() {
         Ok(Value::Number(number))
-            if number.fract() == 0.0 && (1.0..=f64::from(MAXIMUM_FRAMES)).contains(&number) =>
+            if number.fract() == 0.0 && (1.0..=f64::from(MAX_FRAMES)).contains(&number) =>
         {
             Ok(number as u32)
         }
@@ -119,7 +119,7 @@ fn count(
             let found =
                 value.number().map_or_else(|| value.kind_name().to_owned(), |number| number.to_string());
             let message = format!("the number of earlier frames of \"{}\" is {found}", resource.name);
-            let help = format!("1 to {MAXIMUM_FRAMES} are possible");
+            let help = format!("1 to {MAX_FRAMES} are possible");
             Err(Some(Box::new(diagnostic(resource, codes::HISTORY_SETTING, at, message, &help))))
         }
         Err(mut error) => {
@@ -143,10 +143,10 @@ pub(super) fn beyond(shared: &Shared, handle: ResourceHandle, back: u32) -> (Str
     match resource.history {
         Some(History { frames, .. }) => {
             let message = format!("\"{name}\" is read {back} frames back, but keeps {frames}");
-            let help = if back <= MAXIMUM_FRAMES {
+            let help = if back <= MAX_FRAMES {
                 format!("declare \"{name}\" with \"frames\": {back}")
             } else {
-                format!("{MAXIMUM_FRAMES} frames are possible")
+                format!("{MAX_FRAMES} frames are possible")
             };
             (message, help)
         }

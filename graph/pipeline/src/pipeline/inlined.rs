@@ -18,7 +18,7 @@ use crate::compose::is_path;
 use crate::document::{Document, Entry, Kind, Value as Json};
 
 /// The longest text that is an expression.
-const MAXIMUM_BYTES: usize = 4096;
+const MAX_BYTES: usize = 4096;
 
 /// A document in which the texts of passes, resources, groups and subgraphs, and those of derived values themselves, have
 /// expressions over parameters and features in place of the names of derived values.
@@ -108,15 +108,15 @@ fn inline_text(text: &str, texts: &BTreeMap<String, String>) -> String {
     for range in words_of(text) {
         let Some(expression) = texts.get(&text[range.clone()]) else { continue };
         mentioned.insert(&text[range.clone()]);
-        if result.len() + expression.len() <= MAXIMUM_BYTES {
+        if result.len() + expression.len() <= MAX_BYTES {
             result.extend([&text[at..range.start], "(", expression, ")"]);
         } else {
-            result = " ".repeat(MAXIMUM_BYTES + 1);
+            result = " ".repeat(MAX_BYTES + 1);
         }
         at = range.end;
     }
     result.push_str(&text[at..]);
-    if result.len() <= MAXIMUM_BYTES || mentioned.is_empty() {
+    if result.len() <= MAX_BYTES || mentioned.is_empty() {
         return result;
     }
     // No expression any more, but all that it mentions.

@@ -418,16 +418,15 @@ pub(super) fn decode_parameter(
                 return None;
             };
             let whole = declaration.parameter_type == T::U32List;
-            let (least, most) =
-                (declaration.min_length.unwrap_or(0), declaration.max_length.unwrap_or(65_536));
-            if !(least as usize..=most as usize).contains(&elements.len()) {
+            let (min, max) = (declaration.min_length.unwrap_or(0), declaration.max_length.unwrap_or(65_536));
+            if !(min as usize..=max as usize).contains(&elements.len()) {
                 report(
                     Diagnostic::error(
                         codes::SETTING_RANGE,
                         value.span,
                         format!("the parameter \"{name}\" has {} elements", elements.len()),
                     )
-                    .help(format!("it takes {least} to {most}")),
+                    .help(format!("it takes {min} to {max}")),
                 );
                 return None;
             }

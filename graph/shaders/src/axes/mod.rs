@@ -48,9 +48,9 @@ pub enum AxisKind {
     Enum(Vec<String>),
     /// All integers from `min` to `max`, both included.
     Integer {
-        /// The smallest value.
+        /// The minimum.
         min: i64,
-        /// The largest value.
+        /// The maximum.
         max: i64,
     },
     /// Names of texture formats, spelt as in WGSL, in the order of their declaration.
@@ -129,7 +129,7 @@ pub struct Axis {
     pub description: String,
     /// What it becomes.
     pub mode: AxisMode,
-    /// Whether its least, default and largest value, and those that constraints name, stand for all where nothing
+    /// Whether its minimum, default and maximum, and those that constraints name, stand for all where nothing
     /// narrows them: a number that is only a size, in a text that is otherwise the same. Pipelines are proven with the
     /// values that they reach all the same.
     pub ends: bool,

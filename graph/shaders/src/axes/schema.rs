@@ -46,7 +46,7 @@ pub fn schema() -> Value {
                         "min": { "type": "integer" },
                         "max": { "type": "integer" },
                         "prove": {
-                            "description": "Which integers are proven where nothing narrows them: all, or the least, the default and the largest and what constraints name, for a number that is only a size. Pipelines are proven with the values that they reach all the same.",
+                            "description": "Which integers are proven where nothing narrows them: all, or the minimum, the default and the maximum and what constraints name, for a number that is only a size. Pipelines are proven with the values that they reach all the same.",
                             "enum": ["all", "ends"], "default": "all"
                         },
                         "own_layout": {

@@ -23,8 +23,8 @@ use crate::render::Placement;
 use crate::source::Span;
 use crate::{Axes, Reflection, TemplateSet, codes};
 
-/// The most variants of either view among which the closest pair is looked for.
-const MAXIMUM_CANDIDATES: usize = 256;
+/// The maximum number of variants of either view among which the closest pair is looked for.
+const MAX_CANDIDATES: usize = 256;
 
 /// A variant.
 #[derive(Clone, Copy)]
@@ -147,7 +147,7 @@ fn closest<'a>(
             |member: &Member<'a>| member.reflection.bindings.iter().find(|binding| binding.name == name);
         let Some(wanted) = binding(&as_in) else { return vec![as_in] };
         let is_it = |member: &&Member<'a>| binding(member).is_some_and(|each| interface::agree(each, wanted));
-        members.iter().filter(is_it).take(MAXIMUM_CANDIDATES).copied().collect()
+        members.iter().filter(is_it).take(MAX_CANDIDATES).copied().collect()
     };
     let (ones, others) = (alike(&conflict.first_name, one), alike(&conflict.name, other));
     let distance = |(one, other): &(Member<'a>, Member<'a>)| {

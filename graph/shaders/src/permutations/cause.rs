@@ -43,7 +43,7 @@ impl Failure {
 struct Found {
     diagnostic: Diagnostic,
     amount: u64,
-    most: u64,
+    max: u64,
     effects: Vec<Effect>,
 }
 
@@ -89,9 +89,9 @@ impl Causes {
         for failure in failures {
             let amount = failure.excess.as_ref().map_or(0, |excess| excess.found);
             match merged.get_mut(&failure.key()) {
-                Some((known, most)) => {
+                Some((known, max)) => {
                     if wording(&known.diagnostic) == wording(&failure.diagnostic) {
-                        *most = (*most).max(amount);
+                        *max = (*max).max(amount);
                     }
                     // What no override is needed for needs none.
                     if known.overrides.len() > failure.overrides.len() {
@@ -105,12 +105,12 @@ impl Causes {
                 }
             }
         }
-        for (key, (failure, most)) in merged {
+        for (key, (failure, max)) in merged {
             let effect = weigh(ground, &failure);
             let amount = failure.excess.map_or(0, |excess| excess.found);
-            let first = || Found { diagnostic: failure.diagnostic, amount, most, effects: Vec::new() };
+            let first = || Found { diagnostic: failure.diagnostic, amount, max, effects: Vec::new() };
             let found = self.found.entry(key).or_insert_with(first);
-            found.most = found.most.max(most);
+            found.max = found.max.max(max);
             found.effects.push(effect);
         }
     }
@@ -119,10 +119,9 @@ impl Causes {
     pub(crate) fn diagnostics(self) -> Vec<Diagnostic> {
         self.found
             .into_values()
-            .map(|Found { mut diagnostic, amount, most, effects }| {
-                if most > amount {
-                    diagnostic =
-                        diagnostic.related(Place::Nowhere, format!("up to {most} in other variants"));
+            .map(|Found { mut diagnostic, amount, max, effects }| {
+                if max > amount {
+                    diagnostic = diagnostic.related(Place::Nowhere, format!("up to {max} in other variants"));
                 }
                 let said = |effect: &&Effect| {
                     effect.of_variants > 1 || effect.profiles.is_some() || !effect.overrides.is_empty()

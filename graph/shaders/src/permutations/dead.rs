@@ -17,13 +17,13 @@ use crate::source::{FileId, Span};
 use crate::text_map::Origin;
 use crate::{Axes, TemplateSet, codes};
 
-/// The most paths whose pairs are compared; with more, every axis that is read counts as alive.
-const MAXIMUM_COMPARED: usize = 1 << 10;
-/// The most paths that are rendered again with markers, to see text that macros and blocks captured.
-const MAXIMUM_MARKED: usize = 1 << 11;
+/// The maximum number of paths whose pairs are compared; with more, every axis that is read counts as alive.
+const MAX_COMPARED: usize = 1 << 10;
+/// The maximum number of paths that are rendered again with markers, to see text that macros and blocks captured.
+const MAX_MARKED: usize = 1 << 11;
 
-/// The most paths that are taken through a template only to see what is dead in it.
-const MAXIMUM_LOOKED_AT: usize = 1 << 10;
+/// The maximum number of paths that are taken through a template only to see what is dead in it.
+const MAX_LOOKED_AT: usize = 1 << 10;
 
 /// A template whose paths were taken.
 pub(super) struct Examined<'a> {
@@ -45,7 +45,7 @@ pub fn dead(templates: &TemplateSet, names: &BTreeSet<String>, shared: &BTreeSet
             return Vec::new();
         };
         let mut explorer = Explorer::new(templates, &placement, name, &Arc::new(space), true);
-        if !explorer.take_all(MAXIMUM_LOOKED_AT) {
+        if !explorer.take_all(MAX_LOOKED_AT) {
             return Vec::new();
         }
         let exploration = explorer.finish();
@@ -112,7 +112,7 @@ pub(super) fn diagnostics(
 /// different texts.
 pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
     let leaves = &exploration.leaves;
-    if leaves.len() > MAXIMUM_COMPARED {
+    if leaves.len() > MAX_COMPARED {
         return exploration.read.clone();
     }
     // What has one value everywhere tells no two paths apart.
@@ -138,9 +138,9 @@ pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
         .collect();
     // A constraint may tie axes together, so that no two paths differ in one alone. Those that differ in the fewest
     // tell which axes have an effect: a difference that contains a smaller one says nothing more.
-    let mut smallest: Vec<u128> = Vec::new();
+    let mut min: Vec<u128> = Vec::new();
     for (at, (one, row)) in leaves.iter().zip(&rows).enumerate() {
-        if smallest.len() == values.len() && smallest.iter().all(|axes| axes.count_ones() == 1) {
+        if min.len() == values.len() && min.iter().all(|axes| axes.count_ones() == 1) {
             break;
         }
         for (two, other) in leaves.iter().zip(&rows).skip(at + 1) {
@@ -151,13 +151,13 @@ pub(super) fn effective_axes(exploration: &Exploration) -> BTreeSet<String> {
             for (bit, (one, two)) in row.iter().zip(other).enumerate() {
                 differing |= u128::from(*one != *two && *one != 0 && *two != 0) << bit;
             }
-            if !smallest.iter().any(|axes| axes & differing == *axes) {
-                smallest.retain(|axes| axes & differing != differing);
-                smallest.push(differing);
+            if !min.iter().any(|axes| axes & differing == *axes) {
+                min.retain(|axes| axes & differing != differing);
+                min.push(differing);
             }
         }
     }
-    let effective = smallest.into_iter().fold(0, |all, axes| all | axes);
+    let effective = min.into_iter().fold(0, |all, axes| all | axes);
     let names = values.keys().enumerate().filter(|(bit, _)| effective >> bit & 1 == 1);
     names.map(|(_, name)| (*name).clone()).collect()
 }
@@ -188,7 +188,7 @@ impl<'s> Coverage<'s> {
         if self.dead(set).is_empty() {
             return;
         }
-        for leaf in exploration.leaves.iter().take(MAXIMUM_MARKED) {
+        for leaf in exploration.leaves.iter().take(MAX_MARKED) {
             let text = leaf.text.and_then(|at| exploration.source(set, placement, template, at));
             let Some(text) = text else { continue };
             let Some(found) = marked.get(set).map(template, &leaf.decided, &text.wgsl) else { continue };

@@ -28,14 +28,14 @@ use crate::source::FileId;
 use crate::text_map::{Origin, Segment, TextMap};
 use crate::{TemplateSet, codes};
 
-/// The most paths through one template.
-const MAXIMUM_PATHS: usize = 1 << 16;
-/// The most distinct texts of one template.
-const MAXIMUM_TEXTS: usize = 1 << 15;
-/// The most bytes of all distinct texts of one template.
-const MAXIMUM_BYTES: usize = 512 << 20;
-/// The most values of an axis that are all taken.
-const MAXIMUM_VALUES: u64 = 1 << 14;
+/// The maximum number of paths through one template.
+const MAX_PATHS: usize = 1 << 16;
+/// The maximum number of distinct texts of one template.
+const MAX_TEXTS: usize = 1 << 15;
+/// The maximum number of bytes of all distinct texts of one template.
+const MAX_BYTES: usize = 512 << 20;
+/// The maximum number of values of an axis that are all taken.
+const MAX_VALUES: u64 = 1 << 14;
 
 /// One path through a template.
 #[derive(Clone, Debug)]
@@ -106,7 +106,7 @@ impl Exploration {
     }
 
     fn is_full(&self) -> bool {
-        self.leaves.len() >= MAXIMUM_PATHS || self.texts.len() >= MAXIMUM_TEXTS || self.bytes >= MAXIMUM_BYTES
+        self.leaves.len() >= MAX_PATHS || self.texts.len() >= MAX_TEXTS || self.bytes >= MAX_BYTES
     }
 }
 
@@ -170,10 +170,10 @@ impl<'a> Explorer<'a> {
         None
     }
 
-    /// Takes all paths, without their texts; whether there are no more than `most`.
-    pub(crate) fn take_all(&mut self, most: usize) -> bool {
+    /// Takes all paths, without their texts; whether there are no more than `max`.
+    pub(crate) fn take_all(&mut self, max: usize) -> bool {
         while let Some(start) = self.next.take() {
-            if self.exploration.leaves.len() >= most || self.exploration.is_full() {
+            if self.exploration.leaves.len() >= max || self.exploration.is_full() {
                 return false;
             }
             self.take_path(start);
@@ -278,7 +278,7 @@ fn first_possible(
 
 /// The values of an axis that are taken: all, or the first, the default and the last of very many.
 fn narrowed<'d>(space: &Space, axis: &str, domain: &'d Domain) -> Cow<'d, Domain> {
-    if domain.count() <= MAXIMUM_VALUES {
+    if domain.count() <= MAX_VALUES {
         return Cow::Borrowed(domain);
     }
     let ends = [domain.value(0), space.default_of(axis).cloned(), domain.value(domain.count() - 1)];
@@ -307,7 +307,7 @@ fn finish(
     for name in &exploration.read {
         let Some(axis) = axes.and_then(|axes| axes.get(name)) else { continue };
         let count = space.variable(name).map_or(0, Domain::count);
-        if count > MAXIMUM_VALUES {
+        if count > MAX_VALUES {
             exploration.complete = false;
             exploration.partial.insert(name.clone());
             let message = format!(
@@ -320,7 +320,7 @@ fn finish(
                 }
                 _ => "declare fewer values; --set proves one of them",
             };
-            let limit = format!("up to {MAXIMUM_VALUES} values of an axis are all proven");
+            let limit = format!("up to {MAX_VALUES} values of an axis are all proven");
             exploration.diagnostics.push(
                 Diagnostic::error(codes::PATHS_LIMIT, axis.span, message)
                     .related(Place::Nowhere, limit)

@@ -136,8 +136,8 @@ struct Proven {
     source: Option<Source>,
 }
 
-/// The most threads that are worth their stacks.
-const MAXIMUM_THREADS: usize = 256;
+/// The maximum number of threads that are worth their stacks.
+const MAX_THREADS: usize = 256;
 
 /// The index of each distinct text among all tasks.
 type TextsByHash = HashMap<[u8; 32], usize>;
@@ -209,7 +209,7 @@ fn explore_and_prove<'a>(
         (index, proven)
     };
     let prove = || tasks.par_bridge().map(work).collect::<Vec<_>>();
-    let threads = options.threads.clamp(1, MAXIMUM_THREADS);
+    let threads = options.threads.clamp(1, MAX_THREADS);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).stack_size(wgsl::STACK_BYTES).build();
     // Where no thread can be started, as in a browser, the caller does it alone.
     let mut proven = match pool {

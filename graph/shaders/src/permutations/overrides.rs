@@ -1,7 +1,7 @@
 //! The values with which the overrides of a module are tried.
 //!
 //! A module with overrides becomes another one with every set of values, and each may fail: a size of zero, an overflow.
-//! All sets cannot be tried; all defaults, all least and all largest values are. Most overrides only choose between
+//! All sets cannot be tried; all defaults, all minimums and all maximums are. Most overrides only choose between
 //! branches: they are compared, negated, and decide an `if`. Then no value can make a difference to the compiler, which
 //! evaluates the comparison and keeps both branches, and the defaults stand for all sets. [`values_matter`] says so only
 //! where it can see every use.
@@ -40,7 +40,7 @@ pub(super) fn sets(axes: &Axes, values: &[AxisValues], module: &Module) -> Resul
     Ok(sets)
 }
 
-/// All defaults, all least, all largest.
+/// All defaults, all minimums, all maximums.
 pub(super) fn values(axes: &Axes) -> Vec<AxisValues> {
     let overrides: Vec<_> = axes.iter().filter(|axis| axis.mode == AxisMode::Override).collect();
     let defaults: AxisValues =
@@ -48,13 +48,13 @@ pub(super) fn values(axes: &Axes) -> Vec<AxisValues> {
     if overrides.is_empty() {
         return vec![defaults];
     }
-    let ends = |largest: bool| -> AxisValues {
+    let ends = |is_max: bool| -> AxisValues {
         overrides
             .iter()
             .map(|axis| {
                 let value = match axis.kind {
-                    AxisKind::Integer { min, max } => AxisValue::Integer(if largest { max } else { min }),
-                    _ => AxisValue::Bool(largest),
+                    AxisKind::Integer { min, max } => AxisValue::Integer(if is_max { max } else { min }),
+                    _ => AxisValue::Bool(is_max),
                 };
                 (axis.name.clone(), value)
             })

@@ -116,7 +116,7 @@ impl TemplateReport {
     }
 
     /// The largest text.
-    pub fn largest(&self) -> Option<&VariantReport> {
+    pub fn max(&self) -> Option<&VariantReport> {
         self.variants.iter().max_by_key(|variant| variant.bytes)
     }
 }

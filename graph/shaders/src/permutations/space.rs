@@ -17,8 +17,8 @@ use super::diagram::{Diagram, classes};
 use crate::axes::{Axes, AxisKind, AxisMode, Constraint};
 use crate::diagnostic::{AxisValue, AxisValues, Count};
 
-/// The most nodes of one layer of the diagram.
-const MAXIMUM_NODES: usize = 1 << 16;
+/// The maximum number of nodes of one layer of the diagram.
+const MAX_NODES: usize = 1 << 16;
 
 /// The values that an axis may still have.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -218,7 +218,7 @@ impl Space {
                     *sum = sum.plus(count);
                 }
             }
-            if next.len() > MAXIMUM_NODES {
+            if next.len() > MAX_NODES {
                 return None;
             }
             nodes = next;

@@ -86,7 +86,7 @@ fn bytes_of_values(
     placement: &Placement<'_>,
     each: &Explored<'_>,
 ) -> Vec<ValueBytes> {
-    const MAXIMUM_VALUES: u64 = 16;
+    const MAX_VALUES: u64 = 16;
     let template = &each.request.template;
     let size = |values: &AxisValues| -> Option<i64> {
         let values = template_values(templates, template, &each.space.complete(values)?);
@@ -97,7 +97,7 @@ fn bytes_of_values(
     let Some(plain) = size(&AxisValues::new()) else { return Vec::new() };
     let mut found = Vec::new();
     for name in &each.exploration.read {
-        let Some(domain) = each.space.variable(name).filter(|domain| domain.count() <= MAXIMUM_VALUES) else {
+        let Some(domain) = each.space.variable(name).filter(|domain| domain.count() <= MAX_VALUES) else {
             continue;
         };
         for value in (0..domain.count()).filter_map(|at| domain.value(at)) {

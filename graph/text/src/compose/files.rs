@@ -9,7 +9,7 @@ use std::path::Path;
 
 use super::roots::{Roots, Unreachable};
 use crate::diagnostic::{Diagnostic, codes};
-use crate::source::{FileId, MAXIMUM_FILE_BYTES, Sources, Span};
+use crate::source::{FileId, MAX_FILE_BYTES, Sources, Span};
 
 /// Finds the texts that a document names.
 pub trait Files {
@@ -69,12 +69,12 @@ pub fn read_source(path: &Path, sources: &mut Sources) -> Result<FileId, Diagnos
 }
 
 fn read_as(path: &Path, name: String, sources: &mut Sources) -> Result<FileId, Diagnostic> {
-    let bytes = match read_bytes(path, MAXIMUM_FILE_BYTES as u64) {
+    let bytes = match read_bytes(path, MAX_FILE_BYTES as u64) {
         Ok(Some(bytes)) => bytes,
         Ok(None) => {
-            let message = format!("the file \"{name}\" has more than {MAXIMUM_FILE_BYTES} bytes");
+            let message = format!("the file \"{name}\" has more than {MAX_FILE_BYTES} bytes");
             return Err(Diagnostic::in_file(codes::FILE_TOO_LARGE, &name, "", message)
-                .help(format!("texts have at most {MAXIMUM_FILE_BYTES} bytes")));
+                .help(format!("texts have at most {MAX_FILE_BYTES} bytes")));
         }
         Err(error) => return Err(unreadable(&name, &error)),
     };
@@ -95,25 +95,25 @@ fn read_as(path: &Path, name: String, sources: &mut Sources) -> Result<FileId, D
     }
 }
 
-/// The bytes of a regular file; `None` where there are more than `most`.
+/// The bytes of a regular file; `None` where there are more than `max`.
 ///
 /// # Errors
 /// What is no regular file, and what the system refuses.
-pub fn read_bytes(path: &Path, most: u64) -> std::io::Result<Option<Vec<u8>>> {
+pub fn read_bytes(path: &Path, max: u64) -> std::io::Result<Option<Vec<u8>>> {
     let check = |metadata: &std::fs::Metadata| match (metadata.is_file(), metadata.is_dir()) {
         (true, _) => Ok(metadata.len()),
         (_, true) => Err(std::io::Error::other("it is a folder")),
         _ => Err(std::io::Error::other("it is no regular file")),
     };
     // To open a pipe is to wait for who writes it.
-    if check(&std::fs::metadata(path)?)? > most {
+    if check(&std::fs::metadata(path)?)? > max {
         return Ok(None);
     }
     let file = std::fs::File::open(path)?;
     check(&file.metadata()?)?;
     let mut bytes = Vec::new();
-    file.take(most.saturating_add(1)).read_to_end(&mut bytes)?;
-    Ok((bytes.len() as u64 <= most).then_some(bytes))
+    file.take(max.saturating_add(1)).read_to_end(&mut bytes)?;
+    Ok((bytes.len() as u64 <= max).then_some(bytes))
 }
 
 fn unreadable(name: &str, error: &std::io::Error) -> Diagnostic {

@@ -35,8 +35,8 @@ use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
 use crate::document::{self, Document, Kind, Pointer, Value};
 use crate::source::{FileId, Sources, Span};
 
-const MAXIMUM_FILES: usize = 64;
-const MAXIMUM_LEVELS: usize = 32;
+const MAX_FILES: usize = 64;
+const MAX_LEVELS: usize = 32;
 /// The document as a whole.
 const TOP: Pointer<'_> = Pointer::Text("");
 
@@ -277,7 +277,7 @@ impl Composer<'_> {
             self.diagnostics.push(diagnostic);
             return None;
         }
-        if self.seen.len() >= MAXIMUM_FILES || self.chain.len() >= MAXIMUM_LEVELS {
+        if self.seen.len() >= MAX_FILES || self.chain.len() >= MAX_LEVELS {
             self.too_many_files(place);
             return None;
         }
@@ -290,8 +290,7 @@ impl Composer<'_> {
     }
 
     fn too_many_files(&mut self, place: Span) {
-        let message =
-            format!("a pipeline is made of at most {MAXIMUM_FILES} files on {MAXIMUM_LEVELS} levels");
+        let message = format!("a pipeline is made of at most {MAX_FILES} files on {MAX_LEVELS} levels");
         let diagnostic = Diagnostic::error(codes::FILE_CYCLE, place, message);
         self.diagnostics.push(diagnostic.help("join some of the files"));
     }

@@ -17,7 +17,7 @@
 //! What a pass takes over keeps the place where it is written: diagnostics about it point to the group, and name the
 //! passes.
 //!
-//! Limits: [`MAXIMUM_LEVELS`] groups that extend one another, [`MAXIMUM_VALUES`] values taken over in one document.
+//! Limits: [`MAX_LEVELS`] groups that extend one another, [`MAX_VALUES`] values taken over in one document.
 
 use std::collections::BTreeMap;
 
@@ -27,8 +27,8 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use crate::document::{Document, Entry, Kind, Pointer, Value, pointer_join};
 use crate::source::{FileId, Span};
 
-const MAXIMUM_LEVELS: usize = 32;
-const MAXIMUM_VALUES: usize = 1_500_000;
+const MAX_LEVELS: usize = 32;
+const MAX_VALUES: usize = 1_500_000;
 
 /// Lays the passes of a document that stands alone over the shared settings that they extend.
 pub fn share(document: &mut Document, diagnostics: &mut Diagnostics) {
@@ -172,9 +172,8 @@ impl Sharing<'_> {
             return None;
         }
         if !self.whole.contains_key(&group.key_span) {
-            if chain.len() >= MAXIMUM_LEVELS {
-                let message =
-                    format!("shared settings extend one another on {MAXIMUM_LEVELS} levels at most");
+            if chain.len() >= MAX_LEVELS {
+                let message = format!("shared settings extend one another on {MAX_LEVELS} levels at most");
                 let diagnostic = Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message);
                 self.diagnostics.push(diagnostic.pointer(pointer).help("join some of the groups"));
                 return None;
@@ -190,8 +189,8 @@ impl Sharing<'_> {
             members.retain(|member| member.key != "extends");
         }
         self.values += count(&whole);
-        if self.values > MAXIMUM_VALUES {
-            let message = format!("the passes take over more than {MAXIMUM_VALUES} values");
+        if self.values > MAX_VALUES {
+            let message = format!("the passes take over more than {MAX_VALUES} values");
             let diagnostic = Diagnostic::error(codes::FILE_TOO_LARGE, name.span, message).pointer(pointer);
             self.diagnostics
                 .push(diagnostic.help("write fewer passes, or smaller groups of shared settings"));

@@ -11,7 +11,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::path::Path;
 
-use super::{Composer, Layer, MAXIMUM_FILES, TOP, merge, normalize};
+use super::{Composer, Layer, MAX_FILES, TOP, merge, normalize};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::document::{self, Entry, Kind, Value};
 use crate::source::Span;
@@ -92,7 +92,7 @@ impl Composer<'_> {
                 continue;
             }
             // Files that are not there count, too, so that looking for them comes to an end.
-            if known.len() > MAXIMUM_FILES {
+            if known.len() > MAX_FILES {
                 self.too_many_files(place);
                 return None;
             }
@@ -126,7 +126,7 @@ impl Composer<'_> {
                 .push(diagnostic.help("a subgraph is a file of its own, with \"inputs\" and \"passes\""));
             return None;
         }
-        if self.seen.len() >= MAXIMUM_FILES {
+        if self.seen.len() >= MAX_FILES {
             self.too_many_files(place);
             return None;
         }

@@ -8,9 +8,9 @@
 use super::Diagnostic;
 use crate::source::Span;
 
-const MAXIMUM_NAME: usize = 64;
+const MAX_NAME: usize = 64;
 /// Shorter names begin too many others by chance.
-const MINIMUM_BEGUN: usize = 4;
+const MIN_BEGUN: usize = 4;
 
 impl Diagnostic {
     /// Adds the way out of a `name` that is none of `known`: the one that was probably meant, else what `otherwise` says
@@ -64,7 +64,7 @@ impl Diagnostic {
 
 /// The one known name that begins as this one does: `rgba16f` for `rgba16float`.
 fn begun<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
-    if name.len() < MINIMUM_BEGUN {
+    if name.len() < MIN_BEGUN {
         return None;
     }
     let mut longer = known.iter().filter(|known| known.starts_with(name));
@@ -102,7 +102,7 @@ fn distances<'a>(
         .into_iter()
         // Longer names are not typed by people, and the distance costs the product of the lengths.
         .filter(move |candidate| {
-            bytes.max(candidate.len()) <= MAXIMUM_NAME && candidate.len().abs_diff(bytes) <= MAXIMUM_NAME / 3
+            bytes.max(candidate.len()) <= MAX_NAME && candidate.len().abs_diff(bytes) <= MAX_NAME / 3
         })
         .filter_map(move |candidate| {
             let distance = strsim::damerau_levenshtein(&lower, &candidate.to_lowercase());

@@ -317,7 +317,7 @@ impl FromIterator<Diagnostic> for Diagnostics {
 
 /// The number of diagnostics after which a check stops to look for more: nobody reads on, and a text of a million
 /// errors must not cost a million diagnostics.
-pub const MAXIMUM_DIAGNOSTICS: usize = 1_000;
+pub const MAX_DIAGNOSTICS: usize = 1_000;
 
 /// A text for a message: the first characters of a long one.
 pub fn shorten(text: &str) -> std::borrow::Cow<'_, str> {

@@ -11,9 +11,9 @@
 use std::ops::Range;
 
 /// What is nested deeper is not looked at: no pipeline is read that is.
-const MAXIMUM_DEPTH: usize = 1024;
+const MAX_DEPTH: usize = 1024;
 /// Only the first few places can be where it went wrong.
-const MAXIMUM_FOUND: usize = 4;
+const MAX_FOUND: usize = 4;
 
 /// A bracket that is not closed where its line says that it ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -107,7 +107,7 @@ pub(super) fn unclosed(text: &str) -> Found {
                 end
             }
         };
-        if scan.open.len() > MAXIMUM_DEPTH {
+        if scan.open.len() > MAX_DEPTH {
             return Found::default();
         }
         at = end;
@@ -188,7 +188,7 @@ impl Scan<'_> {
 
     /// Goes on as if the innermost bracket had been closed.
     fn give_up(&mut self, open: Open, start: usize) {
-        if self.found.by_layout.len() < MAXIMUM_FOUND {
+        if self.found.by_layout.len() < MAX_FOUND {
             let rest = &self.text[start..];
             let line = rest.split('\n').next().unwrap_or(rest).trim_end();
             let diagnostic = self.diagnostic(&open, start..start + line.len());

@@ -5,7 +5,7 @@
 //! diagnostics. Numbers keep their exact value where JSON's does (64-bit integers, else `f64`); a number beyond `f64`
 //! is a diagnostic, never infinity.
 //!
-//! Limits: nesting to 512 levels (the parser's own guard), texts to [`crate::source::MAXIMUM_FILE_BYTES`].
+//! Limits: nesting to 512 levels (the parser's own guard), texts to [`crate::source::MAX_FILE_BYTES`].
 
 mod brackets;
 mod decode;

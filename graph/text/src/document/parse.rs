@@ -10,7 +10,7 @@ use jsonc_parser::{Scanner, ScannerOptions};
 
 use super::syntax::{control_character, syntax};
 use super::{Document, Entry, Keys, Kind, Value};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_DIAGNOSTICS, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes};
 use crate::source::{FileId, Sources, Span};
 
 const STRICT_TOKENS: ScannerOptions = ScannerOptions {
@@ -23,10 +23,10 @@ const STRICT_TOKENS: ScannerOptions = ScannerOptions {
 };
 
 /// How deep a text may nest: as deep as `jsonc-parser` goes.
-const MAXIMUM_DEPTH: usize = 512;
+const MAX_DEPTH: usize = 512;
 
-/// The most values that a text may have. The largest pipelines have 65,536 passes of a dozen values each.
-const MAXIMUM_VALUES: usize = 1_500_000;
+/// The maximum number of values that a text may have. The largest pipelines have 65,536 passes of a dozen values each.
+const MAX_VALUES: usize = 1_500_000;
 
 /// Where a text has more values than are read, counted by what begins or parts them outside of strings: a scan of a
 /// hundredth of a second, where the tree of such a text would take seconds and gigabytes.
@@ -39,7 +39,7 @@ fn beyond_the_values(text: &str) -> Option<usize> {
             b'"' => in_string = !in_string,
             b'{' | b'[' | b',' if !in_string => {
                 count += 1;
-                if count > MAXIMUM_VALUES {
+                if count > MAX_VALUES {
                     return Some(at);
                 }
             }
@@ -57,7 +57,7 @@ fn beyond_the_values(text: &str) -> Option<usize> {
 pub fn parse(sources: &Sources, file: FileId) -> Result<Document, Diagnostics> {
     let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_else(|| "".into());
     if let Some(at) = beyond_the_values(&text) {
-        let message = format!("from here on there are more than {MAXIMUM_VALUES} values");
+        let message = format!("from here on there are more than {MAX_VALUES} values");
         return Err(Diagnostic::error(codes::FILE_TOO_LARGE, Span::new(file, at..at + 1), message)
             .help("a pipeline has at most 65,536 passes: draw more in one pass, or split the pipeline")
             .into());
@@ -136,7 +136,7 @@ impl<'t> Reader<'t> {
 
     /// The value that starts with a token.
     fn value(&mut self, token: Token<'t>, depth: usize) -> Option<Value> {
-        if depth > MAXIMUM_DEPTH {
+        if depth > MAX_DEPTH {
             return None;
         }
         let first = self.span();
@@ -156,7 +156,7 @@ impl<'t> Reader<'t> {
         if let Ok(number) = serde_json::Number::from_str(digits) {
             return Kind::Number(number);
         }
-        if self.diagnostics.len() < MAXIMUM_DIAGNOSTICS {
+        if self.diagnostics.len() < MAX_DIAGNOSTICS {
             let message = format!("the number {} cannot be represented", shorten(digits));
             self.diagnostics.push(
                 Diagnostic::error(codes::NUMBER_RANGE, self.span(), message)
@@ -217,7 +217,7 @@ impl<'t> Reader<'t> {
 
     /// Finds a key that an object has already; `end` is that of the entry before.
     fn stands_twice(&mut self, first: usize, key_span: Span, value: &Value, end: u32) {
-        if self.diagnostics.len() >= MAXIMUM_DIAGNOSTICS {
+        if self.diagnostics.len() >= MAX_DIAGNOSTICS {
             return;
         }
         let first = &self.entries[first];

@@ -28,7 +28,7 @@ pub(super) const STRICT: ParseOptions = ParseOptions {
 };
 
 /// Longer texts are not read again to see whether a fix mends them.
-const MAXIMUM_MENDED: usize = 1 << 20;
+const MAX_MENDED: usize = 1 << 20;
 
 /// The diagnostic for a text that is no JSON.
 pub(super) fn syntax(file: FileId, text: &str) -> Diagnostic {
@@ -124,7 +124,7 @@ impl Unclosed {
     fn mends(&self, text: &str) -> bool {
         let (at, written) = &self.correction;
         let (Some(before), Some(behind)) = (text.get(..*at), text.get(*at..)) else { return false };
-        let is_short = text.len() <= MAXIMUM_MENDED;
+        let is_short = text.len() <= MAX_MENDED;
         is_short
             && parse_to_ast(&[before, written, behind].concat(), &CollectOptions::default(), &STRICT).is_ok()
     }
@@ -193,7 +193,7 @@ fn correction(text: &str, error: &ParseError) -> Option<Correction> {
 impl Correction {
     /// Whether the text is read further with it.
     fn mends(&self, text: &str) -> bool {
-        if text.len() > MAXIMUM_MENDED {
+        if text.len() > MAX_MENDED {
             return false;
         }
         let (Some(before), Some(behind)) = (text.get(..self.range.start), text.get(self.range.end..)) else {

@@ -7,7 +7,7 @@ use super::{
     UnknownName, Value,
 };
 
-const MAXIMUM_LIST: usize = 65_536;
+const MAX_LIST: usize = 65_536;
 
 /// The names that an expression can see.
 pub trait Scope {
@@ -68,8 +68,8 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
             for element in elements {
                 let value = evaluate(element, scope)?;
                 size += size_of(&value);
-                if size > MAXIMUM_LIST {
-                    return Err(arithmetic(range(), format!("a list has at most {MAXIMUM_LIST} elements")));
+                if size > MAX_LIST {
+                    return Err(arithmetic(range(), format!("a list has at most {MAX_LIST} elements")));
                 }
                 list.push(value);
             }
@@ -222,7 +222,7 @@ fn call(
     scope: &dyn Scope,
     range: Range<usize>,
 ) -> Result<Value, ExpressionError> {
-    let (least, most) = match name {
+    let (min, max) = match name {
         "abs" | "ceil" | "exp2" | "floor" | "len" | "log2" | "mip_count" | "round" | "sqrt" => (1, 1),
         "align" => (2, 2),
         "clamp" => (3, 3),
@@ -238,8 +238,8 @@ fn call(
             });
         }
     };
-    if !(least..=most).contains(&arguments.len()) {
-        let wanted = if least == most { least.to_string() } else { format!("{least} or more") };
+    if !(min..=max).contains(&arguments.len()) {
+        let wanted = if min == max { min.to_string() } else { format!("{min} or more") };
         return Err(type_error(range, format!("{name} takes {wanted} arguments, not {}", arguments.len())));
     }
     let values = arguments.iter().map(|argument| evaluate(argument, scope)).collect::<Result<Vec<_>, _>>()?;
@@ -256,17 +256,17 @@ fn call(
         "log2" => map(&f64::log2),
         "sqrt" => map(&f64::sqrt),
         "len" => match &values[0] {
-            Value::List(list) if list.len() <= MAXIMUM_LIST => Ok(Value::Number(list.len() as f64)),
+            Value::List(list) if list.len() <= MAX_LIST => Ok(Value::Number(list.len() as f64)),
             _ => Err(wanted("a list")),
         },
         "mip_count" => {
             let sides =
                 values[0].numbers().filter(|sides| !sides.is_empty()).ok_or_else(|| wanted("a size"))?;
-            let largest = sides.into_iter().fold(0.0, f64::max);
-            if largest < 1.0 {
+            let max = sides.into_iter().fold(0.0, f64::max);
+            if max < 1.0 {
                 return Err(arithmetic(arguments[0].range.clone(), "a size below 1 has no mip levels"));
             }
-            Ok(Value::Number(largest.log2().floor() + 1.0))
+            Ok(Value::Number(max.log2().floor() + 1.0))
         }
         "align" => {
             let at = arguments[1].range.clone();

@@ -6,18 +6,18 @@ use std::ops::Range;
 
 use super::{BinaryOperator, ErrorKind, Expression, ExpressionError, ExpressionKind, UnaryOperator, Value};
 
-const MAXIMUM_DEPTH: usize = 64;
-const MAXIMUM_BYTES: usize = 4096;
+const MAX_DEPTH: usize = 64;
+const MAX_BYTES: usize = 4096;
 /// Chains of operators become trees that lean to the left, on which every later step recurses.
-const MAXIMUM_CHAIN: usize = 128;
+const MAX_CHAIN: usize = 128;
 
 /// Parses the text of an expression.
 ///
 /// # Errors
 /// The first syntax error.
 pub fn parse(text: &str) -> Result<Expression, ExpressionError> {
-    if text.len() > MAXIMUM_BYTES {
-        return Err(syntax(0..text.len(), format!("an expression has at most {MAXIMUM_BYTES} bytes")));
+    if text.len() > MAX_BYTES {
+        return Err(syntax(0..text.len(), format!("an expression has at most {MAX_BYTES} bytes")));
     }
     let mut parser = Parser { text, at: 0, depth: 0 };
     let expression = parser.conditional()?;
@@ -57,10 +57,10 @@ const LEVELS: &[&[(&str, BinaryOperator)]] = &[
 impl Parser<'_> {
     fn conditional(&mut self) -> Result<Expression, ExpressionError> {
         self.depth += 1;
-        if self.depth > MAXIMUM_DEPTH {
+        if self.depth > MAX_DEPTH {
             return Err(syntax(
                 self.at..self.text.len(),
-                format!("expressions nest to {MAXIMUM_DEPTH} levels at most"),
+                format!("expressions nest to {MAX_DEPTH} levels at most"),
             ));
         }
         let condition = self.binary(0)?;
@@ -87,10 +87,10 @@ impl Parser<'_> {
         let mut links = 0;
         while let Some((_, operator)) = operators.iter().find(|(spelling, _)| self.take(spelling)) {
             links += 1;
-            if links > MAXIMUM_CHAIN {
+            if links > MAX_CHAIN {
                 return Err(syntax(
                     left.range,
-                    format!("a chain of operators has at most {MAXIMUM_CHAIN} links"),
+                    format!("a chain of operators has at most {MAX_CHAIN} links"),
                 ));
             }
             let right = self.binary(level + 1)?;
@@ -113,11 +113,8 @@ impl Parser<'_> {
             return self.postfix();
         };
         self.depth += 1;
-        if self.depth > MAXIMUM_DEPTH {
-            return Err(syntax(
-                start..self.at,
-                format!("expressions nest to {MAXIMUM_DEPTH} levels at most"),
-            ));
+        if self.depth > MAX_DEPTH {
+            return Err(syntax(start..self.at, format!("expressions nest to {MAX_DEPTH} levels at most")));
         }
         let operand = self.unary()?;
         self.depth -= 1;
@@ -132,10 +129,10 @@ impl Parser<'_> {
         let mut links = 0;
         while self.take("[") {
             links += 1;
-            if links > MAXIMUM_DEPTH {
+            if links > MAX_DEPTH {
                 return Err(syntax(
                     expression.range,
-                    format!("expressions nest to {MAXIMUM_DEPTH} levels at most"),
+                    format!("expressions nest to {MAX_DEPTH} levels at most"),
                 ));
             }
             let index = self.conditional()?;

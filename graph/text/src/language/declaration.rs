@@ -159,16 +159,16 @@ pub struct ParameterDeclaration {
     pub parameter_type: ParameterType,
     /// The value where nobody sets one.
     pub default: serde_json::Value,
-    /// The least value (of each element).
+    /// The minimum value (of each element).
     #[serde(default)]
     pub min: Option<f64>,
-    /// The greatest value (of each element).
+    /// The maximum value (of each element).
     #[serde(default)]
     pub max: Option<f64>,
     /// The fewest elements of a list.
     #[serde(default)]
     pub min_length: Option<u32>,
-    /// The most elements of a list.
+    /// The maximum number of elements of a list.
     #[serde(default)]
     pub max_length: Option<u32>,
     /// How the elements of a list follow one another.

@@ -15,8 +15,8 @@ mod text;
 
 pub use diff::diff;
 pub use model::{
-    AttachmentReport, CompatibilityClassReport, EdgeKind, EdgeReport, MAXIMUM_STEPS, MemoryReport,
-    PassReport, Report, ResourceReport, bytes_in_words,
+    AttachmentReport, CompatibilityClassReport, EdgeKind, EdgeReport, MAX_STEPS, MemoryReport, PassReport,
+    Report, ResourceReport, bytes_in_words,
 };
 
 /// The form of a drawn graph.

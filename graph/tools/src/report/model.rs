@@ -13,7 +13,7 @@ use crate::source::{Sources, Span};
 use crate::work::{LoadOperation, PassHandle, Work};
 
 /// The steps of a reason that a report tells, so that it does not grow with the square of a long chain.
-pub const MAXIMUM_STEPS: usize = 16;
+pub const MAX_STEPS: usize = 16;
 
 /// Everything about one plan.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -53,7 +53,7 @@ pub struct PassReport {
     /// What readers see in a frame without it, in words, for each resource that has a passthrough.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub passthrough: Vec<String>,
-    /// Why it is kept or culled, step by step; the first [`MAXIMUM_STEPS`] of a longer way.
+    /// Why it is kept or culled, step by step; the first [`MAX_STEPS`] of a longer way.
     pub why: Vec<String>,
     /// What it reads, by name.
     pub reads: Vec<String>,
@@ -159,7 +159,7 @@ pub struct MemoryReport {
     pub created: u64,
     /// What this order cannot go below: the sum over the classes of what is alive at once.
     pub bound: u64,
-    /// The most that is alive at once over all classes.
+    /// The maximum that is alive at once over all classes.
     pub peak: u64,
     /// For the objective `memory`: the order of the document, the one chosen, and the bound of all orders.
     pub orders: Option<[u64; 3]>,
@@ -297,9 +297,9 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
         }),
         why: {
             let way = if planned.is_some() {
-                plan.why_kept_within(handle, MAXIMUM_STEPS + 1)
+                plan.why_kept_within(handle, MAX_STEPS + 1)
             } else {
-                plan.why_culled_within(&pass.name, MAXIMUM_STEPS + 1)
+                plan.why_culled_within(&pass.name, MAX_STEPS + 1)
             };
             shortened(way)
         },
@@ -313,10 +313,10 @@ fn pass_report(plan: &Plan, sources: &Sources, handle: PassHandle) -> PassReport
     }
 }
 
-/// A way of at most [`MAXIMUM_STEPS`] steps, and that there are more.
+/// A way of at most [`MAX_STEPS`] steps, and that there are more.
 fn shortened(mut way: Vec<String>) -> Vec<String> {
-    if way.len() > MAXIMUM_STEPS {
-        way.truncate(MAXIMUM_STEPS);
+    if way.len() > MAX_STEPS {
+        way.truncate(MAX_STEPS);
         way.push("and so on: `umbragraph why` tells every step".to_owned());
     }
     way
@@ -473,11 +473,11 @@ fn classes(plan: &Plan) -> Vec<CompatibilityClassReport> {
     }
     let report = |((what, _, usages), class): ((String, u64, String), CompatibilityClass)| {
         let size = |of: Option<&u64>| bytes_in_words(of.copied().unwrap_or(0));
-        let (least, most) = (size(class.members.iter().min()), size(class.members.iter().max()));
+        let (min, max) = (size(class.members.iter().min()), size(class.members.iter().max()));
         let what = match what.is_empty() {
             false => what,
-            true if least == most => least,
-            true => format!("{least} to {most}"),
+            true if min == max => min,
+            true => format!("{min} to {max}"),
         };
         CompatibilityClassReport {
             description: format!("{what} {usages}"),

@@ -16,7 +16,7 @@ use crate::work::{
 };
 
 /// The numbers of a value that are told.
-const MAXIMUM_NUMBERS: usize = 16;
+const MAX_NUMBERS: usize = 16;
 
 /// The settings of a pass by name.
 pub(super) fn settings(plan: &Plan, planned: &PlannedPass) -> BTreeMap<String, String> {
@@ -189,14 +189,14 @@ fn numbers(member: &Member, bytes: &[u8]) -> Option<String> {
     let (words, _) = bytes.as_chunks::<4>();
     let mut told: Vec<String> = words
         .iter()
-        .take(MAXIMUM_NUMBERS)
+        .take(MAX_NUMBERS)
         .map(|word| match element.component {
             Component::F32 => f32::from_le_bytes(*word).to_string(),
             Component::U32 => u32::from_le_bytes(*word).to_string(),
             Component::I32 => i32::from_le_bytes(*word).to_string(),
         })
         .collect();
-    if words.len() > MAXIMUM_NUMBERS {
+    if words.len() > MAX_NUMBERS {
         told.push("…".to_owned());
     }
     Some(told.join(" "))

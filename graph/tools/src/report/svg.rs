@@ -381,12 +381,12 @@ fn bar(out: &mut String, report: &Report, resource: &ResourceReport, y: usize) {
 
 fn chart(out: &mut String, report: &Report, top: usize) {
     let memory = &report.memory;
-    let most = memory.without_aliasing.max(memory.created).max(1);
+    let max = memory.without_aliasing.max(memory.created).max(1);
     if report.passes.is_empty() || memory.created == 0 {
         return;
     }
     let bottom = top + CHART;
-    let rise = |bytes: u64| bottom - (u128::from(bytes) * (CHART as u128 - 6) / u128::from(most)) as usize;
+    let rise = |bytes: u64| bottom - (u128::from(bytes) * (CHART as u128 - 6) / u128::from(max)) as usize;
     let right = GUTTER + report.passes.len() * COLUMN;
     let mut path = format!("M{GUTTER} {bottom}");
     for (column, bytes) in memory.alive.iter().enumerate() {
@@ -420,12 +420,12 @@ fn chart(out: &mut String, report: &Report, top: usize) {
 }
 
 /// At most so many characters.
-pub(super) fn shorten(text: &str, most: usize) -> String {
-    let most = most.max(3);
-    if text.chars().count() <= most {
+pub(super) fn shorten(text: &str, max: usize) -> String {
+    let max = max.max(3);
+    if text.chars().count() <= max {
         return text.to_owned();
     }
-    text.chars().take(most - 1).chain(['…']).collect()
+    text.chars().take(max - 1).chain(['…']).collect()
 }
 
 /// A text as XML and HTML want it.

@@ -16,8 +16,8 @@
 //!   the only one that does not load, and `after` does not put it behind another. An order found for one resource may explain that of another.
 //!
 //! Where passes that use a resource have toggles, its frame is played through in every state of those toggles, with the
-//! passes and accesses of that state only. With more than [`MAXIMUM_TOGGLES`] of them it is played with all on, all
-//! off, and each alone, as far as [`MAXIMUM_WORK`] goes; who feeds whom in the other states is found by going `back`.
+//! passes and accesses of that state only. With more than [`MAX_TOGGLES`] of them it is played with all on, all
+//! off, and each alone, as far as [`MAX_WORK`] goes; who feeds whom in the other states is found by going `back`.
 
 use std::collections::{BTreeSet, HashMap, HashSet};
 
@@ -27,10 +27,10 @@ use crate::language::Lifetime;
 use crate::pipeline::{Access, Aspect, IndexRange, SubresourceRange, Usage, Version};
 use crate::work::{PassHandle, ResourceHandle, Work};
 
-/// The most toggles of which every combination is tried for one resource.
-const MAXIMUM_TOGGLES: usize = 6;
+/// The maximum number of toggles of which every combination is tried for one resource.
+const MAX_TOGGLES: usize = 6;
 /// About how many regions are gone over to play one resource in some of many states.
-const MAXIMUM_WORK: usize = 1 << 22;
+const MAX_WORK: usize = 1 << 22;
 
 /// Who feeds whom.
 pub(super) struct Flow {
@@ -284,7 +284,7 @@ fn states(plan: &Plan, events: &[Event<'_>], regions: usize) -> (Vec<State>, boo
     let state = |is_on: &dyn Fn(usize) -> bool| -> State {
         toggles.iter().enumerate().map(|(bit, toggle)| (*toggle, is_on(bit))).collect()
     };
-    if toggles.len() <= MAXIMUM_TOGGLES {
+    if toggles.len() <= MAX_TOGGLES {
         let all = (0..1usize << toggles.len()).map(|off| state(&|bit| off & (1 << bit) == 0));
         return (all.collect(), true);
     }
@@ -295,7 +295,7 @@ fn states(plan: &Plan, events: &[Event<'_>], regions: usize) -> (Vec<State>, boo
     let work = |event: &Event<'_>| event.regions.len() * if event.one.usage.reads() { each } else { 1 };
     let work: usize = events.iter().map(work).sum::<usize>() + events.len() + regions;
     let mut states = vec![state(&|_| true), state(&|_| false)];
-    for alone in 0..toggles.len().min(MAXIMUM_WORK / (2 * work)) {
+    for alone in 0..toggles.len().min(MAX_WORK / (2 * work)) {
         states.extend([state(&|bit| bit == alone), state(&|bit| bit != alone)]);
     }
     (states, false)

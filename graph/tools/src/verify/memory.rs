@@ -311,10 +311,10 @@ fn check_buffer_bytes(
     for (place, list) in aliases {
         let Physical::Buffer(index) = place else { continue };
         let Some(buffer) = plan.buffers.get(*index) else { continue };
-        let most = list.iter().map(|(.., name)| plan.resources[*name].bytes).max().unwrap_or(0);
-        if buffer.bytes != most {
+        let max = list.iter().map(|(.., name)| plan.resources[*name].bytes).max().unwrap_or(0);
+        if buffer.bytes != max {
             let message = format!(
-                "buffer {index} has {} bytes, and the largest that it stands for {most}",
+                "buffer {index} has {} bytes, and the largest that it stands for {max}",
                 buffer.bytes
             );
             violations.add(ViolationKind::CompatibilityMismatch, message);
@@ -336,16 +336,16 @@ impl CompatibilityClass {
     /// How many are alive at once, and how many bytes.
     fn peaks(&mut self) -> (usize, u64) {
         self.events.sort_unstable();
-        let (mut alive, mut most) = ((0usize, 0u64), (0, 0));
+        let (mut alive, mut max) = ((0usize, 0u64), (0, 0));
         for (_, begins, bytes) in &self.events {
             alive = if *begins {
                 (alive.0 + 1, alive.1.saturating_add(*bytes))
             } else {
                 (alive.0.saturating_sub(1), alive.1.saturating_sub(*bytes))
             };
-            most = (most.0.max(alive.0), most.1.max(alive.1));
+            max = (max.0.max(alive.0), max.1.max(alive.1));
         }
-        most
+        max
     }
 }
 

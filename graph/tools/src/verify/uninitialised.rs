@@ -88,9 +88,9 @@ fn exists(planned: &PlannedResource, volume: bool, regions: &Regions, region: us
     });
     let has_aspect = pieces[2].iter().any(|(first, end)| (*first).max(aspects.0) < aspects.1.min(*end));
     let mips = pieces[0].iter().filter(|(first, end)| *first < u64::from(size.mips).min(*end));
-    // Of a volume the first of these mips has the most slices.
+    // Of a volume the first of these mips has the maximum number of slices.
     let layers =
         mips.map(|(first, _)| if volume { (size.layers >> (*first).min(31)).max(1) } else { size.layers });
-    let most = u64::from(layers.max().unwrap_or(0));
-    has_aspect && pieces[1].iter().any(|(first, end)| *first < most.min(*end))
+    let max = u64::from(layers.max().unwrap_or(0));
+    has_aspect && pieces[1].iter().any(|(first, end)| *first < max.min(*end))
 }

@@ -36,14 +36,14 @@ proptest! {
         corner in position(300.0), size in (0.0..300.0, 0.0..300.0, 0.0..300.0),
         points in prop::collection::vec((0.0..=1.0, 0.0..=1.0, 0.0..=1.0), 64),
     ) {
-        let minimum = camera.position + corner;
+        let min = camera.position + corner;
         let size = DVec3::from(size);
         let mut frame = frame(camera, light);
-        frame.filter_bounds = vec![("casters".into(), Bounds { minimum, maximum: minimum + size })];
+        frame.filter_bounds = vec![("casters".into(), Bounds { min, max: min + size })];
         let set = Configuration { shape, ..configuration(&[8.0, 40.0, 200.0]) }.fit(&frame);
         for cascade in set.iter() {
             for part in &points {
-                let at = lookup(cascade, 2048.0, minimum + size * DVec3::from(*part));
+                let at = lookup(cascade, 2048.0, min + size * DVec3::from(*part));
                 let above = at.x >= 0.0 && at.x <= 2048.0 && at.y >= 0.0 && at.y <= 2048.0;
                 // What lies beyond the far plane is behind everything that is looked up.
                 prop_assert!(!above || at.z > 0.0, "{at}");
@@ -74,8 +74,8 @@ proptest! {
         points in prop::collection::vec((0.0..=1.0, -1.0..=1.0, -1.0..=1.0), 64),
     ) {
         let mut frame = frame(camera, light);
-        let minimum = camera.position + camera.forward() * 60.0 + corner * 0.3;
-        frame.scene_bounds = Bounds { minimum, maximum: minimum + DVec3::from(size) };
+        let min = camera.position + camera.forward() * 60.0 + corner * 0.3;
+        frame.scene_bounds = Bounds { min, max: min + DVec3::from(size) };
         let wide = Configuration { shape, ..configuration(&[8.0, 40.0, 200.0]) };
         let narrow = Configuration { clip_to_scene: true, ..wide.clone() };
         for (wide, cascade) in wide.fit(&frame).iter().zip(narrow.fit(&frame).iter()) {
@@ -84,7 +84,7 @@ proptest! {
                 let slice = &cascade.slice;
                 let point = frustum_point(&camera, slice.begin + (slice.end - slice.begin) * part, *x, *y);
                 let bounds = &frame.scene_bounds;
-                if point.cmpge(bounds.minimum).all() && point.cmple(bounds.maximum).all() {
+                if point.cmpge(bounds.min).all() && point.cmple(bounds.max).all() {
                     let at = lookup(cascade, 2048.0, point);
                     prop_assert!(at.min_element() > 0.0 && at.truncate().max_element() < 2048.0 && at.z < 1.0, "{at}");
                 }

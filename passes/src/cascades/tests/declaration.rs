@@ -49,8 +49,8 @@ fn declared(pipeline: &Pipeline) -> u32 {
     let umbragraph_pipeline::pipeline::ResourceKind::Data(Some(shape)) = &pipeline.resources[0].kind else {
         panic!("data")
     };
-    assert_eq!(*shape, node::shape(shape.maximum_views));
-    shape.maximum_views
+    assert_eq!(*shape, node::shape(shape.max_views));
+    shape.max_views
 }
 
 fn floats(data: &BlackboardData, name: &str) -> Vec<f32> {

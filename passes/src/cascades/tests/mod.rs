@@ -16,11 +16,11 @@ use super::fit::FitShape;
 use super::layout::Layout;
 use super::snap::Snap;
 use super::splits::{Blend, BlendOf, Splits};
-use super::{Cascade, MAXIMUM_CASCADES};
+use super::{Cascade, MAX_CASCADES};
 
 /// The cascades of a typical setting: far distances as listed, 2048 texels, everything else as without settings.
 fn configuration(far: &[f64]) -> Configuration {
-    let mut all = [0.0; MAXIMUM_CASCADES];
+    let mut all = [0.0; MAX_CASCADES];
     all[..far.len()].copy_from_slice(far);
     Configuration {
         light: None,
@@ -35,7 +35,7 @@ fn configuration(far: &[f64]) -> Configuration {
         far_extension: 0.0,
         clip_to_scene: false,
         reverse: false,
-        layout: Layout::layers(&[2048; MAXIMUM_CASCADES], None),
+        layout: Layout::layers(&[2048; MAX_CASCADES], None),
     }
 }
 
@@ -56,7 +56,7 @@ fn sun(direction: DVec3) -> Light {
 }
 
 fn frame(camera: Camera, direction: DVec3) -> FrameInput {
-    let bounds = Bounds { minimum: DVec3::new(-60.0, -2.0, -60.0), maximum: DVec3::new(60.0, 40.0, 60.0) };
+    let bounds = Bounds { min: DVec3::new(-60.0, -2.0, -60.0), max: DVec3::new(60.0, 40.0, 60.0) };
     FrameInput {
         camera,
         lights: vec![sun(direction)],

@@ -62,8 +62,8 @@ proptest! {
         }
         let mut frame = frame(camera, DVec3::NEG_Y);
         frame.lights[0].direction = if unit { light.normalize_or(DVec3::X) } else { light };
-        frame.filter_bounds = vec![("casters".into(), Bounds { minimum: low, maximum: high })];
-        frame.scene_bounds = Bounds { minimum: scene_low, maximum: scene_high };
+        frame.filter_bounds = vec![("casters".into(), Bounds { min: low, max: high })];
+        frame.scene_bounds = Bounds { min: scene_low, max: scene_high };
         assert_finite(&settings.fit(&frame));
     }
 }
@@ -127,7 +127,7 @@ fn one_object_with_broken_bounds_leaves_the_cascades_as_they_are() {
     let fine = sizes(&frame);
     for size in [1e20, 1e300, f64::MAX] {
         frame.filter_bounds =
-            vec![("casters".into(), Bounds { minimum: DVec3::splat(-size), maximum: DVec3::splat(size) })];
+            vec![("casters".into(), Bounds { min: DVec3::splat(-size), max: DVec3::splat(size) })];
         assert_eq!(sizes(&frame), fine, "{size}");
     }
 }

@@ -56,16 +56,16 @@ impl DeviceSkinning {
     /// Whether a device can skin these draws, which have so many vertices together.
     pub(super) fn fits(limits: &wgpu::Limits, scene: &Scene, draws: &[Skinned], vertices: u32) -> bool {
         let joints: u64 = draws.iter().map(|skinned| u64::from(skinned.joint_count)).sum();
-        let largest = draws.iter().map(|skinned| scene.primitive(skinned.draw).positions.len()).max();
-        let largest_buffer = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let max = draws.iter().map(|skinned| scene.primitive(skinned.draw).positions.len()).max();
+        let max_buffer = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         limits.max_storage_buffers_per_shader_stage >= STORAGE_BUFFERS
             && limits.max_compute_workgroup_size_x >= WORKGROUP
             && limits.max_compute_invocations_per_workgroup >= WORKGROUP
-            && largest.unwrap_or(0).div_ceil(WORKGROUP as usize)
+            && max.unwrap_or(0).div_ceil(WORKGROUP as usize)
                 <= limits.max_compute_workgroups_per_dimension as usize
-            && joints * size_of::<Mat4>() as u64 <= largest_buffer
+            && joints * size_of::<Mat4>() as u64 <= max_buffer
             // Modelled vertices are shared between draws, so there are no more of them.
-            && u64::from(vertices) * size_of::<Modelled>() as u64 <= largest_buffer
+            && u64::from(vertices) * size_of::<Modelled>() as u64 <= max_buffer
     }
 
     pub(super) fn new(device: &wgpu::Device, scene: &Scene, draws: &[Skinned], geometry: &Geometry) -> Self {

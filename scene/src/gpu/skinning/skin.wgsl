@@ -28,7 +28,7 @@ struct Draw {
 @group(0) @binding(3) var<storage, read_write> positions: array<f32>;
 @group(0) @binding(4) var<storage, read_write> normals: array<f32>;
 
-fn largest_of(value: vec3<f32>) -> f32 {
+fn max_of(value: vec3<f32>) -> f32 {
     let size = abs(value);
     return max(size.x, max(size.y, size.z));
 }
@@ -36,7 +36,7 @@ fn largest_of(value: vec3<f32>) -> f32 {
 // What turns normals with a transform: its cofactors. They exist for every transform, also one that flattens. Scaled, so
 // that products neither vanish nor overflow.
 fn turn_normal(transform: mat3x3<f32>, normal: vec3<f32>) -> vec3<f32> {
-    let largest = max(largest_of(transform[0]), max(largest_of(transform[1]), largest_of(transform[2])));
+    let largest = max(max_of(transform[0]), max(max_of(transform[1]), max_of(transform[2])));
     if !(largest > 0.0) {
         return normal;
     }
@@ -44,7 +44,7 @@ fn turn_normal(transform: mat3x3<f32>, normal: vec3<f32>) -> vec3<f32> {
     let y = transform[1] / largest;
     let z = transform[2] / largest;
     let cofactors = mat3x3<f32>(cross(y, z), cross(z, x), cross(x, y));
-    let size = max(largest_of(cofactors[0]), max(largest_of(cofactors[1]), largest_of(cofactors[2])));
+    let size = max(max_of(cofactors[0]), max(max_of(cofactors[1]), max_of(cofactors[2])));
     if !(size > 0.0) {
         return normal;
     }
@@ -70,7 +70,7 @@ fn skin(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let position = (blended * vec4<f32>(vertex.position, 1.0)).xyz;
     let turned = turn_normal(mat3x3<f32>(blended[0].xyz, blended[1].xyz, blended[2].xyz), vertex.normal);
-    let size = largest_of(turned);
+    let size = max_of(turned);
     var normal = vec3<f32>(0.0, 1.0, 0.0);
     if size > 0.0 {
         normal = normalize(turned / size);

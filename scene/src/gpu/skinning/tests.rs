@@ -69,11 +69,11 @@ fn assert_alike(scene: &Scene, poses: &[Pose]) -> f64 {
     for pose in poses {
         let [positions, normals] = device.in_pose(&gpus[0], scene, pose);
         let [wanted, wanted_normals] = host.in_pose(&gpus[1], scene, pose);
-        let largest = wanted.iter().fold(1.0_f32, |largest, value| largest.max(value.abs()));
+        let max = wanted.iter().fold(1.0_f32, |max, value| max.max(value.abs()));
         for (found, wanted) in positions.iter().zip(&wanted) {
-            farthest = farthest.max(f64::from((found - wanted).abs() / largest));
+            farthest = farthest.max(f64::from((found - wanted).abs() / max));
         }
-        assert!(farthest < 1e-5, "positions are {farthest} of {largest} m off");
+        assert!(farthest < 1e-5, "positions are {farthest} of {max} m off");
         for (at, (found, wanted)) in normals.iter().zip(&wanted_normals).enumerate() {
             assert!((found - wanted).abs() < 1e-4, "normal {}: {found}, not {wanted}", at / 3);
         }

@@ -23,7 +23,7 @@ impl Tolerance {
 
 /// The place where two pictures lie furthest apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct LargestDifference {
+pub struct MaxDifference {
     /// The difference of the channel that differs most.
     pub amount: u8,
     /// That channel: `red`, `green`, `blue` or `alpha`.
@@ -49,7 +49,7 @@ pub struct Comparison {
 #[derive(Clone, Debug)]
 enum Outcome {
     OtherSize { reference: (u32, u32), actual: (u32, u32) },
-    Compared { pixels: usize, failed: usize, largest: Option<LargestDifference>, difference: Picture },
+    Compared { pixels: usize, failed: usize, max: Option<MaxDifference>, difference: Picture },
 }
 
 const CHANNEL_NAMES: [&str; 4] = ["red", "green", "blue", "alpha"];
@@ -63,7 +63,7 @@ pub fn compare(reference: &Picture, actual: &Picture, tolerance: &Tolerance) -> 
     }
     let (width, height) = sizes.0;
     let mut failed = 0;
-    let mut largest: Option<LargestDifference> = None;
+    let mut max: Option<MaxDifference> = None;
     let mut difference = Picture::filled(width, height, Channels::Rgb, &[0; 3]);
     let mut places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     for (expected, found) in reference.rgba_pixels().zip(actual.rgba_pixels()) {
@@ -75,8 +75,8 @@ pub fn compare(reference: &Picture, actual: &Picture, tolerance: &Tolerance) -> 
                 (channel, amount) = (index, candidate);
             }
         }
-        if amount > largest.map_or(0, |largest| largest.amount) {
-            largest = Some(LargestDifference {
+        if amount > max.map_or(0, |max| max.amount) {
+            max = Some(MaxDifference {
                 amount,
                 channel: CHANNEL_NAMES[channel],
                 x,
@@ -92,7 +92,7 @@ pub fn compare(reference: &Picture, actual: &Picture, tolerance: &Tolerance) -> 
         }
     }
     let pixels = width as usize * height as usize;
-    Comparison { tolerance: *tolerance, outcome: Outcome::Compared { pixels, failed, largest, difference } }
+    Comparison { tolerance: *tolerance, outcome: Outcome::Compared { pixels, failed, max, difference } }
 }
 
 /// Red where a pixel fails, green where it differs within the tolerance, else the reference, dark.
@@ -127,10 +127,10 @@ impl Comparison {
     }
 
     /// Where the pictures lie furthest apart; none when they are the same or their sizes differ.
-    pub fn largest_difference(&self) -> Option<LargestDifference> {
+    pub fn max_difference(&self) -> Option<MaxDifference> {
         match &self.outcome {
             Outcome::OtherSize { .. } => None,
-            Outcome::Compared { largest, .. } => *largest,
+            Outcome::Compared { max, .. } => *max,
         }
     }
 
@@ -151,18 +151,18 @@ impl Comparison {
                 "the reference is {}x{} pixels, the actual picture {}x{}",
                 reference.0, reference.1, actual.0, actual.1
             ),
-            Outcome::Compared { largest: None, pixels, .. } => format!("all {pixels} pixels are the same"),
-            Outcome::Compared { largest: Some(largest), pixels, failed, .. } => format!(
+            Outcome::Compared { max: None, pixels, .. } => format!("all {pixels} pixels are the same"),
+            Outcome::Compared { max: Some(max), pixels, failed, .. } => format!(
                 "{failed} of {pixels} pixels differ by more than {} ({} may); the largest difference is {} in \
                  {} at column {}, row {}: reference {:?}, actual {:?}",
                 self.tolerance.per_channel,
                 self.tolerance.failed_pixels,
-                largest.amount,
-                largest.channel,
-                largest.x,
-                largest.y,
-                largest.reference,
-                largest.actual,
+                max.amount,
+                max.channel,
+                max.x,
+                max.y,
+                max.reference,
+                max.actual,
             ),
         }
     }
@@ -197,7 +197,7 @@ mod tests {
         let comparison = compare(&gradient(), &gradient(), &Tolerance::EXACT);
         assert!(comparison.matches());
         assert_eq!(comparison.failed_pixels(), Some(0));
-        assert_eq!(comparison.largest_difference(), None);
+        assert_eq!(comparison.max_difference(), None);
     }
 
     #[test]
@@ -206,8 +206,8 @@ mod tests {
         let comparison = compare(&gradient(), &corrupted, &Tolerance::EXACT);
         assert!(!comparison.matches());
         assert_eq!(comparison.failed_pixels(), Some(1));
-        let largest = comparison.largest_difference().unwrap();
-        assert_eq!((largest.amount, largest.channel, largest.x, largest.y), (64, "green", 11, 5));
+        let max = comparison.max_difference().unwrap();
+        assert_eq!((max.amount, max.channel, max.x, max.y), (64, "green", 11, 5));
         let message = comparison.message();
         assert!(message.contains("1 of 128 pixels") && message.contains("column 11, row 5"), "{message}");
     }
@@ -231,7 +231,7 @@ mod tests {
         let corrupted = with_pixel(0, 7, |pixel| pixel[3] ^= 0x80);
         let comparison = compare(&gradient(), &corrupted, &Tolerance { per_channel: 100, failed_pixels: 0 });
         assert!(!comparison.matches());
-        assert_eq!(comparison.largest_difference().unwrap().channel, "alpha");
+        assert_eq!(comparison.max_difference().unwrap().channel, "alpha");
     }
 
     #[test]

@@ -11,6 +11,6 @@ mod comparison;
 mod golden;
 mod picture;
 
-pub use comparison::{Comparison, LargestDifference, Tolerance, compare};
+pub use comparison::{Comparison, MaxDifference, Tolerance, compare};
 pub use golden::{GoldenFolder, Verdict};
 pub use picture::{Channels, Picture, PictureError};

@@ -5,22 +5,22 @@
 //! where `after` stands. Every pass on the one side then runs behind every pass on the other. Behind a pass that is not
 //! there, since its `when` does not hold, means behind those that it would have followed itself.
 //!
-//! Limits: [`MAXIMUM_PAIRS`] pairs of passes, since each is an edge of the graph.
+//! Limits: [`MAX_PAIRS`] pairs of passes, since each is an edge of the graph.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use super::Shared;
 use super::versions::{is_absent, is_gap};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_DIAGNOSTICS, codes, list_of};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of};
 use crate::document::{Entry, Value};
 use crate::pipeline::builder::expression_diagnostic;
 use crate::pipeline::expand::Instance;
 use crate::pipeline::{Environment, Pass};
 use crate::work::PassHandle;
 
-/// The most pairs of a pass and one that it waits for.
-const MAXIMUM_PAIRS: usize = 1 << 20;
+/// The maximum number of pairs of a pass and one that it waits for.
+const MAX_PAIRS: usize = 1 << 20;
 
 /// A pass, or a use of a subgraph, that says "after".
 pub(in crate::pipeline) struct Waiting<'a> {
@@ -54,7 +54,7 @@ pub(super) fn connect(
         if is_absent(absent, later) {
             continue;
         }
-        if shared.diagnostics.len() >= MAXIMUM_DIAGNOSTICS {
+        if shared.diagnostics.len() >= MAX_DIAGNOSTICS {
             return;
         }
         let followers = members(&positions, later);
@@ -75,9 +75,9 @@ pub(super) fn connect(
             let mut before = members(&positions, &name);
             before.extend(through(&positions, &followed, &name));
             pairs += before.len() * followers.len();
-            if pairs > MAXIMUM_PAIRS {
+            if pairs > MAX_PAIRS {
                 let message =
-                    format!("more than {MAXIMUM_PAIRS} pairs of passes are in an order stated by \"after\"");
+                    format!("more than {MAX_PAIRS} pairs of passes are in an order stated by \"after\"");
                 let diagnostic = Diagnostic::error(codes::LOOP, value.span, message).pointer(at());
                 let help = "put a pass between the two that the one side is before and the other after";
                 shared.diagnostics.push(diagnostic.help(help));

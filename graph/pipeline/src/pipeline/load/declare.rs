@@ -6,7 +6,7 @@ use super::Shared;
 use super::after::Waiting;
 use super::declared::{Declarations, Declared};
 use super::sound::Broken;
-use crate::diagnostic::{Diagnostics, MAXIMUM_DIAGNOSTICS};
+use crate::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use crate::document::{Document, Entry, pointer_join};
 use crate::node::Registry;
 use crate::pipeline::builder::PassBuilder;
@@ -65,7 +65,7 @@ pub(super) fn declare<'a>(
     let mut declarations = Declarations::new(registry);
     declare_resources(resources, &mut declarations, shared);
     for instance in &instances {
-        if shared.diagnostics.len() >= MAXIMUM_DIAGNOSTICS {
+        if shared.diagnostics.len() >= MAX_DIAGNOSTICS {
             return None;
         }
         passes.declare(instance, &mut declarations, toggles, shared);

@@ -30,7 +30,7 @@ use std::sync::Arc;
 use super::modules::Modules;
 use super::profiles::claimed_profiles;
 use super::{Choice, Pass, Passthrough, Pipeline, Toggle, toggle};
-use crate::diagnostic::{Diagnostics, MAXIMUM_DIAGNOSTICS};
+use crate::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use crate::document::{self, Document};
 use crate::draw::check_host;
 use crate::node::Registry;
@@ -49,7 +49,7 @@ use versions::{check_versions, uncertain};
 /// Makes the pipeline that a document describes, in the configuration that `choice` names.
 ///
 /// Diagnostics go to `diagnostics`; the result is `None` only where the document is too broken to have passes at all,
-/// or has more errors than are looked for ([`MAXIMUM_DIAGNOSTICS`]). A pipeline with errors is good for further checks,
+/// or has more errors than are looked for ([`MAX_DIAGNOSTICS`]). A pipeline with errors is good for further checks,
 /// not for use.
 pub fn load(
     document: &Document,
@@ -80,7 +80,7 @@ pub fn load_sharing(
     let read = as_meant(document, &schema_diagnostics);
     let document = read.as_ref().unwrap_or(document);
     let broken = Broken::new(&schema_diagnostics);
-    let is_hopeless = schema_diagnostics.len() >= MAXIMUM_DIAGNOSTICS;
+    let is_hopeless = schema_diagnostics.len() >= MAX_DIAGNOSTICS;
     diagnostics
         .extend(schema_diagnostics.into_iter().filter(|diagnostic| !is_of_incomplete(document, diagnostic)));
     if is_hopeless {

@@ -72,12 +72,12 @@ pub fn human(diagnostic: &Diagnostic, sources: &Sources) -> String {
 }
 
 /// The longest line that is shown whole.
-const MAXIMUM_LINE: usize = 300;
+const MAX_LINE: usize = 300;
 
 fn is_long(sources: &Sources, file: FileId, start: usize) -> bool {
     let Some(file) = sources.get(file) else { return false };
     let position = file.line_column(u32::try_from(start).unwrap_or(u32::MAX));
-    file.line(position.line).len() > MAXIMUM_LINE
+    file.line(position.line).len() > MAX_LINE
 }
 
 /// A diagnostic in a line too long to be shown: the characters around its place.
@@ -107,8 +107,8 @@ fn compact(diagnostic: &Diagnostic, sources: &Sources, notes: &[String]) -> Stri
     text
 }
 
-/// The most diagnostics that are shown; beyond them only their number.
-const MAXIMUM_SHOWN: usize = 200;
+/// The maximum number of diagnostics that are shown; beyond them only their number.
+const MAX_SHOWN: usize = 200;
 
 /// All diagnostics for people, one after the other (two hundred at most), and a closing line that counts them.
 pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sources: &Sources) -> String {
@@ -116,7 +116,7 @@ pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sour
     let (mut errors, mut warnings) = (0, 0);
     let mut shown = 0;
     for diagnostic in diagnostics {
-        if shown < MAXIMUM_SHOWN {
+        if shown < MAX_SHOWN {
             text.push_str(&human(diagnostic, sources));
         }
         shown += 1;
@@ -126,8 +126,8 @@ pub fn human_all<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>, sour
             Severity::Note => {}
         }
     }
-    if shown > MAXIMUM_SHOWN {
-        text.push_str(&format!("{} more diagnostics are not shown\n", shown - MAXIMUM_SHOWN));
+    if shown > MAX_SHOWN {
+        text.push_str(&format!("{} more diagnostics are not shown\n", shown - MAX_SHOWN));
     }
     let count = |number: usize, noun: &str| format!("{number} {noun}{}", if number == 1 { "" } else { "s" });
     match (errors, warnings) {

@@ -153,8 +153,8 @@ impl Printer {
             if same_line {
                 self.write(" ");
             } else {
-                let most = if at == 0 { 1 } else { 2 };
-                self.separate(Gap(start.0.clamp(1, most)), indent);
+                let max = if at == 0 { 1 } else { 2 };
+                self.separate(Gap(start.0.clamp(1, max)), indent);
             }
             self.leading(&item.leading, item.gap, indent);
             self.key(item.key.as_deref());

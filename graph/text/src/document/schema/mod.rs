@@ -12,7 +12,7 @@
 //!
 //! What a schema says is looked up once, when a [`Schema`] is made of it; a document that fits costs no allocation.
 //!
-//! Limits: it stops after [`MAXIMUM_DIAGNOSTICS`] diagnostics.
+//! Limits: it stops after [`MAX_DIAGNOSTICS`] diagnostics.
 
 mod rules;
 
@@ -21,7 +21,7 @@ pub use rules::Schema;
 use serde_json::Value as Json;
 
 use super::{Entry, Kind, Pointer, Value};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAXIMUM_DIAGNOSTICS, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, did_you_mean};
 use rules::{Additional, Alternatives, Branch, Node, Rules};
 
 /// Checks `value`, which stands at `pointer`, against `schema`; `$ref`s are looked up in `root`.
@@ -44,7 +44,7 @@ struct Checker<'a, 'd> {
     description: Option<&'a str>,
 }
 
-const MAXIMUM_REFERENCES: usize = 600;
+const MAX_REFERENCES: usize = 600;
 
 impl<'a> Checker<'a, '_> {
     fn value(&mut self, value: &Value, node: &'a Node, pointer: &Pointer<'_>, depth: usize) {
@@ -57,7 +57,7 @@ impl<'a> Checker<'a, '_> {
     }
 
     fn checked(&mut self, value: &Value, rules: &'a Rules, pointer: &Pointer<'_>, depth: usize) {
-        if depth > MAXIMUM_REFERENCES || self.diagnostics.len() >= MAXIMUM_DIAGNOSTICS {
+        if depth > MAX_REFERENCES || self.diagnostics.len() >= MAX_DIAGNOSTICS {
             return;
         }
         for keys in &rules.one_key {
@@ -104,7 +104,7 @@ impl<'a> Checker<'a, '_> {
     ) {
         let properties = rules.properties.as_ref();
         for entry in entries {
-            if self.diagnostics.len() >= MAXIMUM_DIAGNOSTICS {
+            if self.diagnostics.len() >= MAX_DIAGNOSTICS {
                 return;
             }
             let at = pointer.key(&entry.key);
@@ -185,9 +185,9 @@ impl<'a> Checker<'a, '_> {
 
     fn bounds(&mut self, value: &Value, number: f64, rules: &Rules, pointer: &Pointer<'_>) {
         let broken = match (rules.minimum, rules.maximum, rules.above) {
-            (Some(least), _, _) if number < least => Some(format!("at least {least}")),
-            (_, Some(most), _) if number > most => Some(format!("at most {most}")),
-            (_, _, Some(least)) if number <= least => Some(format!("above {least}")),
+            (Some(lower), _, _) if number < lower => Some(format!("at least {lower}")),
+            (_, Some(max_items), _) if number > max_items => Some(format!("at most {max_items}")),
+            (_, _, Some(lower)) if number <= lower => Some(format!("above {lower}")),
             _ => None,
         };
         if let Some(limit) = broken {
@@ -197,9 +197,9 @@ impl<'a> Checker<'a, '_> {
     }
 
     fn length(&mut self, value: &Value, length: usize, rules: &Rules, pointer: &Pointer<'_>) {
-        let broken = match (rules.fewest, rules.most) {
-            (Some(least), _) if (length as u64) < least => Some(format!("at least {least}")),
-            (_, Some(most)) if length as u64 > most => Some(format!("at most {most}")),
+        let broken = match (rules.min_items, rules.max_items) {
+            (Some(lower), _) if (length as u64) < lower => Some(format!("at least {lower}")),
+            (_, Some(max_items)) if length as u64 > max_items => Some(format!("at most {max_items}")),
             _ => None,
         };
         if let Some(limit) = broken {

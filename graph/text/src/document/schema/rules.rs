@@ -36,8 +36,8 @@ pub(super) struct Rules {
     pub(super) minimum: Option<f64>,
     pub(super) maximum: Option<f64>,
     pub(super) above: Option<f64>,
-    pub(super) fewest: Option<u64>,
-    pub(super) most: Option<u64>,
+    pub(super) min_items: Option<u64>,
+    pub(super) max_items: Option<u64>,
     pub(super) prefix: Vec<Node>,
     pub(super) items: Option<Node>,
     pub(super) properties: Option<Properties>,
@@ -233,7 +233,7 @@ impl<'a> Maker<'a> {
         };
         (rules.minimum, rules.maximum) = (number("minimum"), number("maximum"));
         rules.above = number("exclusiveMinimum");
-        (rules.fewest, rules.most) = (count("minItems"), count("maxItems"));
+        (rules.min_items, rules.max_items) = (count("minItems"), count("maxItems"));
         rules.all_of = self.nodes(json.get("allOf"));
         rules.prefix = self.nodes(json.get("prefixItems"));
         rules.items = json.get("items").map(|items| self.node(items));
