@@ -71,7 +71,7 @@ fn many(count: usize, inside: &str) -> String {
     text
 }
 
-/// A pipeline with these passes and parameters, of which only the first can be refused for its own sake.
+/// A pipeline with these passes and parameters, of which only the first can be rejected for its own sake.
 fn valid(passes: &str, parameters: &str) -> String {
     format!(
         r#"{{ "format": 1, "name": "hopeless", "parameters": {{ {parameters} }},

@@ -5,7 +5,7 @@
 //! of all is the only one for which the schema is made. Lines `ratio NAME VALUE` are ours divided by the bound that is
 //! aimed at (10 ms for 1,000 passes, a log-log slope of 1.1 to 10,000), by the flat pipeline (what instancing costs),
 //! or by `serde_json` making an untyped tree of the same text (the least that anything could do with it). The last
-//! lines are hopeless texts and how long each takes to be refused; "none" stands where the error is in an expression
+//! lines are hopeless texts and how long each takes to be rejected; "none" stands where the error is in an expression
 //! that is first evaluated with the sizes, when the plan is made. Times are the minimum of several runs.
 
 use std::collections::BTreeMap;
@@ -17,7 +17,7 @@ use std::time::{Duration, Instant};
 
 use umbragraph::compose::{self, Memory};
 use umbragraph::diagnostic::{Diagnostics, render};
-use umbragraph::pipeline::{self, Choice};
+use umbragraph::pipeline::{self, Overrides};
 use umbragraph::shader::{TargetProfile, TemplateSet};
 use umbragraph::source::Sources;
 
@@ -109,13 +109,13 @@ impl Bench {
         let path = Path::new("bench.json");
         let composed = compose::compose(file, path, &mut base, &mut sources, &mut diagnostics);
         let pipeline = composed.and_then(|composed| {
-            let choice = Choice::default();
+            let overrides = Overrides::default();
             pipeline::load(
                 &composed.document,
                 &self.registry,
                 &self.templates,
                 &self.profile,
-                &choice,
+                &overrides,
                 &sources,
                 &mut diagnostics,
             )

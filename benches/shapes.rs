@@ -12,7 +12,7 @@ pub(crate) struct Graph {
 /// A pass by numbers of resources.
 #[derive(Default)]
 pub(crate) struct Pass {
-    /// What it reads.
+    /// The resource that it reads.
     pub(crate) reads: Vec<usize>,
     /// What it writes.
     pub(crate) writes: Vec<usize>,

@@ -53,7 +53,7 @@ fn to_json(value: &Value) -> Json {
     serde_json::to_value(value).unwrap()
 }
 
-/// Other values that a parameter could have; some may be refused.
+/// Other values that a parameter could have; some may be rejected.
 fn others(declaration: &ParameterDeclaration, value: &Value) -> Vec<Json> {
     match (declaration.parameter_type, value) {
         (ParameterType::Enum, Value::Text(now)) => {
@@ -90,7 +90,7 @@ struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    /// What the pipeline comes to, or `None` where the values are refused.
+    /// What the pipeline comes to, or `None` where the values are rejected.
     fn plan(
         &self,
         context: &Context,

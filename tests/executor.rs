@@ -1,4 +1,4 @@
-//! The executor: what it records, what it creates, and what it refuses.
+//! The executor: what it records, what it creates, and what it rejects.
 
 mod common;
 
@@ -236,7 +236,7 @@ fn a_pass_samples_the_texture_that_the_host_brings_in_this_frame() {
 }
 
 #[test]
-fn what_a_device_would_refuse_is_found_in_the_plan() {
+fn what_a_device_would_reject_is_found_in_the_plan() {
     let texture =
         |more: &str| format!(r#"{{ "texture": {{ "format": "rgba8unorm", "size": "viewport" {more} }} }}"#);
     let copy = |from: &str| {
@@ -362,7 +362,7 @@ fn sharing_memory_changes_no_random_picture() {
 }
 
 #[test]
-fn imports_that_are_missing_or_not_as_planned_are_refused_and_the_next_frame_is_fine() {
+fn imports_that_are_missing_or_not_as_planned_are_rejected_and_the_next_frame_is_fine() {
     let Some(gpu) = gpu::device() else { return };
     let outcome = outcome("", &[fill("one", "target", "[1, 1, 1, 1]", "")], false);
     let mut executor = executor(&gpu, outcome.plan(), None);
@@ -394,7 +394,7 @@ fn a_pipeline_that_draws_meshes_wants_a_source_of_them() {
     let outcome = check_file("pipelines/nebula.json", &With::default());
     let plan = std::sync::Arc::new(outcome.plan().clone());
     let result = pollster::block_on(umbragraph::executor::Executor::new(&gpu.device, &gpu.queue, plan, None));
-    let diagnostics = result.err().expect("a refusal");
+    let diagnostics = result.err().expect("a rejection");
     assert!(diagnostics.iter().all(|diagnostic| diagnostic.code.id == "UG0608"), "{diagnostics:?}");
 }
 

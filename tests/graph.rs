@@ -250,7 +250,7 @@ fn a_cycle_names_all_of_its_members() {
 }
 
 #[test]
-fn two_writers_that_nothing_orders_are_refused_and_an_order_mends_it() {
+fn two_writers_that_nothing_orders_are_rejected_and_an_order_mends_it() {
     let unordered =
         check(&pipeline(&["a"], &[fill("p1", "a"), fill("p2", "a"), copy("show", "a", "target")]));
     assert_eq!(unordered.codes(), ["UG0402"]);
@@ -286,7 +286,7 @@ fn writers_of_different_mips_need_no_order() {
 }
 
 #[test]
-fn reading_what_the_same_pass_writes_is_refused() {
+fn reading_what_the_same_pass_writes_is_rejected() {
     let outcome = check(&pipeline(
         &["a"],
         &[fill("p0", "a"), copy_with("p1", "a", "a", "\"after\": [\"p0\"],"), copy("show", "a", "target")],
@@ -295,7 +295,7 @@ fn reading_what_the_same_pass_writes_is_refused() {
 }
 
 #[test]
-fn a_read_of_what_nothing_writes_is_refused() {
+fn a_read_of_what_nothing_writes_is_rejected() {
     assert_eq!(check(&pipeline(&["a"], &[copy("show", "a", "target")])).codes(), ["UG0401"]);
     assert_eq!(
         check(&pipeline(&["a"], &[add("load", "a", ""), copy("show", "a", "target")])).codes(),

@@ -32,7 +32,7 @@ fn planned(assembly: Assembly, objective: Objective) -> Plan {
 }
 
 #[track_caller]
-fn refused(assembly: Assembly) -> Vec<&'static str> {
+fn rejected(assembly: Assembly) -> Vec<&'static str> {
     let (plan, diagnostics) = compile(assembly, &PlanOptions::new(64, 64));
     assert!(plan.is_none());
     diagnostics.iter().map(|diagnostic| diagnostic.code.id).collect()
@@ -242,22 +242,22 @@ fn a_read_and_a_write_of_different_layers_in_one_pass_are_legal() {
 }
 
 #[test]
-fn a_mip_or_layer_that_is_not_there_is_refused() {
+fn a_mip_or_layer_that_is_not_there_is_rejected() {
     for range in [SubresourceRange::of(Some(1), None), SubresourceRange::of(None, Some(3))] {
         let mut assembly = Assembly::new("range");
         let texture = assembly.texture_with("a", |texture| texture.layers = Some(Expr::from(3.0)));
         let _ = assembly.pass("p").writes_range(texture, range).side_effect();
-        assert_eq!(refused(assembly), ["UG0405"]);
+        assert_eq!(rejected(assembly), ["UG0405"]);
     }
 }
 
 #[test]
-fn a_mip_that_is_not_there_is_refused_in_a_culled_pass_too() {
+fn a_mip_that_is_not_there_is_rejected_in_a_culled_pass_too() {
     let mut assembly = Assembly::new("range");
     let (texture, target) = (assembly.texture("a"), assembly.imported("target"));
     let _ = assembly.pass("dead").writes_range(texture, SubresourceRange::of(Some(7), None));
     let _ = assembly.pass("live").writes(target);
-    assert_eq!(refused(assembly), ["UG0405"]);
+    assert_eq!(rejected(assembly), ["UG0405"]);
 }
 
 #[test]
@@ -283,7 +283,7 @@ fn why_two_resources_share_memory_or_not_is_said_with_every_reason() {
 }
 
 #[test]
-fn an_import_used_beyond_its_usage_is_refused_at_the_use() {
+fn an_import_used_beyond_its_usage_is_rejected_at_the_use() {
     let mut assembly = Assembly::new("import");
     let target = assembly.imported("target");
     let _ = assembly.pass("p").writes(target);
@@ -299,15 +299,15 @@ fn an_import_used_beyond_its_usage_is_refused_at_the_use() {
 }
 
 #[test]
-fn writing_then_reading_one_subresource_range_inside_one_pass_is_refused() {
+fn writing_then_reading_one_subresource_range_inside_one_pass_is_rejected() {
     let mut assembly = Assembly::new("feedback");
     let texture = assembly.texture("a");
     let _ = assembly.pass("p").writes(texture).reads(texture).side_effect();
-    assert!(refused(assembly).contains(&"UG0404"));
+    assert!(rejected(assembly).contains(&"UG0404"));
 }
 
 #[test]
-fn a_size_that_leads_through_too_many_resources_is_refused_instead_of_overflowing_the_stack() {
+fn a_size_that_leads_through_too_many_resources_is_rejected_instead_of_overflowing_the_stack() {
     let mut assembly = Assembly::new("deep");
     for at in 0..2_000 {
         let size =
@@ -316,7 +316,7 @@ fn a_size_that_leads_through_too_many_resources_is_refused_instead_of_overflowin
     }
     let target = assembly.imported("target");
     let _ = assembly.pass("p").writes(target);
-    assert!(refused(assembly).iter().all(|code| *code == "UG0320"));
+    assert!(rejected(assembly).iter().all(|code| *code == "UG0320"));
 }
 
 #[test]
@@ -328,7 +328,7 @@ fn a_hundred_thousand_passes_and_a_cycle_through_all_of_them_end_in_a_diagnostic
         let _ =
             assembly.pass(&format!("p{at}")).reads(textures[(at + count - 1) % count]).writes(textures[at]);
     }
-    assert_eq!(refused(assembly), ["UG0403"]);
+    assert_eq!(rejected(assembly), ["UG0403"]);
 }
 
 #[test]
@@ -363,12 +363,12 @@ fn writers_of_different_bytes_need_no_order_and_a_reader_keeps_only_its_own() {
 }
 
 #[test]
-fn writers_of_common_bytes_and_reads_beyond_the_buffer_are_refused() {
+fn writers_of_common_bytes_and_reads_beyond_the_buffer_are_rejected() {
     let common = [SubresourceRange::bytes(0, 516), SubresourceRange::bytes(512, 512)];
-    assert_eq!(refused(bytes(&common, SubresourceRange::WHOLE)), ["UG0402"]);
-    assert_eq!(refused(bytes(&[SubresourceRange::WHOLE], SubresourceRange::bytes(512, 1024))), ["UG0405"]);
+    assert_eq!(rejected(bytes(&common, SubresourceRange::WHOLE)), ["UG0402"]);
+    assert_eq!(rejected(bytes(&[SubresourceRange::WHOLE], SubresourceRange::bytes(512, 1024))), ["UG0405"]);
     assert_eq!(
-        refused(bytes(&[SubresourceRange::bytes(0, 512)], SubresourceRange::bytes(512, 512))),
+        rejected(bytes(&[SubresourceRange::bytes(0, 512)], SubresourceRange::bytes(512, 512))),
         ["UG0401"]
     );
 }
@@ -392,7 +392,7 @@ fn message(format: &str, writes: &[SubresourceRange], read: SubresourceRange) ->
 }
 
 #[test]
-fn a_read_of_which_a_range_is_written_is_refused_and_the_rest_is_named() {
+fn a_read_of_which_a_range_is_written_is_rejected_and_the_rest_is_named() {
     let unwritten =
         |pieces: &str| format!("UG0401 \"read\" reads {pieces} of \"c\", which nothing writes before");
     let mips = |mips: &[u32]| -> Vec<SubresourceRange> {

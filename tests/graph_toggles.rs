@@ -1,4 +1,4 @@
-//! What toggles mean for graphs and plans: what stays alive, what is stored, what shares memory, what is refused.
+//! What toggles mean for graphs and plans: what stays alive, what is stored, what shares memory, what is rejected.
 
 use umbragraph::compiler::{
     Assembly, KeepReason, Plan, PlanOptions, StoreOperation, ViolationKind, build, plan, verify,
@@ -31,7 +31,7 @@ fn right(assembly: Assembly) -> Plan {
 }
 
 #[track_caller]
-fn refused(assembly: Assembly) -> (&'static str, String) {
+fn rejected(assembly: Assembly) -> (&'static str, String) {
     let diagnostics = planned(assembly).expect_err("diagnostics");
     let diagnostic = diagnostics.iter().next().expect("a diagnostic");
     (diagnostic.code.id, diagnostic.message.clone())
@@ -105,25 +105,25 @@ fn what_opposite_toggles_cover_together_is_culled() {
 }
 
 #[test]
-fn a_reader_that_stays_without_its_writer_is_refused() {
+fn a_reader_that_stays_without_its_writer_is_rejected() {
     let (mut assembly, [a, ..], target) = start();
     let toggle = assembly.toggle("glow");
     let _ = assembly.pass("glow").writes(a).toggle(toggle, true);
     let _ = assembly.pass("show").reads(a).color(target, CLEAR);
-    let (code, message) = refused(assembly);
+    let (code, message) = rejected(assembly);
     assert_eq!(code, codes::TOGGLED_AWAY.id);
     assert_eq!(message, "\"show\" reads \"a\", which nothing writes while \"glow\" is off");
 }
 
 #[test]
-fn a_reader_of_a_range_that_a_toggle_takes_away_is_refused() {
+fn a_reader_of_a_range_that_a_toggle_takes_away_is_rejected() {
     let (mut assembly, [a, ..], target) = start();
     let toggle = assembly.toggle("mip");
     let range = |mip| SubresourceRange::of(Some(mip), None);
     let _ = assembly.pass("first").writes_range(a, range(0));
     let _ = assembly.pass("second").writes_range(a, range(1)).toggle(toggle, true);
     let _ = assembly.pass("show").reads(a).color(target, CLEAR);
-    assert_eq!(refused(assembly).0, codes::TOGGLED_AWAY.id);
+    assert_eq!(rejected(assembly).0, codes::TOGGLED_AWAY.id);
 }
 
 #[test]
@@ -194,7 +194,7 @@ fn a_reader_with_the_opposite_toggle_never_sees_the_write() {
     let toggle = assembly.toggle("glow");
     let _ = assembly.pass("glow").writes(a).toggle(toggle, true);
     let _ = assembly.pass("show").reads(a).color(target, CLEAR).toggle(toggle, false);
-    let (code, message) = refused(assembly);
+    let (code, message) = rejected(assembly);
     assert_eq!((code, message.as_str()), ("UG0401", "\"show\" reads \"a\", which nothing writes before"));
 }
 
@@ -310,11 +310,11 @@ fn draws_join_a_render_pass_only_with_the_same_toggle() {
 }
 
 #[test]
-fn a_picture_that_a_toggle_leaves_unwritten_is_refused() {
+fn a_picture_that_a_toggle_leaves_unwritten_is_rejected() {
     let (mut assembly, _, target) = start();
     let toggle = assembly.toggle("all");
     let _ = assembly.pass("draw").color(target, CLEAR).toggle(toggle, true);
-    let (code, message) = refused(assembly);
+    let (code, message) = rejected(assembly);
     assert_eq!(code, codes::TOGGLED_AWAY.id);
     assert_eq!(message, "nothing writes \"target\" while \"all\" is off");
 }

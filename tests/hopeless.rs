@@ -186,7 +186,7 @@ fn mutations_of_valid_pipelines_never_panic_and_diagnostics_stand_inside_the_tex
             let mutated = mutate(&text, &mut random);
             let outcome = check_with(file, &mutated, &With::default());
             assert_placed(&outcome, &format!("{file}, mutation {round}"));
-            // Nothing is refused without a word.
+            // Nothing is rejected without a word.
             assert!(
                 outcome.checked.plan.is_some() || outcome.diagnostics.has_errors(),
                 "{file}, mutation {round} has no plan and no diagnostic:\n{mutated}"

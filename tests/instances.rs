@@ -7,7 +7,7 @@ use umbragraph::data::{BlackboardData, DataShape, ValueType};
 use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::document;
 use umbragraph::node::Node;
-use umbragraph::pipeline::{self, Choice, PassBuilder, Produced};
+use umbragraph::pipeline::{self, Overrides, PassBuilder, Produced};
 use umbragraph::shader::TargetProfile;
 use umbragraph::source::Sources;
 use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
@@ -67,9 +67,9 @@ fn settings_are_decoded_once_however_often_their_subgraph_is_used() {
     let document = document::parse(&sources, file).unwrap();
     let mut registry = umbragraph::registry();
     registry.register::<Counted>();
-    let (profile, choice) = (TargetProfile::webgpu(), Choice::default());
+    let (profile, overrides) = (TargetProfile::webgpu(), Overrides::default());
     let pipeline =
-        pipeline::load(&document, &registry, &templates, &profile, &choice, &sources, &mut diagnostics)
+        pipeline::load(&document, &registry, &templates, &profile, &overrides, &sources, &mut diagnostics)
             .unwrap();
     assert_eq!(render::human_all(&diagnostics, &sources), "");
     assert_eq!(pipeline.passes.len(), 3_000);

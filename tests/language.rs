@@ -114,11 +114,11 @@ fn order_inside_of_a_subgraph_is_asked_for_inside() {
 #[test]
 fn a_use_that_waits_for_what_is_not_there_is_told_so() {
     let unknown = |second: &str| check(&two_uses(r#", "after": ["clear"]"#, second));
-    for (wrong, meant) in [("claer", "clear"), ("u.fien", "u.fine"), ("w", "")] {
+    for (wrong, suggested) in [("claer", "clear"), ("u.fien", "u.fine"), ("w", "")] {
         let outcome = unknown(&format!(r#", "after": ["u", "{wrong}"]"#));
         assert_eq!(outcome.codes(), ["UG0207"], "{wrong}");
-        let meant = format!("did you mean \"{meant}\"?");
-        assert!(wrong == "w" || outcome.text().contains(&meant), "{}", outcome.text());
+        let suggested = format!("did you mean \"{suggested}\"?");
+        assert!(wrong == "w" || outcome.text().contains(&suggested), "{}", outcome.text());
     }
     let rounds = unknown(r#", "for_each": { "round": 3 }, "after": ["u", "nothing"]"#);
     assert_eq!(rounds.codes().iter().filter(|code| **code == "UG0207").count(), 1, "{}", rounds.text());
@@ -362,14 +362,14 @@ fn check_files(files: &[(&str, &str)]) -> common::Outcome {
     let file = sources.add(name, text);
     let composed =
         compose::compose(file, Path::new(name), &mut memory, &mut sources, &mut diagnostics).unwrap();
-    let job = umbragraph::Job {
+    let options = umbragraph::CheckOptions {
         registry: &umbragraph::registry(),
         templates: &templates,
         profile: &umbragraph::shader::TargetProfile::webgpu(),
-        choice: &umbragraph::pipeline::Choice::default(),
-        options: &umbragraph::compiler::PlanOptions::new(640, 480),
+        overrides: &umbragraph::pipeline::Overrides::default(),
+        plan: &umbragraph::compiler::PlanOptions::new(640, 480),
     };
-    let checked = umbragraph::check_document(&composed.document, &job, &sources, &mut diagnostics);
+    let checked = umbragraph::check_document(&composed.document, &options, &sources, &mut diagnostics);
     common::Outcome { sources, diagnostics, checked }
 }
 
@@ -406,13 +406,13 @@ fn a_subgraph_file_sees_what_it_is_given_and_a_subgraph_of_the_pipeline_what_sta
     assert_eq!(seen("own", "", part), Ok((8, Some("false".to_owned()))));
     let alone = part.replace("divisor", "2");
     assert_eq!(seen("parts/blur.json", "", &alone), Ok((32, None)));
-    let refused = seen("parts/blur.json", "", part).unwrap_err();
-    assert!(refused.contains("a subgraph file does not see \"divisor\" of the pipeline"), "{refused}");
+    let rejected = seen("parts/blur.json", "", part).unwrap_err();
+    assert!(rejected.contains("a subgraph file does not see \"divisor\" of the pipeline"), "{rejected}");
     assert!(
-        refused.contains("pass it through \"with\"") && refused.contains("parts/blur.json:2:"),
-        "{refused}"
+        rejected.contains("pass it through \"with\"") && rejected.contains("parts/blur.json:2:"),
+        "{rejected}"
     );
-    assert!(refused.ends_with("1 error\n"), "{refused}");
+    assert!(rejected.ends_with("1 error\n"), "{rejected}");
     assert_eq!(seen("parts/blur.json", "", &given), Ok((32, Some("true".to_owned()))));
     assert_eq!(
         seen("parts/blur.json", ", \"divisor\": \"divisor * 2\", \"encode_srgb\": \"encode_srgb\"", &given),
@@ -435,9 +435,9 @@ fn an_input_is_never_what_has_its_name_outside() {
     let check = |given: &str| check_files(&[("top.json", &pipeline(given)), ("parts/a.json", part)]);
     let width = |given: &str| check(given).plan().resources["a.small"].size.unwrap().width;
     assert_eq!((width("color"), width("other")), (32, 8));
-    let refused = check("othr");
-    assert_eq!(refused.codes(), ["UG0301"], "{}", refused.text());
-    assert!(refused.text().contains("did you mean \"other\"?"), "{}", refused.text());
+    let rejected = check("othr");
+    assert_eq!(rejected.codes(), ["UG0301"], "{}", rejected.text());
+    assert!(rejected.text().contains("did you mean \"other\"?"), "{}", rejected.text());
 }
 
 #[test]

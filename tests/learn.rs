@@ -82,8 +82,8 @@ fn sizes_follow_a_parameter_within_its_range() {
     let with = |value| With { parameters: value, ..With::default() };
     let eighth = check_file("pipelines/learn/04-expressions.json", &with(&[("divisor", "8")]));
     assert_eq!((size(&eighth, "small"), size(&eighth, "strip")), ((80, 60), (80, 20)));
-    let refused = check_file("pipelines/learn/04-expressions.json", &with(&[("divisor", "9")]));
-    assert_eq!(refused.codes(), ["UG0204"]);
+    let rejected = check_file("pipelines/learn/04-expressions.json", &with(&[("divisor", "9")]));
+    assert_eq!(rejected.codes(), ["UG0204"]);
 }
 
 #[test]
@@ -212,9 +212,9 @@ fn a_feature_is_off_where_the_profile_has_less_than_it_requires() {
     assert_eq!(size(&on(TargetProfile::webgpu(), &[("wide", "false")]), "strip"), (4096, 8));
     assert_eq!(size(&on(TargetProfile::webgpu_compat(), &[]), "strip"), (4096, 8));
     assert_eq!(size(&on(TargetProfile::webgpu_compat(), &[("wide", "false")]), "strip"), (4096, 8));
-    let refused = on(TargetProfile::webgpu_compat(), &[("wide", "true")]);
-    assert!(refused.codes() == ["UG0219"], "{}", refused.text());
-    let text = refused.text();
+    let rejected = on(TargetProfile::webgpu_compat(), &[("wide", "true")]);
+    assert!(rejected.codes() == ["UG0219"], "{}", rejected.text());
+    let text = rejected.text();
     assert!(text.contains("of at least 8192, but webgpu-compat has 4096"), "{text}");
 }
 

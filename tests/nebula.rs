@@ -81,7 +81,7 @@ fn the_number_of_far_distances_is_the_number_of_cascades() {
 }
 
 #[test]
-fn far_distances_that_do_not_increase_are_refused_and_so_is_any_number_out_of_its_range() {
+fn far_distances_that_do_not_increase_are_rejected_and_so_is_any_number_out_of_its_range() {
     let codes = |name: &str, value: &str| {
         check_file(NEBULA, &With { parameters: &[(name, value)], ..With::default() }).codes()
     };

@@ -18,7 +18,7 @@ use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::draw::{HostInterface, HostSlotKind};
 use umbragraph::executor::{Executor, Frame};
 use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
-use umbragraph::pipeline::Choice;
+use umbragraph::pipeline::Overrides;
 use umbragraph::shader::TargetProfile;
 use umbragraph::source::Sources;
 use umbragraph_test_support::gpu;
@@ -38,15 +38,15 @@ fn checked(host: HostInterface) -> (Option<Plan>, Vec<String>) {
     );
     let mut registry = umbragraph::registry();
     registry.host(GEOMETRY, host);
-    let job = umbragraph::Job {
+    let options = umbragraph::CheckOptions {
         registry: &registry,
         templates: &templates,
         profile: &TargetProfile::webgpu(),
-        choice: &Choice::default(),
-        options: &PlanOptions::new(SIZE[0], SIZE[1]),
+        overrides: &Overrides::default(),
+        plan: &PlanOptions::new(SIZE[0], SIZE[1]),
     };
     let plan =
-        umbragraph::check_path(&folder.join("dominoes.json"), &job, &mut sources, &mut diagnostics).plan;
+        umbragraph::check_path(&folder.join("dominoes.json"), &options, &mut sources, &mut diagnostics).plan;
     (plan, diagnostics.iter().map(|diagnostic| render::human(diagnostic, &sources)).collect())
 }
 

@@ -19,7 +19,7 @@ const ADAPTER: &str = "UMBRAGRAPH_ADAPTER";
 /// environment variable `UMBRAGRAPH_ADAPTER` narrows the choice.
 ///
 /// # Errors
-/// No adapter, or one that refuses a device.
+/// No adapter, or one that rejects a device.
 pub(crate) fn open() -> Result<Graphics, Diagnostic> {
     let found = |backends| {
         let descriptor = InstanceDescriptor { backends, ..InstanceDescriptor::new_without_display_handle() };

@@ -1,6 +1,6 @@
 //! `umbragraph explain`
 
-use umbragraph::diagnostic::did_you_mean;
+use umbragraph::diagnostic::suggested_name;
 
 use crate::arguments::ExplainArguments;
 use crate::streams::{complain, print};
@@ -19,8 +19,9 @@ pub(crate) fn run(arguments: &ExplainArguments) -> bool {
             true
         }
         None => {
-            let meant = did_you_mean(wanted, codes.iter().map(|code| code.id));
-            let help = meant.map_or_else(String::new, |meant| format!(" (did you mean {meant}?)"));
+            let suggested = suggested_name(wanted, codes.iter().map(|code| code.id));
+            let help =
+                suggested.map_or_else(String::new, |suggested| format!(" (did you mean {suggested}?)"));
             complain(&format!("there is no code {wanted}{help}; `umbragraph explain` lists them all\n"));
             false
         }

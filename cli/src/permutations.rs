@@ -9,10 +9,10 @@ use std::io::IsTerminal as _;
 use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use umbragraph::Job;
+use umbragraph::CheckOptions;
 use umbragraph::compiler::PlanOptions;
 use umbragraph::diagnostic::{Diagnostics, Place, render};
-use umbragraph::pipeline::{self, Choice, Configured};
+use umbragraph::pipeline::{self, Configured, Overrides};
 use umbragraph::shader::TargetProfile;
 use umbragraph::shader::permutations::{self, Options, Request, Validator};
 use umbragraph::source::{FileId, Span};
@@ -79,26 +79,26 @@ fn requests(
     let mut claimed: Vec<TargetProfile> = asked.clone();
     for path in &arguments.pipelines {
         let Some(document) = session.open(path, &arguments.extension) else { continue };
-        let choice = session.choice(&arguments.settings, &document);
-        let configured = if is_one { Configured::One(&choice) } else { Configured::All };
+        let overrides = session.overrides(&arguments.settings, &document);
+        let configured = if is_one { Configured::One(&overrides) } else { Configured::All };
         let profiles = profiles(&document, asked.clone());
         claimed.extend(profiles.iter().cloned());
         let Some(first) = profiles.first() else { continue };
-        let job = Job {
+        let options = CheckOptions {
             registry: &session.registry,
             templates: &session.templates,
             profile: first,
-            choice: &Choice::default(),
-            options: &PlanOptions::new(1280, 720),
+            overrides: &Overrides::default(),
+            plan: &PlanOptions::new(1280, 720),
         };
         let mut diagnostics = Diagnostics::new();
-        let reached = pipeline::reach(&document, &job, configured, &session.sources, &mut diagnostics);
+        let reached = pipeline::reach(&document, &options, configured, &session.sources, &mut diagnostics);
         session.diagnostics.extend(diagnostics);
         counts.push(ReachedConfigurations {
             pipeline: path.display().to_string(),
             configurations: reached.configurations,
             loaded: reached.loaded,
-            refused: reached.refused,
+            rejected: reached.rejected,
         });
         let stem = path.file_stem().unwrap_or_default().to_string_lossy();
         for program in reached.programs {

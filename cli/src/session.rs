@@ -9,12 +9,12 @@ use umbragraph::compose::{Composed, Disk, Files as _, Roots};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, Document, Value};
 use umbragraph::node::Registry;
-use umbragraph::pipeline::{self, Choice, Configurations, ParameterFile, Setting};
+use umbragraph::pipeline::{self, Configurations, Overrides, ParameterFile, Setting};
 use umbragraph::scene::interface;
 use umbragraph::shader::permutations::{self, Request};
 use umbragraph::shader::{AxisValues, TargetProfile, TemplateSet};
 use umbragraph::source::{FileId, Sources, Span};
-use umbragraph::{Checked, Coverage, Job, compose, read_source};
+use umbragraph::{CheckOptions, CheckReport, Coverage, compose, read_source};
 
 use crate::arguments::{Choices, Settings};
 use crate::streams::complain;
@@ -64,11 +64,11 @@ impl compose::Files for Overlaid<'_> {
 /// A pipeline with the values and the profiles that it is checked with.
 struct Configured {
     composed: Composed,
-    choice: Choice,
+    overrides: Overrides,
     profiles: Vec<TargetProfile>,
 }
 
-/// What the configurations of a pipeline came to.
+/// The results of checking the configurations of a pipeline.
 pub(crate) struct Covered {
     pub(crate) coverage: Coverage,
     pub(crate) configurations: Configurations,
@@ -164,7 +164,7 @@ impl Session {
     }
 
     /// Takes a pipeline all the way to a plan, for the profile asked for or the first that it claims.
-    pub(crate) fn check(&mut self, path: &Path, choices: &Choices) -> Checked {
+    pub(crate) fn check(&mut self, path: &Path, choices: &Choices) -> CheckReport {
         self.configured(path, choices)
             .map(|configured| self.check_one(&configured, choices))
             .unwrap_or_default()
@@ -174,11 +174,11 @@ impl Session {
     #[cfg(feature = "gpu")]
     pub(crate) fn check_on(
         &mut self,
-        checked: Checked,
+        checked: CheckReport,
         on_device: &dyn Fn(TargetProfile) -> TargetProfile,
         path: &Path,
         choices: &Choices,
-    ) -> Checked {
+    ) -> CheckReport {
         let Some(claimed) = checked.pipeline.as_ref().map(|pipeline| &pipeline.profile) else {
             return checked;
         };
@@ -186,29 +186,37 @@ impl Session {
         if profile == *claimed {
             return checked;
         }
-        let Some(configured) = self.configured(path, choices) else { return Checked::default() };
+        let Some(configured) = self.configured(path, choices) else { return CheckReport::default() };
         self.check_one(&Configured { profiles: vec![profile], ..configured }, choices)
     }
 
     /// The same, with everything that is known of where its values come from.
-    pub(crate) fn trace(&mut self, path: &Path, choices: &Choices) -> Option<(Composed, Choice, Checked)> {
+    pub(crate) fn trace(
+        &mut self,
+        path: &Path,
+        choices: &Choices,
+    ) -> Option<(Composed, Overrides, CheckReport)> {
         let configured = self.configured(path, choices)?;
         let checked = self.check_one(&configured, choices);
-        Some((configured.composed, configured.choice, checked))
+        Some((configured.composed, configured.overrides, checked))
     }
 
-    fn check_one(&mut self, configured: &Configured, choices: &Choices) -> Checked {
-        let Some(profile) = configured.profiles.first() else { return Checked::default() };
-        let job = Job {
+    fn check_one(&mut self, configured: &Configured, choices: &Choices) -> CheckReport {
+        let Some(profile) = configured.profiles.first() else { return CheckReport::default() };
+        let options = CheckOptions {
             registry: &self.registry,
             templates: &self.templates,
             profile,
-            choice: &configured.choice,
-            options: &Self::options(choices),
+            overrides: &configured.overrides,
+            plan: &Self::options(choices),
         };
         let mut diagnostics = Diagnostics::new();
-        let checked =
-            umbragraph::check_document(&configured.composed.document, &job, &self.sources, &mut diagnostics);
+        let checked = umbragraph::check_document(
+            &configured.composed.document,
+            &options,
+            &self.sources,
+            &mut diagnostics,
+        );
         self.add_new(diagnostics);
         checked
     }
@@ -222,26 +230,26 @@ impl Session {
         only_one: bool,
         verified: bool,
     ) -> Option<Covered> {
-        let Configured { composed, choice, profiles } = self.configured(path, choices)?;
+        let Configured { composed, overrides, profiles } = self.configured(path, choices)?;
         let mut widest = Configurations::default();
         let mut first: Option<Coverage> = None;
         for profile in &profiles {
             let configurations = if only_one {
-                Configurations::one(&choice)
+                Configurations::one(&overrides)
             } else {
-                Configurations::of_features(&composed.document, &choice, profile)
+                Configurations::of_features(&composed.document, &overrides, profile)
             };
-            let job = Job {
+            let options = CheckOptions {
                 registry: &self.registry,
                 templates: &self.templates,
                 profile,
-                choice: &choice,
-                options: &Self::options(choices),
+                overrides: &overrides,
+                plan: &Self::options(choices),
             };
             let mut diagnostics = Diagnostics::new();
             let mut coverage = umbragraph::check_configurations(
                 &composed.document,
-                &job,
+                &options,
                 &configurations,
                 verified,
                 &self.sources,
@@ -271,9 +279,9 @@ impl Session {
         let asked: Vec<String> = choices.profile.iter().cloned().collect();
         let asked = self.profiles_named(&asked)?;
         let composed = self.compose(path, &choices.extension)?;
-        let choice = self.choice(&choices.settings, &composed.document);
+        let overrides = self.overrides(&choices.settings, &composed.document);
         let profiles = profiles(&composed.document, asked);
-        Some(Configured { composed, choice, profiles })
+        Some(Configured { composed, overrides, profiles })
     }
 
     /// Adds diagnostics; what holds for several profiles is said once.
@@ -313,7 +321,7 @@ impl Session {
     }
 
     /// What the preset, the parameter files and the command line give values to, the last over the first.
-    pub(crate) fn choice(&mut self, settings: &Settings, document: &Document) -> Choice {
+    pub(crate) fn overrides(&mut self, settings: &Settings, document: &Document) -> Overrides {
         let files: Vec<ParameterFile> =
             settings.params.iter().filter_map(|path| self.parameter_file(path)).collect();
         let preset = match &settings.preset {
@@ -326,7 +334,7 @@ impl Session {
         let preset =
             preset.map(|(name, place)| pipeline::of_preset(document, &name, place, &mut self.diagnostics));
         let below =
-            files.into_iter().fold(preset.unwrap_or_default(), |below, file| below.under(file.choice));
+            files.into_iter().fold(preset.unwrap_or_default(), |below, file| below.under(file.overrides));
         let mut given = |texts: &[String], without_value, section| {
             let settings = texts.iter().filter_map(|text| self.setting(text, without_value));
             let settings: Vec<Setting> = settings.collect();
@@ -334,7 +342,7 @@ impl Session {
         };
         let parameters = given(&settings.set, None, "parameters");
         let features = given(&settings.feature, Some("true"), "features");
-        below.under(Choice { parameters, features })
+        below.under(Overrides { parameters, features })
     }
 
     /// A setting of the command line with `on` and `off` as the booleans that they are where one is declared.

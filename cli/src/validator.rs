@@ -4,7 +4,7 @@
 //! directly, never through a shell. What it prints goes to files, so a process that leaves children behind cannot keep
 //! anybody waiting, and after the time limit it is killed: on Unix with all that it has started, as a process group of its
 //! own, elsewhere alone. An interrupt from the terminal does not reach that group. An
-//! exit status other than zero is a refusal; of its output,
+//! exit status other than zero is a rejection; of its output,
 //! the first `FILE:LINE:COLUMN` gives the place.
 
 use std::path::{Path, PathBuf};
@@ -125,7 +125,7 @@ impl Validator for ExternalValidator {
                     output.push_str(&String::from_utf8_lossy(&bytes[..bytes.len().min(1 << 16)]));
                     output.push('\n');
                 }
-                refusal(&output, &file.to_string_lossy(), status)
+                rejection(&output, &file.to_string_lossy(), status)
             }
             Ok(None) => Opinion::TimedOut,
             Err(error) => Opinion::Unavailable(format!("\"{}\" cannot be started: {error}", self.program)),
@@ -144,7 +144,7 @@ fn kill_with_children(child: &mut Child) {
     let _ = child.wait();
 }
 
-fn refusal(output: &str, file: &str, status: ExitStatus) -> Opinion {
+fn rejection(output: &str, file: &str, status: ExitStatus) -> Opinion {
     let mut place = None;
     let mut message = None;
     for line in output.lines() {
@@ -167,7 +167,7 @@ fn refusal(output: &str, file: &str, status: ExitStatus) -> Opinion {
     let message = message.or(first).unwrap_or_else(|| status.to_string());
     let message =
         message.strip_prefix("error:").unwrap_or(message.as_str()).trim().replace(file, "the module");
-    Opinion::Refuses { message: message.chars().take(400).collect(), place }
+    Opinion::Rejects { message: message.chars().take(400).collect(), place }
 }
 
 struct TemporaryFolder {
@@ -223,10 +223,10 @@ mod tests {
         assert_eq!(judge("true {}"), Opinion::Accepts);
         assert!(matches!(judge("/nonexistent/validator {}"), Opinion::Unavailable(_)));
         assert_eq!(judge("sh -c 'sleep 30' {}"), Opinion::TimedOut);
-        assert!(matches!(judge("sh -c 'kill -9 $$' {}"), Opinion::Refuses { place: None, .. }));
+        assert!(matches!(judge("sh -c 'kill -9 $$' {}"), Opinion::Rejects { place: None, .. }));
         assert_eq!(
             judge("sh -c 'echo $0:2:3 error: no such thing >&2; exit 1' {}"),
-            Opinion::Refuses { message: "no such thing".to_owned(), place: Some((2, 3)) }
+            Opinion::Rejects { message: "no such thing".to_owned(), place: Some((2, 3)) }
         );
     }
 

@@ -27,7 +27,7 @@ pub(crate) struct ReachedConfigurations {
     /// How many of them were loaded, which show every pass in all its states.
     pub(crate) loaded: usize,
     /// Loaded ones in which values of parameters do not go together.
-    pub(crate) refused: usize,
+    pub(crate) rejected: usize,
 }
 
 /// What stands under `templates` is one entry for each pass and product of axis values.
@@ -59,7 +59,7 @@ impl Outcome {
         let mut text = String::new();
         // Writing to a string cannot fail.
         for reached in &self.reached {
-            let ReachedConfigurations { pipeline, configurations, loaded, refused } = reached;
+            let ReachedConfigurations { pipeline, configurations, loaded, rejected } = reached;
             let plural = if configurations.number == 1 { "" } else { "s" };
             let _ = write!(text, "{pipeline}: {configurations} configuration{plural}");
             if configurations.number != *loaded as u128 {
@@ -67,8 +67,8 @@ impl Outcome {
                 let verb = if configurations.exact { "" } else { " loaded" };
                 let _ = write!(text, ", {states}{loaded} of them{verb}");
             }
-            if *refused > 0 {
-                let _ = write!(text, ", {refused} with values that do not go together");
+            if *rejected > 0 {
+                let _ = write!(text, ", {rejected} with values that do not go together");
             }
             text.push('\n');
         }

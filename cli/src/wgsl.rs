@@ -66,7 +66,7 @@ fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {
     let file = session.sources.add("<command line>", name);
     let place = Span::new(file, 0..name.len());
     let diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, place, format!("there is no {what} \"{name}\""));
-    session.diagnostics.push(diagnostic.meant(name, names.iter().copied(), None, |names| match names {
+    session.diagnostics.push(diagnostic.suggest(name, names.iter().copied(), None, |names| match names {
         [] => format!("this pipeline has no {what}"),
         names => format!("there are {}", names.join(", ")),
     }));

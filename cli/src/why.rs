@@ -11,7 +11,7 @@ use crate::streams::{print, print_json};
 /// Tells of a name, or of the memory of two; whether there is such a name, and no error in the pipeline.
 pub(crate) fn run(arguments: &WhyArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
-    let Some((composed, choice, checked)) = session.trace(&arguments.pipeline, &arguments.choices) else {
+    let Some((composed, overrides, checked)) = session.trace(&arguments.pipeline, &arguments.choices) else {
         return session.report();
     };
     let mut asked = |name: &str| {
@@ -21,7 +21,7 @@ pub(crate) fn run(arguments: &WhyArguments) -> bool {
     let place = asked(&arguments.name);
     let other = arguments.other.as_deref().map(|other| (other, asked(other)));
     let subject =
-        Subject { composed: &composed, choice: &choice, checked: &checked, sources: &session.sources };
+        Subject { composed: &composed, overrides: &overrides, checked: &checked, sources: &session.sources };
     let answer = match other {
         None => match why(&subject, &arguments.name, place) {
             Ok(things) => Ok(match arguments.format {

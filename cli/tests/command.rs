@@ -26,7 +26,7 @@ fn text(bytes: &[u8]) -> String {
 
 /// Runs the command, which must fail with this status and say this code.
 #[track_caller]
-fn refused(arguments: &[&str], status: i32, says: &[&str]) -> String {
+fn rejected(arguments: &[&str], status: i32, says: &[&str]) -> String {
     let output = run(arguments);
     let errors = text(&output.stderr);
     assert_eq!(output.status.code(), Some(status), "{errors}");
@@ -75,7 +75,7 @@ fn plan_is_json_and_wgsl_is_the_text_of_the_pass() {
     assert!(
         shaders.contains("fn project(") && shaders.contains("fn cut_out(") && !shaders.contains("fn shade(")
     );
-    refused(
+    rejected(
         &["wgsl", "pipelines/nebula.json", "--pass", "caster"],
         1,
         &["UG0207", "did you mean \"casters\"?"],
@@ -90,23 +90,23 @@ fn explain_knows_every_code_and_proposes_one_for_a_slip() {
         let page = text(&run(&["explain", code]).stdout);
         assert!(page.len() > 60, "{code} has no page worth reading: {page}");
     }
-    refused(&["explain", "UG0403x"], 1, &["UG0403"]);
+    rejected(&["explain", "UG0403x"], 1, &["UG0403"]);
 }
 
 #[test]
 fn a_command_line_that_cannot_be_understood_exits_with_2() {
-    refused(&["chekc"], 2, &[]);
-    refused(&["check"], 2, &[]);
-    refused(&["check", "pipelines/nebula.json", "--size", "10"], 2, &["WIDTHxHEIGHT"]);
+    rejected(&["chekc"], 2, &[]);
+    rejected(&["check"], 2, &[]);
+    rejected(&["check", "pipelines/nebula.json", "--size", "10"], 2, &["WIDTHxHEIGHT"]);
 }
 
 #[test]
 fn files_that_are_not_there_are_diagnostics() {
-    refused(&["check", "pipelines/nebular.json"], 1, &["UG0001", "pipelines/nebular.json"]);
+    rejected(&["check", "pipelines/nebular.json"], 1, &["UG0001", "pipelines/nebular.json"]);
     let folder = ScratchFolder::new("command-missing-scene");
     let out = folder.join("x.png");
     let out = out.to_str().unwrap();
-    refused(
+    rejected(
         &["render", "pipelines/nebula.json", "--scene", "nowhere.glb", "--out", out],
         1,
         &["nowhere.glb"],
@@ -116,7 +116,7 @@ fn files_that_are_not_there_are_diagnostics() {
 
 #[test]
 fn diagnostics_of_the_pipeline_and_of_the_scene_come_together() {
-    let errors = refused(
+    let errors = rejected(
         &[
             "render",
             "pipelines/nebula.json",
@@ -147,10 +147,10 @@ fn misspelt_and_impossible_settings_are_diagnostics_at_the_command_line() {
     ] {
         let arguments = set(setting);
         let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
-        refused(&arguments, 1, &[code, help, "<command line>:1:"]);
+        rejected(&arguments, 1, &[code, help, "<command line>:1:"]);
     }
-    refused(&["check", "pipelines/nebula.json", "--feature", "reverse=true"], 1, &["UG0202"]);
-    refused(
+    rejected(&["check", "pipelines/nebula.json", "--feature", "reverse=true"], 1, &["UG0202"]);
+    rejected(
         &["check", "pipelines/nebula.json", "--profile", "webgup"],
         1,
         &["UG0006", "did you mean \"webgpu\"?"],
@@ -159,12 +159,12 @@ fn misspelt_and_impossible_settings_are_diagnostics_at_the_command_line() {
 
 #[test]
 fn pictures_of_no_size_or_beyond_the_device_are_diagnostics() {
-    refused(
+    rejected(
         &["check", "pipelines/nebula.json", "--size", "0x10"],
         1,
         &["UG0321", "pipelines/base/forward.json:"],
     );
-    refused(&["check", "pipelines/nebula.json", "--size", "100000x10"], 1, &["UG0321", "8192"]);
+    rejected(&["check", "pipelines/nebula.json", "--size", "100000x10"], 1, &["UG0321", "8192"]);
 }
 
 #[test]
@@ -173,7 +173,7 @@ fn templates_that_do_not_render_or_are_not_wgsl_are_diagnostics_at_the_templates
     let check = |text_of_template: &str, says: &[&str]| {
         std::fs::write(folder.join("tonemap.wgsl.jinja"), text_of_template).unwrap();
         let path = folder.to_str().unwrap();
-        refused(&["check", "pipelines/nebula.json", "--templates", path], 1, says);
+        rejected(&["check", "pipelines/nebula.json", "--templates", path], 1, says);
     };
     check("{% if %}", &["tonemap.wgsl.jinja:1:"]);
     check("\n{{ no_such_axis }}", &["tonemap.wgsl.jinja:2:", "no_such_axis"]);
@@ -194,7 +194,7 @@ fn a_scene_with_a_missing_buffer_is_a_diagnostic_with_its_place_in_the_document(
     )
     .unwrap();
     let out = folder.join("x.png");
-    refused(
+    rejected(
         &[
             "render",
             "pipelines/nebula.json",
@@ -255,7 +255,7 @@ fn render_writes_a_whole_picture_and_says_on_what_and_how_fast() {
     assert_eq!((reader.info().width, reader.info().height), (64, 48));
     assert_eq!(std::fs::read_dir(out.parent().unwrap()).unwrap().count(), 1, "no temporary file is left");
     let blocked = out.join("y.png");
-    refused(
+    rejected(
         &[
             "render",
             "pipelines/nebula.json",
@@ -281,7 +281,7 @@ fn a_pipeline_that_makes_no_picture_is_not_rendered() {
     let (pipeline, out) = (folder.join("none.json"), folder.join("x.png"));
     std::fs::write(&pipeline, r#"{ "format": 1, "name": "none", "passes": {} }"#).unwrap();
     let (pipeline, out) = (pipeline.to_str().unwrap(), out.to_str().unwrap());
-    refused(
+    rejected(
         &["render", pipeline, "--scene", "examples/scenes/figure.glb", "--size", "32x32", "--out", out],
         1,
         &["UG0808", "0 imported textures"],
@@ -376,7 +376,7 @@ fn an_extension_is_put_in_by_every_command_that_takes_a_pipeline() {
     assert!(text(&output.stdout).contains("\"shrink\""));
     let checked = run(&["check", pipeline, "--extension", extension]);
     assert!(text(&checked.stdout).contains("4 passes (0 culled)"), "{}", text(&checked.stdout));
-    refused(&["check", "pipelines/nebula.json", "--extension", extension], 1, &["after_paint"]);
+    rejected(&["check", "pipelines/nebula.json", "--extension", extension], 1, &["after_paint"]);
 }
 
 #[test]
@@ -404,10 +404,10 @@ fn a_byte_order_mark_is_no_part_of_a_text() {
 }
 
 #[test]
-fn options_that_would_have_no_effect_are_refused() {
+fn options_that_would_have_no_effect_are_rejected() {
     let pipeline = "pipelines/learn/01-smallest.json";
-    refused(&["wgsl", pipeline, "--target", "msl", "--map"], 2, &["--map shows the lines of WGSL"]);
-    refused(&["graph", pipeline, "--compare", pipeline], 2, &["add --format html"]);
-    refused(&["graph", pipeline, "--format", "json", "--compare", pipeline], 2, &["add --format html"]);
+    rejected(&["wgsl", pipeline, "--target", "msl", "--map"], 2, &["--map shows the lines of WGSL"]);
+    rejected(&["graph", pipeline, "--compare", pipeline], 2, &["add --format html"]);
+    rejected(&["graph", pipeline, "--format", "json", "--compare", pipeline], 2, &["add --format html"]);
     assert_eq!(run(&["wgsl", pipeline, "--target", "wgsl", "--map"]).status.code(), Some(0));
 }

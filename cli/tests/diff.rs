@@ -77,7 +77,7 @@ fn the_state_of_attachments_and_draws_is_part_of_a_plan() {
 }
 
 #[test]
-fn what_is_neither_a_pipeline_nor_a_report_is_refused() {
+fn what_is_neither_a_pipeline_nor_a_report_is_rejected() {
     let folder = ScratchFolder::new("diff-plan");
     let plan = folder.join("plan.json");
     std::fs::write(&plan, run(&["plan", "pipelines/nebula.json"]).stdout).unwrap();

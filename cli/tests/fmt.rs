@@ -75,12 +75,12 @@ fn standard_input_goes_to_standard_output() {
     gives(&fmt(&["-"], UGLY.as_bytes()), 0, PRETTY);
     gives(&fmt(&["-"], PRETTY.as_bytes()), 0, PRETTY);
     gives(&fmt(&["-"], format!("\u{feff}{UGLY}").as_bytes()), 0, PRETTY);
-    let refused = fmt(&["-"], b"{\"a\":");
-    gives(&refused, 1, "");
-    assert!(text(&refused.stderr).contains("UG0101"), "{}", text(&refused.stderr));
-    let refused = fmt(&["-"], b"\"\xff\"");
-    gives(&refused, 1, "");
-    assert!(text(&refused.stderr).contains("UG0002"), "{}", text(&refused.stderr));
+    let rejected = fmt(&["-"], b"{\"a\":");
+    gives(&rejected, 1, "");
+    assert!(text(&rejected.stderr).contains("UG0101"), "{}", text(&rejected.stderr));
+    let rejected = fmt(&["-"], b"\"\xff\"");
+    gives(&rejected, 1, "");
+    assert!(text(&rejected.stderr).contains("UG0002"), "{}", text(&rejected.stderr));
 }
 
 #[test]

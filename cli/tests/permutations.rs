@@ -45,7 +45,7 @@ impl Project {
 
     /// Runs `permutations`, which must find an error that says all of this.
     #[track_caller]
-    fn refused(&self, further: &[&str], says: &[&str]) -> String {
+    fn rejected(&self, further: &[&str], says: &[&str]) -> String {
         let output = self.run("permutations", further);
         let errors = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{errors}");
@@ -143,7 +143,7 @@ fn what_a_pipeline_cannot_reach_is_no_diagnostic_of_it() {
     let project = Project::new("permutations-reach", &pipeline, AXES, &template);
     let reached = project.run("permutations", &[]);
     assert_eq!(reached.status.code(), Some(0), "{}", text(&reached.stderr));
-    project.refused(&["--all"], &["UG0520", "fill.wgsl.jinja:5:", "late=true, warm=true"]);
+    project.rejected(&["--all"], &["UG0520", "fill.wgsl.jinja:5:", "late=true, warm=true"]);
 }
 
 /// A pipeline of passes with three features each, of which the first requires the second.
@@ -193,7 +193,7 @@ fn settings_that_no_pass_mixes_factor_out() {
     }
     // What it takes three features to show is found among them.
     let broken = format!("{{% if a and b and c %}}oops{{% endif %}}{template}");
-    passes_with_features(12, &broken).refused(&[], &["UG0520", "fill.wgsl.jinja:1:", "a=true, c=true"]);
+    passes_with_features(12, &broken).rejected(&[], &["UG0520", "fill.wgsl.jinja:1:", "a=true, c=true"]);
 }
 
 #[test]
@@ -215,7 +215,7 @@ fn diagnostics_stand_in_the_template_in_every_format() {
     let template = TEMPLATE
         .replace("return vec4<f32>({{", "{% if warm %}let x: f32 = 1u;{% endif %}\n  return vec4<f32>({{");
     let project = Project::new("permutations-formats", PIPELINE, AXES, &template);
-    project.refused(&[], &["fill.wgsl.jinja:5:", "provoked by warm=true"]);
+    project.rejected(&[], &["fill.wgsl.jinja:5:", "provoked by warm=true"]);
     let output = project.run("permutations", &["--format", "json"]);
     assert_eq!(output.status.code(), Some(1));
     let diagnostic = json(&output)["diagnostics"][0].clone();
@@ -255,37 +255,37 @@ fn a_profile_that_cannot_take_a_variant_is_a_diagnostic_of_every_check() {
         Project::new("permutations-profiles", &pipeline, AXES, &wide)
     };
     let project = claims(r#"["webgpu", "webgpu-compat"]"#);
-    project.refused(&[], &["UG0530", "webgpu-compat", "warm=true"]);
+    project.rejected(&[], &["UG0530", "webgpu-compat", "warm=true"]);
     let output = project.run("check", &["--feature", "warm"]);
     assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
     assert!(text(&output.stderr).contains("UG0530"), "{}", text(&output.stderr));
     let fine = project.run("permutations", &["--profile", "webgpu"]);
     assert_eq!(fine.status.code(), Some(0), "{}", text(&fine.stderr));
-    claims(r#"["webgpu", "vulcan"]"#).refused(&[], &["UG0006", "did you mean \"vulkan\"?", "small.json:2:"]);
-    project.refused(&["--profile", "metla"], &["UG0006", "did you mean \"metal\"?", "<command line>:1:"]);
+    claims(r#"["webgpu", "vulcan"]"#).rejected(&[], &["UG0006", "did you mean \"vulkan\"?", "small.json:2:"]);
+    project.rejected(&["--profile", "metla"], &["UG0006", "did you mean \"metal\"?", "<command line>:1:"]);
 }
 
 #[test]
 fn misspelt_axes_are_found_wherever_they_stand() {
     let in_template = TEMPLATE.replace("if warm", "if wram");
     Project::new("permutations-slip-1", PIPELINE, AXES, &in_template)
-        .refused(&[], &["UG0502", "wram", "fill.wgsl.jinja:5:"]);
+        .rejected(&[], &["UG0502", "wram", "fill.wgsl.jinja:5:"]);
     let in_pipeline = PIPELINE.replace(r#""color": ["#, r#""axes": { "wram": "warm" }, "color": ["#);
     Project::new("permutations-slip-2", &in_pipeline, AXES, TEMPLATE)
-        .refused(&[], &["UG0602", "did you mean \"warm\"?", "small.json:5:"]);
+        .rejected(&[], &["UG0602", "did you mean \"warm\"?", "small.json:5:"]);
     Project::new("permutations-slip-3", PIPELINE, AXES, TEMPLATE)
-        .refused(&["--feature", "wram"], &["UG0202", "did you mean \"warm\"?", "<command line>:1:"]);
+        .rejected(&["--feature", "wram"], &["UG0202", "did you mean \"warm\"?", "<command line>:1:"]);
 }
 
 #[test]
 fn of_a_file_that_cannot_be_read_nothing_else_is_said() {
     let project = Project::new("permutations-bytes", PIPELINE, AXES, TEMPLATE);
     std::fs::write(project.folder.join("fill.wgsl.jinja"), b"// \xff\n").unwrap();
-    let errors = project.refused(&[], &["UG0002", "fill.wgsl.jinja:1:4", "1 error"]);
+    let errors = project.rejected(&[], &["UG0002", "fill.wgsl.jinja:1:4", "1 error"]);
     assert!(!errors.contains("UG0500"), "{errors}");
     let project = Project::new("permutations-bytes-of-axes", PIPELINE, AXES, TEMPLATE);
     std::fs::write(project.folder.join("fill.axes.json"), b"{ \"\xff\" }").unwrap();
-    let errors = project.refused(&[], &["UG0002", "fill.axes.json:1:4", "1 error"]);
+    let errors = project.rejected(&[], &["UG0002", "fill.axes.json:1:4", "1 error"]);
     assert!(!errors.contains("UG0502") && !errors.contains("UG0500"), "{errors}");
 }
 
@@ -298,7 +298,7 @@ fn an_axis_is_compared_with_its_values() {
     let template = TEMPLATE.replace("if warm", "if warm or mode == 'sofd'");
     let project = Project::new("permutations-compared", PIPELINE, &axes, &template);
     for mode in [&["--all"][..], &[]] {
-        let errors = project.refused(mode, &["UG0518", "fill.wgsl.jinja:5:", "did you mean \"soft\"?"]);
+        let errors = project.rejected(mode, &["UG0518", "fill.wgsl.jinja:5:", "did you mean \"soft\"?"]);
         assert!(!errors.contains("UG0550"), "what follows from it is withheld: {errors}");
     }
 }
@@ -312,14 +312,14 @@ fn constraints_that_clash_are_named() {
     let project = Project::new("permutations-clash", PIPELINE, &axes, TEMPLATE);
     for further in [&["--all"][..], &[]] {
         let errors = project
-            .refused(further, &["UG0516", "fill.axes.json:3:", "used by this pass", "warm excludes warm"]);
+            .rejected(further, &["UG0516", "fill.axes.json:3:", "used by this pass", "warm excludes warm"]);
         assert_eq!(errors.matches("UG0516").count(), 1, "a clash is said once: {errors}");
     }
 }
 
 /// A pipeline of the tree in which a setting decides how many cascades a node kind is asked for; four are too many.
 fn cascades_by(section: &str) -> Output {
-    let folder = ScratchFolder::new(&format!("permutations-refused-{section}"));
+    let folder = ScratchFolder::new(&format!("permutations-rejected-{section}"));
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../pipelines").canonicalize().unwrap();
     let base =
         ["forward", "hemisphere", "cascades", "tiled_cascades"].map(|name| format!("base/{name}.json"));
@@ -349,7 +349,7 @@ fn cascades_by(section: &str) -> Output {
 }
 
 #[test]
-fn features_that_a_node_kind_refuses_are_errors_and_parameters_that_it_refuses_are_notes() {
+fn features_that_a_node_kind_rejects_are_errors_and_parameters_that_it_rejects_are_notes() {
     let output = cascades_by("features");
     let said = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{said}");
@@ -384,7 +384,7 @@ fn an_axis_of_all_32_bit_numbers_is_counted_and_not_enumerated() {
     );
     let read = TEMPLATE.replace("0.0, 0.0, 1.0);\n}\n", "f32({{ seed }}u), 0.0, 1.0);\n}\n");
     let project = Project::new("permutations-wide-read", PIPELINE, &axes, &read);
-    project.refused(&["--all"], &["UG0552", "\"prove\": \"ends\"", "\"as\": \"override\"", "--set"]);
+    project.rejected(&["--all"], &["UG0552", "\"prove\": \"ends\"", "\"as\": \"override\"", "--set"]);
     let said = text(&project.run("permutations", &["--all"]).stdout);
     assert!(said.contains(": at least 8 combinations, 4 distinct texts"), "{said}");
     assert!(said.contains("without effect: late\n"), "{said}");
@@ -396,13 +396,13 @@ fn external_validators_are_run_on_the_texts_and_may_be_missing_crash_or_hang() {
     let project = Project::new("permutations-external", PIPELINE, AXES, TEMPLATE);
     let accepts = project.run("permutations", &["--also", "true {}"]);
     assert_eq!(accepts.status.code(), Some(0), "{}", text(&accepts.stderr));
-    project.refused(&["--also", "/nowhere/tint {}"], &["UG0560", "<command line>:1:"]);
-    project.refused(&["--also", "sh -c 'kill -9 $$' {}"], &["UG0561", "fill.wgsl.jinja"]);
-    project.refused(
+    project.rejected(&["--also", "/nowhere/tint {}"], &["UG0560", "<command line>:1:"]);
+    project.rejected(&["--also", "sh -c 'kill -9 $$' {}"], &["UG0561", "fill.wgsl.jinja"]);
+    project.rejected(
         &["--also", "sh -c 'sleep 60' {}", "--also-time-limit", "1"],
         &["UG0562", "fill.wgsl.jinja"],
     );
-    project.refused(
+    project.rejected(
         &["--also", "sh -c 'echo $0:5:3: error: not so; exit 1' {}"],
         &["not so", "fill.wgsl.jinja:5:"],
     );
@@ -430,7 +430,7 @@ fn texts_are_written_whole_under_names_that_say_what_they_are() {
     );
     assert!(std::fs::read_to_string(out.join(&names[1])).unwrap().contains("vec4<f32>(1.0, 0.0, 0.0, 1.0)"));
     let blocked = project.folder.join("small.json/out");
-    project.refused(&["--write", blocked.to_str().unwrap()], &["UG0004"]);
+    project.rejected(&["--write", blocked.to_str().unwrap()], &["UG0004"]);
 }
 
 #[test]
@@ -525,7 +525,7 @@ fn a_pass_that_few_configurations_have_is_proven() {
             &format!("\"when\": \"{when}\","),
             "22",
         );
-        project.refused(&[], &["`oops`", "fill.wgsl.jinja:5"]);
+        project.rejected(&[], &["`oops`", "fill.wgsl.jinja:5"]);
     }
 }
 
@@ -547,10 +547,10 @@ fn a_pass_that_no_configuration_has_is_told() {
         project
     };
     let project = used(&number("u32", 4_000_000_000), "permutations-untried");
-    let errors = project.refused(&[], &["UG0553", "\"inner\"", "small.json:4:", "preset", "--set"]);
+    let errors = project.rejected(&[], &["UG0553", "\"inner\"", "small.json:4:", "preset", "--set"]);
     assert!(!errors.contains("oops"), "{errors}");
-    project.refused(&["--set", "k=1234567"], &["`oops`"]);
-    used(&of_preset, "permutations-untried-preset").refused(&[], &["`oops`"]);
+    project.rejected(&["--set", "k=1234567"], &["`oops`"]);
+    used(&of_preset, "permutations-untried-preset").rejected(&[], &["`oops`"]);
 
     let never = conditional("permutations-never", &number("u32", 16), "\"when\": \"k == 30\",", "22");
     let output = never.run("permutations", &[]);
@@ -580,14 +580,14 @@ fn an_axis_has_the_values_that_its_expression_yields_and_no_others() {
             "{said}"
         );
         let project = conditional(&name, &number("u32", max), "", "\"k * 2\"");
-        project.refused(&[], &["`oops`", "n=22"]);
+        project.rejected(&[], &["`oops`", "n=22"]);
         let project = conditional(&name, &number("u32", max), "\"when\": \"k != 11\",", "\"k * 2\"");
         let output = project.run("permutations", &[]);
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
     }
     // Beyond, every value of the axis counts, and the diagnostic says so.
     let project = conditional("permutations-assumed", &number("u32", 5000), "", "\"k * 2 + 1\"");
-    project.refused(&[], &["`oops`", "n=22", "\"n\" follows \"k * 2 + 1\", which has too many values"]);
+    project.rejected(&[], &["`oops`", "n=22", "\"n\" follows \"k * 2 + 1\", which has too many values"]);
     // Of a number that is only a size the ends are proven, whatever it follows.
     for max in [300, 5000] {
         let project = conditional("permutations-size", &number("u32", max), "", "\"k * 2\"");

@@ -98,14 +98,17 @@ fn json_has_the_same_answers() {
 
 #[test]
 fn an_unknown_name_has_a_proposal_over_all_kinds_and_a_deleted_one_its_places() {
-    for (name, meant) in [
+    for (name, suggested) in [
         ("soft.smal", "soft.small"),
         ("coarse.dwon", "coarse.down"),
         ("through_smal", "through_small"),
         ("pain", "paint"),
     ] {
         let said = said(&format!("pipelines/learn/08-subgraph.json {name}"), &[]);
-        assert!(said.contains("UG0008") && said.contains(&format!("did you mean \"{meant}\"?")), "{said}");
+        assert!(
+            said.contains("UG0008") && said.contains(&format!("did you mean \"{suggested}\"?")),
+            "{said}"
+        );
         assert!(said.ends_with("exit 1\n"), "{said}");
     }
     assert!(said("pipelines/learn/13-presets.json hihg", &[]).contains("did you mean \"high\"?"));

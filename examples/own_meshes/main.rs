@@ -19,7 +19,7 @@ use umbragraph::compose::{Disk, Roots};
 use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::executor::{Executor, Frame};
 use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
-use umbragraph::pipeline::Choice;
+use umbragraph::pipeline::Overrides;
 use umbragraph::shader::TargetProfile;
 use umbragraph::source::Sources;
 use umbragraph::wgpu;
@@ -76,14 +76,15 @@ fn plan() -> Result<Plan, String> {
     );
     let mut registry = umbragraph::registry();
     registry.host(GEOMETRY, interface());
-    let job = umbragraph::Job {
+    let options = umbragraph::CheckOptions {
         registry: &registry,
         templates: &templates,
         profile: &TargetProfile::webgpu(),
-        choice: &Choice::default(),
-        options: &PlanOptions::new(SIZE[0], SIZE[1]),
+        overrides: &Overrides::default(),
+        plan: &PlanOptions::new(SIZE[0], SIZE[1]),
     };
-    let checked = umbragraph::check_path(&folder.join("dominoes.json"), &job, &mut sources, &mut diagnostics);
+    let checked =
+        umbragraph::check_path(&folder.join("dominoes.json"), &options, &mut sources, &mut diagnostics);
     checked
         .plan
         .filter(|_| !diagnostics.has_errors())

@@ -70,7 +70,7 @@ pub struct ResolveSettings {
     pub layer: Option<Expr>,
 }
 
-/// What happens to an attachment after a pass.
+/// The store operation of an attachment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Store {

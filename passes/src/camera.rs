@@ -225,7 +225,7 @@ mod tests {
         };
         let mut data = BlackboardData::new(shape());
         RunCamera { reverse }.run(&mut (), &CpuContext { frame: &frame, inputs: &[] }, &mut data);
-        assert_eq!(data.refused(), None);
+        assert_eq!(data.rejected(), None);
         data
     }
 

@@ -210,7 +210,7 @@ fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &
         ("origin", settings.origin.is_some()),
     ];
     let message =
-        format!("\"{}\" is no texture, of which a subresource range could be copied", settings.name);
+        format!("\"{}\" is not a texture, of which a subresource range could be copied", settings.name);
     let textures = foreign(pass, &keys, &message, "choose \"offset\" and \"size\"", at);
     let keys = [
         ("bytes_per_row", bytes && settings.bytes_per_row.is_some()),
@@ -243,7 +243,7 @@ fn texture_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, boxed: bool, at: 
         ("bytes_per_row", settings.bytes_per_row.is_some()),
         ("rows_per_image", settings.rows_per_image.is_some()),
     ];
-    let message = format!("\"{}\" is no buffer, of which bytes could be copied", settings.name);
+    let message = format!("\"{}\" is not a buffer, of which bytes could be copied", settings.name);
     foreign(pass, &keys, &message, "choose \"mip\", \"layer\", \"origin\" and \"extent\"", at)?;
     let range = SubresourceRangeSettings {
         mip: settings.mip.as_ref(),

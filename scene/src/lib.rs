@@ -27,7 +27,7 @@
 //!
 //! Not read: morph targets, vertex colours, tangents, and the textures of materials other than base colour; points and
 //! lines are left out with a warning. Of glTF's extensions, `KHR_lights_punctual` and `KHR_mesh_quantization` are
-//! understood; a document that *requires* another one is refused.
+//! understood; a document that *requires* another one is rejected.
 
 pub mod animation;
 pub mod codes;

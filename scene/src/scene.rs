@@ -46,7 +46,7 @@ pub struct Scene {
     pub warnings: Diagnostics,
     /// Nodes, parents before children.
     pub(crate) order: Vec<NodeId>,
-    /// What is drawn.
+    /// The draw.
     pub(crate) draws: Vec<Draw>,
     /// For each skinned draw, the boxes around what each joint moves.
     pub(crate) joint_bounds: Vec<Vec<Bounds>>,

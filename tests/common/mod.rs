@@ -10,12 +10,12 @@ pub mod pictures;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use umbragraph::Checked;
+use umbragraph::CheckReport;
 use umbragraph::compiler::{Plan, PlanOptions, verify};
 use umbragraph::compose;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, render};
 use umbragraph::document::{self, Document};
-use umbragraph::pipeline::{self, Choice, ParameterFile, Setting};
+use umbragraph::pipeline::{self, Overrides, ParameterFile, Setting};
 use umbragraph::shader::{TargetProfile, TemplateSet};
 use umbragraph::source::{FileId, Sources, Span};
 
@@ -28,7 +28,7 @@ pub fn root() -> PathBuf {
 pub struct Outcome {
     pub sources: Sources,
     pub diagnostics: Diagnostics,
-    pub checked: Checked,
+    pub checked: CheckReport,
 }
 
 impl Outcome {
@@ -103,7 +103,7 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
     let Some(composed) =
         compose::compose(file, Path::new(name), &mut Workspace, &mut sources, &mut diagnostics)
     else {
-        return Outcome { sources, diagnostics, checked: Checked::default() };
+        return Outcome { sources, diagnostics, checked: CheckReport::default() };
     };
     let mut document = composed.document;
     if let Some(extension) = with.extension {
@@ -111,17 +111,17 @@ pub fn check_with(name: &str, text: &str, with: &With<'_>) -> Outcome {
         let extension = document::parse(&sources, extension).expect("JSON").root;
         compose::insert(&mut document.root, extension, &mut diagnostics);
     }
-    let choice = choice(&document, with, &mut sources, &mut diagnostics);
+    let overrides = overrides(&document, with, &mut sources, &mut diagnostics);
     let [width, height] = with.size.unwrap_or([640, 480]);
     let options = PlanOptions { aliasing: !with.without_aliasing, ..PlanOptions::new(width, height) };
-    let job = umbragraph::Job {
+    let check_options = umbragraph::CheckOptions {
         registry: &umbragraph::registry(),
         templates: &templates,
         profile: &with.profile.clone().unwrap_or_else(TargetProfile::webgpu),
-        choice: &choice,
-        options: &options,
+        overrides: &overrides,
+        plan: &options,
     };
-    let checked = umbragraph::check_document(&document, &job, &sources, &mut diagnostics);
+    let checked = umbragraph::check_document(&document, &check_options, &sources, &mut diagnostics);
     diagnostics.sort();
     if let Some(plan) = checked.plan.as_ref().filter(|_| !diagnostics.has_errors()) {
         let violations = verify(plan, &options);
@@ -139,24 +139,24 @@ impl compose::Files for Workspace {
     }
 }
 
-fn choice(
+fn overrides(
     document: &Document,
     with: &With<'_>,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
-) -> Choice {
-    let mut below = Choice::default();
+) -> Overrides {
+    let mut below = Overrides::default();
     let mut preset = with.preset.map(|name| (name.to_owned(), sources.add("<test>", name)));
     if let Some(path) = with.file {
         let at = sources.add(path, read(path));
         let file = ParameterFile::read(&document::parse(sources, at).expect("JSON"), diagnostics);
         preset = preset.or(file.preset.map(|(name, _)| (name, at)));
-        below = file.choice;
+        below = file.overrides;
     }
     if let Some((name, at)) = preset {
         below = pipeline::of_preset(document, &name, Span::new(at, 0..1), diagnostics).under(below);
     }
-    below.under(Choice {
+    below.under(Overrides {
         parameters: with.parameters.iter().map(|(name, value)| setting(name, value, sources)).collect(),
         features: with.features.iter().map(|(name, value)| setting(name, value, sources)).collect(),
     })

@@ -23,13 +23,16 @@ pub(crate) fn device(
     })
 }
 
-fn realize(plan: &Arc<Plan>, (device, queue): &(wgpu::Device, wgpu::Queue)) -> Result<Executor, Diagnostics> {
+fn instantiate(
+    plan: &Arc<Plan>,
+    (device, queue): &(wgpu::Device, wgpu::Queue),
+) -> Result<Executor, Diagnostics> {
     pollster::block_on(Executor::new(device, queue, plan.clone(), None))
 }
 
 #[track_caller]
-fn refused(plan: &Arc<Plan>, device: &(wgpu::Device, wgpu::Queue)) -> Vec<(&'static str, String)> {
-    said(&realize(plan, device).err().expect("a diagnostic"))
+fn rejected(plan: &Arc<Plan>, device: &(wgpu::Device, wgpu::Queue)) -> Vec<(&'static str, String)> {
+    said(&instantiate(plan, device).err().expect("a diagnostic"))
 }
 
 /// Fills a texture of a format and size, and shows it.
@@ -49,8 +52,8 @@ fn a_texture_that_is_too_large_is_named_with_the_limit() {
     let plan = through("rgba8unorm", "[512, 512]", "show.wgsl.jinja");
     let small = device(wgpu::Features::empty(), |limits| limits.max_texture_dimension_2d = 256);
     let wanted = "\"between\" is 512 by 512 with 1 layers; the device allows 256 and 256";
-    assert_eq!(refused(&plan, &small), [("UG0804", wanted.to_owned())]);
-    assert!(realize(&plan, &device(wgpu::Features::empty(), |_| {})).is_ok());
+    assert_eq!(rejected(&plan, &small), [("UG0804", wanted.to_owned())]);
+    assert!(instantiate(&plan, &device(wgpu::Features::empty(), |_| {})).is_ok());
 }
 
 #[test]
@@ -69,10 +72,10 @@ fn a_missing_feature_is_named() {
     }
     plan.pipeline = Arc::new(pipeline);
     let plan = Arc::new(plan);
-    let said = refused(&plan, &device(wgpu::Features::empty(), |_| {}));
+    let said = rejected(&plan, &device(wgpu::Features::empty(), |_| {}));
     assert_eq!(said.len(), 1, "{said:?}");
     assert!(said[0].0 == "UG0804" && said[0].1.contains("FLOAT32_BLENDABLE"), "{said:?}");
-    assert!(realize(&plan, &device(wgpu::Features::FLOAT32_BLENDABLE, |_| {})).is_ok());
+    assert!(instantiate(&plan, &device(wgpu::Features::FLOAT32_BLENDABLE, |_| {})).is_ok());
 }
 
 #[test]
@@ -80,10 +83,10 @@ fn bind_groups_and_blocks_beyond_the_device_are_named() {
     let plan = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
     let few = device(wgpu::Features::empty(), |limits| limits.max_bind_groups = 1);
     let wanted = "fill.wgsl.jinja has 2 bind groups; the device allows 1";
-    assert_eq!(refused(&plan, &few), [("UG0804", wanted.to_owned())]);
+    assert_eq!(rejected(&plan, &few), [("UG0804", wanted.to_owned())]);
     let short = device(wgpu::Features::empty(), |limits| limits.max_uniform_buffer_binding_size = 12);
     let wanted = "\"settings\" of fill.wgsl.jinja has 16 bytes; the device allows 12";
-    assert_eq!(refused(&plan, &short), [("UG0804", wanted.to_owned())]);
+    assert_eq!(rejected(&plan, &short), [("UG0804", wanted.to_owned())]);
 }
 
 #[test]
@@ -98,7 +101,7 @@ fn a_lost_device_is_no_panic() {
 /// Loses a device after a frame, whose buffers are free again or still in flight, and goes on.
 fn lose(gpu: &(wgpu::Device, wgpu::Queue), waits: bool) {
     let made = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
-    let Ok(mut executor) = realize(&made, gpu) else { panic!("no executor") };
+    let Ok(mut executor) = instantiate(&made, gpu) else { panic!("no executor") };
     let target = gpu.0.create_texture(&wgpu::TextureDescriptor {
         label: None,
         size: wgpu::Extent3d { width: 8, height: 8, depth_or_array_layers: 1 },
@@ -125,11 +128,11 @@ fn lose(gpu: &(wgpu::Device, wgpu::Queue), waits: bool) {
     for _ in 0..3 {
         drop(record());
     }
-    drop(realize(&made, gpu));
+    drop(instantiate(&made, gpu));
 }
 
 #[test]
-fn a_block_for_more_views_than_a_buffer_holds_is_refused_and_not_allocated() {
+fn a_block_for_more_views_than_a_buffer_holds_is_rejected_and_not_allocated() {
     let geometry = crate::stage::draw(8, r#"{ "to": "target", "clear": [0, 0, 0, 1] }"#);
     let plan = plan(&target(1), &geometry.replace("\"max\": 8", "\"max\": 100000"));
     let noop = device(wgpu::Features::empty(), |limits| limits.max_buffer_size = 1 << 20);

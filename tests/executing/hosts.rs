@@ -88,7 +88,7 @@ fn another_interface_wants_the_plan_again() {
 }
 
 #[test]
-fn a_frame_without_meshes_is_refused_where_they_are_drawn() {
+fn a_frame_without_meshes_is_rejected_where_they_are_drawn() {
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &clearing());
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);

@@ -38,7 +38,7 @@ fn a_draw_before_anything_is_chosen_draws_the_first_of_everything() {
 }
 
 #[test]
-fn properties_that_the_interface_does_not_name_are_refused_and_change_nothing() {
+fn properties_that_the_interface_does_not_name_are_rejected_and_change_nothing() {
     let drawn = outcome(|pass, corners| {
         pass.render_pass().set_vertex_buffer(0, corners.slice(..));
         assert!(!pass.set_properties(PropertySet(6)));

@@ -90,7 +90,7 @@ fn a_resource_that_outlives_frames_begins_empty_under_another_name() {
 }
 
 #[test]
-fn a_plan_that_the_device_refuses_leaves_the_one_before() {
+fn a_plan_that_the_device_rejects_leaves_the_one_before() {
     let Some(gpu) = gpu::device() else { return };
     let good = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
     let mut executor = executor(&gpu, &good, None);

@@ -8,7 +8,7 @@
 //! random.
 //!
 //! The simulation keeps for each mip of each layer what the left and the right half hold, and for each quarter of a
-//! buffer one number. No plan may be refused or accused by the checker, and each picture has to be equal.
+//! buffer one number. No plan may be rejected or accused by the checker, and each picture has to be equal.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -584,7 +584,7 @@ impl Graph {
 fn error(gpu: &Gpu, graph: &Graph, random: &mut Random) -> Option<String> {
     let plan: Arc<Plan> = match try_plan_of_text(graph.text.clone(), SIDE) {
         Ok(plan) => plan,
-        Err(diagnostics) => return Some(format!("refused: {diagnostics}")),
+        Err(diagnostics) => return Some(format!("rejected: {diagnostics}")),
     };
     let violations = verify(&plan, &PlanOptions::new(SIDE, SIDE));
     if !violations.is_empty() {
@@ -639,12 +639,12 @@ fn pictures_of_random_graphs_are_those_of_running_their_passes_one_after_the_oth
         }
     }
     let count = |word: &str| violations.iter().filter(|error| error.contains(word)).count();
-    let (refused, accused) = (count("): refused"), count("): accused"));
-    let wrong = violations.len() - refused - accused;
-    println!("{graphs} graphs: {wrong} wrong, {refused} refused, {accused} accused");
+    let (rejected, accused) = (count("): rejected"), count("): accused"));
+    let wrong = violations.len() - rejected - accused;
+    println!("{graphs} graphs: {wrong} wrong, {rejected} rejected, {accused} accused");
     assert!(
         violations.is_empty(),
-        "{wrong} wrong, {refused} refused, {accused} accused, such as\n{}",
+        "{wrong} wrong, {rejected} rejected, {accused} accused, such as\n{}",
         violations[0]
     );
 }

@@ -7,7 +7,7 @@ use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::draw::DrawSource;
 use umbragraph::executor::{Executor, Frame};
 use umbragraph::frame::FrameInput;
-use umbragraph::pipeline::Choice;
+use umbragraph::pipeline::Overrides;
 use umbragraph::shader::TargetProfile;
 use umbragraph::source::Sources;
 use umbragraph_test_support::gpu::Gpu;
@@ -226,14 +226,14 @@ pub(crate) fn try_plan_of_text(text: String, side: u32) -> Result<Arc<Plan>, Str
     let mut registry = umbragraph::registry();
     registry.register::<Views>().register::<Count>();
     let file = sources.add("test.json", text);
-    let job = umbragraph::Job {
+    let options = umbragraph::CheckOptions {
         registry: &registry,
         templates: &templates,
         profile: &TargetProfile::webgpu(),
-        choice: &Choice::default(),
-        options: &PlanOptions::new(side, side),
+        overrides: &Overrides::default(),
+        plan: &PlanOptions::new(side, side),
     };
-    let checked = umbragraph::check(file, &job, &sources, &mut diagnostics);
+    let checked = umbragraph::check(file, &options, &sources, &mut diagnostics);
     match checked.plan {
         Some(plan) if !diagnostics.has_errors() => Ok(Arc::new(plan)),
         _ => Err(render::human_all(&diagnostics, &sources)),

@@ -80,21 +80,21 @@ fn an_empty_part_draws_nothing() {
 }
 
 #[test]
-fn a_view_outside_its_attachments_is_refused_and_the_next_frame_is_fine() {
+fn a_view_outside_its_attachments_is_rejected_and_the_next_frame_is_fine() {
     let Some(gpu) = gpu::device() else { return };
     let layered = plan(&target(4), &draw(4, r#"{ "to": "target", "clear": [0, 0, 1, 1] }"#));
     let squares = Squares::new(&gpu.device, &gpu.queue, &[square(GREEN)], &[[1.0; 4]]);
     let mut executor = executor(&gpu, &layered, Some(&squares));
     let target = import(&gpu, &layered, "target");
-    let mut refused = |view: &str| {
+    let mut rejected = |view: &str| {
         let result = play(&gpu, &mut executor, Some(&squares), &target, &frame(&["0", view]));
         said(&result.expect_err("a diagnostic"))
     };
     let wanted = "view 1 of \"squares\" is drawn into layer 4 of 4";
-    assert_eq!(refused("4"), [("UG0807", wanted.to_owned())]);
+    assert_eq!(rejected("4"), [("UG0807", wanted.to_owned())]);
     let wanted = "view 1 of \"squares\" is drawn into 4 by 4 texels from 5, 0 on, of 8 by 8";
-    assert_eq!(refused("0 5 0 4 4"), [("UG0807", wanted.to_owned())]);
-    assert_eq!(refused("0 4294967295 0 4294967295 1").len(), 1);
+    assert_eq!(rejected("0 5 0 4 4"), [("UG0807", wanted.to_owned())]);
+    assert_eq!(rejected("0 4294967295 0 4294967295 1").len(), 1);
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["3"]));
     assert_eq!(color(&gpu, &target, 3), [0, 255, 0, 255]);
 }

@@ -39,7 +39,7 @@ impl Format {
     }
 }
 
-/// Refuses a file whose format is none of those that can be written there, or whose folder does not exist.
+/// Rejects a file whose format is none of those that can be written there, or whose folder does not exist.
 ///
 /// # Errors
 /// The diagnostic, which names the option.

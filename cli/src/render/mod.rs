@@ -9,7 +9,7 @@ mod target;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use umbragraph::Checked;
+use umbragraph::CheckReport;
 use umbragraph::compiler::{Plan, PlanOptions};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::executor::{Executor, Frame, Texels, read_back};
@@ -160,7 +160,7 @@ const ROUNDS: usize = 8;
 struct Drawing<'a> {
     graphics: &'a Graphics,
     scene: &'a Scene,
-    checked: &'a Checked,
+    checked: &'a CheckReport,
     options: PlanOptions,
     session: &'a Session,
     toggles: &'a [(String, bool)],
@@ -177,7 +177,7 @@ impl<'a> Drawing<'a> {
     fn new(
         graphics: &'a Graphics,
         scene: &'a Scene,
-        checked: &'a Checked,
+        checked: &'a CheckReport,
         options: PlanOptions,
         session: &'a Session,
         captures: Vec<String>,
@@ -240,9 +240,9 @@ impl<'a> Drawing<'a> {
         }
         for scope in scopes.into_iter().rev() {
             if let Some(error) = pollster::block_on(scope.pop()) {
-                let message = format!("the device refused the frame: {error}");
+                let message = format!("the device rejected the frame: {error}");
                 return Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, message)
-                    .help("please report this: what a device refuses should have been found before")
+                    .help("please report this: what a device rejects should have been found before")
                     .into());
             }
         }

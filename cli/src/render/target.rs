@@ -19,12 +19,12 @@ pub(super) fn picture_of(plan: &Plan, captures: &[String]) -> Result<String, Dia
         [one] => Some(*one),
         several => several.iter().copied().find(|name| *name == "target"),
     };
-    let refuse = |place: Place, message: String, help: &str| {
+    let reject = |place: Place, message: String, help: &str| {
         Err(Diagnostic::error(codes::PICTURE, place, message).help(help).into())
     };
     let Some(name) = chosen else {
         let message = format!("the pipeline writes {} imported textures", written.len());
-        return refuse(
+        return reject(
             Place::Nowhere,
             message,
             "a picture is made of the one imported texture that passes write, or of \"target\"",
@@ -34,7 +34,7 @@ pub(super) fn picture_of(plan: &Plan, captures: &[String]) -> Result<String, Dia
     let place = Place::Span(plan.pipeline.resource(resource.handle).place);
     let (Some(format), Some(size)) = (resource.format, resource.size) else { return Ok(name.clone()) };
     if !matches!(format, wgpu::TextureFormat::Rgba8Unorm | wgpu::TextureFormat::Rgba8UnormSrgb) {
-        return refuse(
+        return reject(
             place,
             format!("\"{name}\" is {format:?}"),
             "pictures are rgba8unorm or rgba8unorm-srgb",
@@ -45,7 +45,7 @@ pub(super) fn picture_of(plan: &Plan, captures: &[String]) -> Result<String, Dia
             "\"{name}\" is {} by {} with {} layers and {} samples",
             size.width, size.height, size.layers, size.samples
         );
-        return refuse(place, message, "a picture has the size of the viewport, one layer and one sample");
+        return reject(place, message, "a picture has the size of the viewport, one layer and one sample");
     }
     Ok(name.clone())
 }

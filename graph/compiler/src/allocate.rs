@@ -7,10 +7,10 @@
 //!
 //! Cost: linear in resources but for sorting them by name and by start.
 
-use super::facts::{Descriptor, Facts};
 use super::history;
-use super::lifetime::{Assignment, Want, assign};
+use super::lifetime::{AllocationRequest, Assignment, assign};
 use super::plan::{Fixed, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlannedResource};
+use super::resolved_resources::{Descriptor, ResolvedResources};
 use crate::language::Lifetime;
 use crate::pipeline::ResourceKind;
 use crate::work::ResourceHandle;
@@ -19,33 +19,33 @@ use crate::work::ResourceHandle;
 const LABEL_BYTES: usize = 120;
 
 /// Fills the resources of a plan.
-pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>) {
+pub(super) fn allocate(plan: &mut Plan, resolved: &ResolvedResources<'_>) {
     let fixed = plan.fixed.clone();
     let Fixed { spans, conditional, aliasing, .. } = &*fixed;
     let pipeline = plan.pipeline.clone();
     let (mut textures, mut buffers) = (Kind::default(), Kind::default());
-    let mut peak = Peak::new(facts.classes, plan.passes.len());
+    let mut peak = Peak::new(resolved.classes, plan.passes.len());
     let end = plan.passes.len().saturating_sub(1);
     for handle in pipeline.resource_handles() {
-        let Some(fact) = facts.get(handle) else { continue };
+        let Some(properties) = resolved.get(handle) else { continue };
         // Earlier frames are there whether something reads them or not: each becomes the next one.
         let span = spans[handle.index()].or(pipeline.resource(handle).history.map(|_| (0, end)));
         let Some((first, last)) = span else { continue };
-        let (Some(class), Some(descriptor)) = (fact.class, fact.descriptor) else { continue };
-        plan.bytes_without_aliasing += fact.bytes;
+        let (Some(class), Some(descriptor)) = (properties.class, properties.descriptor) else { continue };
+        plan.bytes_without_aliasing += properties.bytes;
         // What outlives the frame holds its bytes all the time.
         let lives = pipeline.resource(handle).lifetime() != Lifetime::Transient || !*aliasing;
         let (from, to) = if lives { (0, end) } else { (first, last) };
-        peak.add(class, fact.bytes, from, to);
+        peak.add(class, properties.bytes, from, to);
         let kind = if matches!(descriptor, Descriptor::Texture(_)) { &mut textures } else { &mut buffers };
         kind.handles.push(handle);
-        kind.wants.push(Want { class, bytes: fact.bytes, first, last });
+        kind.requests.push(AllocationRequest { class, bytes: properties.bytes, first, last });
     }
     (plan.bytes_bound, plan.bytes_peak) = peak.finish();
     let mut physical = vec![Physical::Host; pipeline.resources.len()];
     for (handle, index, bytes) in textures.assigned() {
         physical[handle.index()] = Physical::Texture(index);
-        if let Some(texture) = facts.texture(handle) {
+        if let Some(texture) = resolved.texture(handle) {
             if index == plan.textures.len() {
                 plan.bytes += bytes;
                 let (format, size) = (texture.format, texture.size);
@@ -65,8 +65,10 @@ pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>) {
     }
     for (handle, index, bytes) in buffers.assigned() {
         physical[handle.index()] = Physical::Buffer(index);
-        let fact = facts.get(handle);
-        if let Some(Descriptor::Buffer { usages, .. }) = fact.and_then(|fact| fact.descriptor) {
+        let properties = resolved.get(handle);
+        if let Some(Descriptor::Buffer { usages, .. }) =
+            properties.and_then(|properties| properties.descriptor)
+        {
             if index == plan.buffers.len() {
                 plan.bytes += bytes;
                 plan.buffers.push(PhysicalBuffer { label: String::new(), bytes, usages });
@@ -74,12 +76,12 @@ pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>) {
             append(&mut plan.buffers[index].label, &pipeline.resource(handle).name);
         }
     }
-    plan.histories = history::plan(facts, &physical);
+    plan.histories = history::plan(resolved, &physical);
     let planned = pipeline.resource_handles().filter_map(|handle| {
-        let (fact, (first, last)) = (facts.get(handle)?, spans[handle.index()]?);
+        let (properties, (first, last)) = (resolved.get(handle)?, spans[handle.index()]?);
         let resource = pipeline.resource(handle);
         let lifetime = resource.lifetime();
-        let texture = fact.texture();
+        let texture = properties.texture();
         let physical = match resource.kind {
             ResourceKind::Data(_) => Physical::Host,
             _ if lifetime == Lifetime::Imported => Physical::Imported,
@@ -93,7 +95,7 @@ pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>) {
             format: texture.map(|texture| texture.format),
             size: texture.map(|texture| texture.size),
             usages: texture.map(|texture| texture.usages),
-            bytes: fact.bytes,
+            bytes: properties.bytes,
             conditional: conditional[handle.index()],
             handle,
         };
@@ -106,15 +108,15 @@ pub(super) fn allocate(plan: &mut Plan, facts: &Facts<'_>) {
 #[derive(Default)]
 struct Kind {
     handles: Vec<ResourceHandle>,
-    wants: Vec<Want>,
+    requests: Vec<AllocationRequest>,
 }
 
 impl Kind {
     /// Each with its physical resource and the bytes of that, by the start of their lifetimes.
     fn assigned(&self) -> Vec<(ResourceHandle, usize, u64)> {
-        let Assignment { places, bytes } = assign(&self.wants);
-        let mut by_start: Vec<usize> = (0..self.wants.len()).collect();
-        by_start.sort_by_key(|at| (self.wants[*at].first, *at));
+        let Assignment { places, bytes } = assign(&self.requests);
+        let mut by_start: Vec<usize> = (0..self.requests.len()).collect();
+        by_start.sort_by_key(|at| (self.requests[*at].first, *at));
         by_start.into_iter().map(|at| (self.handles[at], places[at], bytes[places[at]])).collect()
     }
 }

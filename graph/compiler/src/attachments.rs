@@ -10,9 +10,9 @@
 //! Cost: for each attachment the accesses of its resource up to the one that decides.
 
 use super::cull::single_layer;
-use super::facts::TextureFacts;
 use super::plan::{PlannedAttachment, PlannedPass, StoreOperation};
 use super::planner::Planner;
+use super::resolved_resources::TextureProperties;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::Lifetime;
 use crate::pipeline::{SubresourceRange, Usage, canonical};
@@ -85,7 +85,9 @@ impl Planner<'_> {
                 continue;
             };
             for (location, attachment) in planned.color.iter().enumerate() {
-                let Some(TextureFacts { format, .. }) = self.facts.texture(attachment.target.resource) else {
+                let Some(TextureProperties { format, .. }) =
+                    self.resolved.texture(attachment.target.resource)
+                else {
                     continue;
                 };
                 let wanted = match format.sample_type(None, None) {

@@ -14,7 +14,7 @@
 use serde::Serialize;
 use wgpu_types::{COPY_BUFFER_ALIGNMENT, COPY_BYTES_PER_ROW_ALIGNMENT, TextureAspect, TextureFormat};
 
-use super::facts::{Facts, TextureFacts};
+use super::resolved_resources::{ResolvedResources, TextureProperties};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::Value;
 use crate::language::format_name;
@@ -31,7 +31,7 @@ pub enum PlannedCopy {
     Clear {
         /// The first byte.
         offset: u64,
-        /// How many.
+        /// The count.
         bytes: u64,
     },
     /// Bytes of one buffer to another.
@@ -40,7 +40,7 @@ pub enum PlannedCopy {
         from: u64,
         /// The first byte of the destination.
         to: u64,
-        /// How many.
+        /// The count.
         bytes: u64,
     },
     /// Texels of one texture to another.
@@ -54,7 +54,7 @@ pub enum PlannedCopy {
     },
     /// Texels from a buffer to a texture.
     Upload {
-        /// Where they lie in the buffer.
+        /// Their layout in the buffer.
         from: TexelRows,
         /// The first texel of the destination.
         to: TexelOrigin,
@@ -65,7 +65,7 @@ pub enum PlannedCopy {
     Download {
         /// The first texel of the source.
         from: TexelOrigin,
-        /// Where they come to lie in the buffer.
+        /// Their layout in the buffer.
         to: TexelRows,
         /// Width, height, and layers or slices (unit: texels).
         extent: [u32; 3],
@@ -83,7 +83,7 @@ pub struct TexelOrigin {
     pub aspect: Aspect,
 }
 
-/// How texels lie in a buffer.
+/// The layout of texels in a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct TexelRows {
     /// The first byte.
@@ -94,15 +94,15 @@ pub struct TexelRows {
     pub rows_per_image: u32,
 }
 
-/// What a transfer copies; `None` after a diagnostic.
+/// The copies of a transfer; `None` after a diagnostic.
 pub(super) fn copies(
-    facts: &Facts<'_>,
+    resolved: &ResolvedResources<'_>,
     transfer: &TransferWork,
     handle: PassHandle,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<Vec<PlannedCopy>> {
     use TransferEnd::{Buffer, Texture};
-    let mut copies = Copies { facts, pass: facts.pipeline.pass(handle), diagnostics };
+    let mut copies = Copies { resolved, pass: resolved.pipeline.pass(handle), diagnostics };
     match (&transfer.source, &transfer.destination) {
         (None, Buffer(to)) => {
             let (offset, bytes) = copies.run(to)?;
@@ -125,18 +125,18 @@ pub(super) fn copies(
 }
 
 struct Copies<'a, 'p> {
-    facts: &'a Facts<'p>,
+    resolved: &'a ResolvedResources<'p>,
     pass: &'a Pass,
     diagnostics: &'a mut Vec<Diagnostic>,
 }
 
 impl Copies<'_, '_> {
     fn name(&self, resource: ResourceHandle) -> String {
-        self.facts.pipeline.resource(resource).name.clone()
+        self.resolved.pipeline.resource(resource).name.clone()
     }
 
     /// A diagnostic where the pass names what it copies from or to.
-    fn refuse(&mut self, resource: ResourceHandle, written: bool, message: String, help: &str) {
+    fn reject(&mut self, resource: ResourceHandle, written: bool, message: String, help: &str) {
         let alike =
             |one: &&crate::pipeline::Access| one.resource == resource && one.usage.writes() == written;
         let used = self.pass.accesses().iter().find(alike);
@@ -146,7 +146,7 @@ impl Copies<'_, '_> {
         self.diagnostics.push(diagnostic);
     }
 
-    fn refuse_at<T>(&mut self, deferred: &Deferred, message: String, help: &str) -> Option<T> {
+    fn reject_at<T>(&mut self, deferred: &Deferred, message: String, help: &str) -> Option<T> {
         let diagnostic = Diagnostic::error(codes::DEVICE_RULE, deferred.place, message);
         self.diagnostics.push(diagnostic.pointer(&deferred.pointer).help(help));
         None
@@ -154,7 +154,7 @@ impl Copies<'_, '_> {
 
     /// The first byte and the number of bytes.
     fn run(&self, region: &BufferRegion) -> Option<(u64, u64)> {
-        let all = self.facts.get(region.buffer.resource)?.bytes;
+        let all = self.resolved.get(region.buffer.resource)?.bytes;
         Some(region.buffer.range.bytes.map_or((0, all), |run| (run.first, run.count)))
     }
 
@@ -163,7 +163,7 @@ impl Copies<'_, '_> {
         let ((first, source), (start, destination)) = (self.run(from)?, self.run(to)?);
         if a == b {
             let message = format!("\"{}\" is copied to itself", self.name(a));
-            self.refuse(b, true, message, "bytes are copied to another buffer: let a third lie between");
+            self.reject(b, true, message, "bytes are copied to another buffer: let a third lie between");
             return None;
         }
         if source != destination {
@@ -172,7 +172,7 @@ impl Copies<'_, '_> {
                 self.name(a),
                 self.name(b)
             );
-            self.refuse(b, true, message, "give both ends one \"size\"");
+            self.reject(b, true, message, "give both ends one \"size\"");
             return None;
         }
         Some(PlannedCopy::Bytes { from: first, to: start, bytes: source })
@@ -186,32 +186,32 @@ impl Copies<'_, '_> {
         extent: Option<&[Deferred; 2]>,
     ) -> Option<Vec<PlannedCopy>> {
         let (source, destination) =
-            (self.facts.texture(from.texture.resource)?, self.facts.texture(to.texture.resource)?);
+            (self.resolved.texture(from.texture.resource)?, self.resolved.texture(to.texture.resource)?);
         let (a, b) = (self.name(from.texture.resource), self.name(to.texture.resource));
         if source.format.remove_srgb_suffix() != destination.format.remove_srgb_suffix() {
             let (own, wanted) = (format_name(source.format), format_name(destination.format));
             let message = format!("\"{a}\" is {own}, \"{b}\" is {wanted}: a copy changes no format");
-            self.refuse(to.texture.resource, true, message, "use a full-screen pass to convert");
+            self.reject(to.texture.resource, true, message, "use a full-screen pass to convert");
             return None;
         }
         for (region, texture, written) in [(from, &source, false), (to, &destination, true)] {
             if self.aspect(region, texture, written)? != TextureAspect::All && has_both(texture.format) {
                 let message = "one aspect is copied to or from a buffer only".to_owned();
                 let help = "remove \"aspect\" from both ends, or let a buffer lie between";
-                self.refuse(region.texture.resource, written, message, help);
+                self.reject(region.texture.resource, written, message, help);
                 return None;
             }
         }
         if from.mip().count != to.mip().count {
             let (own, wanted) = (from.mip().count, to.mip().count);
             let message = format!("{own} mips of \"{a}\" are copied to {wanted} of \"{b}\"");
-            self.refuse(to.texture.resource, true, message, "give both ends as many \"mips\"");
+            self.reject(to.texture.resource, true, message, "give both ends as many \"mips\"");
             return None;
         }
         if from.texture.resource == to.texture.resource && source.volume && from.mip().first == to.mip().first
         {
             let message = format!("\"{a}\" is copied to itself, within one mip level of a volume");
-            self.refuse(to.texture.resource, true, message, "copy to another texture, and from there back");
+            self.reject(to.texture.resource, true, message, "copy to another texture, and from there back");
             return None;
         }
         let sources = self.boxes(from, &source, extent)?;
@@ -226,7 +226,7 @@ impl Copies<'_, '_> {
                     (words(own, source.size.samples), words(wanted, destination.size.samples));
                 let message = format!("\"{a}\" is {own}, \"{b}\" is {wanted}");
                 let help = "a copy joins subresource ranges of one size; choose mip, layer and extent";
-                self.refuse(to.texture.resource, true, message, help);
+                self.reject(to.texture.resource, true, message, help);
                 return None;
             }
             // wgpu 30 copies only the first of several layers to or from a volume.
@@ -252,14 +252,14 @@ impl Copies<'_, '_> {
         extent: Option<&[Deferred; 2]>,
         upload: bool,
     ) -> Option<Vec<(TexelOrigin, TexelRows, [u32; 3])>> {
-        let texture = self.facts.texture(region.texture.resource)?;
+        let texture = self.resolved.texture(region.texture.resource)?;
         let (a, b) = (self.name(region.texture.resource), self.name(buffer.buffer.resource));
         let (first, held) = self.run(buffer)?;
         let aspect = self.aspect(region, &texture, upload)?;
         if has_both(texture.format) && aspect == TextureAspect::All {
             let message = format!("depth and stencil of \"{a}\" are not copied at once");
             let help = "add \"aspect\": \"depth-only\" or \"stencil-only\"";
-            self.refuse(region.texture.resource, upload, message, help);
+            self.reject(region.texture.resource, upload, message, help);
             return None;
         }
         let depth = texture.format.has_depth_aspect() && aspect != TextureAspect::StencilOnly;
@@ -274,7 +274,7 @@ impl Copies<'_, '_> {
             } else {
                 "the depth of this format has no bytes: use a pass"
             };
-            self.refuse(region.texture.resource, upload, message, help);
+            self.reject(region.texture.resource, upload, message, help);
             return None;
         };
         let step =
@@ -282,7 +282,7 @@ impl Copies<'_, '_> {
         if !first.is_multiple_of(step) {
             let message = format!("the texels of \"{a}\" begin at byte {first} of \"{b}\"");
             let help = format!("begin at a multiple of {step} bytes");
-            self.refuse(buffer.buffer.resource, !upload, message, &help);
+            self.reject(buffer.buffer.resource, !upload, message, &help);
             return None;
         }
         let (block_width, block_height) = texture.format.block_dimensions();
@@ -301,7 +301,7 @@ impl Copies<'_, '_> {
                     "\"{a}\" has {lines} rows of {row} bytes, \"{b}\" {rows_per_image} of {bytes_per_row}"
                 );
                 let help = "make \"bytes_per_row\" and \"rows_per_image\" larger, or remove them";
-                self.refuse(buffer.buffer.resource, !upload, message, help);
+                self.reject(buffer.buffer.resource, !upload, message, help);
                 return None;
             }
             let image = bytes_per_row.saturating_mul(u64::from(rows_per_image));
@@ -316,7 +316,7 @@ impl Copies<'_, '_> {
         if held < wanted {
             let message = format!("\"{a}\" takes {wanted} bytes, of \"{b}\" there are {held}");
             let help = "each row of texels takes a multiple of 256 bytes";
-            self.refuse(buffer.buffer.resource, !upload, message, help);
+            self.reject(buffer.buffer.resource, !upload, message, help);
             return None;
         }
         Some(rows)
@@ -326,7 +326,7 @@ impl Copies<'_, '_> {
     fn aspect(
         &mut self,
         region: &TextureRegion,
-        texture: &TextureFacts,
+        texture: &TextureProperties,
         written: bool,
     ) -> Option<TextureAspect> {
         let (exists, aspect, word) = match region.texture.range.aspect {
@@ -342,7 +342,7 @@ impl Copies<'_, '_> {
                 self.name(region.texture.resource),
                 format_name(texture.format)
             );
-            self.refuse(
+            self.reject(
                 region.texture.resource,
                 written,
                 message,
@@ -357,10 +357,10 @@ impl Copies<'_, '_> {
     fn boxes(
         &mut self,
         region: &TextureRegion,
-        texture: &TextureFacts,
+        texture: &TextureProperties,
         extent: Option<&[Deferred; 2]>,
     ) -> Option<Vec<(TexelOrigin, [u32; 3])>> {
-        let TextureFacts { format, size, volume, .. } = *texture;
+        let TextureProperties { format, size, volume, .. } = *texture;
         // Subresources that do not exist are a diagnostic of their own.
         if region.mip().end() > u64::from(size.mips) {
             return None;
@@ -395,17 +395,17 @@ impl Copies<'_, '_> {
                         "\"{name}\" has {} texels in {what}, of which {} from {first} are copied",
                         mip_level[axis], length[axis]
                     );
-                    return self.refuse_at(said, message, "stay within the mip level");
+                    return self.reject_at(said, message, "stay within the mip level");
                 }
                 if whole && (first > 0 || beyond < u64::from(full)) {
                     let message = format!("a subresource range of \"{name}\" is copied");
                     let help = "depth, stencil and several samples are copied by whole layers: remove \"origin\" and \"extent\"";
-                    return self.refuse_at(said, message, help);
+                    return self.reject_at(said, message, help);
                 }
                 if first % block[axis] != 0 || length[axis] % block[axis] != 0 {
                     let message = format!("{} texels of \"{name}\" from {first} are copied", length[axis]);
                     let help = format!("its texels come in blocks of {} by {}", block[0], block[1]);
-                    return self.refuse_at(said, message, &help);
+                    return self.reject_at(said, message, &help);
                 }
             }
             let at = [at[0], at[1], layer.0];
@@ -416,7 +416,7 @@ impl Copies<'_, '_> {
     }
 
     fn texel_count(&mut self, deferred: &Deferred, min: u32) -> Option<u32> {
-        let value = self.facts.sizes.value(&deferred.expression, deferred.place, &deferred.pointer)?;
+        let value = self.resolved.sizes.value(&deferred.expression, deferred.place, &deferred.pointer)?;
         match value {
             Value::Number(number)
                 if number.fract() == 0.0 && (f64::from(min)..=f64::from(u32::MAX)).contains(&number) =>
@@ -425,7 +425,7 @@ impl Copies<'_, '_> {
             }
             other => {
                 let help = format!("whole numbers from {min} are possible; floor() rounds down");
-                self.refuse_at(deferred, format!("{other} is no number of texels"), &help)
+                self.reject_at(deferred, format!("{other} is not a number of texels"), &help)
             }
         }
     }

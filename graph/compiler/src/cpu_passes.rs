@@ -137,7 +137,7 @@ impl CpuPasses {
             };
             run.run(&CpuContext { frame, inputs }, &mut data);
         }
-        let outcome = data.refused().map_or(Ok(()), |reason| {
+        let outcome = data.rejected().map_or(Ok(()), |reason| {
             let pass = self.plan.pipeline.pass(pass);
             let message = format!("\"{}\" publishes {reason}", pass.name);
             let help = "a CPU pass publishes what it declared; this is a defect of its node kind";
@@ -190,7 +190,7 @@ impl CpuPasses {
         self.data.get(self.switches.seen(resource).index())?.as_ref()
     }
 
-    /// How the toggles of the frame are switched.
+    /// The state of the toggles in the frame.
     pub fn switches(&self) -> &Switches {
         &self.switches
     }

@@ -16,7 +16,7 @@ use crate::work::{
     BoundSlot, BufferDraw, ColorAttachment, Draw, DrawCounts, ResourceHandle, SlotSource, Work,
 };
 
-/// The diagnostics of a plan; a plan with errors among them must not be realized.
+/// The diagnostics of a plan; a plan with errors among them must not be instantiated.
 pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
     for planned in &plan.passes {
@@ -91,14 +91,14 @@ impl Rules<'_> {
         used.map_or((self.pass.place, self.pass.pointer.as_str()), |one| (one.place, one.pointer.as_str()))
     }
 
-    fn refuse(&self, resource: ResourceHandle, message: String, help: &str) -> Diagnostic {
+    fn reject(&self, resource: ResourceHandle, message: String, help: &str) -> Diagnostic {
         let (place, pointer) = self.place(resource);
         Diagnostic::error(codes::DEVICE_RULE, place, message).pointer(pointer).help(help)
     }
 
     fn slot(&self, program: &Program, slot: &BoundSlot) -> Option<Diagnostic> {
         let binding = program.binding_at(slot.group, slot.binding)?;
-        let refuse = |message: String, help: &str| {
+        let reject = |message: String, help: &str| {
             Some(Diagnostic::error(codes::DEVICE_RULE, slot.place, message).pointer(&slot.pointer).help(help))
         };
         let limits = &self.plan.pipeline.profile.limits;
@@ -109,7 +109,7 @@ impl Rules<'_> {
                 let name = self.name(view.resource);
                 if multisampled != (size.samples > 1) {
                     let help = "declare the binding as texture_multisampled_2d for several samples, as texture_2d for one";
-                    return refuse(
+                    return reject(
                         format!(
                             "\"{name}\" has {} samples, \"{}\" is {}",
                             size.samples, slot.name, binding.type_name
@@ -130,10 +130,10 @@ impl Rules<'_> {
                         "\"{name}\" is {} by {} with {layers} layers, \"{}\" is {}",
                         size.width, size.height, slot.name, binding.type_name
                     );
-                    return refuse(message, "cubes are square and have six layers each");
+                    return reject(message, "cubes are square and have six layers each");
                 }
                 if volume != (view.shape == TextureShape::D3) {
-                    return refuse(
+                    return reject(
                         format!("\"{name}\" cannot be seen as {}", binding.type_name),
                         "volumes are seen as texture_3d, and nothing else is",
                     );
@@ -157,26 +157,26 @@ impl Rules<'_> {
                     ),
                 };
                 if offset % u64::from(align.max(1)) != 0 {
-                    return refuse(
+                    return reject(
                         format!("\"{name}\" is bound from byte {offset}"),
                         &format!("{what} bindings start at multiples of {align} bytes"),
                     );
                 }
                 if bytes > max {
-                    return refuse(
+                    return reject(
                         format!("{bytes} bytes of \"{name}\" are bound"),
                         &format!("the profile allows {max} for a {what} binding: bind a subresource range"),
                     );
                 }
                 let min = binding.block.as_ref().map_or(0, |block| u64::from(block.size()));
                 if bytes < min {
-                    return refuse(
+                    return reject(
                         format!("{bytes} bytes of \"{name}\" are bound, \"{}\" has {min}", slot.name),
                         "bind at least what the shader declares",
                     );
                 }
                 if matches!(ty, wgpu_types::BufferBindingType::Storage { .. }) && bytes % 4 != 0 {
-                    return refuse(
+                    return reject(
                         format!("{bytes} bytes of \"{name}\" are bound"),
                         "storage bindings have a multiple of 4 bytes",
                     );
@@ -198,14 +198,14 @@ impl Rules<'_> {
                             "\"{}\" is written by the shader, but holds values of the host",
                             slot.name
                         );
-                        return refuse(
+                        return reject(
                             message,
                             "declare it as var<storage, read> or var<uniform>, or bind a buffer",
                         );
                     }
                 };
                 (bytes > limit).then(|| {
-                    refuse(
+                    reject(
                         format!("the block \"{}\" has {bytes} bytes", slot.name),
                         &format!("the profile allows {limit}"),
                     )
@@ -226,11 +226,11 @@ impl Rules<'_> {
                 source.samples, destination.samples
             );
             let help = "a texture with several samples is resolved to one with one";
-            return Some(self.refuse(target.resource, message, help));
+            return Some(self.reject(target.resource, message, help));
         }
         if from.format != to.format {
             let message = format!("\"{a}\" and \"{b}\" differ in format");
-            return Some(self.refuse(target.resource, message, "resolving changes no format"));
+            return Some(self.reject(target.resource, message, "resolving changes no format"));
         }
         let side = |length: u32, mip: u32| (length >> mip.min(31)).max(1);
         let extent = |size: TextureSize, mip| [side(size.width, mip), side(size.height, mip)];
@@ -238,12 +238,12 @@ impl Rules<'_> {
         if own != wanted {
             let message =
                 format!("\"{b}\" is {} by {}, \"{a}\" {} by {}", own[0], own[1], wanted[0], wanted[1]);
-            return Some(self.refuse(target.resource, message, "resolving changes no size"));
+            return Some(self.reject(target.resource, message, "resolving changes no size"));
         }
         (target.layer.is_none() && destination.layers != 1 && destination.layers != source.layers).then(
             || {
                 let message = format!("nothing says which layer of \"{b}\" is resolved to");
-                self.refuse(target.resource, message, "add \"layer\"")
+                self.reject(target.resource, message, "add \"layer\"")
             },
         )
     }
@@ -273,7 +273,7 @@ impl Rules<'_> {
             let declared = self.plan.pipeline.resource(resource).texture();
             if declared.is_some_and(|texture| texture.view == Some(TextureShape::D3)) {
                 let message = format!("\"{}\" is a volume, which cannot be attached", attachment.resource);
-                diagnostics.push(self.refuse(resource, message, "write volumes from a compute pass"));
+                diagnostics.push(self.reject(resource, message, "write volumes from a compute pass"));
                 continue;
             }
             let layers =
@@ -283,7 +283,7 @@ impl Rules<'_> {
                     "\"{}\" has {layers} layers, and nothing says which is written",
                     attachment.resource
                 );
-                diagnostics.push(self.refuse(resource, message, "add \"layer\" to the attachment"));
+                diagnostics.push(self.reject(resource, message, "add \"layer\" to the attachment"));
             }
         }
         diagnostics

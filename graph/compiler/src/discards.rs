@@ -69,9 +69,9 @@ struct Check<'a> {
     graph: &'a Graph,
     /// The pass that discards.
     handle: PassHandle,
-    /// What it discards.
+    /// The attachment that it discards.
     one: &'a Access,
-    /// Who uses the resource, in this frame or a later one.
+    /// The passes that use the resource, in this frame or a later one.
     users: &'a [PassHandle],
 }
 
@@ -108,7 +108,7 @@ impl Check<'_> {
         }
     }
 
-    /// Where a pass reads what is discarded.
+    /// The access with which a pass reads a discarded attachment.
     fn reads(&self, reader: PassHandle) -> impl Iterator<Item = &Access> {
         let accesses = self.pipeline.pass(reader).accesses().iter();
         accesses

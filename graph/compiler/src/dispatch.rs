@@ -1,6 +1,6 @@
 //! How many workgroups a compute pass runs.
 
-use super::facts::Facts;
+use super::resolved_resources::ResolvedResources;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::Value;
 use crate::shader::Stage;
@@ -8,29 +8,29 @@ use crate::work::{ComputeWork, Dispatch, PassHandle};
 
 /// The workgroup counts of a pass; `None` after a diagnostic, and where a buffer says them.
 pub(super) fn workgroups(
-    facts: &Facts<'_>,
+    resolved: &ResolvedResources<'_>,
     compute: &ComputeWork,
     handle: PassHandle,
     diagnostics: &mut Vec<Diagnostic>,
 ) -> Option<[u32; 3]> {
-    let pipeline = facts.pipeline;
+    let pipeline = resolved.pipeline;
     let pass = pipeline.pass(handle);
     let limit = pipeline.profile.limits.max_compute_workgroups_per_dimension;
     let counts = match &compute.dispatch {
         Dispatch::Indirect { .. } => return None,
         Dispatch::Over { resource, mip } => {
-            let size = facts.sizes.texture(*resource)?;
+            let size = resolved.sizes.texture(*resource)?;
             let entry = pipeline.program(compute.program).variants.first()?.entry_point(Stage::Compute)?;
             let [x, y, z] = entry.workgroup_size.map(|side| side.max(1));
             let side = |length: u32| (length >> mip.min(&31)).max(1);
-            let volume = facts.texture(*resource).is_some_and(|texture| texture.volume);
+            let volume = resolved.texture(*resource).is_some_and(|texture| texture.volume);
             let layers = if volume { side(size.layers) } else { size.layers };
             [side(size.width).div_ceil(x), side(size.height).div_ceil(y), layers.div_ceil(z)]
         }
         Dispatch::Workgroups(expressions) => {
             let mut counts = [0; 3];
             for (count, deferred) in counts.iter_mut().zip(expressions) {
-                match facts.sizes.value(&deferred.expression, deferred.place, &deferred.pointer)? {
+                match resolved.sizes.value(&deferred.expression, deferred.place, &deferred.pointer)? {
                     Value::Number(number)
                         if number.fract() == 0.0 && (0.0..=f64::from(limit)).contains(&number) =>
                     {
@@ -41,7 +41,7 @@ pub(super) fn workgroups(
                             Diagnostic::error(
                                 codes::DISPATCH,
                                 deferred.place,
-                                format!("{other} is no workgroup count"),
+                                format!("{other} is not a workgroup count"),
                             )
                             .pointer(&deferred.pointer)
                             .help(format!("whole numbers from 0 to {limit} are possible; ceil() rounds up")),

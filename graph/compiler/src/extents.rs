@@ -22,7 +22,7 @@ pub(super) fn extents(range: SubresourceRange) -> Extents {
     ]
 }
 
-/// What two boxes have in common.
+/// The intersection of two boxes.
 pub(super) fn common(a: Extents, b: Extents) -> Option<Extents> {
     let both: Extents = std::array::from_fn(|axis| (a[axis].0.max(b[axis].0), a[axis].1.min(b[axis].1)));
     both.iter().all(|(first, end)| first < end).then_some(both)

@@ -13,9 +13,9 @@ use crate::pipeline::{Access, Aspect, Pipeline, Program, Resource, Usage};
 use crate::shader::TargetProfile;
 use crate::work::{BoundSlot, PassHandle, SlotSource, TextureView, Work};
 
-/// What the live passes want of the format of one texture.
+/// The requirements of the live passes on the format of one texture.
 #[derive(Default)]
-pub(super) struct Wants<'a> {
+pub(super) struct FormatRequirements<'a> {
     /// The accesses, each with its pass.
     pub(super) accesses: SmallVec<[(PassHandle, &'a Access); 4]>,
     /// The bindings, each with its pass.
@@ -53,9 +53,10 @@ pub(super) fn slots(pipeline: &Pipeline, pass: PassHandle) -> Option<(&Program, 
     Some((pipeline.program(program), slots))
 }
 
-/// What the live passes want of every texture, by its handle. Each access and each binding is looked at once.
-pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Wants<'a>> {
-    let mut wants: Vec<Wants<'a>> = pipeline.resources.iter().map(|_| Wants::default()).collect();
+/// The requirements of the live passes on every texture, by its handle. Each access and each binding is visited once.
+pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<FormatRequirements<'a>> {
+    let mut wants: Vec<FormatRequirements<'a>> =
+        pipeline.resources.iter().map(|_| FormatRequirements::default()).collect();
     for pass in passes {
         let declared = pipeline.pass(*pass);
         for one in declared.accesses() {
@@ -109,7 +110,7 @@ pub(super) fn choose(
     formats: &mut Formats,
     resource: &Resource,
     texture: &TextureDeclaration,
-    wants: &Wants<'_>,
+    wants: &FormatRequirements<'_>,
     size: TextureSize,
     usages: TextureUsages,
 ) -> Result<TextureFormat, Box<Diagnostic>> {
@@ -122,9 +123,9 @@ pub(super) fn choose(
             continue;
         };
         let volume = texture.view == Some(TextureShape::D3);
-        let refused = refusal(pipeline, format, wants, size.samples, &pipeline.profile)
+        let rejected = rejection(pipeline, format, wants, size.samples, &pipeline.profile)
             .or_else(|| texture_rules::of_format(format, size, volume, usages));
-        match refused {
+        match rejected {
             None if unknown.is_none() => return Ok(format),
             None => {}
             Some(reason) => reasons.push(format!("{name} {reason}")),
@@ -152,10 +153,10 @@ pub(super) fn choose(
 }
 
 /// Why a format does not do, or `None` if it does.
-fn refusal(
+fn rejection(
     pipeline: &Pipeline,
     format: TextureFormat,
-    wants: &Wants<'_>,
+    wants: &FormatRequirements<'_>,
     samples: u32,
     profile: &TargetProfile,
 ) -> Option<String> {

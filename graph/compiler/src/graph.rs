@@ -23,7 +23,7 @@ use petgraph::visit::EdgeRef as _;
 use super::access::accesses;
 use super::discards;
 use super::history;
-use super::rows::Rows;
+use super::jagged_array::JaggedArray;
 use super::uninitialised::PartialRead;
 use super::writers::Builder;
 use crate::diagnostic::Diagnostics;
@@ -35,7 +35,7 @@ use crate::work::{PassHandle, ResourceHandle};
 pub enum GraphNode {
     /// A pass.
     Pass(PassHandle),
-    /// What one write made of a subresource range of a resource.
+    /// The version of a subresource range that one write made.
     Version {
         /// The resource.
         resource: ResourceHandle,
@@ -79,9 +79,9 @@ pub struct Graph {
     pub order: Vec<PassHandle>,
     pub(super) nodes: Vec<NodeIndex>,
     /// For each resource the nodes of its versions in their order.
-    pub(super) versions: Rows<NodeIndex>,
+    pub(super) versions: JaggedArray<NodeIndex>,
     /// For each pass those that have to run later, whatever the reason; repetitions are possible.
-    pub(super) successors: Rows<PassHandle>,
+    pub(super) successors: JaggedArray<PassHandle>,
     /// The reads that may have more edges than there is data.
     pub(super) coarse: BTreeSet<(PassHandle, ResourceHandle)>,
     /// The reads of which something may not be written, as sizes decide.

@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, HashSet};
 
 use serde::Serialize;
 
-use super::facts::{Descriptor, Facts};
 use super::plan::Physical;
+use super::resolved_resources::{Descriptor, ResolvedResources};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::expression::Value;
 use crate::language::{Expr, WordValue};
@@ -22,14 +22,14 @@ pub struct PlannedHistory {
     /// The textures or buffers that take turns: in the first frame that of this frame, that of the frame before, and so
     /// on; at frame f the copy at place p is that of (p + f) modulo the number of places frames ago.
     pub places: Vec<Physical>,
-    /// What earlier frames hold before there are any.
+    /// The contents of earlier frames before there are any.
     pub initial: InitialValue,
     /// The handle of the resource that each frame writes.
     #[serde(skip)]
     pub handle: ResourceHandle,
 }
 
-/// What a history holds before there is an earlier frame.
+/// The contents of a history before there is an earlier frame.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum InitialValue {
@@ -42,14 +42,17 @@ pub enum InitialValue {
 }
 
 /// The histories of a plan by the names of their resources. `physical` has the place of each resource by its handle.
-pub(super) fn plan(facts: &Facts<'_>, physical: &[Physical]) -> BTreeMap<String, PlannedHistory> {
-    let pipeline = facts.pipeline;
+pub(super) fn plan(
+    resolved: &ResolvedResources<'_>,
+    physical: &[Physical],
+) -> BTreeMap<String, PlannedHistory> {
+    let pipeline = resolved.pipeline;
     let planned = pipeline.resource_handles().filter_map(|handle| {
         let resource = pipeline.resource(handle);
         let history = resource.history.filter(|history| history.back == 0)?;
-        facts.get(handle)?;
+        resolved.get(handle)?;
         // What a broken value begins with is of no consequence: it is a diagnostic, and there is no plan.
-        let initial = initial(facts, handle).ok().flatten().unwrap_or(InitialValue::Word(0));
+        let initial = initial(resolved, handle).ok().flatten().unwrap_or(InitialValue::Word(0));
         let places = history.members().map(|member| physical[member.index()]).collect();
         Some((resource.name.clone(), PlannedHistory { places, initial, handle }))
     });
@@ -57,11 +60,11 @@ pub(super) fn plan(facts: &Facts<'_>, physical: &[Physical]) -> BTreeMap<String,
 }
 
 /// Finds initial values that are none, also of histories that nothing live uses.
-pub(super) fn check_initial(facts: &Facts<'_>, diagnostics: &mut Vec<Diagnostic>) {
-    let pipeline = facts.pipeline;
+pub(super) fn check_initial(resolved: &ResolvedResources<'_>, diagnostics: &mut Vec<Diagnostic>) {
+    let pipeline = resolved.pipeline;
     for handle in pipeline.resource_handles() {
         if pipeline.resource(handle).history.is_some_and(|history| history.back == 0) {
-            diagnostics.extend(initial(facts, handle).err().map(|diagnostic| *diagnostic));
+            diagnostics.extend(initial(resolved, handle).err().map(|diagnostic| *diagnostic));
         }
     }
 }
@@ -70,9 +73,12 @@ pub(super) fn check_initial(facts: &Facts<'_>, diagnostics: &mut Vec<Diagnostic>
 ///
 /// # Errors
 /// A value that no texel, or no four bytes, can have.
-fn initial(facts: &Facts<'_>, handle: ResourceHandle) -> Result<Option<InitialValue>, Box<Diagnostic>> {
-    let resource = facts.pipeline.resource(handle);
-    let refuse = |pointer: &str, message: String, help: &str| {
+fn initial(
+    resolved: &ResolvedResources<'_>,
+    handle: ResourceHandle,
+) -> Result<Option<InitialValue>, Box<Diagnostic>> {
+    let resource = resolved.pipeline.resource(handle);
+    let reject = |pointer: &str, message: String, help: &str| {
         let place = resource.value.nearest(pointer).span;
         let diagnostic = Diagnostic::error(codes::HISTORY_SETTING, place, message);
         Err(Box::new(diagnostic.pointer(format!("{}{pointer}", resource.pointer)).help(help)))
@@ -81,10 +87,10 @@ fn initial(facts: &Facts<'_>, handle: ResourceHandle) -> Result<Option<InitialVa
         ResourceKind::Texture(texture) => {
             let at = "/texture/initial";
             let value =
-                texture.initial.as_ref().and_then(|initial| facts.sizes.value_of(resource, initial, at));
+                texture.initial.as_ref().and_then(|initial| resolved.sizes.value_of(resource, initial, at));
             let Some(value) = value else { return Ok(None) };
             let is_depth =
-                facts.texture(handle).is_some_and(|texture| texture.format.is_depth_stencil_format());
+                resolved.texture(handle).is_some_and(|texture| texture.format.is_depth_stencil_format());
             match (value.numbers().as_deref(), &value) {
                 (_, Value::Number(depth)) if is_depth && (0.0..=1.0).contains(depth) => {
                     Ok(Some(InitialValue::Depth(*depth)))
@@ -92,13 +98,13 @@ fn initial(facts: &Facts<'_>, handle: ResourceHandle) -> Result<Option<InitialVa
                 (Some(_), _) if is_depth => {
                     let message =
                         format!("the initial depth of \"{}\" is not between 0 and 1", resource.name);
-                    refuse(at, message, "write one number, such as 1")
+                    reject(at, message, "write one number, such as 1")
                 }
                 (_, Value::Number(number)) => Ok(Some(InitialValue::Color([*number; 4]))),
                 (Some([r, g, b, a]), _) => Ok(Some(InitialValue::Color([*r, *g, *b, *a]))),
                 _ => {
-                    let message = format!("the initial value of \"{}\" is no color", resource.name);
-                    refuse(at, message, "write one number for all channels, or [red, green, blue, alpha]")
+                    let message = format!("the initial value of \"{}\" is not a color", resource.name);
+                    reject(at, message, "write one number for all channels, or [red, green, blue, alpha]")
                 }
             }
         }
@@ -109,7 +115,7 @@ fn initial(facts: &Facts<'_>, handle: ResourceHandle) -> Result<Option<InitialVa
                 WordValue::U32(expr) => (expr, "/buffer/initial/u32"),
                 WordValue::I32(expr) => (expr, "/buffer/initial/i32"),
             };
-            let Some(number) = facts.sizes.number(resource, expr, at) else { return Ok(None) };
+            let Some(number) = resolved.sizes.number(resource, expr, at) else { return Ok(None) };
             let whole = number.fract() == 0.0;
             let bits = match initial {
                 WordValue::F32(_) if number.abs() <= f64::from(f32::MAX) => Some((number as f32).to_bits()),
@@ -128,7 +134,7 @@ fn initial(facts: &Facts<'_>, handle: ResourceHandle) -> Result<Option<InitialVa
                 None => {
                     let message =
                         format!("{number} is no initial value of this type for \"{}\"", resource.name);
-                    refuse(at, message, "four bytes hold an f32, a u32 or an i32")
+                    reject(at, message, "four bytes hold an f32, a u32 or an i32")
                 }
             }
         }

@@ -14,7 +14,7 @@ use crate::pipeline::{Condition, SubresourceRange};
 /// The maximum number of boxes that are told apart.
 const MAX_BOXES: usize = 64;
 
-/// Where an access still has to be ordered with others.
+/// The boxes in which an access still has to be ordered with others.
 pub(super) struct Unmet {
     /// Disjoint boxes, each with the condition of those that were met there; none yet if nothing is said.
     boxes: Vec<(Extents, Option<Condition>)>,

@@ -19,10 +19,10 @@ use std::collections::{BTreeSet, BinaryHeap};
 
 /// A resource that wants a place: its class, its bytes, and the first and last pass that use it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Want {
+pub(super) struct AllocationRequest {
     /// What can be exchanged for one another: classes are numbered from 0.
     pub(super) class: usize,
-    /// How large it is.
+    /// Its bytes.
     pub(super) bytes: u64,
     /// The first pass of the order that uses it.
     pub(super) first: usize,
@@ -30,7 +30,7 @@ pub(super) struct Want {
     pub(super) last: usize,
 }
 
-/// Which physical resource stands for which wanted one.
+/// The physical resource of each request.
 #[derive(Debug, Default)]
 pub(super) struct Assignment {
     /// The index of the physical resource of each wanted one. They are numbered by their first use.
@@ -49,22 +49,22 @@ struct CompatibilityClass {
 }
 
 /// Gives each of the wanted ones a place.
-pub(super) fn assign(wants: &[Want]) -> Assignment {
-    let mut by_start: Vec<usize> = (0..wants.len()).collect();
-    by_start.sort_by_key(|at| (wants[*at].first, *at));
-    let count = wants.iter().map(|want| want.class + 1).max().unwrap_or(0);
+pub(super) fn assign(requests: &[AllocationRequest]) -> Assignment {
+    let mut by_start: Vec<usize> = (0..requests.len()).collect();
+    by_start.sort_by_key(|at| (requests[*at].first, *at));
+    let count = requests.iter().map(|request| request.class + 1).max().unwrap_or(0);
     let mut classes = vec![CompatibilityClass::default(); count];
-    let mut assignment = Assignment { places: vec![0; wants.len()], bytes: Vec::new() };
+    let mut assignment = Assignment { places: vec![0; requests.len()], bytes: Vec::new() };
     for at in by_start {
-        let want = &wants[at];
-        let CompatibilityClass { busy, free } = &mut classes[want.class];
+        let request = &requests[at];
+        let CompatibilityClass { busy, free } = &mut classes[request.class];
         while let Some(Reverse((last, place))) =
-            busy.peek().copied().filter(|Reverse((last, _))| *last < want.first)
+            busy.peek().copied().filter(|Reverse((last, _))| *last < request.first)
         {
             busy.pop();
             free.insert((assignment.bytes[place], last, place));
         }
-        let fits = free.range((want.bytes, 0, 0)..).next().copied();
+        let fits = free.range((request.bytes, 0, 0)..).next().copied();
         let taken = fits.or_else(|| {
             let (max, ..) = *free.last()?;
             free.range((max, 0, 0)..).next().copied()
@@ -79,8 +79,8 @@ pub(super) fn assign(wants: &[Want]) -> Assignment {
                 assignment.bytes.len() - 1
             }
         };
-        assignment.bytes[place] = assignment.bytes[place].max(want.bytes);
-        busy.push(Reverse((want.last, place)));
+        assignment.bytes[place] = assignment.bytes[place].max(request.bytes);
+        busy.push(Reverse((request.last, place)));
         assignment.places[at] = place;
     }
     assignment
@@ -92,25 +92,25 @@ mod tests {
     use proptest::prelude::*;
     use umbragraph_test_support::property;
 
-    fn want(class: usize, first: usize, last: usize) -> Want {
-        Want { class, bytes: 1, first, last }
+    fn request(class: usize, first: usize, last: usize) -> AllocationRequest {
+        AllocationRequest { class, bytes: 1, first, last }
     }
 
-    fn sized(bytes: u64, first: usize, last: usize) -> Want {
-        Want { class: 0, bytes, first, last }
+    fn sized(bytes: u64, first: usize, last: usize) -> AllocationRequest {
+        AllocationRequest { class: 0, bytes, first, last }
     }
 
     #[test]
     fn touching_lifetimes_do_not_share_and_disjoint_ones_do() {
-        assert_eq!(assign(&[want(0, 1, 2), want(0, 2, 3), want(0, 3, 4)]).places, [0, 1, 0]);
-        assert_eq!(assign(&[want(0, 1, 2), want(0, 4, 5), want(0, 4, 6)]).places, [0, 0, 1]);
-        assert_eq!(assign(&[want(0, 1, 1), want(1, 2, 2)]).places, [0, 1]);
+        assert_eq!(assign(&[request(0, 1, 2), request(0, 2, 3), request(0, 3, 4)]).places, [0, 1, 0]);
+        assert_eq!(assign(&[request(0, 1, 2), request(0, 4, 5), request(0, 4, 6)]).places, [0, 0, 1]);
+        assert_eq!(assign(&[request(0, 1, 1), request(1, 2, 2)]).places, [0, 1]);
     }
 
     #[test]
     fn the_smallest_that_is_large_enough_is_taken_else_the_largest_grows() {
         let three = [sized(70, 0, 1), sized(100, 0, 1), sized(80, 0, 1)];
-        let with = |wants: &[Want]| assign(&[&three, wants].concat());
+        let with = |requests: &[AllocationRequest]| assign(&[&three, requests].concat());
         assert_eq!(with(&[sized(75, 2, 2)]).places[3..], [2]);
         assert_eq!(with(&[sized(70, 2, 2), sized(70, 2, 2)]).places[3..], [0, 2]);
         let grown = with(&[sized(110, 2, 2)]);
@@ -127,29 +127,29 @@ mod tests {
         fn the_count_is_the_peak_and_nothing_overlaps(
             list in proptest::collection::vec((0usize..3, 0usize..40, 0usize..10, 65u64..129), 0..60)
         ) {
-            let wants: Vec<_> = list
+            let requests: Vec<_> = list
                 .iter()
-                .map(|(class, first, length, bytes)| Want { class: *class, bytes: *bytes, first: *first, last: first + length })
+                .map(|(class, first, length, bytes)| AllocationRequest { class: *class, bytes: *bytes, first: *first, last: first + length })
                 .collect();
-            let Assignment { places, bytes } = assign(&wants);
-            for a in 0..wants.len() {
+            let Assignment { places, bytes } = assign(&requests);
+            for a in 0..requests.len() {
                 for b in 0..a {
                     if places[a] == places[b] {
-                        prop_assert_eq!(wants[a].class, wants[b].class);
-                        prop_assert!(wants[a].last < wants[b].first || wants[b].last < wants[a].first);
+                        prop_assert_eq!(requests[a].class, requests[b].class);
+                        prop_assert!(requests[a].last < requests[b].first || requests[b].last < requests[a].first);
                     }
                 }
             }
-            let alive = |class: usize, at: usize| wants.iter().filter(move |w| w.class == class && w.first <= at && at <= w.last);
+            let alive = |class: usize, at: usize| requests.iter().filter(move |w| w.class == class && w.first <= at && at <= w.last);
             let max = |of: &dyn Fn(usize, usize) -> u64| (0usize..3).map(|class| (0..60).map(|at| of(class, at)).max().unwrap_or(0)).sum::<u64>();
             prop_assert_eq!(bytes.len() as u64, max(&|class, at| alive(class, at).count() as u64));
             for (place, own) in bytes.iter().enumerate() {
-                let aliases = (0..wants.len()).filter(|at| places[*at] == place);
-                prop_assert_eq!(Some(*own), aliases.map(|at| wants[at].bytes).max());
+                let aliases = (0..requests.len()).filter(|at| places[*at] == place);
+                prop_assert_eq!(Some(*own), aliases.map(|at| requests[at].bytes).max());
             }
             let created: u64 = bytes.iter().sum();
-            let bound = max(&|class, at| alive(class, at).map(|want| want.bytes).sum());
-            prop_assert!(bound <= created && created <= wants.iter().map(|want| want.bytes).sum::<u64>());
+            let bound = max(&|class, at| alive(class, at).map(|request| request.bytes).sum());
+            prop_assert!(bound <= created && created <= requests.iter().map(|request| request.bytes).sum::<u64>());
             prop_assert!(bound == 0 || created < 2 * bound);
         }
     }

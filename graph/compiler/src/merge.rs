@@ -9,7 +9,7 @@
 
 use std::collections::HashSet;
 
-use super::facts::Facts;
+use super::resolved_resources::ResolvedResources;
 use crate::pipeline::{Access, Condition, Pipeline};
 use crate::work::{
     AttachmentTarget, LoadOperation, PassHandle, RenderWork, ResourceHandle, Subresource, Work,
@@ -21,7 +21,7 @@ pub(super) type Key = (Vec<Target>, [Option<Target>; 2], Option<Condition>);
 type Target = (ResourceHandle, u32, Option<u32>);
 
 /// The attachments of a pass; `None` for one that shares no render pass with others.
-pub(super) fn key(pipeline: &Pipeline, facts: &Facts<'_>, pass: PassHandle) -> Option<Key> {
+pub(super) fn key(pipeline: &Pipeline, resolved: &ResolvedResources<'_>, pass: PassHandle) -> Option<Key> {
     let Work::Render(render) = pipeline.pass(pass).work() else { return None };
     // Samples are resolved at the end of a render pass.
     if render.color.iter().any(|color| color.resolve.is_some()) {
@@ -35,7 +35,7 @@ pub(super) fn key(pipeline: &Pipeline, facts: &Facts<'_>, pass: PassHandle) -> O
     let depth = render.depth.as_ref().map(|depth| target(&depth.to));
     let rest = [depth, render.stencil.as_ref().map(|stencil| target(&stencil.to))];
     let fixed = |(resource, _, layer): &Target| {
-        layer.is_some() || facts.texture(*resource).is_some_and(|texture| texture.size.layers == 1)
+        layer.is_some() || resolved.texture(*resource).is_some_and(|texture| texture.size.layers == 1)
     };
     let mut targets = color.iter().chain(rest.iter().flatten());
     let once = others(pipeline, pass)
@@ -61,7 +61,7 @@ fn others(pipeline: &Pipeline, pass: PassHandle) -> impl Iterator<Item = &Access
 /// Takes passes in their order and says which join the render pass of those before.
 pub(super) struct Merger<'a> {
     pipeline: &'a Pipeline,
-    facts: &'a Facts<'a>,
+    resolved: &'a ResolvedResources<'a>,
     key: Option<Key>,
     used: HashSet<ResourceHandle>,
     written: HashSet<ResourceHandle>,
@@ -69,8 +69,8 @@ pub(super) struct Merger<'a> {
 
 impl<'a> Merger<'a> {
     /// Before the first pass.
-    pub(super) fn new(pipeline: &'a Pipeline, facts: &'a Facts<'a>) -> Self {
-        Self { pipeline, facts, key: None, used: HashSet::new(), written: HashSet::new() }
+    pub(super) fn new(pipeline: &'a Pipeline, resolved: &'a ResolvedResources<'a>) -> Self {
+        Self { pipeline, resolved, key: None, used: HashSet::new(), written: HashSet::new() }
     }
 
     /// The attachments that the next pass must have to join.
@@ -82,7 +82,7 @@ impl<'a> Merger<'a> {
     pub(super) fn joins(&self, pass: PassHandle) -> bool {
         self.key.is_some()
             && loads_all(self.pipeline, pass)
-            && key(self.pipeline, self.facts, pass) == self.key
+            && key(self.pipeline, self.resolved, pass) == self.key
             && others(self.pipeline, pass).all(|one| {
                 let used = if one.usage.writes() { &self.used } else { &self.written };
                 !used.contains(&one.resource)
@@ -93,7 +93,7 @@ impl<'a> Merger<'a> {
     pub(super) fn push(&mut self, pass: PassHandle) -> bool {
         let joins = self.joins(pass);
         if !joins {
-            self.key = key(self.pipeline, self.facts, pass);
+            self.key = key(self.pipeline, self.resolved, pass);
             self.used.clear();
             self.written.clear();
         }

@@ -14,14 +14,14 @@ use std::collections::{BTreeSet, HashMap};
 
 use serde::Serialize;
 
-use super::facts::Facts;
 use super::graph::Graph;
 use super::merge::{self, Key, Merger};
 use super::order_memory;
+use super::resolved_resources::ResolvedResources;
 use crate::pipeline::Pipeline;
 use crate::work::PassHandle;
 
-/// What the order of the passes is chosen for.
+/// The objective of the order of the passes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Objective {
@@ -53,10 +53,10 @@ impl Objective {
     }
 }
 
-/// How an order was chosen.
+/// How the order was chosen, and its bytes.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct OrderReport {
-    /// What for.
+    /// The objective.
     pub objective: Objective,
     /// How.
     pub method: OrderMethod,
@@ -66,7 +66,7 @@ pub struct OrderReport {
     pub render_passes: Option<[usize; 2]>,
 }
 
-/// How an order was found.
+/// The method by which an order was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum OrderMethod {
@@ -93,7 +93,7 @@ pub struct MemoryOrder {
 pub(super) fn choose<'a>(
     pipeline: &'a Pipeline,
     graph: &Graph,
-    facts: &'a Facts<'a>,
+    resolved: &'a ResolvedResources<'a>,
     objective: Objective,
     live: &mut Vec<PassHandle>,
 ) -> OrderReport {
@@ -102,15 +102,15 @@ pub(super) fn choose<'a>(
     match objective {
         Objective::Declaration => {}
         Objective::Memory => {
-            let (order, method, memory) = order_memory::choose(pipeline, graph, facts, live);
+            let (order, method, memory) = order_memory::choose(pipeline, graph, resolved, live);
             (*live, report.method, report.memory) = (order, method, Some(memory));
         }
         Objective::FewPasses => {
-            let declared = render_passes(pipeline, facts, live);
-            let tries = [false, true].map(|gather| gathered(pipeline, graph, facts, live, gather));
+            let declared = render_passes(pipeline, resolved, live);
+            let tries = [false, true].map(|gather| gathered(pipeline, graph, resolved, live, gather));
             let best = tries
                 .into_iter()
-                .map(|order| (render_passes(pipeline, facts, &order), order))
+                .map(|order| (render_passes(pipeline, resolved, &order), order))
                 .min_by_key(|(count, _)| *count);
             report.render_passes = Some([declared, declared]);
             if let Some((count, order)) = best.filter(|(count, _)| *count < declared) {
@@ -124,8 +124,12 @@ pub(super) fn choose<'a>(
 }
 
 /// The number of render passes of an order.
-fn render_passes<'a>(pipeline: &'a Pipeline, facts: &'a Facts<'a>, order: &[PassHandle]) -> usize {
-    let mut merger = Merger::new(pipeline, facts);
+fn render_passes<'a>(
+    pipeline: &'a Pipeline,
+    resolved: &'a ResolvedResources<'a>,
+    order: &[PassHandle],
+) -> usize {
+    let mut merger = Merger::new(pipeline, resolved);
     let draws = |pass: &PassHandle| matches!(pipeline.pass(*pass).work(), crate::work::Work::Render(_));
     order.iter().filter(|pass| !merger.push(**pass) && draws(pass)).count()
 }
@@ -133,16 +137,16 @@ fn render_passes<'a>(pipeline: &'a Pipeline, facts: &'a Facts<'a>, order: &[Pass
 fn gathered<'a>(
     pipeline: &'a Pipeline,
     graph: &Graph,
-    facts: &'a Facts<'a>,
+    resolved: &'a ResolvedResources<'a>,
     live: &[PassHandle],
     others_first: bool,
 ) -> Vec<PassHandle> {
     let mut ready = Ready::new(graph, live);
     let keys: HashMap<PassHandle, Key> =
-        live.iter().filter_map(|pass| Some((*pass, merge::key(pipeline, facts, *pass)?))).collect();
+        live.iter().filter_map(|pass| Some((*pass, merge::key(pipeline, resolved, *pass)?))).collect();
     let mut loading: HashMap<&Key, BTreeSet<PassHandle>> = HashMap::new();
     let mut quiet: BTreeSet<PassHandle> = BTreeSet::new();
-    let mut merger = Merger::new(pipeline, facts);
+    let mut merger = Merger::new(pipeline, resolved);
     let mut order = Vec::with_capacity(live.len());
     let mut arrived: Vec<PassHandle> = ready.passes.iter().copied().collect();
     loop {

@@ -18,10 +18,10 @@
 
 use std::collections::{HashMap, VecDeque};
 
-use super::facts::Facts;
 use super::graph::Graph;
-use super::lifetime::{Want, assign};
+use super::lifetime::{AllocationRequest, assign};
 use super::order::{MemoryOrder, OrderMethod, Ready};
+use super::resolved_resources::ResolvedResources;
 use crate::language::Lifetime;
 use crate::pipeline::Pipeline;
 use crate::work::PassHandle;
@@ -39,10 +39,10 @@ const MAX_WAYS: usize = 8;
 pub(super) fn choose(
     pipeline: &Pipeline,
     graph: &Graph,
-    facts: &Facts<'_>,
+    resolved: &ResolvedResources<'_>,
     live: &[PassHandle],
 ) -> (Vec<PassHandle>, OrderMethod, MemoryOrder) {
-    let model = Model::new(pipeline, facts, live);
+    let model = Model::new(pipeline, resolved, live);
     let bound: u64 = model.min.iter().sum();
     let declaration = model.bytes(live);
     let mut best = (declaration, live.to_vec());
@@ -77,7 +77,7 @@ pub(super) fn choose(
     (order, method, memory)
 }
 
-/// What counts for bytes.
+/// The input of the search: resources with their bytes, and which pass uses which.
 struct Model {
     /// For each pass of the pipeline the transient resources that it uses, by an own number.
     uses: Vec<Vec<usize>>,
@@ -107,18 +107,19 @@ struct State {
 }
 
 impl Model {
-    fn new(pipeline: &Pipeline, facts: &Facts<'_>, live: &[PassHandle]) -> Self {
+    fn new(pipeline: &Pipeline, resolved: &ResolvedResources<'_>, live: &[PassHandle]) -> Self {
         let mut model = Self {
             uses: vec![Vec::new(); pipeline.passes.len()],
             resources: Vec::new(),
-            min: vec![0; facts.classes],
+            min: vec![0; resolved.classes],
             even: true,
             fixed: 0,
         };
         let mut numbers = vec![None; pipeline.resources.len()];
-        let mut sizes: Vec<Option<u64>> = vec![None; facts.classes];
+        let mut sizes: Vec<Option<u64>> = vec![None; resolved.classes];
         for handle in pipeline.resource_handles() {
-            let Some((class, bytes)) = facts.get(handle).and_then(|fact| Some((fact.class?, fact.bytes)))
+            let Some((class, bytes)) =
+                resolved.get(handle).and_then(|properties| Some((properties.class?, properties.bytes)))
             else {
                 continue;
             };
@@ -182,7 +183,7 @@ impl Model {
         (rise, change)
     }
 
-    /// What running a pass would do, without running it.
+    /// The effect of running a pass, without running it.
     fn weigh(&self, state: &State, pass: PassHandle) -> (u64, i64) {
         let mut begun: Vec<(usize, u64)> = Vec::new();
         let mut change = 0i64;
@@ -204,7 +205,7 @@ impl Model {
         (begun.iter().map(above).sum(), change)
     }
 
-    /// What an order comes to.
+    /// The bytes that an order needs.
     fn bytes(&self, order: &[PassHandle]) -> u64 {
         if !self.even {
             return self.created(order);
@@ -224,12 +225,12 @@ impl Model {
                 spans[*resource].get_or_insert((at, at)).1 = at;
             }
         }
-        let wants = self.resources.iter().zip(spans);
-        let wants = wants.filter_map(|(Needed { class, bytes, .. }, span)| {
+        let requests = self.resources.iter().zip(spans);
+        let requests = requests.filter_map(|(Needed { class, bytes, .. }, span)| {
             let (first, last) = span?;
-            Some(Want { class: *class, bytes: *bytes, first, last })
+            Some(AllocationRequest { class: *class, bytes: *bytes, first, last })
         });
-        assign(&wants.collect::<Vec<_>>()).bytes.iter().sum()
+        assign(&requests.collect::<Vec<_>>()).bytes.iter().sum()
     }
 }
 

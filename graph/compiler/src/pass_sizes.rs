@@ -5,16 +5,16 @@
 
 use super::copies;
 use super::dispatch;
-use super::facts::{Facts, TextureFacts};
 use super::format;
 use super::plan::{PlannedAttachment, PlannedPass};
+use super::resolved_resources::{ResolvedResources, TextureProperties};
 use super::values::{self, PackedBlock};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::pipeline::ResourceKind;
 use crate::source::Span;
 use crate::work::{Draw, PassHandle, RenderWork, ResourceHandle, Work};
 
-impl Facts<'_> {
+impl ResolvedResources<'_> {
     /// Fills in, or makes again, what depends on sizes.
     ///
     /// Diagnostics: values that do not fit their block, impossible dispatches, attachments that do not fit together.
@@ -43,7 +43,7 @@ impl Facts<'_> {
         }
     }
 
-    /// Where a pass says that it attaches a resource.
+    /// The place of an attachment of a pass.
     fn place_of(&self, handle: PassHandle, resource: ResourceHandle) -> (Span, String) {
         let pass = self.pipeline.pass(handle);
         let found = pass.accesses().iter().find(|one| one.resource == resource && one.usage.is_attachment());
@@ -60,7 +60,7 @@ impl Facts<'_> {
     ) {
         let mut first: Option<(&PlannedAttachment, [u32; 3])> = None;
         for attachment in planned.attachments() {
-            let Some(TextureFacts { size, .. }) = self.texture(attachment.target.resource) else {
+            let Some(TextureProperties { size, .. }) = self.texture(attachment.target.resource) else {
                 return;
             };
             let mip = attachment.target.mip.min(31);
@@ -105,7 +105,7 @@ impl Facts<'_> {
             && let ResourceKind::Data(Some(shape)) = &self.pipeline.resource(scene.views.resource).kind
         {
             for attachment in planned.attachments().filter(|attachment| attachment.target.layer.is_none()) {
-                let Some(TextureFacts { size, .. }) = self.texture(attachment.target.resource) else {
+                let Some(TextureProperties { size, .. }) = self.texture(attachment.target.resource) else {
                     continue;
                 };
                 if size.layers > 1 && size.layers < shape.view_layers {

@@ -2,10 +2,10 @@
 //!
 //! A [`Plan`] is made for one pipeline and one viewport: live passes in order, sizes, formats and usages, which
 //! resources share a texture, what each attachment loads and stores, dispatch sizes and the bytes of constant blocks.
-//! It is serialisable and the same from run to run. An executor realizes it; nothing in it knows a device.
+//! It is serialisable and the same from run to run. An executor instantiates it; nothing in it knows a device.
 //!
-//! Steps, each in a file of its own: what is kept (`cull`), what each resource is (`facts`), the order (`order`), load
-//! and store operations (`attachments`), dispatches and blocks (`pass_sizes`), which resources share memory
+//! Steps, each in a file of its own: what is kept (`cull`), what each resource is (`resolved`), the order (`order`),
+//! load and store operations (`attachments`), dispatches and blocks (`pass_sizes`), which resources share memory
 //! (`allocate`). Planning again for another size (`resize`) repeats only the steps that sizes change.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -18,12 +18,12 @@ use super::allocate;
 use super::copies::PlannedCopy;
 use super::cull::{self, CullReason, KeepReason};
 use super::device_rules;
-use super::facts::{Fact, Facts};
 use super::graph::Graph;
 use super::history::PlannedHistory;
 use super::merge::Merger;
 use super::order::{self, Objective, OrderReport};
 use super::planner::Planner;
+use super::resolved_resources::{ResolvedResource, ResolvedResources};
 use super::size::TextureSize;
 use super::toggles;
 use super::uninitialised;
@@ -34,7 +34,7 @@ use crate::pipeline::{Pipeline, Usage};
 use crate::source::Sources;
 use crate::work::{AttachmentTarget, LoadOperation, PassHandle, ResourceHandle};
 
-/// What the caller knows of a frame before it.
+/// The caller's knowledge of a frame in advance: viewport, imports, objective.
 #[derive(Clone, Debug)]
 pub struct PlanOptions {
     /// Width and height of the picture in texels.
@@ -49,7 +49,7 @@ pub struct PlanOptions {
     pub data_sizes: BTreeMap<String, u32>,
     /// Whether transient resources may share memory.
     pub aliasing: bool,
-    /// What the order of the passes is chosen for.
+    /// The objective of the order of the passes.
     pub objective: Objective,
 }
 
@@ -89,7 +89,7 @@ pub struct Plan {
     pub culled: BTreeMap<String, CullReason>,
     /// The resources that live passes use, by name.
     pub resources: BTreeMap<String, PlannedResource>,
-    /// What takes turns from frame to frame, by the name of the resource that each frame writes.
+    /// The histories, by the name of the resource that each frame writes.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub histories: BTreeMap<String, PlannedHistory>,
     /// The textures to create.
@@ -117,12 +117,12 @@ pub struct Plan {
     /// The pipeline.
     #[serde(skip)]
     pub pipeline: Arc<Pipeline>,
-    /// What planning for another size takes over.
+    /// The portion of a plan that planning for another size reuses.
     #[serde(skip)]
     pub(super) fixed: Arc<Fixed>,
 }
 
-/// What a plan knows beside its text that no size changes.
+/// The portion of a plan that does not depend on sizes.
 #[derive(Debug)]
 pub(super) struct Fixed {
     /// For each pass of the pipeline its position among the live ones.
@@ -131,8 +131,8 @@ pub(super) struct Fixed {
     pub(super) spans: Vec<Option<(usize, usize)>>,
     /// For each resource whether some subresource range of it is first written by a pass that can be off.
     pub(super) conditional: Vec<bool>,
-    /// What each resource was where the plan was made.
-    pub(super) facts: Vec<Option<Fact>>,
+    /// The description of each resource when the plan was made.
+    pub(super) resolved: Vec<Option<ResolvedResource>>,
     /// The formats of the host's own textures.
     pub(super) import_formats: BTreeMap<String, TextureFormat>,
     /// The usages of the host's own textures.
@@ -158,7 +158,7 @@ pub struct PlannedPass {
     /// The toggle with which it runs, or with "!" in front the one without which it runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub toggle: Option<String>,
-    /// What readers see in a frame without it, in place of what only passes with its toggle write.
+    /// The fallbacks that readers see in a frame without it, by the resource that they replace.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub passthrough: BTreeMap<String, String>,
     /// Why it is kept: the first step of the way to an output. [`Plan::why_kept`] gives the whole way.
@@ -175,7 +175,7 @@ pub struct PlannedPass {
     pub group: usize,
     /// The number of workgroups.
     pub workgroups: Option<[u32; 3]>,
-    /// What is copied, or cleared, one after another.
+    /// The copies or clears, in their order.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub copies: Vec<PlannedCopy>,
     /// The shader variants: the template with what was chosen, the hash of the text, and the pipeline constants.
@@ -209,7 +209,7 @@ pub enum Kept {
     ReadBy {
         /// The reader.
         pass: String,
-        /// What it reads.
+        /// The resource that it reads.
         resource: String,
     },
     /// A kept pass reads what it writes some frames later.
@@ -224,22 +224,22 @@ pub enum Kept {
     MayBeReadBy {
         /// The reader.
         pass: String,
-        /// What it reads.
+        /// The resource that it reads.
         resource: String,
     },
     /// It may leave something in a resource that outlives the frame, which has more such writers than are told apart.
     MayBeLeft(String),
 }
 
-/// What an attachment loads and stores.
+/// The load and store operations of an attachment.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlannedAttachment {
     /// The resource.
     pub resource: String,
-    /// What is there before: `load`, `clear` or `discard`.
+    /// The load operation: `load`, `clear` or `discard`.
     #[serde(serialize_with = "load_word")]
     pub load: LoadOperation<()>,
-    /// What happens afterwards.
+    /// The store operation.
     pub store: StoreOperation,
     /// Whether nothing of it ever leaves the pass: it is not loaded, not stored and used nowhere else. A tiling device
     /// needs no memory for it.
@@ -258,7 +258,7 @@ fn load_word<S: serde::Serializer>(load: &LoadOperation<()>, serializer: S) -> R
     })
 }
 
-/// What happens to an attachment after a pass.
+/// The store operation of an attachment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StoreOperation {
@@ -271,13 +271,13 @@ pub enum StoreOperation {
 /// A resource that live passes use.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct PlannedResource {
-    /// How long it lives.
+    /// Its lifetime.
     pub lifetime: Lifetime,
     /// The first pass that uses it, as its position in the order.
     pub first: usize,
     /// The last pass that uses it.
     pub last: usize,
-    /// What stands for it on the device.
+    /// The physical resource that holds it.
     pub physical: Physical,
     /// The format, of a texture.
     pub format: Option<TextureFormat>,
@@ -295,7 +295,7 @@ pub struct PlannedResource {
     pub handle: ResourceHandle,
 }
 
-/// What stands for a resource on the device.
+/// The physical resource that holds a resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Physical {
@@ -361,14 +361,20 @@ pub fn plan(
     }
     let mut own_diagnostics = Vec::new();
     let conditional = toggles::conditional(pipeline, graph, &live);
-    let facts = Facts::new(pipeline, options, sources, &live, &conditional, &mut own_diagnostics);
-    toggles::check_passthroughs(pipeline, &facts, &live, &mut own_diagnostics);
+    let resolved =
+        ResolvedResources::new(pipeline, options, sources, &live, &conditional, &mut own_diagnostics);
+    toggles::check_passthroughs(pipeline, &resolved, &live, &mut own_diagnostics);
     toggles::check_outputs(pipeline, graph, &live, &mut own_diagnostics);
-    uninitialised::check(&facts, &graph.partial, |pass| kept[pass.index()].is_some(), &mut own_diagnostics);
-    let report = order::choose(pipeline, graph, &facts, options.objective, &mut live);
-    let planner = Planner::new(pipeline, &facts, &live);
+    uninitialised::check(
+        &resolved,
+        &graph.partial,
+        |pass| kept[pass.index()].is_some(),
+        &mut own_diagnostics,
+    );
+    let report = order::choose(pipeline, graph, &resolved, options.objective, &mut live);
+    let planner = Planner::new(pipeline, &resolved, &live);
     let mut passes: Vec<PlannedPass> = Vec::with_capacity(live.len());
-    let mut merger = Merger::new(pipeline, &facts);
+    let mut merger = Merger::new(pipeline, &resolved);
     for (at, handle) in live.iter().enumerate() {
         let Some(reason) = kept[handle.index()] else { continue };
         let mut planned = planner.pass(at, *handle, reason, &mut own_diagnostics);
@@ -376,8 +382,8 @@ pub fn plan(
         planned.group = passes.last().map_or(0, |last| last.group + usize::from(!joins));
         passes.push(planned);
     }
-    facts.check_all_sizes();
-    diagnostics.extend(facts.take_diagnostics());
+    resolved.check_all_sizes();
+    diagnostics.extend(resolved.take_diagnostics());
     diagnostics.extend(own_diagnostics);
     if diagnostics.error_count() > before {
         return None;
@@ -410,13 +416,13 @@ pub fn plan(
             positions,
             spans: planner.spans(),
             conditional,
-            facts: facts.list.clone(),
+            resolved: resolved.list.clone(),
             import_formats: options.import_formats(),
             import_usages: options.import_usages.clone(),
             aliasing: options.aliasing,
         }),
     };
-    allocate::allocate(&mut plan, &facts);
+    allocate::allocate(&mut plan, &resolved);
     let broken = device_rules::check(&plan);
     let fine = broken.is_empty();
     diagnostics.extend(broken);
@@ -435,7 +441,7 @@ fn no_output(pipeline: &Pipeline) -> Diagnostic {
 }
 
 impl Plan {
-    /// What stands for a resource.
+    /// The planned form of a resource.
     pub fn resource(&self, handle: ResourceHandle) -> Option<&PlannedResource> {
         self.resources.get(&self.pipeline.resource(handle).name)
     }

@@ -3,9 +3,9 @@
 
 use super::attachments;
 use super::cull::KeepReason;
-use super::facts::Facts;
 use super::format;
 use super::plan::{Kept, PlannedAttachment, PlannedPass};
+use super::resolved_resources::ResolvedResources;
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::{Access, Condition, Pipeline};
 use crate::work::{PassHandle, Work};
@@ -13,7 +13,7 @@ use crate::work::{PassHandle, Work};
 /// Plans the live passes of one order.
 pub(super) struct Planner<'a> {
     pub(super) pipeline: &'a Pipeline,
-    pub(super) facts: &'a Facts<'a>,
+    pub(super) resolved: &'a ResolvedResources<'a>,
     /// For each resource its live accesses with their position in the order, ascending.
     pub(super) users: Vec<Vec<(usize, &'a Access)>>,
     /// In which frames the pass at each position runs.
@@ -22,7 +22,11 @@ pub(super) struct Planner<'a> {
 
 impl<'a> Planner<'a> {
     /// A planner for these passes in this order.
-    pub(super) fn new(pipeline: &'a Pipeline, facts: &'a Facts<'a>, order: &[PassHandle]) -> Self {
+    pub(super) fn new(
+        pipeline: &'a Pipeline,
+        resolved: &'a ResolvedResources<'a>,
+        order: &[PassHandle],
+    ) -> Self {
         let mut users = vec![Vec::new(); pipeline.resources.len()];
         for (at, pass) in order.iter().enumerate() {
             for one in pipeline.pass(*pass).accesses() {
@@ -30,7 +34,7 @@ impl<'a> Planner<'a> {
             }
         }
         let conditions = order.iter().map(|pass| pipeline.pass(*pass).condition).collect();
-        Self { pipeline, facts, users, conditions }
+        Self { pipeline, resolved, users, conditions }
     }
 
     /// For each resource the positions of its first and its last access.
@@ -110,8 +114,9 @@ impl<'a> Planner<'a> {
                 planned.stencil = Some(self.attachment(at, &stencil.to, usage, load, stencil.discard));
             }
         }
-        self.facts.size_pass(&mut planned, diagnostics);
-        let known = |attachment: &PlannedAttachment| self.facts.texture(attachment.target.resource).is_some();
+        self.resolved.size_pass(&mut planned, diagnostics);
+        let known =
+            |attachment: &PlannedAttachment| self.resolved.texture(attachment.target.resource).is_some();
         if let Work::Render(render) = pass.work()
             && planned.attachments().all(known)
         {

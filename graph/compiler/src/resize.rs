@@ -14,10 +14,10 @@ use std::collections::BTreeMap;
 
 use super::allocate;
 use super::device_rules;
-use super::facts::Facts;
 use super::graph::Graph;
 use super::order::Objective;
 use super::plan::{Plan, PlanOptions, plan};
+use super::resolved_resources::ResolvedResources;
 use super::toggles;
 use super::uninitialised;
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -54,22 +54,27 @@ impl Plan {
         }
         let mut diagnostics: Vec<Diagnostic> = Vec::new();
         let live: Vec<_> = self.passes.iter().map(|pass| pass.handle).collect();
-        let facts = Facts::resized(
+        let resolved = ResolvedResources::resized(
             &self.pipeline,
             options,
             sources,
-            &fixed.facts,
+            &fixed.resolved,
             &fixed.conditional,
             &mut diagnostics,
         )?;
-        toggles::check_passthroughs(&self.pipeline, &facts, &live, &mut diagnostics);
-        uninitialised::check(&facts, &graph.partial, |pass| self.position(pass).is_some(), &mut diagnostics);
+        toggles::check_passthroughs(&self.pipeline, &resolved, &live, &mut diagnostics);
+        uninitialised::check(
+            &resolved,
+            &graph.partial,
+            |pass| self.position(pass).is_some(),
+            &mut diagnostics,
+        );
         let mut passes = self.passes.clone();
         for pass in &mut passes {
-            facts.size_pass(pass, &mut diagnostics);
+            resolved.size_pass(pass, &mut diagnostics);
         }
-        facts.check_all_sizes();
-        if !diagnostics.is_empty() || !facts.take_diagnostics().is_empty() {
+        resolved.check_all_sizes();
+        if !diagnostics.is_empty() || !resolved.take_diagnostics().is_empty() {
             return None;
         }
         let mut plan = Self {
@@ -91,7 +96,7 @@ impl Plan {
             pipeline: self.pipeline.clone(),
             fixed: fixed.clone(),
         };
-        allocate::allocate(&mut plan, &facts);
+        allocate::allocate(&mut plan, &resolved);
         device_rules::check(&plan).is_empty().then_some(plan)
     }
 }

@@ -5,7 +5,7 @@
 //! limits allow, is a diagnostic.
 //!
 //! All expressions of one plan are evaluated in one scope, so one text has one value: each distinct text is parsed and
-//! evaluated once. Sizes that lead through more than [`MAX_STEPS`] other resources are refused.
+//! evaluated once. Sizes that lead through more than [`MAX_STEPS`] other resources are rejected.
 
 use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, HashMap};
@@ -167,7 +167,7 @@ impl<'a> Sizes<'a> {
                 let text = if raw.contains('\\') { String::new() } else { raw.to_owned() };
                 let value = document::Value { span: place, kind: document::Kind::Text(text) };
                 if let Some(diagnostic) = expression_diagnostic(&error, &value, pointer) {
-                    self.refuse(&error, diagnostic);
+                    self.reject(&error, diagnostic);
                 }
                 None
             }
@@ -175,7 +175,7 @@ impl<'a> Sizes<'a> {
     }
 
     /// Reports an error of an expression, unless it only follows from another diagnostic.
-    fn refuse(&self, error: &ExpressionError, diagnostic: Diagnostic) {
+    fn reject(&self, error: &ExpressionError, diagnostic: Diagnostic) {
         // A name that exists has no value only where its own declaration has a diagnostic, which is enough.
         let follows = error.unknown.as_ref().is_some_and(|unknown| {
             let name = unknown.name.as_str();
@@ -280,8 +280,8 @@ impl<'a> Sizes<'a> {
                     return None;
                 }
                 let size = TextureSize { width, height, layers, mips, samples };
-                if let Some(refused) = texture_rules::of_size(&resource.name, texture, size) {
-                    let (pointer, message, help) = refused;
+                if let Some(rejected) = texture_rules::of_size(&resource.name, texture, size) {
+                    let (pointer, message, help) = rejected;
                     self.report(codes::DEVICE_RULE, resource, pointer, message, help);
                     return None;
                 }
@@ -337,7 +337,7 @@ impl<'a> Sizes<'a> {
                 let pointer = format!("{}{pointer}", resource.pointer);
                 if let Some(diagnostic) = misgiven.or_else(|| expression_diagnostic(&error, value, &pointer))
                 {
-                    self.refuse(&error, diagnostic);
+                    self.reject(&error, diagnostic);
                 }
                 return None;
             }

@@ -8,8 +8,8 @@
 
 use std::collections::BTreeSet;
 
-use super::facts::sizes;
 use super::plan::PlanOptions;
+use super::resolved_resources::sizes;
 use super::size::{Size, Sizes};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::TextureShape;

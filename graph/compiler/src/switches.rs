@@ -8,7 +8,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use crate::plan::Plan;
 use crate::work::{PassHandle, ResourceHandle};
 
-/// How the toggles are switched, and what follows.
+/// The state of the toggles, and the resources that readers see.
 pub struct Switches {
     states: Vec<bool>,
     /// For each resource what readers see.
@@ -21,11 +21,11 @@ impl Switches {
         let pipeline = &plan.pipeline;
         let seen = pipeline.resource_handles().collect();
         let mut switches = Self { states: pipeline.default_states(), seen };
-        switches.look(plan);
+        switches.resolve(plan);
         switches
     }
 
-    /// What is wrong with the toggles that a frame names.
+    /// The errors in the toggles that a frame names.
     pub fn check(plan: &Plan, given: &[(&str, bool)]) -> Diagnostics {
         let mut diagnostics = Diagnostics::new();
         let toggles = &plan.pipeline.toggles;
@@ -33,7 +33,7 @@ impl Switches {
             let names = toggles.iter().map(|toggle| toggle.name.as_str());
             let message = format!("the pipeline \"{}\" has no toggle \"{name}\"", plan.name);
             let diagnostic = Diagnostic::error(codes::UNKNOWN_TOGGLE, Place::Nowhere, message);
-            diagnostics.push(diagnostic.meant(name, names, None, |names| match names {
+            diagnostics.push(diagnostic.suggest(name, names, None, |names| match names {
                 [] => "the pipeline has no toggles".to_owned(),
                 names => format!("the toggles are {}", list_of(names.iter().copied())),
             }));
@@ -50,11 +50,11 @@ impl Switches {
             let told = given.iter().rev().find(|(name, _)| *name == toggle.name);
             *state = told.map_or(toggle.default, |(_, on)| *on);
         }
-        self.look(plan);
+        self.resolve(plan);
     }
 
     /// Finds what readers see of each resource.
-    fn look(&mut self, plan: &Plan) {
+    fn resolve(&mut self, plan: &Plan) {
         for resource in plan.pipeline.passthroughs.keys() {
             let is_there = |handle: &ResourceHandle| {
                 let passthrough = plan.pipeline.passthroughs.get(handle);
@@ -72,7 +72,7 @@ impl Switches {
         plan.pipeline.pass(pass).condition.is_none_or(|condition| condition.holds(&self.states))
     }
 
-    /// What readers see of a resource.
+    /// The resource that readers see in place of a resource: itself, or a fallback.
     pub fn seen(&self, resource: ResourceHandle) -> ResourceHandle {
         self.seen.get(resource.index()).copied().unwrap_or(resource)
     }

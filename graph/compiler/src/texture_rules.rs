@@ -14,7 +14,7 @@ use wgpu_types::{TextureFormat, TextureUsages};
 use super::size::TextureSize;
 use crate::language::{TextureDeclaration, TextureShape};
 
-/// What is wrong with the sizes of a texture: where, what, and the way out.
+/// The errors in the sizes of a texture: key, message, and the way out.
 pub(super) fn of_size(
     name: &str,
     texture: &TextureDeclaration,

@@ -10,8 +10,8 @@
 use std::collections::BTreeMap;
 
 use super::access::PassAccess;
-use super::facts::{Descriptor, Facts};
 use super::graph::Graph;
+use super::resolved_resources::{Descriptor, ResolvedResources};
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Lifetime, TextureShape};
@@ -26,7 +26,7 @@ pub(super) enum Runs {
     Sometimes(Condition),
 }
 
-/// What is known of the toggles in a frame in which an access happens; `None` if it never does.
+/// The conditions that hold in a frame in which an access happens; `None` if it never does.
 pub(super) fn known(pass: &Pass, one: &Access) -> Option<Vec<Condition>> {
     let mut known: Vec<Condition> = pass.condition.iter().chain(&one.when).copied().collect();
     known.sort_unstable();
@@ -35,7 +35,7 @@ pub(super) fn known(pass: &Pass, one: &Access) -> Option<Vec<Condition>> {
     possible.then_some(known)
 }
 
-/// Whether a pass runs where something is known of the toggles.
+/// Whether a pass runs in frames with known conditions.
 pub(super) fn runs(pass: &Pass, known: &[Condition]) -> Runs {
     match pass.condition {
         None => Runs::Always,
@@ -199,7 +199,7 @@ pub(super) fn check_outputs(
 /// of any access.
 pub(super) fn check_passthroughs(
     pipeline: &Pipeline,
-    facts: &Facts<'_>,
+    resolved: &ResolvedResources<'_>,
     live: &[PassHandle],
     diagnostics: &mut Vec<Diagnostic>,
 ) {
@@ -211,7 +211,7 @@ pub(super) fn check_passthroughs(
         copied[one.resource.index()] |= one.usage == Usage::CopySource;
     }
     for (resource, passthrough) in &pipeline.passthroughs {
-        let descriptor = |handle| facts.get(handle).and_then(|fact| fact.descriptor);
+        let descriptor = |handle| resolved.get(handle).and_then(|resource| resource.descriptor);
         let (Some(own), Some(other)) = (descriptor(*resource), descriptor(passthrough.fallback)) else {
             continue;
         };

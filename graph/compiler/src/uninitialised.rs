@@ -11,7 +11,7 @@
 //! Cost: for each such read linear in the writes that it finds, and sorting them.
 
 use super::extents::{Extents, extents};
-use super::facts::{Descriptor, Facts};
+use super::resolved_resources::{Descriptor, ResolvedResources};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::pipeline::{Access, Pipeline, ResourceKind, SubresourceRange};
 use crate::work::PassHandle;
@@ -30,7 +30,7 @@ pub(super) struct PartialRead {
     pub(super) left: Left,
 }
 
-/// What writes leave of a read.
+/// The remainder of a read that no write covers.
 #[derive(Clone, Debug)]
 pub(super) enum Left {
     /// These boxes, as far as they exist.
@@ -42,7 +42,7 @@ pub(super) enum Left {
 /// Ascending ranges, each with its first and the first after it, that do not touch.
 type Runs = Vec<(u64, u64)>;
 
-/// What exists of a read.
+/// The subresources of a read that exist.
 struct Wanted {
     mips: (u64, u64),
     /// Layers or slices of mip 0, or bytes.
@@ -56,26 +56,26 @@ struct Wanted {
 
 /// Finds what live passes read that nothing writes.
 pub(super) fn check(
-    facts: &Facts<'_>,
+    resolved: &ResolvedResources<'_>,
     reads: &[PartialRead],
     is_live: impl Fn(PassHandle) -> bool,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     for read in reads.iter().filter(|read| is_live(read.reader)) {
-        let Some(one) = facts.pipeline.pass(read.reader).accesses().get(read.at) else { continue };
-        let Some(wanted) = wanted(facts, one) else { continue };
+        let Some(one) = resolved.pipeline.pass(read.reader).accesses().get(read.at) else { continue };
+        let Some(wanted) = wanted(resolved, one) else { continue };
         let gaps = gaps(&wanted, &read.left);
         if gaps.iter().any(|(_, _, runs)| !runs.is_empty()) {
-            diagnostics.push(diagnostic(facts.pipeline, read.reader, one, &pieces(&wanted, &gaps)));
+            diagnostics.push(diagnostic(resolved.pipeline, read.reader, one, &pieces(&wanted, &gaps)));
         }
     }
 }
 
-/// What exists of a read; `None` if that is not known.
-fn wanted(facts: &Facts<'_>, one: &Access) -> Option<Wanted> {
+/// The subresources of a read that exist; `None` if that is not known.
+fn wanted(resolved: &ResolvedResources<'_>, one: &Access) -> Option<Wanted> {
     let [mips, layers, aspects, bytes] = extents(one.range);
     let within = |run: (u64, u64), count: u64| (run.0, run.1.min(count));
-    Some(match facts.get(one.resource)?.descriptor? {
+    Some(match resolved.get(one.resource)?.descriptor? {
         Descriptor::Texture(texture) => {
             let of_format: &[u64] =
                 match (texture.format.has_depth_aspect(), texture.format.has_stencil_aspect()) {
@@ -163,7 +163,7 @@ fn joined(mut runs: Runs) -> Runs {
     all
 }
 
-/// What ranges leave of another.
+/// The difference of a range and others.
 fn between(runs: &[(u64, u64)], all: (u64, u64)) -> Runs {
     let mut left = Runs::new();
     let mut next = all.0;
@@ -179,7 +179,7 @@ fn between(runs: &[(u64, u64)], all: (u64, u64)) -> Runs {
     left
 }
 
-/// What nothing writes, in words: mips with the same layers are named together.
+/// The unwritten subresources in words: mips with the same layers are named together.
 fn pieces(wanted: &Wanted, gaps: &[(u64, u64, Runs)]) -> String {
     // What of a mip is missing: by aspect the ranges, none of which means all.
     type Shape = Vec<(u64, Option<Runs>)>;

@@ -32,20 +32,20 @@ const MAX_BOXES: usize = 1024;
 /// The boxes that all looks at one resource go over before they get coarse.
 const MAX_STEPS: usize = 1 << 23;
 
-/// What the looks at one resource have cost.
+/// The cost so far of the views of one resource.
 #[derive(Debug, Default)]
 pub(super) struct Effort {
     steps: usize,
 }
 
 impl Effort {
-    /// Whether nothing is left to look closely.
+    /// Whether the effort is spent, so that the result is coarse.
     pub(super) fn is_used_up(&self) -> bool {
         self.steps >= MAX_STEPS
     }
 }
 
-/// What is still to be seen.
+/// The boxes that are still uncovered.
 pub(super) struct View<'a, W> {
     boxes: Vec<Open<W>>,
     effort: &'a mut Effort,
@@ -59,15 +59,15 @@ pub(super) struct Write<W> {
     pub(super) range: SubresourceRange,
     /// In which frames it happens; all if nothing is said.
     pub(super) condition: Option<Condition>,
-    /// Who writes; the newest is the greatest.
+    /// The writer; the newest is the greatest.
     pub(super) writer: W,
-    /// Whether it loads what it writes over, and no older write that covers what is below happens in just its frames.
+    /// Whether it loads the contents below, and no older write that covers them happens in exactly its frames.
     pub(super) passes_on: bool,
 }
 
 struct Open<W> {
     extents: Extents,
-    /// What has to hold in the frames in which it is open; sorted.
+    /// The conditions of the frames in which it is open; sorted.
     conditions: Vec<Condition>,
     /// The newest write over it that is not always there.
     newest: Option<(W, Condition)>,
@@ -90,7 +90,7 @@ impl<'a, W: Copy + Ord> View<'a, W> {
         self.boxes.retain(|open| open.passed_on.len() < 2);
     }
 
-    /// Whether more may be seen than there is.
+    /// Whether the result may have more writers than a read really sees.
     pub(super) fn is_coarse(&self) -> bool {
         self.is_coarse
     }
@@ -206,7 +206,7 @@ impl<W> Open<W> {
     }
 }
 
-/// Whether it does not lie beyond all that is named.
+/// Whether it lies within the ranges that some access names.
 fn exists(extents: Extents) -> bool {
     extents.iter().all(|(first, end)| *first == 0 || *end < u64::MAX)
 }

@@ -37,8 +37,8 @@ use super::access::{PassAccess, Writers, in_conflict};
 use super::cycle;
 use super::graph::{Edge, Graph, GraphNode, Hazard};
 use super::implied::Unmet;
+use super::jagged_array::JaggedArray;
 use super::later::{Later, Stated};
-use super::rows::Rows;
 use super::toggles::{self, Runs};
 use super::uninitialised::{Left, PartialRead};
 use super::visible::{Effort, View, Write};
@@ -54,7 +54,7 @@ const SHOWN_EDGES: usize = if cfg!(test) { 1 } else { 16 };
 /// How many writers a reader reads itself before what they pass on is left to them. Random tests come to it sooner.
 const DIRECT_READS: usize = if cfg!(test) { 2 } else { 16 };
 
-/// How one pass comes before another.
+/// The reason why one pass comes before another.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Via {
     Data(ResourceHandle),
@@ -67,7 +67,7 @@ pub(super) struct Builder<'a> {
     accesses: &'a [Vec<PassAccess<'a>>],
     /// Successors of each pass, and why.
     next: Vec<SmallVec<[(PassHandle, Via); 4]>>,
-    /// What each pass reads: a resource, and the rank of the writer.
+    /// The reads of each pass: a resource, and the rank of the writer.
     reads: Vec<SmallVec<[(ResourceHandle, u32); 3]>>,
     /// The writers of each resource that is ordered.
     ordered: Vec<Option<Writers>>,
@@ -342,11 +342,12 @@ impl<'a> Builder<'a> {
         };
         let is_toggled = |at: &usize| self.pipeline.pass(list[*at].pass).condition.is_some();
         let simple = writers.are_plain() && !writers.list.iter().any(is_toggled);
-        let mut look = Look { writers: &writers, simple, covers: HashMap::new(), effort: Effort::default() };
+        let mut in_view =
+            WritersInView { writers: &writers, simple, covers: HashMap::new(), effort: Effort::default() };
         for (rank, at) in writers.list.iter().enumerate().rev().filter(|_| !simple) {
             let access = &list[*at];
             if let Some(condition) = self.pipeline.pass(access.pass).condition.filter(|_| !access.reads) {
-                look.covers.insert(condition, rank);
+                in_view.covers.insert(condition, rank);
             }
         }
         for reader in list.iter().filter(|access| access.reads) {
@@ -364,7 +365,7 @@ impl<'a> Builder<'a> {
                 },
                 Version::Before => Later::From(0),
             };
-            self.connect_reader(resource, reader, &mut look, &later, diagnostics);
+            self.connect_reader(resource, reader, &mut in_view, &later, diagnostics);
         }
         self.ordered[resource.index()] = Some(writers);
     }
@@ -380,12 +381,12 @@ impl<'a> Builder<'a> {
         &mut self,
         resource: ResourceHandle,
         reader: &PassAccess<'_>,
-        look: &mut Look<'_>,
+        in_view: &mut WritersInView<'_>,
         later: &Later,
         diagnostics: &mut Diagnostics,
     ) {
         let pipeline = self.pipeline;
-        let writers = look.writers;
+        let writers = in_view.writers;
         let list = &self.accesses[resource.index()];
         let Some(known) = toggles::known(pipeline.pass(reader.pass), reader.one) else {
             // It never happens: the pass runs only in frames in which the fallback is seen.
@@ -395,7 +396,7 @@ impl<'a> Builder<'a> {
         let mut missing: Option<(usize, Condition)> = None;
         let mut left = None;
         // Pieces of one subresource or of everything hide one another one by one, those of a range only together.
-        if look.simple && reader.range.is_plain() {
+        if in_view.simple && reader.range.is_plain() {
             // What was written since of what is read: an older write of it is not there any more.
             let mut newer: HashSet<SubresourceRange> = HashSet::new();
             let mut covered = false;
@@ -421,7 +422,7 @@ impl<'a> Builder<'a> {
                 left = Some(Left::AllBut(newer.into_iter().collect()));
             }
         } else {
-            let mut view = View::new(reader.range, &known, &mut look.effort);
+            let mut view = View::new(reader.range, &known, &mut in_view.effort);
             let mut count = 0;
             for rank in writers.before(later.end(writers), reader.range).filter(|rank| !later.has(*rank)) {
                 let writer = &list[writers.list[rank]];
@@ -435,7 +436,7 @@ impl<'a> Builder<'a> {
                     count += 1;
                 }
                 let loads = writer.reads && writer.one.when.is_empty() && *writer.version == Version::Newest;
-                let covered = |condition| look.covers.get(&condition).is_some_and(|oldest| *oldest < rank);
+                let covered = |condition| in_view.covers.get(&condition).is_some_and(|oldest| *oldest < rank);
                 let passes_on = loads && condition.is_some_and(|condition| !covered(condition));
                 view.cover(Write { range, condition, writer: rank, passes_on });
                 if count == DIRECT_READS {
@@ -545,7 +546,7 @@ impl<'a> Builder<'a> {
         let nodes: Vec<NodeIndex> =
             self.pipeline.pass_handles().map(|pass| graph.add_node(GraphNode::Pass(pass))).collect();
         let count = self.ordered.iter().flatten().map(|writers| writers.list.len()).sum();
-        let mut versions = Rows::with_capacity(self.ordered.len(), count);
+        let mut versions = JaggedArray::with_capacity(self.ordered.len(), count);
         for resource in self.pipeline.resource_handles() {
             let list = self.ordered[resource.index()].as_ref().map_or(&[][..], |writers| &writers.list);
             versions.push(list.iter().enumerate().map(|(rank, at)| {
@@ -563,7 +564,7 @@ impl<'a> Builder<'a> {
                 graph.add_edge(versions[resource.index()][rank as usize], nodes[reader], Edge::Reads);
             }
         }
-        let mut successors = Rows::with_capacity(self.next.len(), edges);
+        let mut successors = JaggedArray::with_capacity(self.next.len(), edges);
         for (from, mut list) in self.next.into_iter().enumerate() {
             let key = |via: &Via| match via {
                 Via::Data(resource) => (None, Some(*resource)),
@@ -583,7 +584,7 @@ impl<'a> Builder<'a> {
 }
 
 /// The writers of a resource as its readers look through them.
-struct Look<'a> {
+struct WritersInView<'a> {
     writers: &'a Writers,
     /// Whether the writers are always there and write one subresource or everything.
     simple: bool,

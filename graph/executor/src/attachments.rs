@@ -37,7 +37,7 @@ pub(super) struct Attachments {
 struct Attachment<V> {
     /// A view of each layer that can be drawn into; one where the layer is fixed or the only one.
     layers: Vec<Viewed>,
-    /// What its samples are resolved to: a view for each layer, or one.
+    /// The resolve targets: a view for each layer, or one.
     resolve: Vec<Viewed>,
     load: wgpu::LoadOp<V>,
     store: wgpu::StoreOp,
@@ -49,7 +49,7 @@ impl<V: Copy> Attachment<V> {
         if self.layers.len() > 1 { layer as usize } else { 0 }
     }
 
-    /// What the samples of a layer are resolved to.
+    /// The resolve target of a layer.
     fn resolved<'a>(&'a self, position: usize, resources: &'a Resources) -> Option<&'a wgpu::TextureView> {
         let at = if self.resolve.len() > 1 { position } else { 0 };
         self.resolve.get(at)?.get(resources)
@@ -60,7 +60,7 @@ impl<V: Copy> Attachment<V> {
     }
 }
 
-/// Which layers of which attachments a pass has drawn into so far.
+/// The layers of attachments that a pass has drawn into so far.
 #[derive(Default)]
 pub(super) struct Drawn(Vec<bool>);
 
@@ -285,7 +285,7 @@ fn color_attachment<'a>(
     wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target, ops }
 }
 
-/// What has no operations is only read.
+/// An aspect without operations is read-only.
 fn depth_attachment(
     view: &wgpu::TextureView,
     depth_ops: Option<wgpu::Operations<f32>>,

@@ -1,8 +1,8 @@
 //! The blocks of one record: where they lie in a buffer, and their bytes.
 //!
 //! All blocks that the module fills (blackboard data, views, constants) lie in one buffer, each at a place that is
-//! fixed when the plan is realized; a pass that draws several views has its `view` block that many times, and a dynamic
-//! offset chooses among them. A record packs all of them into one staging vector and uploads it with one write.
+//! fixed when the plan is instantiated; a pass that draws several views has its `view` block that many times, and a
+//! dynamic offset chooses among them. A record packs all of them into one staging vector and uploads it with one write.
 //! Constants are in that vector from the start.
 //!
 //! A uniform block is padded to whole 16 bytes, which some devices want; a storage block is exactly as long as its

@@ -7,18 +7,18 @@ use crate::compiler::Switches;
 use crate::work::{BufferDraw, DrawCounts};
 
 /// A draw.
-pub(super) struct RealizedDraw {
+pub(super) struct InstantiatedDraw {
     vertices: Vec<Counts>,
     indices: Option<(Counts, wgpu::IndexFormat)>,
-    counts: RealizedCounts,
+    counts: InstantiatedCounts,
 }
 
-enum RealizedCounts {
+enum InstantiatedCounts {
     Direct { count: u32, instances: u32 },
     Indirect(Counts),
 }
 
-impl RealizedDraw {
+impl InstantiatedDraw {
     /// The draw with the buffers that stand for its resources.
     pub(super) fn new(resources: &Resources, plan: &Plan, draw: &BufferDraw) -> Self {
         let counts = |buffer| Counts::new(resources, plan, buffer);
@@ -26,8 +26,8 @@ impl RealizedDraw {
             vertices: draw.vertices.iter().map(|stream| counts(&stream.buffer)).collect(),
             indices: draw.indices.as_ref().map(|indices| (counts(&indices.buffer), indices.format)),
             counts: match &draw.counts {
-                &DrawCounts::Direct { count, instances } => RealizedCounts::Direct { count, instances },
-                DrawCounts::Indirect(buffer) => RealizedCounts::Indirect(counts(buffer)),
+                &DrawCounts::Direct { count, instances } => InstantiatedCounts::Direct { count, instances },
+                DrawCounts::Indirect(buffer) => InstantiatedCounts::Indirect(counts(buffer)),
             },
         }
     }
@@ -46,14 +46,14 @@ impl RealizedDraw {
             pass.set_index_buffer(indices.buffer(resources, switches)?.slice(..), *format);
         }
         match (&self.counts, &self.indices) {
-            (RealizedCounts::Direct { count, instances }, None) => pass.draw(0..*count, 0..*instances),
-            (RealizedCounts::Direct { count, instances }, Some(_)) => {
+            (InstantiatedCounts::Direct { count, instances }, None) => pass.draw(0..*count, 0..*instances),
+            (InstantiatedCounts::Direct { count, instances }, Some(_)) => {
                 pass.draw_indexed(0..*count, 0, 0..*instances);
             }
-            (RealizedCounts::Indirect(counts), None) => {
+            (InstantiatedCounts::Indirect(counts), None) => {
                 pass.draw_indirect(counts.buffer(resources, switches)?, counts.offset);
             }
-            (RealizedCounts::Indirect(counts), Some(_)) => {
+            (InstantiatedCounts::Indirect(counts), Some(_)) => {
                 pass.draw_indexed_indirect(counts.buffer(resources, switches)?, counts.offset);
             }
         }

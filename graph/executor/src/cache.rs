@@ -1,9 +1,9 @@
 //! Objects by their descriptors, kept from plan to plan.
 //!
 //! A plan that replaces another shares most of its shader modules, layouts, pipelines and samplers with it. They are
-//! found again by their whole descriptors, never by a hash alone. Each attempt to realize a plan is a generation: what
-//! an attempt created that the device then refused is forgotten, and what the last few successful ones did not use is
-//! evicted.
+//! found again by their whole descriptors, never by a hash alone. Each attempt to instantiate a plan is a generation:
+//! what an attempt created that the device then rejected is forgotten, and what the last few successful ones did not
+//! use is evicted.
 
 use std::collections::HashMap;
 use std::hash::Hash;
@@ -77,7 +77,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_device_refused_is_forgotten_and_what_it_took_is_kept() {
+    fn what_the_device_rejected_is_forgotten_and_what_it_took_is_kept() {
         let mut cache = Cache::default();
         cache.get("good", Generation(1), |_| 1);
         cache.get("bad", Generation(2), |_| 2);

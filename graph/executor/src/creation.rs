@@ -138,7 +138,7 @@ trait Outcome: Future<Output = Option<wgpu::Error>> + wgpu::WasmNotSend {}
 
 impl<T: Future<Output = Option<wgpu::Error>> + wgpu::WasmNotSend> Outcome for T {}
 
-/// What error scopes caught, as far as it is known.
+/// The errors that scopes have caught so far.
 #[derive(Default)]
 pub(super) struct Caught(Vec<Pin<Box<dyn Outcome>>>);
 
@@ -152,7 +152,7 @@ impl Caught {
         diagnostics
     }
 
-    /// What is known by now; the rest stays.
+    /// The errors that are known by now; the rest stays.
     pub(super) fn known(&mut self) -> Diagnostics {
         let mut diagnostics = Diagnostics::new();
         let mut context = Context::from_waker(Waker::noop());
@@ -180,5 +180,5 @@ fn diagnostic(error: wgpu::Error) -> Diagnostic {
         }
         wgpu::Error::Internal { .. } => "update the driver, or use another backend",
     };
-    Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("the device refused: {error}")).help(help)
+    Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("the device rejected: {error}")).help(help)
 }

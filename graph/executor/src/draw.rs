@@ -8,7 +8,7 @@ use umbragraph_pipeline::work::DrawOrder;
 
 /// A host's meshes, as a pipeline draws them.
 pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
-    /// How the host stores what a geometry contract names; `None` if it knows no such contract.
+    /// The host's storage of a geometry contract; `None` if it knows no such contract.
     fn interface(&self, geometry: &str) -> Option<&HostInterface>;
 
     /// The words that may stand under `filter`, such as `opaque`.
@@ -22,10 +22,10 @@ pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
     /// The number of materials.
     fn material_count(&self) -> u32;
 
-    /// What fills a binding of group 2 for a material.
+    /// The resource for a binding of group 2 of a material.
     fn material(&self, material: u32, binding: &str) -> Option<wgpu::BindingResource<'_>>;
 
-    /// What fills a binding of group 3; a block's binding covers one object, the offset moves it.
+    /// The resource for a binding of group 3; a block's binding covers one object, the offset moves it.
     fn object(&self, binding: &str) -> Option<wgpu::BindingResource<'_>>;
 
     /// Issues the draws of one view.
@@ -36,7 +36,7 @@ pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
 pub trait DrawPass {
     /// The geometry contract that is drawn.
     fn geometry(&self) -> &str;
-    /// Which draws are wanted.
+    /// The filter: which of the host's draws.
     fn filter(&self) -> &str;
     /// The view, for culling and sorting.
     fn view(&self) -> &View;

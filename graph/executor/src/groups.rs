@@ -1,9 +1,9 @@
 //! Bind groups of what the module itself binds.
 //!
-//! What a group binds is settled when the plan is realized, but for three things: the buffer of blocks, which is another
-//! one for each record in flight, views of the host's own textures, the copies of histories, which take turns, and what
-//! toggles let stand in. A group is made when a combination of these comes up for the first time, and kept for as long
-//! as the combination keeps coming.
+//! What a group binds is settled when the plan is instantiated, but for three things: the buffer of blocks, which is
+//! another one for each record in flight, views of the host's own textures, the copies of histories, which take turns,
+//! and what toggles replace. A group is made when a combination of these comes up for the first time, and kept for
+//! as long as the combination keeps coming.
 
 use super::blocks::Place;
 use super::creation::Creation;
@@ -35,7 +35,7 @@ pub(super) struct Group {
     current: usize,
 }
 
-/// What is bound to a binding.
+/// The resource of a binding.
 pub(super) enum Bound {
     View(Viewed),
     Sampler(wgpu::Sampler),
@@ -49,7 +49,7 @@ pub(super) enum Bound {
 }
 
 impl Bound {
-    /// What is bound while readers see this or that.
+    /// The resources of a binding: one for each fallback that readers may see.
     fn choose(&self, switches: &Switches) -> Option<&(ResourceHandle, Bound)> {
         let Bound::Switched(all) = self else { return None };
         let seen = switches.seen(all.first()?.0);
@@ -186,7 +186,7 @@ impl Group {
         }
     }
 
-    /// Forgets what was made, since some of it may have been refused.
+    /// Forgets what was made, since some of it may have been rejected.
     pub(super) fn forget(&mut self) {
         self.made.clear();
     }

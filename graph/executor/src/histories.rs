@@ -34,7 +34,7 @@ struct History {
     moved: usize,
     /// Whether the last record wrote it, so that the next one moves it on.
     written: bool,
-    /// How it was before the record that is under way.
+    /// The state before the current record.
     before: (usize, bool),
     is_fresh: bool,
     /// The passes that write it.
@@ -49,7 +49,7 @@ pub(super) struct Turn {
     back: usize,
 }
 
-/// What is done to a copy before the first pass.
+/// The initialisation of a copy before the first pass.
 enum Clear {
     Color(wgpu::TextureView, Option<u32>, wgpu::Color),
     Depth(wgpu::TextureView, f32),

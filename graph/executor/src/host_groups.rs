@@ -9,7 +9,7 @@ use crate::DrawSource;
 use crate::diagnostic::{Diagnostic, Place, codes};
 use umbragraph_pipeline::draw::{HostInterface, HostSlotKind};
 
-/// How a shader sees the host's materials or objects.
+/// The layout of the host's materials or objects in a shader.
 #[derive(Clone, PartialEq)]
 pub(super) struct HostLayout {
     pub(super) layout: wgpu::BindGroupLayout,
@@ -40,7 +40,7 @@ impl Materials {
         Self { layout, groups: Vec::new(), generation: None }
     }
 
-    /// Whether shaders see the two alike.
+    /// Whether the two have the same layout in shaders.
     pub(super) fn is_alike(&self, other: &Self) -> bool {
         self.layout == other.layout
     }
@@ -70,7 +70,7 @@ impl Materials {
         Ok(())
     }
 
-    /// Forgets what was made, since some of it may have been refused.
+    /// Forgets what was made, since some of it may have been rejected.
     pub(super) fn forget(&mut self) {
         self.generation = None;
         self.groups.clear();
@@ -95,7 +95,7 @@ impl Objects {
         Self { layout, strides, group: None, count: 0, generation: None }
     }
 
-    /// Whether shaders see the two alike.
+    /// Whether the two have the same layout in shaders.
     pub(super) fn is_alike(&self, other: &Self) -> bool {
         self.layout == other.layout && self.strides == other.strides
     }
@@ -131,7 +131,7 @@ impl Objects {
         Ok(())
     }
 
-    /// Forgets what was made, since some of it may have been refused.
+    /// Forgets what was made, since some of it may have been rejected.
     pub(super) fn forget(&mut self) {
         self.generation = None;
         self.group = None;

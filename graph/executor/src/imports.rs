@@ -95,7 +95,7 @@ impl Imports {
         }
     }
 
-    /// Forgets all views, since some of them may have been refused.
+    /// Forgets all views, since some of them may have been rejected.
     pub(super) fn forget_views(&mut self) {
         for wanted in &mut self.views {
             wanted.known.clear();

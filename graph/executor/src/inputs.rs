@@ -4,7 +4,7 @@
 //! views have to lie within the attachments that they are drawn into. In a frame without diagnostics nothing is
 //! allocated.
 
-use super::realize::{Realized, RealizedWork};
+use super::instantiate::{Instantiated, InstantiatedWork};
 use super::requirements::{check_filter, check_source, scenes};
 use super::times::Times;
 use super::{Frame, attachments::Attachments};
@@ -12,14 +12,14 @@ use crate::compiler::{Physical, PlannedResource};
 use crate::data::{BlackboardData, View};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 
-/// What keeps a frame from being recorded.
-pub(super) fn check(realized: &Realized, device: &wgpu::Device, frame: &Frame<'_>) -> Diagnostics {
+/// The errors that keep a frame from being recorded.
+pub(super) fn check(instantiated: &Instantiated, device: &wgpu::Device, frame: &Frame<'_>) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
-    for (name, resource) in &realized.plan.resources {
+    for (name, resource) in &instantiated.plan.resources {
         if resource.physical == Physical::Imported
             && let Some(error) = import_error(name, resource, frame)
         {
-            let declared = realized.plan.pipeline.resource(resource.handle);
+            let declared = instantiated.plan.pipeline.resource(resource.handle);
             let diagnostic =
                 Diagnostic::error(codes::IMPORT, declared.place, error).pointer(&declared.pointer);
             diagnostics.push(
@@ -28,17 +28,17 @@ pub(super) fn check(realized: &Realized, device: &wgpu::Device, frame: &Frame<'_
         }
     }
     let mut has_scenes = false;
-    for (pass, scene) in scenes(&realized.plan) {
+    for (pass, scene) in scenes(&instantiated.plan) {
         has_scenes = true;
         diagnostics.extend(frame.draws.and_then(|source| check_filter(pass, scene, source)));
     }
     let Some(source) = frame.draws.filter(|_| has_scenes) else {
         if has_scenes {
-            diagnostics.extend(check_source(&realized.plan, device, None));
+            diagnostics.extend(check_source(&instantiated.plan, device, None));
         }
         return diagnostics;
     };
-    for (geometry, interface) in &realized.interfaces {
+    for (geometry, interface) in &instantiated.interfaces {
         if source.interface(geometry) != Some(interface) {
             let message = format!(
                 "the host's interface of \"{geometry}\" is not the one that pipelines were built for"
@@ -50,7 +50,7 @@ pub(super) fn check(realized: &Realized, device: &wgpu::Device, frame: &Frame<'_
     diagnostics
 }
 
-/// What is worth knowing about a frame that is recorded all the same.
+/// The warnings about a frame that is recorded all the same.
 pub(super) fn warnings(frame: &Frame<'_>, diagnostics: &mut Diagnostics) {
     let warning = |message: String| Diagnostic::warning(codes::FRAME_INPUT, Place::Nowhere, message);
     if let Some(reason) = frame.input.camera.check() {
@@ -98,33 +98,33 @@ fn import_error(name: &str, resource: &PlannedResource, frame: &Frame<'_>) -> Op
 /// # Errors
 /// A pass that publishes what it did not declare, or a view that lies outside what it is drawn into.
 pub(super) fn run_cpu_passes(
-    realized: &mut Realized,
+    instantiated: &mut Instantiated,
     frame: &Frame<'_>,
     times: &mut Times,
 ) -> Result<(), Diagnostics> {
     let mut diagnostics = Diagnostics::new();
-    for at in 0..realized.passes.len() {
+    for at in 0..instantiated.passes.len() {
         let start = times.now();
-        if let Some(outcome) = realized.cpu_passes.run_pass(at, frame.input) {
+        if let Some(outcome) = instantiated.cpu_passes.run_pass(at, frame.input) {
             diagnostics.extend(outcome.err());
             times.add(at, start);
         }
     }
-    check_views(realized, &mut diagnostics);
+    check_views(instantiated, &mut diagnostics);
     if diagnostics.is_empty() { Ok(()) } else { Err(diagnostics) }
 }
 
 /// Finds views that lie outside what they are drawn into.
-fn check_views(realized: &Realized, diagnostics: &mut Diagnostics) {
-    for (planned, pass) in realized.plan.passes.iter().zip(&realized.passes) {
-        let RealizedWork::Scene { scene, attachments } = &pass.work else { continue };
-        if !realized.switches().runs(&realized.plan, planned.handle) {
+fn check_views(instantiated: &Instantiated, diagnostics: &mut Diagnostics) {
+    for (planned, pass) in instantiated.plan.passes.iter().zip(&instantiated.passes) {
+        let InstantiatedWork::Scene { scene, attachments } = &pass.work else { continue };
+        if !instantiated.switches().runs(&instantiated.plan, planned.handle) {
             continue;
         }
-        let data = realized.cpu_passes.seen(scene.views);
+        let data = instantiated.cpu_passes.seen(scene.views);
         for (at, view) in data.map(BlackboardData::views).unwrap_or_default().iter().enumerate() {
             if let Some(error) = view_error(view, attachments) {
-                let pass = realized.plan.pipeline.pass(planned.handle);
+                let pass = instantiated.plan.pipeline.pass(planned.handle);
                 let message = format!("view {at} of \"{}\" {error}", pass.name);
                 let diagnostic =
                     Diagnostic::error(codes::BLACKBOARD, pass.place, message).pointer(&pass.pointer);

@@ -1,4 +1,4 @@
-//! The executor: a plan, realized with wgpu and recorded into an encoder of the host's.
+//! The executor: a plan, instantiated with wgpu and recorded into an encoder of the host's.
 //!
 //! It is middleware, not a framework: the host owns device, queue, encoder and surface, submits and presents. An
 //! [`Executor`] creates textures, pipelines and bind groups when it is made or given another plan; recording a frame
@@ -6,7 +6,7 @@
 //! frame nothing is created on the device and nothing allocated but by wgpu itself: three full-screen passes with blocks
 //! make 33 allocations, as do the same calls by hand (`cargo test --test executing allocations`).
 //!
-//! - `realize`: everything that a plan needs, taken over from the plan before where it can be (`reuse`, `cache`);
+//! - `instantiate`: everything that a plan needs, taken over from the plan before where it can be (`reuse`, `cache`);
 //!   `creation` counts it and catches the device's errors, `requirements` says beforehand what a device lacks;
 //! - `textures`, `imports`, `resources`: the plan's textures and buffers, the host's, and views of both;
 //! - `histories`: what earlier frames left, in copies that take turns;
@@ -37,11 +37,11 @@ mod histories;
 mod host_groups;
 mod imports;
 mod inputs;
+mod instantiate;
 mod objects;
 mod pipelines;
 mod pool;
 mod read_back;
-mod realize;
 mod record;
 mod requirements;
 mod resources;
@@ -68,13 +68,13 @@ use crate::frame::FrameInput;
 use umbragraph_pipeline::draw::HostInterface;
 
 use creation::{Caught, Creation};
+use instantiate::Instantiated;
 use objects::Objects;
 use pool::Pool;
-use realize::Realized;
 use record::Scratch;
 use times::Times;
 
-/// What a frame consists of.
+/// The input of one frame.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
     /// Camera, lights and bounds.
@@ -88,11 +88,11 @@ pub struct Frame<'a> {
     pub toggles: &'a [(&'a str, bool)],
 }
 
-/// A plan, realized on a device.
+/// A plan, instantiated on a device.
 pub struct Executor {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    realized: Realized,
+    instantiated: Instantiated,
     objects: Objects,
     pool: Pool,
     scratch: Scratch,
@@ -106,7 +106,7 @@ pub struct Executor {
 }
 
 impl Executor {
-    /// Realizes a plan. `source` says how the host's meshes are stored; a plan that draws none needs none.
+    /// Instantiates a plan. `source` says how the host's meshes are stored; a plan that draws none needs none.
     ///
     /// The future is ready at once except in a browser, where errors of the device arrive late.
     ///
@@ -120,13 +120,13 @@ impl Executor {
     ) -> Result<Self, Diagnostics> {
         let mut objects = Objects::default();
         let mut statistics = Statistics::default();
-        let (realized, caught) = realize(device, &mut objects, &mut statistics, plan, source, None)?;
-        refuse(caught.all().await)?;
+        let (instantiated, caught) = instantiate(device, &mut objects, &mut statistics, plan, source, None)?;
+        reject(caught.all().await)?;
         objects.commit();
         Ok(Self {
             device: device.clone(),
             queue: queue.clone(),
-            realized,
+            instantiated,
             objects,
             pool: Pool::default(),
             scratch: Scratch::default(),
@@ -138,7 +138,7 @@ impl Executor {
         })
     }
 
-    /// Realizes another plan: after a resize, with other parameters or features, or for another draw source.
+    /// Instantiates another plan: after a resize, with other parameters or features, or for another draw source.
     ///
     /// What does not change is kept: pipelines and samplers of equal descriptors, textures and buffers of equal
     /// descriptors (those that outlive frames under their own names, with their contents), blackboard data. For as long
@@ -153,66 +153,66 @@ impl Executor {
         plan: Arc<Plan>,
         source: Option<&dyn DrawSource>,
     ) -> Result<(), Diagnostics> {
-        let before = Some(&self.realized);
-        let (realized, caught) =
-            realize(&self.device, &mut self.objects, &mut self.statistics, plan, source, before)?;
-        refuse(caught.all().await)?;
+        let before = Some(&self.instantiated);
+        let (instantiated, caught) =
+            instantiate(&self.device, &mut self.objects, &mut self.statistics, plan, source, before)?;
+        reject(caught.all().await)?;
         self.objects.commit();
-        let before = std::mem::replace(&mut self.realized, realized);
-        self.realized.cpu_passes.go_on_from(before.cpu_passes);
+        let before = std::mem::replace(&mut self.instantiated, instantiated);
+        self.instantiated.cpu_passes.go_on_from(before.cpu_passes);
         Ok(())
     }
 
     /// The plan.
     pub fn plan(&self) -> &Arc<Plan> {
-        &self.realized.plan
+        &self.instantiated.plan
     }
 
-    /// What was created so far.
+    /// The counts of objects created so far.
     pub fn statistics(&self) -> Statistics {
         self.statistics
     }
 
-    /// What was worth knowing about the last frame that was recorded: a camera or light that cannot be used.
+    /// The warnings about the last recorded frame: a camera or light that cannot be used.
     pub fn warnings(&self) -> &Diagnostics {
         &self.warnings
     }
 
-    /// What CPU passes had to say of the last record: limits that were reached, what was left out and why.
+    /// The notices of CPU passes from the last record: limits that were reached, what was left out and why.
     pub fn notices(&self) -> impl Iterator<Item = &Diagnostic> {
-        self.realized.cpu_passes.notices()
+        self.instantiated.cpu_passes.notices()
     }
 
     /// The sizes that CPU passes want other than the plan has them, for [`crate::compiler::PlanOptions::data_sizes`];
     /// `None` if they are content. A frame is right without them too, only not as good.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {
-        self.realized.cpu_passes.wanted_sizes()
+        self.instantiated.cpu_passes.wanted_sizes()
     }
 
     /// The data that a CPU pass published in the last record, by the name of its resource.
     pub fn data(&self, name: &str) -> Option<&BlackboardData> {
-        self.realized.cpu_passes.data(name)
+        self.instantiated.cpu_passes.data(name)
     }
 
     /// Forgets what earlier frames left: the next record begins every history with its initial value, as after a cut to
     /// another scene, or when a record's encoder was never submitted.
     pub fn reset_history(&mut self) {
-        self.realized.resources.histories.reset();
+        self.instantiated.resources.histories.reset();
     }
 
     /// The texture that stands for a resource, unless it is the host's own. Others may share it within a frame. That of
     /// a history is the one that the last record wrote; `NAME@-1` is the one before.
     pub fn texture(&self, name: &str) -> Option<&wgpu::Texture> {
-        match self.realized.resources.physical(&self.realized.plan, name)? {
-            Physical::Texture(index) => self.realized.resources.textures.texture(index),
+        match self.instantiated.resources.physical(&self.instantiated.plan, name)? {
+            Physical::Texture(index) => self.instantiated.resources.textures.texture(index),
             _ => None,
         }
     }
 
     /// The buffer that stands for a resource. Others may share it within a frame.
     pub fn buffer(&self, name: &str) -> Option<&wgpu::Buffer> {
-        match self.realized.resources.physical(&self.realized.plan, name)? {
-            Physical::Buffer(index) => self.realized.resources.textures.buffer(index),
+        match self.instantiated.resources.physical(&self.instantiated.plan, name)? {
+            Physical::Buffer(index) => self.instantiated.resources.textures.buffer(index),
             _ => None,
         }
     }
@@ -225,15 +225,15 @@ impl Executor {
     /// The processor's time for each pass of the last record, in the plan's order; nothing if measuring is off. Passes
     /// that are recorded as one render pass count with the first of them; those that are left out count nothing.
     pub fn times(&self) -> impl Iterator<Item = (&str, Duration)> {
-        let names = self.realized.plan.passes.iter().map(|pass| pass.name.as_str());
+        let names = self.instantiated.plan.passes.iter().map(|pass| pass.name.as_str());
         names.zip(self.times.passes().iter().copied())
     }
 
     /// The passes that the last record left out, since their toggles are switched that way; in the plan's order.
     pub fn skipped(&self) -> impl Iterator<Item = &str> {
-        let realized = &self.realized;
-        let skipped = |pass: &&PlannedPass| !realized.switches().runs(&realized.plan, pass.handle);
-        realized.plan.passes.iter().filter(skipped).map(|pass| pass.name.as_str())
+        let instantiated = &self.instantiated;
+        let skipped = |pass: &&PlannedPass| !instantiated.switches().runs(&instantiated.plan, pass.handle);
+        instantiated.plan.passes.iter().filter(skipped).map(|pass| pass.name.as_str())
     }
 
     /// The processor's time for preparing bind groups and uploading blocks in the last record.
@@ -248,7 +248,7 @@ impl Executor {
     ///
     /// # Errors
     /// Imports that are missing or not as planned; toggles that the pipeline does not have; a draw source that is
-    /// missing, does not know a filter, or stores meshes otherwise than the one that the plan was realized for;
+    /// missing, does not know a filter, or stores meshes otherwise than the one that the plan was instantiated for;
     /// blackboard data that a CPU pass did not declare; errors of the device. Nothing is recorded then, and the next
     /// frame is possible.
     pub fn record(
@@ -256,19 +256,19 @@ impl Executor {
         encoder: &mut wgpu::CommandEncoder,
         frame: &Frame<'_>,
     ) -> Result<(), Diagnostics> {
-        refuse(self.late.known())?;
-        let mut diagnostics = inputs::check(&self.realized, &self.device, frame);
-        diagnostics.extend(Switches::check(&self.realized.plan, frame.toggles));
-        refuse(diagnostics)?;
-        self.realized.cpu_passes.switch(frame.toggles);
+        reject(self.late.known())?;
+        let mut diagnostics = inputs::check(&self.instantiated, &self.device, frame);
+        diagnostics.extend(Switches::check(&self.instantiated.plan, frame.toggles));
+        reject(diagnostics)?;
+        self.instantiated.cpu_passes.switch(frame.toggles);
         self.warnings = Diagnostics::new();
         inputs::warnings(frame, &mut self.warnings);
-        self.times.reset(self.realized.plan.passes.len());
-        inputs::run_cpu_passes(&mut self.realized, frame, &mut self.times)?;
+        self.times.reset(self.instantiated.plan.passes.len());
+        inputs::run_cpu_passes(&mut self.instantiated, frame, &mut self.times)?;
         let start = self.times.now();
         self.prepare(encoder, frame)?;
         self.times.add_preparation(start);
-        record::record(&mut self.realized, encoder, frame.draws, &mut self.scratch, &mut self.times);
+        record::record(&mut self.instantiated, encoder, frame.draws, &mut self.scratch, &mut self.times);
         Ok(())
     }
 
@@ -276,10 +276,10 @@ impl Executor {
     fn prepare(&mut self, encoder: &wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Diagnostics> {
         self.records += 1;
         let mut creation = Creation::new(&self.device, &mut self.statistics);
-        let size = self.realized.blocks.size;
+        let size = self.instantiated.blocks.size;
         let blocks = (size > 0).then(|| self.pool.take(&mut creation, encoder, size, self.records));
         let prepared = record::prepare(
-            &mut self.realized,
+            &mut self.instantiated,
             &mut creation,
             &self.queue,
             frame,
@@ -288,7 +288,7 @@ impl Executor {
         );
         if let (Some(blocks), Ok(())) = (&blocks, &prepared) {
             // Within the scopes of the creation, if there are any: on a device that is lost, a new buffer is none.
-            let Realized { plan, cpu_passes, blocks: packed, .. } = &mut self.realized;
+            let Instantiated { plan, cpu_passes, blocks: packed, .. } = &mut self.instantiated;
             let bytes = packed.pack(plan, cpu_passes);
             self.queue.write_buffer(&blocks.buffer, 0, bytes);
         }
@@ -297,7 +297,7 @@ impl Executor {
         self.late.append(caught);
         diagnostics.extend(prepared.err());
         if diagnostics.has_errors() {
-            record::forget(&mut self.realized);
+            record::forget(&mut self.instantiated);
             self.pool.forget();
             return Err(diagnostics);
         }
@@ -305,18 +305,18 @@ impl Executor {
     }
 }
 
-/// Checks a plan against the device and the host, and realizes it.
-fn realize(
+/// Checks a plan against the device and the host, and instantiates it.
+fn instantiate(
     device: &wgpu::Device,
     objects: &mut Objects,
     statistics: &mut Statistics,
     plan: Arc<Plan>,
     source: Option<&dyn DrawSource>,
-    before: Option<&Realized>,
-) -> Result<(Realized, Caught), Diagnostics> {
+    before: Option<&Instantiated>,
+) -> Result<(Instantiated, Caught), Diagnostics> {
     let mut diagnostics = requirements::check_source(&plan, device, source);
     diagnostics.extend(requirements::check_device(&plan, device));
-    refuse(diagnostics)?;
+    reject(diagnostics)?;
     let mut interfaces: Vec<(String, HostInterface)> = Vec::new();
     for (_, scene) in requirements::scenes(&plan) {
         let interface = source.and_then(|source| source.interface(&scene.geometry));
@@ -328,12 +328,12 @@ fn realize(
     }
     objects.begin();
     let mut creation = Creation::new(device, statistics);
-    let realized = Realized::new(&mut creation, &device.limits(), objects, plan, interfaces, before);
-    Ok((realized.map_err(Diagnostics::from)?, creation.finish()))
+    let instantiated = Instantiated::new(&mut creation, &device.limits(), objects, plan, interfaces, before);
+    Ok((instantiated.map_err(Diagnostics::from)?, creation.finish()))
 }
 
 /// # Errors
 /// The diagnostics, if there is an error among them.
-fn refuse(diagnostics: Diagnostics) -> Result<(), Diagnostics> {
+fn reject(diagnostics: Diagnostics) -> Result<(), Diagnostics> {
     if diagnostics.has_errors() { Err(diagnostics) } else { Ok(()) }
 }

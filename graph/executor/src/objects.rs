@@ -44,11 +44,11 @@ pub(super) struct RenderKey {
     pub(super) primitive: Primitive,
 }
 
-/// What vertices make.
+/// The primitive topology.
 #[derive(Clone, Copy, Default, PartialEq, Eq, Hash)]
 pub(super) struct Primitive {
     pub(super) topology: wgpu::PrimitiveTopology,
-    /// Which faces are not drawn.
+    /// The faces that are culled.
     pub(super) cull: Option<wgpu::Face>,
     /// The format of the indices of a strip.
     pub(super) strip_indices: Option<wgpu::IndexFormat>,
@@ -64,7 +64,7 @@ pub(super) struct ComputeKey {
 }
 
 impl Objects {
-    /// Begins an attempt to realize a plan. What an earlier one created in vain is forgotten.
+    /// Begins an attempt to instantiate a plan. What an earlier one created in vain is forgotten.
     pub(super) fn begin(&mut self) {
         let proven = self.proven;
         self.modules.forget_after(proven);

@@ -79,7 +79,7 @@ impl Pool {
         Taken { id: pooled.id, buffer: pooled.buffer.clone() }
     }
 
-    /// Forgets all buffers, since some of them may have been refused.
+    /// Forgets all buffers, since some of them may have been rejected.
     pub(super) fn forget(&mut self) {
         self.buffers.clear();
     }

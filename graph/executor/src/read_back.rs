@@ -3,7 +3,7 @@
 //! One mip level with all of its layers is copied to a buffer and taken apart into four numbers for each texel. Depth in
 //! a format that cannot be copied (`depth24plus`) is first read by a compute shader.
 //!
-//! Limits: compressed formats, `rgb9e5ufloat` and textures of several samples are refused.
+//! Limits: compressed formats, `rgb9e5ufloat` and textures of several samples are rejected.
 
 use wgpu::TextureFormat as Format;
 

@@ -1,7 +1,7 @@
 //! Recording a frame: the plan's passes, one after the other, into the host's encoder.
 //!
 //! First everything that the record needs and does not have is created (nothing, in a steady frame); only then is
-//! anything recorded, so that a device that refuses something leaves the encoder as it was.
+//! anything recorded, so that a device that rejects something leaves the encoder as it was.
 //!
 //! Passes are labelled with their names, and not put into debug groups of the encoder: two such groups with passes in
 //! them, one after the other in one encoder, crash a software driver that is still in use (lavapipe of Mesa 22.3).
@@ -10,8 +10,8 @@ use super::Frame;
 use super::attachments::{Attachments, Drawn};
 use super::creation::Creation;
 use super::groups;
+use super::instantiate::{Instantiated, InstantiatedPass, InstantiatedScene, InstantiatedWork};
 use super::pool::Taken;
-use super::realize::{Realized, RealizedPass, RealizedScene, RealizedWork};
 use super::resources::Resources;
 use super::scene::Scene;
 use super::times::Times;
@@ -33,71 +33,80 @@ pub(super) struct Scratch {
 /// # Errors
 /// Materials or objects for which the host gives nothing.
 pub(super) fn prepare(
-    realized: &mut Realized,
+    instantiated: &mut Instantiated,
     creation: &mut Creation<'_>,
     queue: &wgpu::Queue,
     frame: &Frame<'_>,
     blocks: Option<&Taken>,
     record: u64,
 ) -> Result<(), Diagnostic> {
-    let Resources { textures, histories, .. } = &mut realized.resources;
-    histories.advance(&realized.plan, realized.cpu_passes.switches());
+    let Resources { textures, histories, .. } = &mut instantiated.resources;
+    histories.advance(&instantiated.plan, instantiated.cpu_passes.switches());
     histories.prepare(creation, queue, textures);
-    realized.resources.imports.set(creation, frame.imports, record);
-    let resources = &realized.resources;
-    for (planned, pass) in realized.plan.passes.iter().zip(&mut realized.passes) {
-        if !realized.cpu_passes.switches().runs(&realized.plan, planned.handle) {
+    instantiated.resources.imports.set(creation, frame.imports, record);
+    let resources = &instantiated.resources;
+    for (planned, pass) in instantiated.plan.passes.iter().zip(&mut instantiated.passes) {
+        if !instantiated.cpu_passes.switches().runs(&instantiated.plan, planned.handle) {
             continue;
         }
         for group in &mut pass.groups {
-            group.prepare(creation, &planned.name, blocks, resources, realized.cpu_passes.switches(), record);
+            group.prepare(
+                creation,
+                &planned.name,
+                blocks,
+                resources,
+                instantiated.cpu_passes.switches(),
+                record,
+            );
         }
     }
     if let Some(source) = frame.draws {
-        for materials in &mut realized.materials {
+        for materials in &mut instantiated.materials {
             materials.prepare(creation, source)?;
         }
-        for objects in &mut realized.objects {
+        for objects in &mut instantiated.objects {
             objects.prepare(creation, source)?;
         }
     }
     Ok(())
 }
 
-/// Forgets everything that a record created, since some of it was refused.
-pub(super) fn forget(realized: &mut Realized) {
-    realized.resources.imports.forget_views();
-    realized.resources.histories.retreat();
-    realized.passes.iter_mut().flat_map(|pass| &mut pass.groups).for_each(groups::Group::forget);
-    for materials in &mut realized.materials {
+/// Forgets everything that a record created, since some of it was rejected.
+pub(super) fn forget(instantiated: &mut Instantiated) {
+    instantiated.resources.imports.forget_views();
+    instantiated.resources.histories.retreat();
+    instantiated.passes.iter_mut().flat_map(|pass| &mut pass.groups).for_each(groups::Group::forget);
+    for materials in &mut instantiated.materials {
         materials.forget();
     }
-    for objects in &mut realized.objects {
+    for objects in &mut instantiated.objects {
         objects.forget();
     }
 }
 
 /// Records all passes.
 pub(super) fn record(
-    realized: &mut Realized,
+    instantiated: &mut Instantiated,
     encoder: &mut wgpu::CommandEncoder,
     source: Option<&dyn DrawSource>,
     scratch: &mut Scratch,
     times: &mut Times,
 ) {
-    realized.resources.histories.record(encoder);
-    let realized = &*realized;
-    let resources = &realized.resources;
-    for (at, (planned, pass)) in realized.plan.passes.iter().zip(&realized.passes).enumerate() {
+    instantiated.resources.histories.record(encoder);
+    let instantiated = &*instantiated;
+    let resources = &instantiated.resources;
+    for (at, (planned, pass)) in instantiated.plan.passes.iter().zip(&instantiated.passes).enumerate() {
         // Passes of one render pass have the same toggle.
-        if !realized.switches().runs(&realized.plan, planned.handle) {
+        if !instantiated.switches().runs(&instantiated.plan, planned.handle) {
             continue;
         }
         let start = times.now();
         match &pass.work {
-            RealizedWork::Cpu | RealizedWork::Nothing => continue,
-            RealizedWork::Transfer(transfer) => transfer.record(encoder, resources, realized.switches()),
-            RealizedWork::Compute { pipeline, workgroups: [x, y, z], indirect } => {
+            InstantiatedWork::Cpu | InstantiatedWork::Nothing => continue,
+            InstantiatedWork::Transfer(transfer) => {
+                transfer.record(encoder, resources, instantiated.switches())
+            }
+            InstantiatedWork::Compute { pipeline, workgroups: [x, y, z], indirect } => {
                 let descriptor =
                     wgpu::ComputePassDescriptor { label: Some(&pass.label), timestamp_writes: None };
                 let mut compute = encoder.begin_compute_pass(&descriptor);
@@ -106,18 +115,20 @@ pub(super) fn record(
                 match indirect {
                     None => compute.dispatch_workgroups(*x, *y, *z),
                     Some(counts) => {
-                        if let Some(buffer) = counts.buffer(resources, realized.switches()) {
+                        if let Some(buffer) = counts.buffer(resources, instantiated.switches()) {
                             compute.dispatch_workgroups_indirect(buffer, counts.offset);
                         }
                     }
                 }
             }
-            RealizedWork::Fullscreen { attachments, .. } | RealizedWork::Scene { attachments, .. } => {
+            InstantiatedWork::Fullscreen { attachments, .. }
+            | InstantiatedWork::Scene { attachments, .. } => {
                 // What another pass begins, that pass records.
                 if pass.merged == 0 {
                     continue;
                 }
-                let mut recording = Recording { realized, source, scratch, attachments, label: &pass.label };
+                let mut recording =
+                    Recording { instantiated, source, scratch, attachments, label: &pass.label };
                 if attachments.is_flat() {
                     recording.flat(encoder, at, pass.merged);
                 } else {
@@ -131,7 +142,7 @@ pub(super) fn record(
 
 /// One pass, or several that take one render pass.
 struct Recording<'a> {
-    realized: &'a Realized,
+    instantiated: &'a Instantiated,
     source: Option<&'a dyn DrawSource>,
     scratch: &'a mut Scratch,
     attachments: &'a Attachments,
@@ -141,18 +152,18 @@ struct Recording<'a> {
 impl Recording<'_> {
     /// One render pass with all draws of some passes from a position on.
     fn flat(&mut self, encoder: &mut wgpu::CommandEncoder, first: usize, count: usize) {
-        let resources = &self.realized.resources;
+        let resources = &self.instantiated.resources;
         self.scratch.drawn.reset(self.attachments);
         let begun = self.attachments.begin(encoder, resources, self.label, 0, &mut self.scratch.drawn);
         let Some(mut render_pass) = begun else { return };
-        let passes = self.realized.plan.passes.iter().zip(&self.realized.passes);
+        let passes = self.instantiated.plan.passes.iter().zip(&self.instantiated.passes);
         for (planned, pass) in passes.skip(first).take(count) {
             if count > 1 {
                 render_pass.push_debug_group(&planned.name);
             }
-            set_stencil(self.realized, planned, &mut render_pass);
+            set_stencil(self.instantiated, planned, &mut render_pass);
             match &pass.work {
-                RealizedWork::Fullscreen { pipeline, attachments, draw } => {
+                InstantiatedWork::Fullscreen { pipeline, attachments, draw } => {
                     let [width, height] = attachments.extent;
                     render_pass.set_viewport(0.0, 0.0, width as f32, height as f32, 0.0, 1.0);
                     render_pass.set_scissor_rect(0, 0, width, height);
@@ -160,13 +171,13 @@ impl Recording<'_> {
                     groups::bind_render(&pass.groups, &mut render_pass, 0);
                     match draw {
                         Some(draw) => {
-                            draw.record(resources, self.realized.switches(), &mut render_pass);
+                            draw.record(resources, self.instantiated.switches(), &mut render_pass);
                         }
                         None => render_pass.draw(0..3, 0..1),
                     }
                 }
-                RealizedWork::Scene { scene, .. } => {
-                    let views = views_of(self.realized, scene);
+                InstantiatedWork::Scene { scene, .. } => {
+                    let views = views_of(self.instantiated, scene);
                     self.draw(planned, pass, scene, (0, views), &mut render_pass);
                 }
                 _ => {}
@@ -178,20 +189,20 @@ impl Recording<'_> {
     }
 
     /// A render pass for each run of views that draw into the same layer.
-    fn layered(&mut self, encoder: &mut wgpu::CommandEncoder, at: usize, pass: &RealizedPass) {
-        let resources = &self.realized.resources;
+    fn layered(&mut self, encoder: &mut wgpu::CommandEncoder, at: usize, pass: &InstantiatedPass) {
+        let resources = &self.instantiated.resources;
         self.scratch.drawn.reset(self.attachments);
-        if let (RealizedWork::Scene { scene, .. }, Some(planned)) =
-            (&pass.work, self.realized.plan.passes.get(at))
+        if let (InstantiatedWork::Scene { scene, .. }, Some(planned)) =
+            (&pass.work, self.instantiated.plan.passes.get(at))
         {
             let mut first = 0;
-            for run in views_of(self.realized, scene).chunk_by(|a, b| a.layer == b.layer) {
+            for run in views_of(self.instantiated, scene).chunk_by(|a, b| a.layer == b.layer) {
                 let layer = run.first().map_or(0, |view| view.layer);
                 let drawn = &mut self.scratch.drawn;
                 if let Some(mut render_pass) =
                     self.attachments.begin(encoder, resources, self.label, layer, drawn)
                 {
-                    set_stencil(self.realized, planned, &mut render_pass);
+                    set_stencil(self.instantiated, planned, &mut render_pass);
                     self.draw(planned, pass, scene, (first, run), &mut render_pass);
                 }
                 first += run.len();
@@ -204,22 +215,24 @@ impl Recording<'_> {
     fn draw(
         &mut self,
         planned: &PlannedPass,
-        pass: &RealizedPass,
-        realized: &RealizedScene,
+        pass: &InstantiatedPass,
+        instantiated: &InstantiatedScene,
         (first, views): (usize, &[View]),
         render_pass: &mut wgpu::RenderPass<'static>,
     ) {
         let Some(source) = self.source else { return };
-        let Work::Render(render) = self.realized.plan.pipeline.pass(planned.handle).work() else { return };
+        let Work::Render(render) = self.instantiated.plan.pipeline.pass(planned.handle).work() else {
+            return;
+        };
         let Draw::Scene(work) = &render.draw else { return };
         let scene = Scene {
             geometry: &work.geometry,
             filter: &work.filter,
             order: work.order,
-            pipelines: &realized.pipelines,
+            pipelines: &instantiated.pipelines,
             groups: &pass.groups,
-            materials: realized.materials.and_then(|at| self.realized.materials.get(at)),
-            objects: realized.objects.and_then(|at| self.realized.objects.get(at)),
+            materials: instantiated.materials.and_then(|at| self.instantiated.materials.get(at)),
+            objects: instantiated.objects.and_then(|at| self.instantiated.objects.get(at)),
             extent: self.attachments.extent,
         };
         for (at, view) in (first..).zip(views) {
@@ -228,13 +241,17 @@ impl Recording<'_> {
     }
 }
 
-fn views_of<'a>(realized: &'a Realized, scene: &RealizedScene) -> &'a [View] {
-    realized.cpu_passes.seen(scene.views).map(BlackboardData::views).unwrap_or_default()
+fn views_of<'a>(instantiated: &'a Instantiated, scene: &InstantiatedScene) -> &'a [View] {
+    instantiated.cpu_passes.seen(scene.views).map(BlackboardData::views).unwrap_or_default()
 }
 
 /// The reference that stencil is compared with and that replaces it.
-fn set_stencil(realized: &Realized, planned: &PlannedPass, render_pass: &mut wgpu::RenderPass<'static>) {
-    if let Work::Render(render) = realized.plan.pipeline.pass(planned.handle).work()
+fn set_stencil(
+    instantiated: &Instantiated,
+    planned: &PlannedPass,
+    render_pass: &mut wgpu::RenderPass<'static>,
+) {
+    if let Work::Render(render) = instantiated.plan.pipeline.pass(planned.handle).work()
         && let Some(stencil) = &render.stencil
     {
         render_pass.set_stencil_reference(stencil.reference);

@@ -12,7 +12,7 @@ use crate::shader::Stage;
 use crate::work::{Draw, RenderWork, SceneDraw, SlotSource, Work};
 use umbragraph_pipeline::draw::{HostInterface, HostSlotKind, check_host};
 
-/// What the device lacks for a plan.
+/// The requirements of a plan that the device does not meet.
 pub(super) fn check_device(plan: &Plan, device: &wgpu::Device) -> Diagnostics {
     let check = DeviceCheck { plan, limits: device.limits(), features: device.features() };
     let mut diagnostics = Diagnostics::new();

@@ -92,7 +92,7 @@ impl Resources {
         }
     }
 
-    /// What stands for a resource in the last record.
+    /// The object on the device that held a resource in the last record.
     pub(super) fn physical(&self, plan: &Plan, name: &str) -> Option<Physical> {
         let planned = plan.resources.get(name)?;
         match self.histories.turn(plan, planned.handle) {

@@ -12,7 +12,7 @@ use std::hash::Hash;
 /// A texture or buffer, of the plan before or of the new one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Piece<'a, D> {
-    /// What it has to be.
+    /// The required descriptor.
     pub(super) descriptor: D,
     /// The resource whose contents it keeps from frame to frame.
     pub(super) keeps: Option<&'a str>,

@@ -12,7 +12,7 @@ use crate::work::DrawOrder;
 use crate::{DrawPass, DrawSource};
 use umbragraph_pipeline::draw::{MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
 
-/// What the host's draws of a pass need.
+/// The objects that the host's draws of a pass need.
 pub(super) struct Scene<'a> {
     pub(super) geometry: &'a str,
     pub(super) filter: &'a str,

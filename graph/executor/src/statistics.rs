@@ -1,6 +1,6 @@
 //! What an executor has created on the device.
 
-/// What an executor has created so far. Numbers only grow; in a steady frame none of them does.
+/// The numbers of objects that an executor has created so far. They only grow; in a steady frame none of them does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Statistics {
     /// Textures.

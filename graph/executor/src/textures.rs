@@ -1,8 +1,8 @@
 //! The textures and buffers that a plan creates, and views of them.
 //!
-//! They are created when the plan is realized, or taken over from the plan before where nothing about them changes
-//! (see [`super::reuse`]). A view is created when a pass is realized that needs it; passes that see a texture alike,
-//! under whichever name it goes, share one.
+//! They are created when the plan is instantiated, or taken over from the plan before where nothing about them changes
+//! (see [`super::reuse`]). A view is created when a pass is instantiated that needs it; passes that see a texture
+//! alike, under whichever name it goes, share one.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -61,7 +61,7 @@ impl Textures {
         Self { textures, buffers, views: HashMap::new() }
     }
 
-    /// Whether what stands at a place is what stood at a place of the plan before.
+    /// Whether the resource at a position is the one at a position of the plan before.
     pub(super) fn is_same(&self, place: Physical, before: &Self, old: Physical) -> bool {
         match (place, old) {
             (Physical::Texture(at), Physical::Texture(old)) => {
@@ -103,7 +103,7 @@ impl Textures {
     }
 }
 
-/// How wgpu is told of a view.
+/// The descriptor of a view for wgpu.
 pub(super) fn view_descriptor<'a>(
     label: &'a str,
     texture: &wgpu::Texture,

@@ -104,7 +104,7 @@ impl std::fmt::Display for ValueType {
     }
 }
 
-/// What a data resource consists of.
+/// The shape of a data resource: its values, sizes and views.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DataShape {
     /// The published values in the order in which they were declared.
@@ -151,7 +151,7 @@ impl DataShape {
         self
     }
 
-    /// Where a value stands: its index.
+    /// The index of a value.
     pub fn find(&self, name: &str) -> Option<usize> {
         self.values.iter().position(|(known, _)| known == name)
     }
@@ -164,7 +164,7 @@ pub struct View {
     pub clip_from_world: DMat4,
     /// World to view space (looks along −Z).
     pub view_from_world: DMat4,
-    /// Where the view stands, in world metres; for an orthographic view any point on its near plane.
+    /// The position of the view, in world metres; for an orthographic view any point on its near plane.
     pub position: glam::DVec3,
     /// The unit direction in which it looks.
     pub forward: glam::DVec3,
@@ -204,7 +204,7 @@ pub struct BlackboardData {
     views: Vec<View>,
     /// For each size what was planned, and what is wanted.
     sizes: Vec<(u32, u32)>,
-    refused: Option<String>,
+    rejected: Option<String>,
     notices: Diagnostics,
 }
 
@@ -225,12 +225,12 @@ impl BlackboardData {
             words: vec![0; length],
             views,
             sizes,
-            refused: None,
+            rejected: None,
             notices: Diagnostics::new(),
         }
     }
 
-    /// What the data consists of.
+    /// The shape of the data.
     pub fn shape(&self) -> &DataShape {
         &self.shape
     }
@@ -244,21 +244,21 @@ impl BlackboardData {
     pub fn clear(&mut self) {
         self.words.fill(0);
         self.views.clear();
-        self.refused = None;
+        self.rejected = None;
     }
 
-    /// Adds a view. Beyond the declared maximum it is refused, which [`BlackboardData::refused`] tells.
+    /// Adds a view. Beyond the declared maximum it is rejected, which [`BlackboardData::rejected`] tells.
     pub fn push_view(&mut self, view: View) {
         if self.views.len() < self.shape.max_views as usize {
             self.views.push(view);
         } else {
-            self.refused = Some(format!("more than the {} declared views", self.shape.max_views));
+            self.rejected = Some(format!("more than the {} declared views", self.shape.max_views));
         }
     }
 
     /// Why something that was set did not fit what was declared: a name, a type or a count.
-    pub fn refused(&self) -> Option<&str> {
-        self.refused.as_deref()
+    pub fn rejected(&self) -> Option<&str> {
+        self.rejected.as_deref()
     }
 
     /// The size that the plan was made for; 0 if there is none of that name.
@@ -270,7 +270,7 @@ impl BlackboardData {
     pub fn want_size(&mut self, name: &str, size: u32) {
         match self.size_at(name) {
             Some(at) => self.sizes[at].1 = size,
-            None => self.refused = Some(format!("the size \"{name}\", which was not declared")),
+            None => self.rejected = Some(format!("the size \"{name}\", which was not declared")),
         }
     }
 
@@ -292,7 +292,7 @@ impl BlackboardData {
         self.shape.sizes.iter().position(|(known, _)| known == name)
     }
 
-    /// What the node that publishes the data has to say: limits that were reached, what was left out and why.
+    /// The notices of the node that publishes the data: limits that were reached, what was left out and why.
     pub fn notices(&self) -> &Diagnostics {
         &self.notices
     }
@@ -316,14 +316,14 @@ impl BlackboardData {
     /// Sets a value from its words. An array may be set in part, from its start.
     pub fn set_words(&mut self, name: &str, words: impl IntoIterator<Item = u32>) {
         let Some(at) = self.shape.find(name) else {
-            self.refused = Some(format!("the value \"{name}\", which was not declared"));
+            self.rejected = Some(format!("the value \"{name}\", which was not declared"));
             return;
         };
         let start = self.offsets[at];
         let length = self.shape.values[at].1.words();
         for (count, word) in words.into_iter().enumerate() {
             if count == length {
-                self.refused =
+                self.rejected =
                     Some(format!("more than the declared {} for \"{name}\"", self.shape.values[at].1));
                 return;
             }
@@ -372,15 +372,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_was_not_declared_is_refused_and_said() {
+    fn what_was_not_declared_is_rejected_and_said() {
         let mut data = BlackboardData::new(DataShape::new().value("a", ValueType::F32.array(2)).views(0));
         data.set_f32s("a", [1.0, 2.0]);
         assert_eq!(data.words("a"), Some([1f32.to_bits(), 2f32.to_bits()].as_slice()));
-        assert_eq!(data.refused(), None);
+        assert_eq!(data.rejected(), None);
         data.set_f32s("a", [1.0, 2.0, 3.0]);
-        assert!(data.refused().unwrap().contains("array<f32, 2>"));
+        assert!(data.rejected().unwrap().contains("array<f32, 2>"));
         data.clear();
         data.set_f32("b", 1.0);
-        assert!(data.refused().unwrap().contains("\"b\""));
+        assert!(data.rejected().unwrap().contains("\"b\""));
     }
 }

@@ -23,7 +23,7 @@ pub const MATERIAL_GROUP: u32 = 2;
 /// The bind group of what an object has; it and those before, from [`MATERIAL_GROUP`] on, are the host's.
 pub const OBJECT_GROUP: u32 = 3;
 
-/// How a host stores what a `geometry` of a pipeline names.
+/// A host's storage of a `geometry` of a pipeline.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct HostInterface {
     /// The vertex buffers; the position is the slot that the host binds them to.
@@ -71,7 +71,7 @@ impl HostInterface {
 pub struct HostVertexBuffer {
     /// Bytes from one vertex to the next.
     pub stride: u64,
-    /// What is in it.
+    /// The members.
     pub attributes: Vec<HostAttribute>,
 }
 
@@ -91,11 +91,11 @@ pub struct HostAttribute {
 pub struct HostSlot {
     /// The name that shaders use.
     pub name: String,
-    /// What it is.
+    /// The kind.
     pub kind: HostSlotKind,
 }
 
-/// What a binding of the host is.
+/// The kind of a binding of the host.
 #[derive(Clone, Debug, PartialEq)]
 pub enum HostSlotKind {
     /// A texture or a sampler, by its WGSL type (`texture_2d<f32>`, `sampler`).

@@ -12,7 +12,7 @@ use std::borrow::Cow;
 
 use glam::{DMat4, DQuat, DVec3, Vec3};
 
-/// How a camera maps view space to clip space.
+/// The projection of a camera, from view space to clip space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// A perspective projection.
@@ -49,7 +49,7 @@ impl Projection {
 /// The point of view of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
-    /// Where the camera stands, in world metres.
+    /// The position of the camera, in world metres.
     pub position: DVec3,
     /// The rotation from camera space (looks along −Z, +Y up) to world space; of unit length.
     pub rotation: DQuat,
@@ -191,7 +191,7 @@ pub struct Light {
     pub name: String,
     /// The kind.
     pub kind: LightKind,
-    /// Where it stands, in world metres; meaningless for a directional light.
+    /// The position, in world metres; meaningless for a directional light.
     pub position: DVec3,
     /// The unit direction in which its light travels; meaningless for a point light.
     pub direction: DVec3,

@@ -83,7 +83,7 @@ use crate::pipeline::{PassBuilder, Produced};
 pub trait Node: DeserializeOwned + JsonSchema + 'static {
     /// The key that names the kind in a pass.
     const NAME: &'static str;
-    /// What it does, in a sentence.
+    /// Its purpose in one sentence.
     const SUMMARY: &'static str;
 
     /// States what a pass with these settings uses and does. Diagnostics go to the builder; `None` after at least one.
@@ -95,7 +95,7 @@ pub trait Node: DeserializeOwned + JsonSchema + 'static {
 pub trait NodeKind: Send + Sync {
     /// The key that names the kind in a pass.
     fn name(&self) -> &'static str;
-    /// What it does, in a sentence.
+    /// Its purpose in one sentence.
     fn summary(&self) -> &'static str;
     /// The schema of its settings.
     fn schema(&self, generator: &mut SchemaGenerator) -> Schema;

@@ -76,7 +76,7 @@ pub struct Subresource {
     pub range: SubresourceRange,
     /// The version, where it is read.
     pub version: Version,
-    /// Where it is said.
+    /// The place in the document.
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
@@ -95,7 +95,7 @@ impl Subresource {
     }
 }
 
-/// What a pass does.
+/// The work of a pass.
 #[derive(Clone, Debug)]
 pub enum Work {
     /// Nothing: of a pass that is assembled only what it accesses is known.
@@ -213,10 +213,10 @@ impl<N: CpuNode> HostRun for Started<N> {
     }
 }
 
-/// What a CPU node sees of a frame.
+/// The input of a CPU node for one frame.
 #[derive(Debug)]
 pub struct CpuContext<'a> {
-    /// What the host says.
+    /// The host's input.
     pub frame: &'a FrameInput,
     /// The data that the pass declared to read, in the order of the declaration.
     pub inputs: &'a [&'a BlackboardData],
@@ -249,7 +249,7 @@ pub struct RenderWork {
     pub depth: Option<DepthAttachment>,
     /// The stencil attachment: of the same texture, mip and layer as the depth attachment.
     pub stencil: Option<StencilAttachment>,
-    /// What is drawn.
+    /// The draw.
     pub draw: Draw,
 }
 
@@ -267,17 +267,17 @@ pub struct AttachmentTarget {
 /// A color attachment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ColorAttachment {
-    /// Where to.
+    /// The target.
     pub to: Subresource,
-    /// What is there before.
+    /// The load operation.
     pub load: LoadOperation<[f64; 4]>,
-    /// How colors are combined.
+    /// The blend state.
     pub blend: Option<wgpu_types::BlendState>,
     /// The format in which it is written, if not the texture's own.
     pub format: Option<wgpu_types::TextureFormat>,
-    /// Where its samples are resolved to, one for each texel.
+    /// The resolve target of its samples.
     pub resolve: Option<Subresource>,
-    /// Whether what it holds afterwards is discarded, whoever might have read it.
+    /// Whether its contents are discarded after the pass.
     pub discard: bool,
 }
 
@@ -294,17 +294,17 @@ impl ColorAttachment {
 /// A depth attachment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthAttachment {
-    /// Where to.
+    /// The target.
     pub to: Subresource,
-    /// What is there before.
+    /// The load operation.
     pub load: LoadOperation<f64>,
     /// Whether depth is written.
     pub write: bool,
-    /// Which depths pass.
+    /// The depth comparison.
     pub compare: wgpu_types::CompareFunction,
     /// The bias of the rasteriser per unit of depth slope, away from the viewer where positive and depth grows away.
     pub slope_bias: f32,
-    /// Whether what it holds afterwards is discarded, whoever might have read it.
+    /// Whether its contents are discarded after the pass.
     pub discard: bool,
 }
 
@@ -322,15 +322,15 @@ impl DepthAttachment {
 /// A stencil attachment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StencilAttachment {
-    /// Where to.
+    /// The target.
     pub to: Subresource,
-    /// What is there before.
+    /// The load operation.
     pub load: LoadOperation<u32>,
     /// Comparisons, operations and masks.
     pub state: wgpu_types::StencilState,
-    /// What is compared and written.
+    /// The reference value for comparisons and writes.
     pub reference: u32,
-    /// Whether what it holds afterwards is discarded, whoever might have read it.
+    /// Whether its contents are discarded after the pass.
     pub discard: bool,
 }
 
@@ -345,11 +345,11 @@ impl StencilAttachment {
     }
 }
 
-/// What an attachment holds before a pass.
+/// The load operation of an attachment.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum LoadOperation<T> {
-    /// What was there.
+    /// The contents from before.
     Load,
     /// One value.
     Clear(T),
@@ -357,14 +357,14 @@ pub enum LoadOperation<T> {
     Discard,
 }
 
-/// What is drawn.
+/// The draw.
 #[derive(Clone, Debug)]
 pub enum Draw {
     /// One triangle that covers the attachment.
     Fullscreen {
         /// The shader.
         program: ProgramHandle,
-        /// What its bindings are.
+        /// The bindings.
         bindings: Vec<BoundSlot>,
     },
     /// Vertices from the pipeline's own buffers.
@@ -389,17 +389,17 @@ impl Draw {
 pub struct BufferDraw {
     /// The shader.
     pub program: ProgramHandle,
-    /// What its bindings are.
+    /// The bindings.
     pub bindings: Vec<BoundSlot>,
     /// The vertex buffers in the order of their slots.
     pub vertices: Vec<VertexStream>,
     /// The indices, if vertices are drawn by them.
     pub indices: Option<IndexStream>,
-    /// How many are drawn.
+    /// The counts of vertices and instances.
     pub counts: DrawCounts,
-    /// What vertices make.
+    /// The primitive topology.
     pub topology: wgpu_types::PrimitiveTopology,
-    /// Which faces are not drawn.
+    /// The faces that are culled.
     pub cull: Option<wgpu_types::Face>,
 }
 
@@ -425,7 +425,7 @@ pub struct IndexStream {
     pub format: wgpu_types::IndexFormat,
 }
 
-/// How many vertices, or indices, and instances are drawn.
+/// The counts of vertices, or indices, and instances of a draw.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum DrawCounts {
     /// So many.
@@ -444,13 +444,13 @@ pub enum DrawCounts {
 pub struct SceneDraw {
     /// The contract that the draws follow.
     pub geometry: String,
-    /// Which of the host's draws: a word that the host knows.
+    /// The filter of the host's draws: a word that the host knows.
     pub filter: String,
     /// The data whose views are drawn.
     pub views: Subresource,
     /// The shader.
     pub program: ProgramHandle,
-    /// What the bindings of groups 0 and 1 are; groups 2 and 3 are the host's.
+    /// The bindings of groups 0 and 1; groups 2 and 3 are the host's.
     pub bindings: Vec<BoundSlot>,
     /// Which faces are not drawn; meshes that are double-sided are drawn from both sides whatever this says.
     pub cull: Option<wgpu_types::Face>,
@@ -474,9 +474,9 @@ pub enum DrawOrder {
 pub struct ComputeWork {
     /// The shader.
     pub program: ProgramHandle,
-    /// What its bindings are.
+    /// The bindings.
     pub bindings: Vec<BoundSlot>,
-    /// How often.
+    /// The size of the dispatch.
     pub dispatch: Dispatch,
 }
 
@@ -560,13 +560,13 @@ impl TextureRegion {
 pub struct Deferred {
     /// The expression.
     pub expression: Expression,
-    /// Where it stands.
+    /// The place in the document.
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
 }
 
-/// What one binding of a program is.
+/// One binding of a program.
 #[derive(Clone, Debug)]
 pub struct BoundSlot {
     /// The bind group.
@@ -575,15 +575,15 @@ pub struct BoundSlot {
     pub binding: u32,
     /// The shader's own name for it.
     pub name: String,
-    /// What it is bound to.
+    /// The resource or values that it is bound to.
     pub source: SlotSource,
-    /// Where it is said.
+    /// The place in the document.
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
 }
 
-/// What a binding is bound to.
+/// The resource or values that a binding is bound to.
 #[derive(Clone, Debug)]
 pub enum SlotSource {
     /// A view of a texture.
@@ -669,15 +669,15 @@ pub struct TextureView {
     pub format: Option<wgpu_types::TextureFormat>,
 }
 
-/// How a texture is sampled.
+/// The settings of a sampler.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, schemars::JsonSchema,
 )]
 #[serde(deny_unknown_fields, default)]
 pub struct Sampler {
-    /// Whether texels are mixed, within a level and between levels.
+    /// The filter within a level and between levels.
     pub filter: Filter,
-    /// What lies outside 0..1.
+    /// The address mode.
     pub address: Address,
     /// For comparison samplers: which reference values pass against a texel.
     pub compare: Option<Compare>,
@@ -689,7 +689,7 @@ impl Default for Sampler {
     }
 }
 
-/// Whether texels are mixed.
+/// The filter.
 #[derive(
     Clone,
     Copy,
@@ -713,7 +713,7 @@ pub enum Filter {
     Linear,
 }
 
-/// What lies outside 0..1.
+/// The address mode.
 #[derive(
     Clone,
     Copy,
@@ -784,7 +784,7 @@ impl From<Compare> for wgpu_types::CompareFunction {
 pub struct BlockLayout {
     /// The size of the block in bytes.
     pub size: u32,
-    /// What is written where.
+    /// The words to copy, with their place in the block.
     pub runs: Vec<BlockRun>,
 }
 

@@ -1,6 +1,6 @@
 //! Writing a module in the language of a target.
 //!
-//! Validation does not run the writers, and each of them refuses some valid modules, so proving a variant for a target
+//! Validation does not run the writers, and each of them rejects some valid modules, so proving a variant for a target
 //! means writing it. Bindings keep their WGSL numbers; the host's driver layer maps them in its own way later, which
 //! changes numbers and nothing else.
 
@@ -11,7 +11,7 @@ use naga::{Expression, ImageClass, Module, Span, TypeInner};
 
 use super::profile::TargetLanguage;
 use super::wgsl::guarded;
-use super::wgsl_error::{Refusal, Stage, one_line};
+use super::wgsl_error::{Rejection, Stage, one_line};
 
 /// A module in the language of a target.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,24 +35,28 @@ impl Emitted {
 /// Writes a validated module without overrides.
 ///
 /// # Errors
-/// Why the writer refuses it.
-pub(crate) fn emit(module: &Module, info: &ModuleInfo, language: TargetLanguage) -> Result<Emitted, Refusal> {
+/// Why the writer rejects it.
+pub(crate) fn emit(
+    module: &Module,
+    info: &ModuleInfo,
+    language: TargetLanguage,
+) -> Result<Emitted, Rejection> {
     guarded(|| match language {
         TargetLanguage::Wgsl => wgsl_out::write_string(module, info, wgsl_out::WriterFlags::empty())
             .map(Emitted::Text)
-            .map_err(|error| refuse(language, &error.to_string())),
+            .map_err(|error| reject(language, &error.to_string())),
         TargetLanguage::Spirv => {
             let options = spv::Options { lang_version: (1, 3), ..spv::Options::default() };
             spv::write_vec(module, info, &options, None)
                 .map(Emitted::Words)
-                .map_err(|error| refuse(language, &error.to_string()))
+                .map_err(|error| reject(language, &error.to_string()))
         }
         TargetLanguage::Msl => {
             let options = msl::Options { lang_version: (2, 3), ..msl::Options::default() };
             let (text, found) = msl::write_string(module, info, &options, &msl::PipelineOptions::default())
-                .map_err(|error| refuse(language, &error.to_string()))?;
+                .map_err(|error| reject(language, &error.to_string()))?;
             match found.entry_point_names.into_iter().find_map(Result::err) {
-                Some(error) => Err(refuse(language, &error.to_string())),
+                Some(error) => Err(reject(language, &error.to_string())),
                 None => Ok(Emitted::Text(text)),
             }
         }
@@ -62,9 +66,9 @@ pub(crate) fn emit(module: &Module, info: &ModuleInfo, language: TargetLanguage)
             let pipeline = hlsl::PipelineOptions::default();
             let found = hlsl::Writer::new(&mut text, &options, &pipeline)
                 .write(module, info, None)
-                .map_err(|error| refuse(language, &error.to_string()))?;
+                .map_err(|error| reject(language, &error.to_string()))?;
             match found.entry_point_names.into_iter().find_map(Result::err) {
-                Some(error) => Err(refuse(language, &error.to_string())),
+                Some(error) => Err(reject(language, &error.to_string())),
                 None => Ok(Emitted::Text(text)),
             }
         }
@@ -72,7 +76,7 @@ pub(crate) fn emit(module: &Module, info: &ModuleInfo, language: TargetLanguage)
     })
 }
 
-fn glsl_texts(module: &Module, info: &ModuleInfo) -> Result<String, Refusal> {
+fn glsl_texts(module: &Module, info: &ModuleInfo) -> Result<String, Rejection> {
     let mut text = String::new();
     for entry_point in &module.entry_points {
         let options = glsl::Options { version: glsl::Version::new_gles(310), ..glsl::Options::default() };
@@ -84,9 +88,9 @@ fn glsl_texts(module: &Module, info: &ModuleInfo) -> Result<String, Refusal> {
         let mut one = String::new();
         glsl::Writer::new(&mut one, module, info, &options, &pipeline, BoundsCheckPolicies::default())
             .and_then(|mut writer| writer.write())
-            .map_err(|error| Refusal {
+            .map_err(|error| Rejection {
                 range: depth_load(module).filter(|_| error.to_string().contains("depth textures")),
-                ..refuse(
+                ..reject(
                     TargetLanguage::Glsl,
                     &format!("{error} (in the entry point \"{}\")", entry_point.name),
                 )
@@ -96,7 +100,7 @@ fn glsl_texts(module: &Module, info: &ModuleInfo) -> Result<String, Refusal> {
     Ok(text)
 }
 
-/// The first load from a depth texture; GLSL's writer refuses it without saying where.
+/// The first load from a depth texture; GLSL's writer rejects it without saying where.
 fn depth_load(module: &Module) -> Option<std::ops::Range<usize>> {
     let functions = module.functions.iter().map(|(_, function)| function);
     functions.chain(module.entry_points.iter().map(|entry_point| &entry_point.function)).find_map(
@@ -118,7 +122,7 @@ fn depth_load(module: &Module) -> Option<std::ops::Range<usize>> {
     )
 }
 
-fn refuse(language: TargetLanguage, message: &str) -> Refusal {
+fn reject(language: TargetLanguage, message: &str) -> Rejection {
     let message = format!("{} cannot express this: {}", language.name(), one_line(message));
-    Refusal::new(Stage::Backend, message, Span::UNDEFINED)
+    Rejection::new(Stage::Backend, message, Span::UNDEFINED)
 }

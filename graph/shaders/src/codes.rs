@@ -75,8 +75,8 @@ umbragraph_text::codes! {
     /// A module that exceeds a limit of a target profile.
     LIMIT_EXCEEDED = "UG0530", "limit of the target exceeded",
         "The module needs more than a device of the target profile guarantees: a bind group beyond the last one, too many textures in a stage, a uniform block too large, a workgroup too large. Validation does not see these; they are checked against the reflected interface.";
-    /// A module that a target's writer refuses.
-    BACKEND_REFUSES = "UG0531", "target language cannot express this",
+    /// A module that a target's writer rejects.
+    BACKEND_REJECTS = "UG0531", "target language cannot express this",
         "The module is valid, but cannot be written in the language of the target (SPIR-V, MSL, HLSL, GLSL). GLSL, for one, cannot load from a depth texture.";
     /// Two variants of one pass that see its interface differently.
     INTERFACE_CONFLICT = "UG0540", "variants disagree about a binding",
@@ -96,8 +96,8 @@ umbragraph_text::codes! {
     /// An external validator that cannot be started.
     EXTERNAL_UNAVAILABLE = "UG0560", "external validator cannot be run",
         "The command of an external validator cannot be started. It is a program and its arguments; `{}` stands for the file with the WGSL.";
-    /// A text that an external validator refuses.
-    EXTERNAL_REFUSES = "UG0561", "external validator refuses the WGSL",
+    /// A text that an external validator rejects.
+    EXTERNAL_REJECTS = "UG0561", "external validator rejects the WGSL",
         "The named external validator does not accept the generated WGSL, though naga does. naga does not check uniform control flow in fragment shaders, for one.";
     /// An external validator that does not come to an end.
     EXTERNAL_TIMEOUT = "UG0562", "external validator timed out",

@@ -102,7 +102,7 @@ fn never(template: &Template, axis: &Axis, word: &Word) -> Option<Diagnostic> {
         AxisKind::Bool | AxisKind::Integer { .. } => &[],
     };
     let text = value.to_string();
-    Some(diagnostic.meant(&text, names.iter().map(String::as_str), Some(span), |_| match axis.kind {
+    Some(diagnostic.suggest(&text, names.iter().map(String::as_str), Some(span), |_| match axis.kind {
         AxisKind::Bool => format!("a boolean axis stands alone in a condition: {{% if {} %}}", axis.name),
         _ => format!("the values are {}", axis.kind.describe()),
     }))

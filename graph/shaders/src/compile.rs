@@ -15,7 +15,7 @@ use super::render::{self, Rendered};
 use super::templates::TemplateSet;
 use super::text_map::TextMap;
 use super::wgsl;
-use super::wgsl_error::{Refusal, Stage};
+use super::wgsl_error::{Rejection, Stage};
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
 use crate::source::Span as SourceSpan;
 
@@ -32,7 +32,7 @@ pub struct ShaderModule {
     pub wgsl: Arc<str>,
     /// The BLAKE3 hash of the text.
     pub hash: [u8; 32],
-    /// What the module says of itself.
+    /// The reflection of the module.
     pub reflection: Reflection,
     /// From the text back to the templates.
     pub map: TextMap,
@@ -78,7 +78,7 @@ pub fn complete(
                 Diagnostic::error(
                     codes::AXIS_VALUE,
                     axis.span,
-                    format!("{value} is no value of the axis \"{name}\""),
+                    format!("{value} is not a value of the axis \"{name}\""),
                 )
                 .help(format!("the values are {}", axis.kind.describe())),
             ),
@@ -107,7 +107,7 @@ pub(crate) fn unknown_axis(axes: &Axes, template: &str, name: &str, place: Place
     let diagnostic =
         Diagnostic::error(codes::AXIS_UNKNOWN, place, format!("\"{template}\" has no axis \"{name}\""));
     let written = diagnostic.span();
-    diagnostic.meant(name, axes.names(), written, |names| match names {
+    diagnostic.suggest(name, axes.names(), written, |names| match names {
         [] => "it has no axes at all".to_owned(),
         names => format!("its axes are {}", names.join(", ")),
     })
@@ -141,8 +141,8 @@ fn check(
     });
     let checked = match (checked, templates.file(template)) {
         (Ok(checked), _) => checked,
-        (Err(refusal), Some(file)) => {
-            let diagnostic = markers::place(&refusal, &rendered.text, &rendered.map, file, || {
+        (Err(rejection), Some(file)) => {
+            let diagnostic = markers::place(&rejection, &rendered.text, &rendered.map, file, || {
                 let values = template_values(templates, template, values);
                 MarkedTemplates::new(templates).map(template, &values, &rendered.text)
             });
@@ -176,7 +176,7 @@ pub(crate) fn constants(
     axes: &Axes,
     values: &AxisValues,
     module: &Module,
-) -> Result<PipelineConstants, Refusal> {
+) -> Result<PipelineConstants, Rejection> {
     let mut constants = PipelineConstants::default();
     for (handle, constant) in module.overrides.iter() {
         let Some(name) = constant.name.as_deref() else { continue };
@@ -199,8 +199,8 @@ pub(crate) fn constants(
                 let span: Span = module.overrides.get_span(handle);
                 let help =
                     "a boolean axis is a `bool`, an integer axis an `i32` or `u32` that holds all its values";
-                let refusal = Refusal::new(Stage::OverrideAxis, message, span);
-                return Err(Refusal { help: Some(help.to_owned()), ..refusal });
+                let rejection = Rejection::new(Stage::OverrideAxis, message, span);
+                return Err(Rejection { help: Some(help.to_owned()), ..rejection });
             }
         };
         // An override with an `@id` is set by that number, any other by its name.

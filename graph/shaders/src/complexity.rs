@@ -1,4 +1,4 @@
-//! Refusing texts that are too deep for the shader compiler, before it sees them.
+//! Rejecting texts that are too deep for the shader compiler, before it sees them.
 //!
 //! naga bounds the nesting of brackets and braces, but not chains: it descends once per link of `1 + 1 + 1 + ..`, of
 //! `else if`, of a constant defined by the next one, and some 100,000 links overflow any stack, which no one can catch.
@@ -6,7 +6,7 @@
 //! above any shader and a factor of four below what overflows the stack that naga is given (debug build, which needs
 //! most).
 
-use super::wgsl_error::{Refusal, Stage};
+use super::wgsl_error::{Rejection, Stage};
 
 /// The longest text of one module, in bytes.
 pub(crate) const MAX_BYTES: usize = 4 << 20;
@@ -19,10 +19,10 @@ const MAX_BRANCHES: usize = 8_192;
 /// The maximum number of statements of one module.
 const MAX_STATEMENTS: usize = 32_768;
 
-/// Refuses a text that exceeds a limit.
-pub(crate) fn check(text: &str) -> Result<(), Refusal> {
+/// Rejects a text that exceeds a limit.
+pub(crate) fn check(text: &str) -> Result<(), Rejection> {
     if text.len() > MAX_BYTES {
-        return Err(refusal("the module is larger than 4 MiB", 0));
+        return Err(rejection("the module is larger than 4 MiB", 0));
     }
     // Every count is at most the length.
     if text.len() <= MAX_OPERATORS {
@@ -78,7 +78,7 @@ pub(crate) fn check(text: &str) -> Result<(), Refusal> {
             (statements > MAX_STATEMENTS, "the module has more than 32,768 statements"),
         ];
         if let Some((_, message)) = exceeded.into_iter().find(|(exceeded, _)| *exceeded) {
-            return Err(refusal(message, start));
+            return Err(rejection(message, start));
         }
     }
     Ok(())
@@ -123,12 +123,12 @@ pub(super) fn comment_end(bytes: &[u8], start: usize) -> usize {
     at
 }
 
-fn refusal(message: &str, at: usize) -> Refusal {
-    Refusal {
+fn rejection(message: &str, at: usize) -> Rejection {
+    Rejection {
         range: Some(at..at + 1),
         help: Some(
             "split the template into several passes, or let loops of WGSL do what is written out".to_owned(),
         ),
-        ..Refusal::new(Stage::Size, message, naga::Span::UNDEFINED)
+        ..Rejection::new(Stage::Size, message, naga::Span::UNDEFINED)
     }
 }

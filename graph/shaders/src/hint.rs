@@ -10,22 +10,22 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::wgsl_error::Refusal;
-use crate::diagnostic::did_you_mean;
+use super::wgsl_error::Rejection;
+use crate::diagnostic::suggested_name;
 
-/// Moves a refusal to the bracket that provoked it, or adds the name that was meant.
-pub(super) fn improve(text: &str, mut refusal: Refusal) -> Refusal {
+/// Moves a rejection to the bracket that provoked it, or adds the name that was meant.
+pub(super) fn improve(text: &str, mut rejection: Rejection) -> Rejection {
     let words = words(text);
     if let Some((range, message)) = unmatched(text, &words) {
-        if let Some(noticed) = refusal.range.replace(range) {
-            refusal.labels.insert(0, (noticed, format!("noticed here: {}", refusal.message)));
+        if let Some(noticed) = rejection.range.replace(range) {
+            rejection.labels.insert(0, (noticed, format!("noticed here: {}", rejection.message)));
         }
-        refusal.message = message;
-    } else if let Some((name, range)) = meant(text, &refusal.message, &words) {
-        refusal.labels.push((range, format!("\"{name}\" is here")));
-        refusal.help = Some(format!("did you mean \"{name}\"?"));
+        rejection.message = message;
+    } else if let Some((name, range)) = suggested(text, &rejection.message, &words) {
+        rejection.labels.push((range, format!("\"{name}\" is here")));
+        rejection.help = Some(format!("did you mean \"{name}\"?"));
     }
-    refusal
+    rejection
 }
 
 /// Identifiers, keywords and brackets, in order; comments are left out.
@@ -81,7 +81,7 @@ fn unmatched(text: &str, words: &[Range<usize>]) -> Option<(Range<usize>, String
 }
 
 /// The name that was probably meant by the unknown one that a message quotes, and where it stands first.
-fn meant<'t>(text: &'t str, message: &str, words: &[Range<usize>]) -> Option<(&'t str, Range<usize>)> {
+fn suggested<'t>(text: &'t str, message: &str, words: &[Range<usize>]) -> Option<(&'t str, Range<usize>)> {
     const UNKNOWN: [&str; 3] = ["no definition in scope", "unknown type", "invalid field accessor"];
     if !UNKNOWN.iter().any(|start| message.starts_with(start)) {
         return None;
@@ -94,8 +94,8 @@ fn meant<'t>(text: &'t str, message: &str, words: &[Range<usize>]) -> Option<(&'
     }
     let is_name =
         |word: &&str| *word != name && word.starts_with(|each: char| each.is_alphabetic() || each == '_');
-    let meant = did_you_mean(name, first.keys().copied().filter(is_name))?;
-    first.get(meant).map(|range| (meant, (*range).clone()))
+    let suggested = suggested_name(name, first.keys().copied().filter(is_name))?;
+    first.get(suggested).map(|range| (suggested, (*range).clone()))
 }
 
 #[cfg(test)]
@@ -103,10 +103,10 @@ mod tests {
     use super::*;
     use crate::wgsl_error::Stage;
 
-    fn improved(text: &str, message: &str) -> Refusal {
+    fn improved(text: &str, message: &str) -> Rejection {
         improve(
             text,
-            Refusal { range: Some(0..1), ..Refusal::new(Stage::Parsing, message, naga::Span::UNDEFINED) },
+            Rejection { range: Some(0..1), ..Rejection::new(Stage::Parsing, message, naga::Span::UNDEFINED) },
         )
     }
 
@@ -122,8 +122,8 @@ mod tests {
     #[test]
     fn the_name_that_was_meant_is_shown() {
         let text = "fn sample_noise() {}\nfn f() { sample_noises(); }";
-        let refusal = improved(text, "no definition in scope for identifier: `sample_noises`");
-        assert_eq!(refusal.help.as_deref(), Some("did you mean \"sample_noise\"?"));
-        assert_eq!(refusal.labels[0].0, 3..15);
+        let rejection = improved(text, "no definition in scope for identifier: `sample_noises`");
+        assert_eq!(rejection.help.as_deref(), Some("did you mean \"sample_noise\"?"));
+        assert_eq!(rejection.labels[0].0, 3..15);
     }
 }

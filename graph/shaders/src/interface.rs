@@ -22,7 +22,7 @@ pub struct InterfaceConflict {
     pub first_name: String,
     /// The variable of the second.
     pub name: String,
-    /// What they disagree about.
+    /// The property that differs.
     pub message: String,
 }
 

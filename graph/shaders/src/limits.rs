@@ -11,7 +11,7 @@ use wgpu_types::{BindGroupLayoutEntry, BindingType, BufferBindingType};
 use super::profile::TargetProfile;
 use super::reflection::{Binding, EntryPoint, Reflection, Stage as ShaderStage};
 use super::stages;
-use super::wgsl_error::{Excess, Refusal, Stage};
+use super::wgsl_error::{Excess, Rejection, Stage};
 
 /// Every limit of the profile that the module exceeds.
 pub(crate) fn exceeded(
@@ -19,7 +19,7 @@ pub(crate) fn exceeded(
     module: &Module,
     reflection: &Reflection,
     profile: &TargetProfile,
-) -> Vec<Refusal> {
+) -> Vec<Rejection> {
     let mut check = Check { text, module, profile, found: Vec::new() };
     for binding in &reflection.bindings {
         check.binding(binding);
@@ -86,7 +86,7 @@ struct Check<'a> {
     text: &'a str,
     module: &'a Module,
     profile: &'a TargetProfile,
-    found: Vec<Refusal>,
+    found: Vec<Rejection>,
 }
 
 impl Check<'_> {
@@ -113,8 +113,10 @@ impl Check<'_> {
         if found > allowed {
             let message = format!("{what} is {found}, but only {allowed} is guaranteed");
             let excess = Excess { of: of.to_string(), found };
-            self.found
-                .push(Refusal { excess: Some(excess), ..Refusal::new(Stage::Limit, message, span(self)) });
+            self.found.push(Rejection {
+                excess: Some(excess),
+                ..Rejection::new(Stage::Limit, message, span(self))
+            });
         }
     }
 

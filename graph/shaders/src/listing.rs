@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::profile::TargetLanguage;
-use super::wgsl_error::Refusal;
+use super::wgsl_error::Rejection;
 use super::{Emitted, ShaderModule, TargetProfile, backend, wgsl};
 use crate::diagnostic::{Diagnostic, Place};
 use crate::source::Sources;
@@ -21,18 +21,18 @@ impl ShaderModule {
         if language == TargetLanguage::Wgsl {
             return Ok(Emitted::Text(self.wgsl.to_string()));
         }
-        let written = wgsl::with_stack(|| -> Result<Emitted, Refusal> {
+        let written = wgsl::with_stack(|| -> Result<Emitted, Rejection> {
             let module = wgsl::parse(&self.wgsl)?;
             let info = wgsl::validate(&module, profile.capabilities)?;
             let constants = self.constants.iter().map(|(name, value)| (name.clone(), *value)).collect();
             let (module, info) = wgsl::resolve_overrides(&module, &info, &constants)?;
             backend::emit(&module, &info, language)
         });
-        written.map_err(|refusal| {
+        written.map_err(|rejection| {
             let mut pieces = self.map.pieces();
             Box::new(match pieces.find_map(|(_, span)| span) {
-                Some(span) => refusal.to_diagnostic(&self.wgsl, &self.map, span.file),
-                None => Diagnostic::error(refusal.stage.code(), Place::Nowhere, refusal.message),
+                Some(span) => rejection.to_diagnostic(&self.wgsl, &self.map, span.file),
+                None => Diagnostic::error(rejection.stage.code(), Place::Nowhere, rejection.message),
             })
         })
     }

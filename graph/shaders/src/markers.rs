@@ -11,7 +11,7 @@ use std::sync::Arc;
 use super::render::fixed_context;
 use super::scan::{Piece, TagKind, scan};
 use super::text_map::{Origin, Segment, TextMap};
-use super::wgsl_error::Refusal;
+use super::wgsl_error::Rejection;
 use super::{TemplateSet, filters, guard};
 use crate::diagnostic::{AxisValues, Diagnostic};
 use crate::source::{FileId, Span};
@@ -36,25 +36,25 @@ impl MarkedMap {
     }
 }
 
-/// The diagnostic for a refused text: by the plain map, or by `exact` where captured text hides the place.
+/// The diagnostic for a rejected text: by the plain map, or by `exact` where captured text hides the place.
 pub(crate) fn place(
-    refusal: &Refusal,
+    rejection: &Rejection,
     wgsl: &str,
     map: &TextMap,
     template: FileId,
     exact: impl FnOnce() -> Option<MarkedMap>,
 ) -> Diagnostic {
-    let start = refusal.range.as_ref().map(|range| range.start);
+    let start = rejection.range.as_ref().map(|range| range.start);
     let hidden = start.filter(|start| !matches!(map.origin(*start), Some(Origin::Literal(..))));
     match hidden.and_then(|start| Some((start, exact()?))) {
         Some((start, exact)) => {
-            let diagnostic = refusal.to_diagnostic(wgsl, &exact.map, template);
+            let diagnostic = rejection.to_diagnostic(wgsl, &exact.map, template);
             exact
                 .trail(start)
                 .take(8)
                 .fold(diagnostic, |diagnostic, span| diagnostic.related(span, "written out here"))
         }
-        None => refusal.to_diagnostic(wgsl, map, template),
+        None => rejection.to_diagnostic(wgsl, map, template),
     }
 }
 

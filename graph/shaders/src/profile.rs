@@ -47,14 +47,14 @@ impl TargetLanguage {
     }
 }
 
-/// What a shader may rely on.
+/// The features and limits that a shader may rely on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TargetProfile {
     /// Its name, as pipelines claim it.
     pub name: String,
     /// The wgpu features.
     pub features: Features,
-    /// What naga's validator lets pass; follows from the features and the downlevel flags.
+    /// The capabilities of naga's validator; they follow from the features and the downlevel flags.
     pub capabilities: Capabilities,
     /// The limits.
     pub limits: Limits,

@@ -32,7 +32,7 @@ pub(crate) struct Rendered {
 /// Renders a template with the values of all its axes.
 ///
 /// # Errors
-/// What is wrong with the template, placed in it.
+/// The error in the template, with its place.
 pub(crate) fn render(
     set: &TemplateSet,
     name: &str,
@@ -156,7 +156,7 @@ impl Object for Context {
     }
 }
 
-/// Where the texts of all templates lie in memory, in the order of their addresses.
+/// The texts of all templates, in the order of their addresses in memory.
 pub(crate) struct Placement<'s>(Vec<Placed<'s>>);
 
 struct Placed<'s> {
@@ -241,7 +241,7 @@ impl<'p> Sink<'p> {
         }))
     }
 
-    /// Where a piece of text comes from.
+    /// The origin of a piece of text.
     fn origin(&mut self, bytes: &[u8]) -> Option<Origin> {
         let Some((at, offset)) = self.placement.locate(bytes) else { return self.origin_of_expression() };
         let template = self.placement.0[at].template;
@@ -251,7 +251,7 @@ impl<'p> Sink<'p> {
         Some(Origin::Literal(template.file, template.prepared.original(offset) as u32))
     }
 
-    /// Who wrote most of the text, with a last piece that does not fit.
+    /// The template that wrote most of the text, with a last piece that does not fit.
     fn find_overflow(&self, origin: Option<Origin>, bytes: usize) -> Option<Overflow> {
         let span = |origin: Origin| match origin {
             Origin::Literal(file, offset) => Span::new(file, offset as usize..offset as usize),
@@ -342,7 +342,7 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
             continue;
         }
         let names = axes.into_iter().flat_map(Axes::names).chain(filters::FUNCTIONS[..3].iter().copied());
-        let mut diagnostic = diagnostic.meant(name, names, Some(Span::new(file, range)), |_| {
+        let mut diagnostic = diagnostic.suggest(name, names, Some(Span::new(file, range)), |_| {
             let stem = root.strip_suffix(".wgsl.jinja").unwrap_or(root);
             format!("declare the axis in {stem}.axes.json, or inherit the template that declares it")
         });

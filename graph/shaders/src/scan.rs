@@ -6,7 +6,8 @@
 //! diagnostics of syntax (which block is open here?). Comments and the tags of `raw` blocks are no tokens; the body of
 //! a `raw` block is literal text.
 //!
-//! Limits: of a template that the engine refuses, what stands behind the place at which the tokenizer stops is not seen.
+//! Limits: of a template that the engine rejects, what stands behind the place at which the tokenizer stops is not
+//! seen.
 
 use std::ops::Range;
 
@@ -14,7 +15,7 @@ use minijinja::machinery::{Token, Tokenizer};
 
 use super::filters;
 
-/// What a tag is.
+/// The kind of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum TagKind {
     /// `{{ .. }}`
@@ -41,7 +42,7 @@ pub(crate) struct Word {
     pub(crate) kind: WordKind,
 }
 
-/// What a word is.
+/// The kind of a word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum WordKind {
     /// A name or a keyword.

@@ -16,7 +16,7 @@ use std::ops::Range;
 use naga::common::wgsl::TypeContext as _;
 use naga::{EntryPoint, Handle, Interpolation, Module, Sampling, ShaderStage, Span, Type, TypeInner};
 
-use super::wgsl_error::{Refusal, Stage};
+use super::wgsl_error::{Rejection, Stage};
 
 /// A variable between stages.
 struct Variable<'a> {
@@ -30,7 +30,7 @@ struct Variable<'a> {
 }
 
 /// Every input of the fragment stage that the vertex stage does not write, or writes otherwise.
-pub(super) fn mismatched(text: &str, module: &Module) -> Vec<Refusal> {
+pub(super) fn mismatched(text: &str, module: &Module) -> Vec<Rejection> {
     let first = |stage: ShaderStage| {
         module.entry_points.iter().filter(|entry| entry.stage == stage).min_by_key(|entry| &entry.name)
     };
@@ -48,7 +48,7 @@ pub(super) fn mismatched(text: &str, module: &Module) -> Vec<Refusal> {
     }
     read.sort_by_key(|input| input.location);
     let pair = Pair { text, module, vertex, fragment };
-    read.iter().filter_map(|input| pair.refusal(input, &written)).collect()
+    read.iter().filter_map(|input| pair.rejection(input, &written)).collect()
 }
 
 fn collect<'a>(
@@ -82,7 +82,7 @@ struct Pair<'a> {
 }
 
 impl Pair<'_> {
-    fn refusal(&self, input: &Variable<'_>, written: &[Variable<'_>]) -> Option<Refusal> {
+    fn rejection(&self, input: &Variable<'_>, written: &[Variable<'_>]) -> Option<Rejection> {
         let Variable { name, location, .. } = input;
         let (vertex, fragment) = (&self.vertex.name, &self.fragment.name);
         // Neither words nor places are worked out for what fits.
@@ -100,7 +100,7 @@ impl Pair<'_> {
                 Some(_) => "give it one location in both stages",
                 None => "write it in the vertex stage too, or do not read it",
             };
-            return Some(self.refuse(
+            return Some(self.reject(
                 input,
                 format!("{}, where \"{vertex}\" writes nothing", reads()),
                 place,
@@ -122,22 +122,22 @@ impl Pair<'_> {
             return None;
         };
         let label = format!("\"{vertex}\" writes it here");
-        Some(self.refuse(input, message, self.place(output, vertex), label, help))
+        Some(self.reject(input, message, self.place(output, vertex), label, help))
     }
 
-    fn refuse(
+    fn reject(
         &self,
         input: &Variable<'_>,
         message: String,
         place: Option<Range<usize>>,
         label: String,
         help: &str,
-    ) -> Refusal {
+    ) -> Rejection {
         let at = self.place(input, &self.fragment.name).map_or(Span::UNDEFINED, Span::from);
-        let mut refusal = Refusal::new(Stage::Interface, message, at);
-        refusal.labels.extend(place.map(|place| (place, label)));
-        refusal.help = Some(help.to_owned());
-        refusal
+        let mut rejection = Rejection::new(Stage::Interface, message, at);
+        rejection.labels.extend(place.map(|place| (place, label)));
+        rejection.help = Some(help.to_owned());
+        rejection
     }
 
     /// Where a variable is declared: as a member of its structure, or as an argument; else its entry point.

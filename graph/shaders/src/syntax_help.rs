@@ -12,7 +12,7 @@ use super::templates::Template;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
-/// What a tag can begin with anywhere.
+/// The statements that are allowed anywhere.
 const STATEMENTS: &[&str] = &[
     "autoescape",
     "block",
@@ -52,7 +52,7 @@ impl Open<'_> {
     }
 }
 
-/// The diagnostic for a template that the engine refused with `detail` at a place.
+/// The diagnostic for a template that the engine rejected with `detail` at a place.
 pub(super) fn diagnostic(template: &Template, detail: &str, place: Option<Range<usize>>) -> Diagnostic {
     let span = |range: Range<usize>| Span::new(template.file, range);
     let error = |range: Range<usize>, message: &str| {
@@ -108,7 +108,7 @@ fn statement(
             return diagnostic
                 .help(format!("no block is open here: remove it, or open one with {{% {opener} %}}"));
         }
-        return diagnostic.meant(name, STATEMENTS.iter().copied(), written, |names| {
+        return diagnostic.suggest(name, STATEMENTS.iter().copied(), written, |names| {
             format!("the statements are {}", names.join(", "))
         });
     };
@@ -122,9 +122,9 @@ fn statement(
     }
     let known = STATEMENTS.iter().chain(&inside).copied();
     match name.starts_with("end") {
-        true => diagnostic.related(opened, "the block").meant(name, inside, written, |_| ends()),
+        true => diagnostic.related(opened, "the block").suggest(name, inside, written, |_| ends()),
         false => diagnostic
-            .meant(name, known, written, |names| format!("the statements here are {}", names.join(", "))),
+            .suggest(name, known, written, |names| format!("the statements here are {}", names.join(", "))),
     }
 }
 

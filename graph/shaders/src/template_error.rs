@@ -59,12 +59,12 @@ pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option
     if let Some(name) = missing(innermost) {
         let written = written(WordKind::Text, name);
         diagnostic = diagnostic
-            .meant(name, set.names(), written, |names| format!("the templates are {}", names.join(", ")));
+            .suggest(name, set.names(), written, |names| format!("the templates are {}", names.join(", ")));
     }
     if let Some((name, known)) = unknown_function(innermost) {
         let written = written(WordKind::Identifier, name);
         diagnostic = diagnostic
-            .meant(name, known.iter().copied(), written, |names| format!("there are {}", names.join(", ")));
+            .suggest(name, known.iter().copied(), written, |names| format!("there are {}", names.join(", ")));
     }
     for (_, span) in placed.iter().rev().skip(1).take(8) {
         diagnostic = diagnostic.related(*span, "included from here");

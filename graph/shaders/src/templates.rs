@@ -191,14 +191,14 @@ impl TemplateSet {
     pub fn unknown(&self, name: &str, place: impl Into<crate::diagnostic::Place>) -> Diagnostic {
         let diagnostic =
             Diagnostic::error(codes::TEMPLATE_UNKNOWN, place, format!("there is no template \"{name}\""));
-        self.meant(diagnostic, name, None)
+        self.suggest(diagnostic, name, None)
     }
 
     /// Adds the template that was meant by a name to a diagnostic at the name; nothing means the template `itself`.
-    fn meant(&self, diagnostic: Diagnostic, name: &str, itself: Option<&str>) -> Diagnostic {
+    fn suggest(&self, diagnostic: Diagnostic, name: &str, itself: Option<&str>) -> Diagnostic {
         let written = diagnostic.span();
         let names = self.names().filter(|name| Some(*name) != itself);
-        diagnostic.meant(name, names, written, |names| match names {
+        diagnostic.suggest(name, names, written, |names| match names {
             [] => "there is no other template".to_owned(),
             names => format!("the templates are {}", names.join(", ")),
         })
@@ -274,7 +274,7 @@ impl TemplateSet {
             } else {
                 let message = format!("there is no template \"{other}\"");
                 let diagnostic = Diagnostic::error(codes::AXES_ORPHAN, *span, message);
-                diagnostics.push(self.meant(diagnostic, other, Some(name)));
+                diagnostics.push(self.suggest(diagnostic, other, Some(name)));
             }
         }
         declaration.resolve(&mut own, &lost, diagnostics);

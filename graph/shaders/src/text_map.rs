@@ -19,7 +19,7 @@ pub(crate) struct Segment {
     pub(crate) origin: Option<Origin>,
 }
 
-/// Where a piece of generated text came from.
+/// The origin of a piece of generated text.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Origin {
     /// Copied byte for byte from this place on.

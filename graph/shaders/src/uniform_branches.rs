@@ -18,7 +18,7 @@ use naga::{
     AddressSpace, Block, Expression, Function, Handle, LocalVariable, Module, ShaderStage, Span, Statement,
 };
 
-use super::wgsl_error::{Refusal, Stage};
+use super::wgsl_error::{Rejection, Stage};
 
 /// What something depends on, as bits.
 type Sources = u8;
@@ -36,7 +36,7 @@ struct Known {
 }
 
 /// The conditions of fragment stages that uniforms alone decide.
-pub(super) fn found(module: &Module) -> Vec<Refusal> {
+pub(super) fn found(module: &Module) -> Vec<Rejection> {
     let mut places: BTreeMap<usize, Span> = BTreeMap::new();
     for entry in module.entry_points.iter().filter(|entry| entry.stage == ShaderStage::Fragment) {
         let mut known: HashMap<Handle<Function>, Known> = module
@@ -71,13 +71,13 @@ pub(super) fn found(module: &Module) -> Vec<Refusal> {
             }
         }
     }
-    let refusal = |span| {
+    let rejection = |span| {
         let message = "uniforms alone decide this branch of a fragment stage";
         let help = "multiply with the value instead, or make it an override: drivers compile the shader once more for \
                     each value of such a uniform";
-        Refusal { help: Some(help.to_owned()), ..Refusal::new(Stage::UniformBranch, message, span) }
+        Rejection { help: Some(help.to_owned()), ..Rejection::new(Stage::UniformBranch, message, span) }
     };
-    places.into_values().map(refusal).collect()
+    places.into_values().map(rejection).collect()
 }
 
 /// A walk through one function.

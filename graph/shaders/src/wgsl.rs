@@ -1,6 +1,6 @@
 //! WGSL to a validated naga module.
 //!
-//! Three steps, each of which can refuse: parse, validate with the capabilities of a profile, and, where the module has
+//! Three steps, each of which can reject: parse, validate with the capabilities of a profile, and, where the module has
 //! pipeline-overridable constants, give them their values and validate again, since backends do the same and naga can
 //! fail only there. naga is not written to be fed with anything: a panic inside it becomes a diagnostic, and it runs on
 //! a thread with a stack of its own, because it descends recursively into nested text.
@@ -16,14 +16,14 @@ use naga::{Module, Span};
 use super::complexity;
 use super::hint;
 use super::reflection::WorkgroupSizes;
-use super::wgsl_error::{self, Refusal, Stage};
+use super::wgsl_error::{self, Rejection, Stage};
 
 /// Stack for parsing and validating nested text.
 pub(crate) const STACK_BYTES: usize = 32 << 20;
 
 /// A validated module.
 #[derive(Debug)]
-pub(crate) struct Checked {
+pub(crate) struct ValidatedModule {
     pub(crate) module: Module,
     pub(crate) info: ModuleInfo,
     pub(crate) workgroup_sizes: WorkgroupSizes,
@@ -32,8 +32,8 @@ pub(crate) struct Checked {
 /// Parses WGSL.
 ///
 /// # Errors
-/// Why naga refuses it.
-pub(crate) fn parse(text: &str) -> Result<Module, Refusal> {
+/// Why naga rejects it.
+pub(crate) fn parse(text: &str) -> Result<Module, Rejection> {
     complexity::check(text)?;
     guarded(|| {
         naga::front::wgsl::parse_str(text)
@@ -44,8 +44,8 @@ pub(crate) fn parse(text: &str) -> Result<Module, Refusal> {
 /// Validates a parsed module.
 ///
 /// # Errors
-/// Why naga refuses it.
-pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, Refusal> {
+/// Why naga rejects it.
+pub(crate) fn validate(module: &Module, capabilities: Capabilities) -> Result<ModuleInfo, Rejection> {
     guarded(|| {
         Validator::new(ValidationFlags::all(), capabilities)
             .validate(module)
@@ -59,12 +59,12 @@ pub(crate) type Resolved<'m> = (Cow<'m, Module>, Cow<'m, ModuleInfo>);
 /// Gives all overrides their values and validates the outcome.
 ///
 /// # Errors
-/// Why naga refuses it.
+/// Why naga rejects it.
 pub(crate) fn resolve_overrides<'m>(
     module: &'m Module,
     info: &'m ModuleInfo,
     constants: &PipelineConstants,
-) -> Result<Resolved<'m>, Refusal> {
+) -> Result<Resolved<'m>, Rejection> {
     if module.overrides.is_empty() {
         return Ok((Cow::Borrowed(module), Cow::Borrowed(info)));
     }
@@ -83,17 +83,17 @@ pub(crate) fn workgroup_sizes(resolved: &Resolved<'_>) -> WorkgroupSizes {
 /// Parses, validates and resolves overrides.
 ///
 /// # Errors
-/// Why naga refuses it.
+/// Why naga rejects it.
 pub(crate) fn check(
     text: &str,
     capabilities: Capabilities,
-    constants: impl Fn(&Module) -> Result<PipelineConstants, Refusal>,
-) -> Result<Checked, Refusal> {
+    constants: impl Fn(&Module) -> Result<PipelineConstants, Rejection>,
+) -> Result<ValidatedModule, Rejection> {
     let module = parse(text)?;
     let constants = constants(&module)?;
     let info = validate(&module, capabilities)?;
     let workgroup_sizes = workgroup_sizes(&resolve_overrides(&module, &info, &constants)?);
-    Ok(Checked { module, info, workgroup_sizes })
+    Ok(ValidatedModule { module, info, workgroup_sizes })
 }
 
 /// Runs `work` on a thread whose stack is deep enough for naga; where no thread can be had, on the stack at hand.
@@ -109,14 +109,14 @@ pub(crate) fn with_stack<T: Send>(work: impl Fn() -> T + Sync) -> T {
     })
 }
 
-pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Refusal>) -> Result<T, Refusal> {
+pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Rejection>) -> Result<T, Rejection> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
         let message = panic
             .downcast_ref::<String>()
             .map(String::as_str)
             .or_else(|| panic.downcast_ref::<&str>().copied())
             .unwrap_or("no message");
-        Err(Refusal::new(Stage::Panic, format!("the shader compiler failed: {message}"), Span::UNDEFINED))
+        Err(Rejection::new(Stage::Panic, format!("the shader compiler failed: {message}"), Span::UNDEFINED))
     })
 }
 
@@ -126,8 +126,8 @@ mod tests {
 
     #[test]
     fn a_defect_of_the_shader_compiler_is_a_diagnostic() {
-        let refusal = guarded(|| -> Result<(), _> { panic!("a handle out of range") }).unwrap_err();
-        assert_eq!(refusal.stage.code().id, "UG0523");
-        assert_eq!(refusal.message, "the shader compiler failed: a handle out of range");
+        let rejection = guarded(|| -> Result<(), _> { panic!("a handle out of range") }).unwrap_err();
+        assert_eq!(rejection.stage.code().id, "UG0523");
+        assert_eq!(rejection.message, "the shader compiler failed: a handle out of range");
     }
 }

@@ -1,4 +1,4 @@
-//! Why naga refuses a text, as a diagnostic in the template.
+//! Why naga rejects a text, as a diagnostic in the template.
 //!
 //! naga's errors carry several spans and a chain of causes. The last cause says what is wrong; the first says where in
 //! the module. Of the spans, the first is the place for parse errors; validation errors list the enclosing function first,
@@ -19,7 +19,7 @@ use super::text_map::TextMap;
 use crate::diagnostic::{AxisValues, Code, Diagnostic, Place};
 use crate::source::{self, FileId};
 
-/// At which step a text was refused.
+/// At which step a text was rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub(crate) enum Stage {
     Size,
@@ -47,17 +47,17 @@ impl Stage {
             Stage::Interface => codes::STAGES_MISMATCH,
             Stage::UniformBranch => codes::UNIFORM_BRANCH,
             Stage::Limit => codes::LIMIT_EXCEEDED,
-            Stage::Backend => codes::BACKEND_REFUSES,
-            Stage::External => codes::EXTERNAL_REFUSES,
+            Stage::Backend => codes::BACKEND_REJECTS,
+            Stage::External => codes::EXTERNAL_REJECTS,
             Stage::ExternalTimeout => codes::EXTERNAL_TIMEOUT,
             Stage::Panic => codes::WGSL_COMPILER,
         }
     }
 }
 
-/// Why a text was refused, in terms of that text.
+/// Why a text was rejected, in terms of that text.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Refusal {
+pub(crate) struct Rejection {
     pub(crate) stage: Stage,
     pub(crate) message: String,
     /// Where, as bytes of the generated text.
@@ -79,7 +79,7 @@ pub(crate) struct Excess {
     pub(crate) found: u64,
 }
 
-impl Refusal {
+impl Rejection {
     pub(crate) fn new(stage: Stage, message: impl Into<String>, span: Span) -> Self {
         Self {
             stage,
@@ -96,7 +96,7 @@ impl Refusal {
     pub(crate) fn to_diagnostic(&self, text: &str, map: &TextMap, template: FileId) -> Diagnostic {
         let span = self.range.clone().and_then(|range| map.span(range));
         let span = span.unwrap_or(source::Span::new(template, 0..0));
-        // What is refused is an error; a branch that is slow on some drivers is not refused.
+        // What is rejected is an error; a branch that is slow on some drivers is not rejected.
         let make = if self.stage == Stage::UniformBranch { Diagnostic::warning } else { Diagnostic::error };
         let mut diagnostic = make(self.stage.code(), span, self.message.clone());
         for (range, label) in &self.labels {
@@ -123,7 +123,7 @@ pub(crate) fn generated_line(text: &str, offset: usize) -> String {
     format!("generated line {number}: {line}")
 }
 
-pub(crate) fn parse(text: &str, error: &ParseError) -> Refusal {
+pub(crate) fn parse(text: &str, error: &ParseError) -> Rejection {
     let mut labels: Vec<(Range<usize>, String)> =
         error.labels().filter_map(|(span, label)| Some((span.to_range()?, label.to_owned()))).collect();
     let notes: Vec<&str> = error.notes().collect();
@@ -140,7 +140,7 @@ pub(crate) fn parse(text: &str, error: &ParseError) -> Refusal {
     let range =
         if message.starts_with("expected `;`") { range.map(|range| end_before(text, range)) } else { range };
     let help = (!notes.is_empty()).then(|| one_line(&notes.join("; ")));
-    Refusal { range, labels, help, ..Refusal::new(Stage::Parsing, message, Span::UNDEFINED) }
+    Rejection { range, labels, help, ..Rejection::new(Stage::Parsing, message, Span::UNDEFINED) }
 }
 
 /// What is missing before a range belongs to the end of the text before it, not to the next line.
@@ -161,7 +161,7 @@ fn end_before(text: &str, range: Range<usize>) -> Range<usize> {
     }
 }
 
-pub(crate) fn validation(stage: Stage, module: &Module, error: &WithSpan<ValidationError>) -> Refusal {
+pub(crate) fn validation(stage: Stage, module: &Module, error: &WithSpan<ValidationError>) -> Rejection {
     let mut cause = error.as_inner().to_string();
     let mut next = error.as_inner().source();
     while let Some(source) = next {
@@ -188,7 +188,7 @@ pub(crate) fn validation(stage: Stage, module: &Module, error: &WithSpan<Validat
         ValidationError::Type { handle, .. } => use_of_type(module, *handle),
         _ => None,
     });
-    Refusal { range, ..Refusal::new(stage, format!("{cause}{context}"), Span::UNDEFINED) }
+    Rejection { range, ..Rejection::new(stage, format!("{cause}{context}"), Span::UNDEFINED) }
 }
 
 /// Types that are written in place (textures, samplers) have no span; the first variable of the type has.
@@ -197,14 +197,14 @@ fn use_of_type(module: &Module, ty: Handle<Type>) -> Option<Range<usize>> {
     module.global_variables.get_span(handle).to_range()
 }
 
-pub(crate) fn overrides(module: &Module, error: &PipelineConstantError) -> Refusal {
+pub(crate) fn overrides(module: &Module, error: &PipelineConstantError) -> Rejection {
     match error {
         PipelineConstantError::ValidationError(error) => {
-            let refusal = validation(Stage::Overrides, module, error);
+            let rejection = validation(Stage::Overrides, module, error);
             let help = "with its overrides set the module fails though it is valid: a local `let` of a constant vector \
                         has to be a `const`";
-            let help = refusal.message.contains("already in scope").then(|| help.to_owned());
-            Refusal { help, ..refusal }
+            let help = rejection.message.contains("already in scope").then(|| help.to_owned());
+            Rejection { help, ..rejection }
         }
         PipelineConstantError::MissingValue(name) => {
             let mut overrides = module.overrides.iter();
@@ -212,9 +212,9 @@ pub(crate) fn overrides(module: &Module, error: &PipelineConstantError) -> Refus
             let span = found.map(|(handle, _)| module.overrides.get_span(handle)).unwrap_or_default();
             let message =
                 format!("the override \"{name}\" has no value: it has no initializer and is no axis");
-            Refusal::new(Stage::Overrides, message, span)
+            Rejection::new(Stage::Overrides, message, span)
         }
-        error => Refusal::new(Stage::Overrides, one_line(&error.to_string()), Span::UNDEFINED),
+        error => Rejection::new(Stage::Overrides, one_line(&error.to_string()), Span::UNDEFINED),
     }
 }
 

@@ -6,7 +6,7 @@
 //! and nothing else in the engine counts newlines.
 //!
 //! Limits: a file has at most 4 GiB (offsets are `u32`); [`Sources::add`] never fails, and the loaders that call it
-//! refuse larger texts first ([`MAX_FILE_BYTES`]).
+//! reject larger texts first ([`MAX_FILE_BYTES`]).
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -44,7 +44,7 @@ impl Span {
         Self { file: self.file, start: at(range.start), end: at(range.end) }
     }
 
-    /// Where `range` of `text` stands, if this span is that text in quotes; nowhere if it has escapes there.
+    /// The place of a `range` of `text`, if this span is that text in quotes; `None` if it has escapes there.
     pub fn of_quoted(self, text: &str, range: Range<usize>) -> Option<Self> {
         let is_verbatim = self.range().len() == text.len() + 2 && range.end <= text.len();
         is_verbatim.then(|| self.inside(range.start + 1..range.end + 1))

@@ -114,7 +114,7 @@ fn check<'p>(plan: &'p Plan, capture: &Capture) -> Result<&'p PlannedResource, D
         }
         let message = format!("there is no resource \"{name}\" to capture");
         let diagnostic = Diagnostic::error(codes::CAPTURE, Place::Nowhere, message);
-        return Err(diagnostic.meant(name, textures(), None, |known| {
+        return Err(diagnostic.suggest(name, textures(), None, |known| {
             format!("the textures are {}", list_of(known.iter().copied()))
         }));
     };

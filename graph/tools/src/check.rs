@@ -8,13 +8,13 @@ use crate::compose::{self, read_source};
 use crate::diagnostic::Diagnostics;
 use crate::document::{self, Document};
 use crate::node::Registry;
-use crate::pipeline::{self, Choice, Pipeline};
+use crate::pipeline::{self, Overrides, Pipeline};
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::{FileId, Sources};
 
-/// What a pipeline text came to, as far as its diagnostics let it.
+/// The results of checking a pipeline, as far as its diagnostics allow.
 #[derive(Clone, Debug, Default)]
-pub struct Checked {
+pub struct CheckReport {
     /// The pipeline.
     pub pipeline: Option<Arc<Pipeline>>,
     /// The graph.
@@ -23,7 +23,7 @@ pub struct Checked {
     pub plan: Option<Plan>,
 }
 
-impl Checked {
+impl CheckReport {
     /// Plans the same pipeline with other options: another viewport, or sizes that blackboard data wants
     /// ([`PlanOptions::data_sizes`]). Where nothing but sizes changes, the rest of the plan is taken over
     /// ([`Plan::resized`]).
@@ -40,31 +40,36 @@ impl Checked {
     }
 }
 
-/// What a pipeline is checked with.
+/// The options of a check.
 #[derive(Clone, Copy, Debug)]
-pub struct Job<'a> {
+pub struct CheckOptions<'a> {
     /// The node kinds that passes can name.
     pub registry: &'a Registry,
     /// The templates.
     pub templates: &'a Arc<TemplateSet>,
-    /// What shaders and sizes may rely on.
+    /// The target profile.
     pub profile: &'a TargetProfile,
     /// Values of parameters and features.
-    pub choice: &'a Choice,
+    pub overrides: &'a Overrides,
     /// The viewport and the host's textures.
-    pub options: &'a PlanOptions,
+    pub plan: &'a PlanOptions,
 }
 
 /// Takes a registered text, which stands alone, all the way to a plan. Every diagnostic goes to `diagnostics`.
-pub fn check(file: FileId, job: &Job<'_>, sources: &Sources, diagnostics: &mut Diagnostics) -> Checked {
+pub fn check(
+    file: FileId,
+    options: &CheckOptions<'_>,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+) -> CheckReport {
     match document::parse(sources, file) {
         Ok(mut document) => {
             compose::share(&mut document, diagnostics);
-            check_document(&document, job, sources, diagnostics)
+            check_document(&document, options, sources, diagnostics)
         }
         Err(own_diagnostics) => {
             diagnostics.extend(own_diagnostics);
-            Checked::default()
+            CheckReport::default()
         }
     }
 }
@@ -74,45 +79,45 @@ pub fn check(file: FileId, job: &Job<'_>, sources: &Sources, diagnostics: &mut D
 /// not on a disk: [`crate::compose::compose`], then [`check_document`].
 pub fn check_path(
     path: &Path,
-    job: &Job<'_>,
+    options: &CheckOptions<'_>,
     sources: &mut Sources,
     diagnostics: &mut Diagnostics,
-) -> Checked {
+) -> CheckReport {
     let file = match read_source(path, sources) {
         Ok(file) => file,
         Err(diagnostic) => {
             diagnostics.push(diagnostic);
-            return Checked::default();
+            return CheckReport::default();
         }
     };
     compose::compose(file, path, &mut compose::Disk(compose::Roots::of(path)), sources, diagnostics)
-        .map(|composed| check_document(&composed.document, job, sources, diagnostics))
+        .map(|composed| check_document(&composed.document, options, sources, diagnostics))
         .unwrap_or_default()
 }
 
 /// Takes a document, perhaps composed of several files, all the way to a plan. Every diagnostic goes to `diagnostics`.
 pub fn check_document(
     document: &Document,
-    job: &Job<'_>,
+    options: &CheckOptions<'_>,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
-) -> Checked {
+) -> CheckReport {
     let mut own = Diagnostics::new();
-    let checked = check_own(document, job, sources, &mut own);
+    let checked = check_own(document, options, sources, &mut own);
     diagnostics.extend(pipeline::as_written(document, compose::with_users(document, own)));
     checked
 }
 
 fn check_own(
     document: &Document,
-    job: &Job<'_>,
+    options: &CheckOptions<'_>,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
-) -> Checked {
-    let mut checked = Checked::default();
-    let Job { registry, templates, profile, choice, options } = job;
+) -> CheckReport {
+    let mut checked = CheckReport::default();
+    let CheckOptions { registry, templates, profile, overrides, plan: options } = options;
     let Some(mut pipeline) =
-        pipeline::load(document, registry, templates, profile, choice, sources, diagnostics)
+        pipeline::load(document, registry, templates, profile, overrides, sources, diagnostics)
     else {
         return checked;
     };

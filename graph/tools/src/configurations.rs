@@ -21,13 +21,13 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use crate::check::Job;
+use crate::check::CheckOptions;
 use crate::cover::{Cover, MAX_PAIRED, Rules, picks};
 use crate::dependence;
 use crate::diagnostic::{AxisValue, Count, Diagnostics};
 use crate::document::{Document, Value};
 use crate::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperator};
-use crate::pipeline::{Choice, Modules, Pipeline, Setting, axis_value, inlined, load_sharing, of_preset};
+use crate::pipeline::{Modules, Overrides, Pipeline, Setting, axis_value, inlined, load_sharing, of_preset};
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::Sources;
 use crate::varied::{FEW_VALUES, Mention, Varied, defaults, features, mentions_of, parse, varied};
@@ -50,7 +50,7 @@ const MAX_VALUES: usize = 256;
 #[derive(Clone, Debug)]
 pub struct Configuration {
     /// The values, with those that the caller gives.
-    pub choice: Choice,
+    pub overrides: Overrides,
     /// The preset that it is.
     pub preset: Option<String>,
     /// The index of each setting's value; 0 is the default, or what the caller gives.
@@ -65,9 +65,9 @@ pub struct Configurations {
     pub list: Vec<Configuration>,
     /// How many there are, presets not counted.
     pub number: Count,
-    /// How much of them the list holds.
+    /// The cover of the list.
     pub cover: Cover,
-    /// Whether there is no configuration of which these do not show everything.
+    /// Whether the list shows every state of every configuration.
     pub(super) exact: bool,
     /// Axes that can have values which no configuration here gives them.
     pub(super) free: Vec<FreeAxis>,
@@ -88,13 +88,13 @@ pub(super) struct FreeAxis {
 
 impl Configurations {
     /// The caller's configuration alone.
-    pub fn one(base: &Choice) -> Self {
-        let only = Configuration { choice: base.clone(), preset: None, pick: Vec::new() };
+    pub fn one(base: &Overrides) -> Self {
+        let only = Configuration { overrides: base.clone(), preset: None, pick: Vec::new() };
         Self { list: vec![only], number: Count { number: 1, exact: true }, ..Self::default() }
     }
 
     /// Those that the features of a document can reach on a profile where the caller gives the values `base`.
-    pub fn of_features(document: &Document, base: &Choice, profile: &TargetProfile) -> Self {
+    pub fn of_features(document: &Document, base: &Overrides, profile: &TargetProfile) -> Self {
         let varied = features(document, base, profile);
         let rules = Rules::new(&varied);
         let (picks, cover) = picks(&rules, MAX);
@@ -138,10 +138,10 @@ impl Configurations {
                 is_sampled,
             );
         }
-        let mut found = Self::of(written, &Choice::default(), varied, picks, cover);
+        let mut found = Self::of(written, &Overrides::default(), varied, picks, cover);
         found.number.exact &= exact;
         if !exact {
-            found.list.extend(presets(written, &Choice::default()));
+            found.list.extend(presets(written, &Overrides::default()));
         }
         Self { exact, free, ..found }
     }
@@ -158,18 +158,18 @@ impl Configurations {
     pub(super) fn load(
         &self,
         document: &Document,
-        job: &Job<'_>,
+        options: &CheckOptions<'_>,
         sources: &Sources,
         modules: &mut Modules,
-        mut each: impl FnMut(usize, &Choice, Pipeline, Diagnostics, &mut Modules),
+        mut each: impl FnMut(usize, &Overrides, Pipeline, Diagnostics, &mut Modules),
     ) -> Result<(), Diagnostics> {
-        let Job { registry, templates, profile, .. } = job;
-        for (at, Configuration { choice, .. }) in self.list.iter().enumerate() {
+        let CheckOptions { registry, templates, profile, .. } = options;
+        for (at, Configuration { overrides, .. }) in self.list.iter().enumerate() {
             let mut own = Diagnostics::new();
             let loaded =
-                load_sharing(document, registry, templates, profile, choice, sources, &mut own, modules);
+                load_sharing(document, registry, templates, profile, overrides, sources, &mut own, modules);
             match loaded {
-                Some(pipeline) => each(at, choice, pipeline, own, modules),
+                Some(pipeline) => each(at, overrides, pipeline, own, modules),
                 None => return Err(own),
             }
         }
@@ -178,13 +178,13 @@ impl Configurations {
 
     fn of(
         document: &Document,
-        base: &Choice,
+        base: &Overrides,
         varied: Vec<Varied>,
         picks: Vec<Vec<usize>>,
         cover: Cover,
     ) -> Self {
         let configuration = |pick: Vec<usize>| Configuration {
-            choice: base.clone().under(choice(&varied, &pick)),
+            overrides: base.clone().under(overrides(&varied, &pick)),
             preset: None,
             pick,
         };
@@ -249,7 +249,7 @@ impl Configurations {
 }
 
 /// The configuration of each preset that gives values.
-fn presets(document: &Document, base: &Choice) -> Vec<Configuration> {
+fn presets(document: &Document, base: &Overrides) -> Vec<Configuration> {
     let presets = document.root.get("presets").and_then(Value::entries).unwrap_or_default();
     let values = presets
         .iter()
@@ -257,7 +257,7 @@ fn presets(document: &Document, base: &Choice) -> Vec<Configuration> {
     values
         .filter(|(_, values)| !values.parameters.is_empty() || !values.features.is_empty())
         .map(|(preset, values)| Configuration {
-            choice: values.under(base.clone()),
+            overrides: values.under(base.clone()),
             preset: Some(preset.key.clone()),
             pick: Vec::new(),
         })
@@ -457,17 +457,17 @@ fn combination(varied: &[Varied], group: &BTreeSet<usize>, number: usize) -> Vec
 }
 
 /// The values of a pick that are no defaults.
-fn choice(varied: &[Varied], pick: &[usize]) -> Choice {
-    let mut choice = Choice::default();
+fn overrides(varied: &[Varied], pick: &[usize]) -> Overrides {
+    let mut overrides = Overrides::default();
     for (each, at) in varied.iter().zip(pick).filter(|(_, at)| **at > 0) {
         let Some(value) = each.values.get(*at) else { continue };
         let setting = Setting { name: each.name.clone(), value: value.clone(), place: value.span };
         match each.feature {
-            Some(_) => choice.features.push(setting),
-            None => choice.parameters.push(setting),
+            Some(_) => overrides.features.push(setting),
+            None => overrides.parameters.push(setting),
         }
     }
-    choice
+    overrides
 }
 
 #[cfg(test)]
@@ -497,7 +497,7 @@ mod tests {
         let mut sources = Sources::new();
         let file = sources.add("t", format!("{{ \"features\": {{ {features} }} }}"));
         let document = crate::document::parse(&sources, file).unwrap();
-        Configurations::of_features(&document, &Choice::default(), &TargetProfile::webgpu())
+        Configurations::of_features(&document, &Overrides::default(), &TargetProfile::webgpu())
     }
 
     fn switches(count: usize) -> String {

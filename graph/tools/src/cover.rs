@@ -23,7 +23,7 @@ const MAX_CHANGES: usize = 512;
 /// The maximum number of steps of one search for values that fit together.
 const MAX_STEPS: usize = 1 << 16;
 
-/// How much of the configurations a list holds.
+/// The cover of the configurations by a list.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Cover {
     /// All of them.
@@ -37,7 +37,7 @@ pub enum Cover {
     Some,
 }
 
-/// What features demand of one another, by their positions.
+/// The rules between features, by their positions.
 pub(super) struct Rules {
     /// Whether each value of each feature means that it is on.
     on: Vec<Vec<bool>>,

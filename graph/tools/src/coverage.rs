@@ -6,7 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use crate::check::{Checked, Job};
+use crate::check::{CheckOptions, CheckReport};
 use crate::compiler;
 use crate::compose::with_users;
 use crate::configurations::Configurations;
@@ -18,35 +18,39 @@ use crate::source::Sources;
 use crate::unused::unused;
 use crate::verify::verify;
 
-/// What the configurations of a pipeline came to.
+/// The results of checking the configurations of a pipeline.
 #[derive(Clone, Debug, Default)]
 pub struct Coverage {
     /// The first configuration.
-    pub first: Checked,
+    pub first: CheckReport,
     /// The shader variants of all, as template and values.
     pub variants: BTreeSet<(String, AxisValues)>,
-    /// What a second algorithm has against plans, where it was asked: defects of the compiler.
+    /// The violations that the verifier found in plans, where it ran: defects of the compiler.
     pub violations: Vec<String>,
 }
 
 /// Takes a document all the way to a plan in each configuration. Every diagnostic goes to `diagnostics`, once. The
-/// values are those of the configurations; `job.choice` is not looked at. With `verified` each plan is checked by a
-/// second algorithm.
+/// values are those of the configurations; `check_options.overrides` is not looked at. With `verified` each plan is
+/// checked by a second algorithm.
 pub fn check_configurations(
     document: &Document,
-    job: &Job<'_>,
+    check_options: &CheckOptions<'_>,
     configurations: &Configurations,
     verified: bool,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Coverage {
-    let Job { templates, options, .. } = job;
+    let CheckOptions { templates, plan: options, .. } = check_options;
     let mut coverage = Coverage::default();
     let mut modules = Modules::default();
     let mut found = Found::default();
     let mut violations: BTreeMap<String, Vec<usize>> = BTreeMap::new();
-    let checked =
-        configurations.load(document, job, sources, &mut modules, |at, _, mut pipeline, mut own, _| {
+    let checked = configurations.load(
+        document,
+        check_options,
+        sources,
+        &mut modules,
+        |at, _, mut pipeline, mut own, _| {
             compiler::set_aside(&mut pipeline, options, sources, &mut own);
             let pipeline = Arc::new(pipeline);
             for program in &pipeline.programs {
@@ -66,9 +70,10 @@ pub fn check_configurations(
             }
             found.add(as_written(document, with_users(document, own)), at);
             if at == 0 {
-                coverage.first = Checked { pipeline: Some(pipeline), graph, plan };
+                coverage.first = CheckReport { pipeline: Some(pipeline), graph, plan };
             }
-        });
+        },
+    );
     if let Err(own_diagnostics) = checked {
         diagnostics.extend(as_written(document, with_users(document, own_diagnostics)));
         return coverage;

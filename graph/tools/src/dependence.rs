@@ -21,7 +21,7 @@ use crate::shader::{Axes, TemplateSet};
 struct Node<'a> {
     texts: Vec<&'a str>,
     own: BTreeSet<usize>,
-    /// Whether what it depends on is what refers to it depends on as well.
+    /// Whether its dependencies are also those of the texts that refer to it.
     transparent: bool,
 }
 

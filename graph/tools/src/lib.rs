@@ -35,7 +35,7 @@ pub mod verify;
 pub mod why;
 mod witness;
 
-pub use check::{Checked, Job, check, check_document, check_path};
+pub use check::{CheckOptions, CheckReport, check, check_document, check_path};
 pub use configurations::{Configuration, Configurations, MAX as MAX_CONFIGURATIONS};
 pub use cover::Cover;
 pub use coverage::{Coverage, check_configurations};

@@ -19,7 +19,7 @@ use crate::source::Sources;
 use crate::verify::verify;
 use crate::work::{LoadOperation, PassHandle, ResourceHandle};
 
-/// What a random pass does: resources by number, each modulo what there is.
+/// The description of a random pass: resources by number, each modulo their count.
 #[derive(Clone, Debug)]
 struct RandomPass {
     reads: Vec<usize>,

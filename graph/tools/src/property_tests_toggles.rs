@@ -28,7 +28,7 @@ const BEGINNINGS: [&[Option<IndexRange<u32>>]; 4] = [
     ],
 ];
 
-/// What a random pass does: resources by number, each modulo what there is.
+/// The description of a random pass: resources by number, each modulo their count.
 #[derive(Clone, Debug)]
 struct RandomPass {
     reads: Vec<usize>,

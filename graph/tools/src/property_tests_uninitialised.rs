@@ -218,11 +218,11 @@ fn check(kind: Kind, writers: &[RandomAccess], readers: &[RandomAccess]) -> Resu
     for (at, reader) in readers.iter().enumerate() {
         let name = format!("r{at}");
         let (missing, there) = uninitialised_and_written(kind, writers, reader);
-        let refused = missing > 0 && (reader.is_live || there == 0);
+        let rejected = missing > 0 && (reader.is_live || there == 0);
         // Slices that a mip does not have may hide that nothing at all is there.
         let is_hidden = kind == Kind::Volume && there == 0 && !reader.is_live;
         if !taken_away.contains(&name) && !is_hidden {
-            prop_assert_eq!(uninitialised.contains(&name), refused, "{} of {:#?}", name, diagnostics);
+            prop_assert_eq!(uninitialised.contains(&name), rejected, "{} of {:#?}", name, diagnostics);
         }
     }
     if let Some(planned) = planned.filter(|_| !diagnostics.has_errors()) {
@@ -260,7 +260,7 @@ proptest! {
     #![proptest_config(property::config(512))]
 
     #[test]
-    fn just_the_reads_of_pieces_that_nothing_writes_are_refused_and_violations(
+    fn just_the_reads_of_pieces_that_nothing_writes_are_rejected_and_violations(
         kind in kind(), writers in accesses(0..8), readers in accesses(1..4)
     ) {
         check(kind, &writers, &readers)?;

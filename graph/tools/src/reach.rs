@@ -7,11 +7,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::configurations::{Configurations, FreeAxis, cannot_hold};
-use crate::check::Job;
+use crate::check::CheckOptions;
 use crate::compose::with_users;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, Severity, codes};
 use crate::document::{self, Document};
-use crate::pipeline::{Absent, Choice, Modules, lacking};
+use crate::pipeline::{Absent, Modules, Overrides, lacking};
 use crate::shader::permutations::Count;
 use crate::shader::{self, AxisValue, AxisValues};
 use crate::source::{Sources, Span};
@@ -19,7 +19,7 @@ use crate::source::{Sources, Span};
 /// Values that axes can have together: each value of one with each of the others.
 pub type AxisProduct = BTreeMap<String, Vec<AxisValue>>;
 
-/// What the configurations reach.
+/// The programs and variants that the configurations reach.
 #[derive(Clone, Debug, Default)]
 pub struct Reached {
     /// The programs, in the order of the first pass that wants each.
@@ -30,7 +30,7 @@ pub struct Reached {
     /// How many of them were loaded: all, or as many as show every pass in all its states.
     pub loaded: usize,
     /// The number of loaded ones in which values of parameters do not go together, so that nobody can use them.
-    pub refused: usize,
+    pub rejected: usize,
 }
 
 /// A program with the variants that configurations reach.
@@ -45,17 +45,17 @@ pub struct ReachedProgram {
     /// Axes that have these values together with any others, whether or not a configuration gives them together, since
     /// what they depend on has too many values to try each; with the expression that yields them.
     pub assumed: BTreeMap<String, String>,
-    /// Where the first pass names the template.
+    /// The place where the first pass names the template.
     pub place: Span,
 }
 
-/// Which configurations count.
+/// The configurations to consider.
 #[derive(Clone, Copy, Debug)]
 pub enum Configured<'a> {
     /// Every one that can differ in shaders or passes.
     All,
     /// One.
-    One(&'a Choice),
+    One(&'a Overrides),
 }
 
 /// Loads the configurations of a document one after the other.
@@ -63,83 +63,85 @@ pub enum Configured<'a> {
 /// Diagnostics of shaders themselves are left to the proof of all variants ([`crate::shader::permutations`]); each
 /// other diagnostic is reported once, with the settings that show it.
 ///
-/// A node kind or an expression can refuse values that are each within their range: four levels with three distances.
+/// A node kind or an expression can reject values that are each within their range: four levels with three distances.
 /// Where only features are switched that is an error, since features can say what they require and exclude. Where a
 /// parameter is involved it is a note: whoever chooses such values is told so then, and no shader is reached; these
 /// configurations are counted apart.
 pub fn reach(
     document: &Document,
-    job: &Job<'_>,
+    options: &CheckOptions<'_>,
     configured: Configured<'_>,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Reached {
     let configurations = match configured {
-        Configured::All => Configurations::all(document, job.templates, job.profile),
-        Configured::One(choice) => Configurations::one(choice),
+        Configured::All => Configurations::all(document, options.templates, options.profile),
+        Configured::One(overrides) => Configurations::one(overrides),
     };
     let mut modules = Modules::proven_elsewhere();
     let mut known = BTreeSet::new();
-    let mut refused = Refused::default();
+    let mut rejected = Rejected::default();
     let mut present = BTreeSet::new();
     let mut wanted = 0;
-    let loaded = configurations.load(document, job, sources, &mut modules, |at, choice, _, own, modules| {
-        let mut here = std::mem::take(&mut modules.present);
-        let key =
-            |diagnostic: &Diagnostic| (diagnostic.code, diagnostic.place.clone(), diagnostic.message.clone());
-        // What is known already is no matter of these values.
-        let own = with_users(document, own);
-        let new: Vec<Diagnostic> =
-            own.into_iter().filter(|diagnostic| !known.contains(&key(diagnostic))).collect();
-        let do_not_fit = new.iter().any(is_about_values);
-        if do_not_fit {
-            modules.wanted.truncate(wanted);
-        }
-        wanted = modules.wanted.len();
-        // The first is the default, or what the caller asked for: that has to work.
-        if do_not_fit && at > 0 && !choice.parameters.is_empty() {
-            refused.add(new, choice);
-            return;
-        }
-        present.append(&mut here);
-        for mut diagnostic in new {
-            if known.insert(key(&diagnostic)) {
-                if let (Configured::All, Some(settings)) = (configured, describe(choice)) {
-                    diagnostic = diagnostic.related(Place::Nowhere, format!("with {settings}"));
-                }
-                diagnostics.push(diagnostic);
+    let loaded =
+        configurations.load(document, options, sources, &mut modules, |at, overrides, _, own, modules| {
+            let mut here = std::mem::take(&mut modules.present);
+            let key = |diagnostic: &Diagnostic| {
+                (diagnostic.code, diagnostic.place.clone(), diagnostic.message.clone())
+            };
+            // What is known already is no matter of these values.
+            let own = with_users(document, own);
+            let new: Vec<Diagnostic> =
+                own.into_iter().filter(|diagnostic| !known.contains(&key(diagnostic))).collect();
+            let do_not_fit = new.iter().any(is_about_values);
+            if do_not_fit {
+                modules.wanted.truncate(wanted);
             }
-        }
-    });
+            wanted = modules.wanted.len();
+            // The first is the default, or what the caller asked for: that has to work.
+            if do_not_fit && at > 0 && !overrides.parameters.is_empty() {
+                rejected.add(new, overrides);
+                return;
+            }
+            present.append(&mut here);
+            for mut diagnostic in new {
+                if known.insert(key(&diagnostic)) {
+                    if let (Configured::All, Some(settings)) = (configured, describe(overrides)) {
+                        diagnostic = diagnostic.related(Place::Nowhere, format!("with {settings}"));
+                    }
+                    diagnostics.push(diagnostic);
+                }
+            }
+        });
     if let Err(own_diagnostics) = loaded {
         diagnostics.extend(with_users(document, own_diagnostics));
         return Reached::default();
     }
     modules.absent.retain(|entry, _| !present.contains(entry));
     if matches!(configured, Configured::All) {
-        diagnostics.extend(unproven(document, job, &modules, configurations.exact));
+        diagnostics.extend(unproven(document, options, &modules, configurations.exact));
     }
-    let programs = programs(job, &modules, &configurations.free, configurations.is_sampled());
-    let number_refused = refused.configurations;
-    diagnostics.extend(refused.notes());
+    let programs = programs(options, &modules, &configurations.free, configurations.is_sampled());
+    let number_rejected = rejected.configurations;
+    diagnostics.extend(rejected.notes());
     let (number, loaded) = (configurations.number, configurations.list.len());
-    Reached { programs, configurations: number, loaded, refused: number_refused }
+    Reached { programs, configurations: number, loaded, rejected: number_rejected }
 }
 
 /// The diagnostics about passes that no configuration has. Where it is shown that there is none, the pass is of no use;
 /// else it may be there for somebody, and nothing of it is proven.
 fn unproven<'a>(
     document: &'a Document,
-    job: &'a Job<'_>,
+    options: &'a CheckOptions<'_>,
     modules: &'a Modules,
     exact: bool,
 ) -> impl Iterator<Item = Diagnostic> + 'a {
     let features = document.root.get("features").and_then(document::Value::entries).unwrap_or_default();
     // What one profile has no room for, another may have.
-    let is_less = features.iter().any(|entry| lacking(entry, features, job.profile).is_some());
+    let is_less = features.iter().any(|entry| lacking(entry, features, options.profile).is_some());
     modules.absent.values().filter_map(move |absent| {
         let Absent { name, decided_by, is_top, pointer } = absent;
-        let never = exact || *is_top && cannot_hold(document, job.templates, job.profile, pointer);
+        let never = exact || *is_top && cannot_hold(document, options.templates, options.profile, pointer);
         let code = shader::codes::PASS_UNPROVEN;
         let diagnostic = if never {
             let message = format!("no configuration has the pass \"{name}\"");
@@ -160,17 +162,17 @@ fn unproven<'a>(
 
 /// Configurations whose values do not go together: what is said of each place, and how often.
 #[derive(Default)]
-struct Refused {
+struct Rejected {
     configurations: usize,
     found: BTreeMap<(&'static str, Place), (Diagnostic, usize)>,
 }
 
-impl Refused {
-    fn add(&mut self, diagnostics: Vec<Diagnostic>, choice: &Choice) {
+impl Rejected {
+    fn add(&mut self, diagnostics: Vec<Diagnostic>, overrides: &Overrides) {
         self.configurations += 1;
         for diagnostic in diagnostics.into_iter().filter(is_about_values) {
             let key = (diagnostic.code.id, diagnostic.place.clone());
-            let with = || match describe(choice) {
+            let with = || match describe(overrides) {
                 Some(settings) => diagnostic.related(Place::Nowhere, format!("with {settings}")),
                 None => diagnostic,
             };
@@ -207,18 +209,23 @@ fn is_about_values(diagnostic: &Diagnostic) -> bool {
     diagnostic.severity == Severity::Error && (!of_engine || of_values.iter().any(|code| code.id == id))
 }
 
-fn describe(choice: &Choice) -> Option<String> {
-    let settings: Vec<String> = choice
+fn describe(overrides: &Overrides) -> Option<String> {
+    let settings: Vec<String> = overrides
         .features
         .iter()
-        .chain(&choice.parameters)
+        .chain(&overrides.parameters)
         .map(|setting| format!("{}={}", setting.name, setting.value.to_json()))
         .collect();
     (!settings.is_empty()).then(|| settings.join(", "))
 }
 
 /// The programs that loads asked for; `spread` combines all values, where configurations were left out.
-fn programs(job: &Job<'_>, modules: &Modules, free: &[FreeAxis], spread: bool) -> Vec<ReachedProgram> {
+fn programs(
+    options: &CheckOptions<'_>,
+    modules: &Modules,
+    free: &[FreeAxis],
+    spread: bool,
+) -> Vec<ReachedProgram> {
     let mut order: Vec<(&str, &str)> = Vec::new();
     let mut reached: BTreeMap<(&str, &str), (BTreeSet<AxisValues>, Span)> = BTreeMap::new();
     for wanted in &modules.wanted {
@@ -229,7 +236,7 @@ fn programs(job: &Job<'_>, modules: &Modules, free: &[FreeAxis], spread: bool) -
         });
         for values in wanted.chosen.variants() {
             // What breaks a constraint has its diagnostic from the load.
-            if let Ok(mut values) = shader::complete(job.templates, &wanted.chosen.template, &values) {
+            if let Ok(mut values) = shader::complete(options.templates, &wanted.chosen.template, &values) {
                 values.retain(|name, _| !free_in(free, &wanted.pass).any(|axis| axis.name == *name));
                 entry.0.insert(values);
             }
@@ -244,7 +251,7 @@ fn programs(job: &Job<'_>, modules: &Modules, free: &[FreeAxis], spread: bool) -
         let free: Vec<&FreeAxis> = free_in(free, key.0).collect();
         let mut products = products(&variants, spread);
         let mut assumed = BTreeMap::new();
-        for axis in job.templates.axes(key.1).into_iter().flat_map(shader::Axes::iter) {
+        for axis in options.templates.axes(key.1).into_iter().flat_map(shader::Axes::iter) {
             let of_axis: Vec<&&FreeAxis> = free.iter().filter(|each| each.name == axis.name).collect();
             // Of a number that is only a size the ends are proven, whatever it follows.
             let Some(first) = of_axis.first().filter(|_| !axis.ends) else { continue };

@@ -14,7 +14,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Severity, codes};
 use crate::document::{Document, Entry, Kind, Value, pointer_join};
 use crate::shader::{Axes, TemplateSet};
 
-/// What a part of a document mentions.
+/// The names that a part of a document mentions.
 #[derive(Default)]
 struct Mentioned<'a> {
     words: BTreeSet<&'a str>,

@@ -12,7 +12,7 @@ use crate::cover::Rules;
 use crate::document::{Document, Entry, Kind, Value};
 use crate::expression::{self, Expression};
 use crate::language::{FeatureDeclaration, Order, ParameterDeclaration, ParameterType};
-use crate::pipeline::{Choice, has_word, lacking, off};
+use crate::pipeline::{Overrides, has_word, lacking, off};
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::thresholds::Number;
 use crate::witness::value_of;
@@ -32,7 +32,7 @@ pub(super) struct Varied {
     pub(super) exhaustive: bool,
 }
 
-/// Where a text stands among passes.
+/// The place of a text among passes.
 pub(super) struct Mention<'a> {
     pub(super) text: &'a str,
     /// The pass of the document in which it stands.
@@ -43,7 +43,7 @@ pub(super) struct Mention<'a> {
 }
 
 /// The features of a document, each with the value that `base` gives it or all that it can have, by name.
-pub(super) fn features(document: &Document, base: &Choice, profile: &TargetProfile) -> Vec<Varied> {
+pub(super) fn features(document: &Document, base: &Overrides, profile: &TargetProfile) -> Vec<Varied> {
     let entries = document.root.get("features").and_then(Value::entries).unwrap_or_default();
     let mut varied: BTreeMap<&str, Varied> = BTreeMap::new();
     for entry in entries {
@@ -165,7 +165,7 @@ pub(super) fn varied(
 ) -> Vec<Varied> {
     let is_mentioned =
         |name: &str| axes.contains(name) || mentions.iter().any(|mention| has_word(mention.text, name));
-    let mut varied = features(document, &Choice::default(), profile);
+    let mut varied = features(document, &Overrides::default(), profile);
     // What a varied feature requires or excludes, and its group, decide about it, so they vary too.
     let mentioned = (0..varied.len()).filter(|at| is_mentioned(&varied[*at].name)).collect();
     let wanted = Rules::new(&varied).with_tied(mentioned);

@@ -24,7 +24,7 @@ pub(super) struct Settings<'a> {
     defaults: &'a BTreeMap<String, Value>,
 }
 
-/// What a search comes to.
+/// The result of a search.
 #[derive(Debug, PartialEq)]
 pub(super) enum Witness {
     /// With the values of these indices.
@@ -73,7 +73,7 @@ impl<'a> Settings<'a> {
         found
     }
 
-    /// What an expression yields with chosen values.
+    /// The value of an expression with chosen values.
     pub(super) fn value(&self, expression: &Expression, pick: &[Option<usize>]) -> Option<Value> {
         evaluate(expression, &Trial { settings: self, pick }).ok()
     }

@@ -7,7 +7,7 @@
 //!
 //! On that curve an atlas of half the side is the first quarter: the atlas grows and shrinks in place.
 //!
-//! Limits: sizes are rounded up to powers of two; a release of what was not allocated is refused. A request can fail
+//! Limits: sizes are rounded up to powers of two; a release of what was not allocated is rejected. A request can fail
 //! although the free tiles have the area, since tiles are never moved here (see [`super::placement`]).
 
 use super::bits::Bits;
@@ -65,7 +65,7 @@ impl TileAllocator {
     }
 
     /// Makes the atlas larger or smaller; tiles stay where they are. `side` is rounded down to a power of two, 0 below
-    /// the smallest tile, and kept within the largest side. Refused, with nothing changed, where a tile lies beyond.
+    /// the smallest tile, and kept within the largest side. Rejected, with nothing changed, where a tile lies beyond.
     #[must_use]
     pub fn set_side(&mut self, side: u32) -> bool {
         let wanted = self.rounded_side(side);

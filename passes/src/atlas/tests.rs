@@ -78,7 +78,7 @@ fn two_hundred_thousand_operations_leave_tiles_apart_within_bounds_and_aligned()
         if random.below(100) < crowded && !tiles.is_empty() {
             let tile = tiles.swap_remove(random.below(tiles.len() as u64) as usize);
             assert!(atlas.release(tile) && twin.release(tile));
-            assert!(!atlas.release(tile), "a second release is refused");
+            assert!(!atlas.release(tile), "a second release is rejected");
             canvas.paint(tile, Some(tile), None);
         } else {
             let size = 16 << random.below(8).min(random.below(8));
@@ -110,7 +110,7 @@ fn two_hundred_thousand_operations_leave_tiles_apart_within_bounds_and_aligned()
 }
 
 #[test]
-fn misuse_of_an_allocator_is_refused_and_changes_nothing() {
+fn misuse_of_an_allocator_is_rejected_and_changes_nothing() {
     let mut atlas = TileAllocator::new(0, u32::MAX);
     assert_eq!((atlas.min(), atlas.side()), (MIN_TILE, 0));
     assert_eq!(atlas.allocate(16), None);
@@ -148,7 +148,7 @@ fn an_atlas_grows_and_shrinks_around_its_tiles() {
     assert!(beyond.iter().all(|tile| tiles.iter().all(|small| !small.overlaps(*tile))));
     assert_eq!(atlas.allocate(16), None);
     assert!(!atlas.set_side(128));
-    assert_eq!(atlas.side(), 256, "refused");
+    assert_eq!(atlas.side(), 256, "rejected");
     assert!(beyond.into_iter().all(|tile| atlas.release(tile)));
     assert!(atlas.set_side(64));
     assert_eq!(atlas.allocate(16), None);

@@ -345,7 +345,7 @@ fn fraction(
     pass.report(
         code,
         pointer,
-        format!("{what} is {fraction}, which is no fraction"),
+        format!("{what} is {fraction}, which is not a fraction"),
         "write a number from 0 to 1",
     );
     None

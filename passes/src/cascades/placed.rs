@@ -10,7 +10,7 @@ use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 use super::configuration::{Cascade, Configuration};
 use super::node::Cascades;
 use crate::codes;
-use crate::lights::described::{self, Describe, Told};
+use crate::lights::described::{self, DescribeShadows, ShadowOutput};
 use crate::lights::descriptor::{self, Descriptor};
 use crate::lights::filter::Filter;
 use crate::lights::placement::{self, Backing, Entry};
@@ -47,23 +47,23 @@ struct Placed {
     light_size: f64,
 }
 
-impl Describe for Placed {
-    fn describe(&self, entry: &Entry, told: &mut Told<'_>) {
+impl DescribeShadows for Placed {
+    fn describe(&self, entry: &Entry, output: &mut ShadowOutput<'_>) {
         let Backing::Layers { first, count } = entry.backing else { return };
-        let Some(light) = told.frame.lights.get(entry.light as usize) else { return };
-        let set = self.configuration.fit_light(light, told.frame);
+        let Some(light) = output.frame.lights.get(entry.light as usize) else { return };
+        let set = self.configuration.fit_light(light, output.frame);
         for (at, cascade) in set.iter().take(count as usize).enumerate() {
             let layer = first + at as u32;
-            told.view(View { layer, ..cascade.view });
+            output.view(View { layer, ..cascade.view });
             let size = descriptor::light_size(light, self.light_size, f64::INFINITY);
-            told.descriptor(self.descriptor(at, layer, size, cascade));
-            let place = told
+            output.descriptor(self.descriptor(at, layer, size, cascade));
+            let place = output
                 .filter
                 .and_then(|filter| filter.in_cascade(at, cascade.texel_size, cascade.depth_range, size));
-            told.bounded(entry.light, place);
+            output.bounded(entry.light, place);
         }
         for _ in set.count()..count as usize {
-            told.descriptor(Descriptor::default());
+            output.descriptor(Descriptor::default());
         }
     }
 }

@@ -14,7 +14,7 @@ use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
-use super::described::{self, Describe, Told};
+use super::described::{self, DescribeShadows, ShadowOutput};
 use super::descriptor::{self, Descriptor};
 use super::filter::{Filter, FilterSettings};
 use super::placement::{self, Backing, Entry};
@@ -78,26 +78,26 @@ struct Cubes {
     light_size: f64,
 }
 
-impl Describe for Cubes {
-    fn describe(&self, entry: &Entry, told: &mut Told<'_>) {
+impl DescribeShadows for Cubes {
+    fn describe(&self, entry: &Entry, output: &mut ShadowOutput<'_>) {
         let Backing::Cube { slot } = entry.backing else { return };
-        let light = told.frame.lights.get(entry.light as usize);
+        let light = output.frame.lights.get(entry.light as usize);
         let border = BORDER / f64::from(self.side);
         let cube = light.and_then(|light| Some((light, CubeViews::new(light, border, self.reverse)?)));
         let Some((light, cube)) = cube else {
-            told.descriptor(Descriptor::default());
+            output.descriptor(Descriptor::default());
             return;
         };
         for face in Face::ALL {
-            told.view(cube.view(face, 6 * slot + face as u32, None));
+            output.view(cube.view(face, 6 * slot + face as u32, None));
         }
         let half_side = 0.5 * f64::from(self.side);
         let texel = cube.half_width / half_side;
         let size = descriptor::light_size(light, self.light_size, cube.far);
-        told.bounded_in_perspective(entry.light, cube.position, [cube.near, cube.far], texel, size);
+        output.bounded_in_perspective(entry.light, cube.position, [cube.near, cube.far], texel, size);
         let depth = depth_coefficients(cube.near, cube.far, self.reverse);
         let scale = half_side / cube.half_width;
-        told.descriptor(Descriptor {
+        output.descriptor(Descriptor {
             axes: descriptor::rows(&DMat4::from_translation(-cube.position)),
             texels: DVec4::new(scale, scale, half_side, half_side),
             bounds: descriptor::square(0, 0, self.side),

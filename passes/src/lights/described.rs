@@ -1,7 +1,7 @@
 //! What the nodes that describe shadows have in common, whatever backs them: from the placed lights to views, one
 //! descriptor after another, and the places where bounds of filters bite.
 //!
-//! A backing says with [`Describe`] what one placed light comes to; [`node`] makes a CPU node of it.
+//! A backing says with [`DescribeShadows`] what one placed light comes to; [`node`] makes a CPU node of it.
 
 use std::fmt::Debug;
 
@@ -16,13 +16,13 @@ use super::filter::{Bounded, Filter, Where, receivers};
 use super::placement::{self, Entry};
 
 /// How the lights of one backing are described.
-pub(crate) trait Describe: Debug + PartialEq + Send + Sync + 'static {
+pub(crate) trait DescribeShadows: Debug + PartialEq + Send + Sync + 'static {
     /// Tells of a placed light what it has here; nothing of one that another backing has.
-    fn describe(&self, entry: &Entry, told: &mut Told<'_>);
+    fn describe(&self, entry: &Entry, output: &mut ShadowOutput<'_>);
 }
 
 /// What is told of a frame.
-pub(crate) struct Told<'a> {
+pub(crate) struct ShadowOutput<'a> {
     pub(crate) frame: &'a FrameInput,
     /// The side of the atlas, in texels.
     pub(crate) atlas_side: u32,
@@ -31,7 +31,7 @@ pub(crate) struct Told<'a> {
     memory: &'a mut Memory,
 }
 
-impl Told<'_> {
+impl ShadowOutput<'_> {
     /// A map to draw.
     pub(crate) fn view(&mut self, view: View) {
         self.data.push_view(view);
@@ -83,20 +83,20 @@ pub(crate) fn node(
     placement: Subresource,
     (shape, capacity): (DataShape, u32),
     filter: Option<Filter>,
-    describe: impl Describe,
+    describe: impl DescribeShadows,
 ) -> Option<Produced> {
     let output = pass.publish(to, "/to", descriptor::shape(shape, capacity))?;
     pass.produce(Work::Cpu(CpuWork::new(Run { describe, filter }, output, vec![placement])))
 }
 
-impl<D: Describe> CpuNode for Run<D> {
+impl<D: DescribeShadows> CpuNode for Run<D> {
     type State = Memory;
 
     fn run(&self, memory: &mut Memory, context: &CpuContext<'_>, data: &mut BlackboardData) {
         memory.descriptors.clear();
         memory.bounded.clear();
         let Some(placement) = context.inputs.first() else { return };
-        let mut told = Told {
+        let mut output = ShadowOutput {
             frame: context.frame,
             atlas_side: placement::atlas_side(placement),
             filter: self.filter,
@@ -104,7 +104,7 @@ impl<D: Describe> CpuNode for Run<D> {
             memory,
         };
         for entry in placement::entries(placement) {
-            self.describe.describe(&entry, &mut told);
+            self.describe.describe(&entry, &mut output);
         }
         descriptor::publish(data, &memory.descriptors);
         memory.bounded.report(self.filter, context.frame, data);

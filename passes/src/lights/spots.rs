@@ -13,7 +13,7 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
 use super::cubes::depth_coefficients;
-use super::described::{self, Describe, Told};
+use super::described::{self, DescribeShadows, ShadowOutput};
 use super::descriptor::{self, Descriptor};
 use super::filter::{Filter, FilterSettings};
 use super::placement::{self, Backing, Entry};
@@ -71,27 +71,27 @@ struct Tiles {
     light_size: f64,
 }
 
-impl Describe for Tiles {
-    fn describe(&self, entry: &Entry, told: &mut Told<'_>) {
+impl DescribeShadows for Tiles {
+    fn describe(&self, entry: &Entry, output: &mut ShadowOutput<'_>) {
         let Backing::Tile { x, y, side } = entry.backing else { return };
-        let light = told.frame.lights.get(entry.light as usize);
-        let border = border(told.filter, side) / f64::from(side.max(1));
+        let light = output.frame.lights.get(entry.light as usize);
+        let border = border(output.filter, side) / f64::from(side.max(1));
         let Some((light, spot)) =
             light.and_then(|light| Some((light, SpotView::new(light, border, self.reverse)?)))
         else {
-            told.descriptor(Descriptor::default());
+            output.descriptor(Descriptor::default());
             return;
         };
         let half_side = 0.5 * f64::from(side);
         let texel = spot.half_width() / half_side.max(0.5);
         let size = descriptor::light_size(light, self.light_size, spot.far);
-        told.bounded_in_perspective(entry.light, spot.position, [spot.near, spot.far], texel, size);
+        output.bounded_in_perspective(entry.light, spot.position, [spot.near, spot.far], texel, size);
         let tile = Tile { x, y, size: side };
-        let whole = (x, y, side) == (0, 0, told.atlas_side);
-        told.view(spot.view(0, (!whole).then(|| tile.viewport())));
+        let whole = (x, y, side) == (0, 0, output.atlas_side);
+        output.view(spot.view(0, (!whole).then(|| tile.viewport())));
         let scale = half_side / spot.half_width();
         let depth = depth_coefficients(spot.near, spot.far, self.reverse);
-        told.descriptor(Descriptor {
+        output.descriptor(Descriptor {
             axes: descriptor::rows(&spot.view_from_world),
             texels: DVec4::new(scale, -scale, f64::from(x) + half_side, f64::from(y) + half_side),
             bounds: descriptor::square(x, y, side),

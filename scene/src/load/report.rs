@@ -146,7 +146,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_budget_is_shared_and_a_refused_charge_takes_nothing() {
+    fn the_budget_is_shared_and_a_rejected_charge_takes_nothing() {
         let mut report = Report::new("a.glb");
         assert!(!Report::new("a.glb").charge(FREE_DECODED_BYTES + 1, "/a"));
         report.allow(100, 1);

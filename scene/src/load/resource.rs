@@ -1,8 +1,9 @@
 //! What a document names by URI: buffers and images.
 //!
 //! A `data:` URI carries its bytes itself (base64 only, as glTF asks). Any other URI has to be a relative path, which a
-//! [`Resolver`] turns into bytes: [`Folder`] reads files beside the document (below its roots alone), [`NoFiles`] refuses (a document from
-//! memory), and a host with an archive or a network of its own writes its own. Nothing is ever fetched here.
+//! [`Resolver`] turns into bytes: [`Folder`] reads files beside the document (below its roots alone), [`NoFiles`]
+//! rejects (a document from memory), and a host with an archive or a network of its own writes its own. Nothing is ever
+//! fetched here.
 
 use base64::Engine;
 use std::path::{Path, PathBuf};

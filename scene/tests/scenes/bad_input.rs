@@ -100,7 +100,7 @@ fn broken_json_has_a_line_and_a_column_and_a_wrong_type_has_a_pointer() {
 }
 
 #[test]
-fn other_versions_and_required_extensions_are_refused() {
+fn other_versions_and_required_extensions_are_rejected() {
     let found = triangle_with(|document| {
         document.json["asset"]["version"] = json!("1.0");
         document.json["extensionsRequired"] = json!(["KHR_lights_punctual", "KHR_draco_mesh_compression"]);

@@ -133,7 +133,7 @@ fn values(json: &mut Value) -> Vec<String> {
 }
 
 #[test]
-fn a_huge_count_without_bytes_is_refused_before_it_is_allocated() {
+fn a_huge_count_without_bytes_is_rejected_before_it_is_allocated() {
     let mut document = Document::triangle();
     document.json["accessors"][0] = json!({
         "componentType": 5126, "count": 1_u64 << 60, "type": "VEC3",
@@ -184,7 +184,7 @@ fn key_frames_out_of_all_proportion_never_become_numbers_that_are_none() {
 }
 
 #[test]
-fn too_many_objects_and_too_many_draws_are_refused() {
+fn too_many_objects_and_too_many_draws_are_rejected() {
     let mut json = String::from("{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{}");
     json.extend(std::iter::repeat_n(",{}", limits::MAX_OBJECTS));
     json.push_str("]}");
@@ -247,7 +247,7 @@ fn a_chain_of_a_hundred_thousand_nodes_needs_no_stack() {
 }
 
 #[test]
-fn an_image_that_claims_a_huge_size_is_refused_before_it_is_decoded() {
+fn an_image_that_claims_a_huge_size_is_rejected_before_it_is_decoded() {
     let mut document = rich();
     let at = document.binary.windows(4).position(|bytes| bytes == b"IHDR").unwrap() + 4;
     document.binary[at..at + 4].copy_from_slice(&2_000_000_u32.to_be_bytes());

@@ -20,11 +20,11 @@ use crate::source::Span;
 pub struct Lacking {
     /// Its name.
     pub limit: String,
-    /// What the feature requires.
+    /// The limit that the feature requires.
     pub required: u64,
-    /// What the profile has.
+    /// The limit of the profile.
     pub guaranteed: u64,
-    /// Where the feature requires it.
+    /// The place of the requirement.
     pub place: Span,
 }
 
@@ -68,7 +68,7 @@ pub(super) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
         let pointer = format!("{}/required_limits", pointer_join("/features", &entry.key));
         let taken = |name: &str| written.iter().any(|other| other.key == name);
         let diagnostic = Diagnostic::error(codes::UNKNOWN_LIMIT, limit.key_span, message);
-        diagnostics.push(diagnostic.pointer(pointer_join(&pointer, &limit.key)).meant_unless(
+        diagnostics.push(diagnostic.pointer(pointer_join(&pointer, &limit.key)).suggest_unless(
             &limit.key,
             TargetProfile::LIMITS.iter().copied(),
             Some(limit.key_span),

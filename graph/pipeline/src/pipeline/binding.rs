@@ -7,12 +7,12 @@ use serde::Deserialize;
 
 use super::{Aspect, Face, Pipeline, Program, Resource, ResourceKind};
 use crate::data::{Component, DataShape, ValueType, View};
-use crate::diagnostic::did_you_mean;
+use crate::diagnostic::suggested_name;
 use crate::language::{Expr, TextureShape, Word};
 use crate::shader::{Member, Scalar, ScalarKind, TypeLayout};
 use crate::work::{Address, BlockLayout, BlockRun, BlockValues, BoundSlot, Compare, Filter, SlotSource};
 
-/// What stands behind one of the shader's binding names.
+/// The value of one of the shader's bindings.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(untagged)]
 pub enum Bind {
@@ -22,7 +22,7 @@ pub enum Bind {
     Object(BindObject),
 }
 
-/// What stands behind a binding name, where a reference does not say enough.
+/// The value of a binding that needs more than a reference.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum BindObject {
@@ -79,7 +79,7 @@ pub struct TextureBind {
     /// The format in which the shader sees it, where it is not its own: the same with or without "-srgb".
     #[serde(default)]
     pub format: Option<String>,
-    /// How the shader sees it; without it as the shader declares it.
+    /// The view dimension; without it as the shader declares it.
     #[serde(default)]
     pub view: Option<TextureShape>,
     /// Of what the shader writes, whether it needs what was there: "discard" where it writes all texels. Without it what
@@ -123,7 +123,7 @@ pub struct SamplerBind {
     /// Whether texels are mixed; "linear" without it.
     #[serde(default)]
     pub filter: Option<Word<Filter>>,
-    /// What lies outside 0..1; "clamp-to-edge" without it.
+    /// The address mode; "clamp-to-edge" without it.
     #[serde(default)]
     pub address: Option<Word<Address>>,
     /// For a comparison sampler: which reference values pass against a texel.
@@ -190,8 +190,8 @@ fn match_block(
     for member in flattened(members).iter().filter(|member| !is_given(&member.name)) {
         let Some(index) = shape.find(&member.name) else {
             let names = shape.values.iter().map(|(name, _)| name.as_str());
-            let help = match did_you_mean(&member.name, names.clone()) {
-                Some(meant) => format!("did the template mean \"{meant}\"?"),
+            let help = match suggested_name(&member.name, names.clone()) {
+                Some(suggested) => format!("did the template mean \"{suggested}\"?"),
                 None => format!("it publishes {}", names.collect::<Vec<_>>().join(", ")),
             };
             errors.push(format!("\"{data_name}\" publishes no \"{}\"; {help}", member.name));

@@ -24,7 +24,7 @@ use crate::source::Span;
 /// Stands in front of a name that a subgraph file does not see; no expression can write such a name.
 const UNSEEN: char = '^';
 
-/// What names mean in one instance of a subgraph or one round of a loop.
+/// The scope of names in one instance of a subgraph or one round of a loop.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Environment {
     /// The fallback front of names outside; empty at the top, else ending in a dot.
@@ -37,39 +37,39 @@ pub struct Environment {
     pub(super) words: BTreeMap<String, Vec<String>>,
     /// Inputs of the subgraph.
     pub(super) inputs: BTreeMap<String, Input>,
-    /// Where the subgraphs are used, the innermost first.
+    /// The places of the uses of the subgraphs around it, the innermost first.
     pub(super) used_at: Vec<Span>,
     /// The toggles that uses of subgraphs around it have, as they are written.
     pub(super) toggles: Vec<String>,
-    /// Whether a use around it says that its passes are kept though nothing reads what they write.
+    /// Whether a use around it has a side effect, which keeps its passes.
     pub(super) side_effect: bool,
 }
 
-/// What stands for an input of a subgraph.
+/// The resource that is passed to an input of a subgraph.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Input {
     /// The resource of the user.
     pub(super) name: String,
     /// The pass whose version of it is meant.
     pub(super) version: Option<String>,
-    /// How many frames ago.
+    /// The number of frames back.
     pub(super) back: u32,
-    /// What the user wrote; the outermost user where the input is handed on.
+    /// The resource as the user wrote it; the outermost user where the input is handed on.
     pub(super) given: Given,
 }
 
-/// What is written for an input of a subgraph, and what names mean there.
+/// The argument of an input of a subgraph, and the scope of its names.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Given {
     /// The name of the resource, without a version.
     pub(super) name: String,
     /// The whole text.
     pub(super) text: String,
-    /// Where the text stands.
+    /// The place of the text.
     pub(super) place: Span,
     /// The pointer of the text.
     pub(super) pointer: String,
-    /// What names mean there.
+    /// The scope of names there.
     pub(super) environment: Arc<Environment>,
 }
 
@@ -98,7 +98,7 @@ impl Environment {
         self.inputs.get(name).and_then(|input| input.version.as_deref())
     }
 
-    /// How many frames ago an input of that name lies.
+    /// The number of frames back of an input of that name.
     pub(super) fn back(&self, name: &str) -> u32 {
         self.inputs.get(name).map_or(0, |input| input.back)
     }
@@ -167,7 +167,7 @@ impl Environment {
         let diagnostic = Diagnostic::error(codes::UNKNOWN_RESOURCE, *place, message).pointer(pointer);
         let written = place.of_quoted(text, 0..name.len()).filter(|_| text.starts_with(name.as_str()));
         let names: Vec<&str> = outside.filter_map(|name| environment.resource_inside(name)).collect();
-        Some(diagnostic.meant(name, names, written, |_| "declare it under \"resources\"".to_owned()))
+        Some(diagnostic.suggest(name, names, written, |_| "declare it under \"resources\"".to_owned()))
     }
 
     /// Evaluates an expression that is written here. `is_resource` says of a name outside whether it is one.
@@ -285,7 +285,7 @@ impl Environment {
     }
 }
 
-/// What an expression sees that is written in an environment.
+/// The names that an expression in an environment can see.
 struct Inside<'a> {
     environment: &'a Environment,
     is_resource: &'a dyn Fn(&str) -> bool,

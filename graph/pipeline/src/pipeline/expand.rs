@@ -24,7 +24,7 @@ use super::environment::{Environment, Given, Input};
 use super::load::{RESERVED, Shared, Waiting, bad_name, is_name};
 use super::{derived, setting};
 use crate::compose::is_path;
-use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, suggested_name};
 use crate::document::{self, Document, Entry, Kind, pointer_join};
 use crate::expression::Value;
 use crate::language::{Expr, ParameterDeclaration, Reference};
@@ -164,7 +164,7 @@ impl<'a, 's> Expander<'a, 's> {
         };
         let at = format!("{pointer}/for_each");
         let [variable] = rounds.entries().unwrap_or_default() else {
-            self.refuse(
+            self.reject(
                 codes::LOOP,
                 rounds,
                 &at,
@@ -182,7 +182,7 @@ impl<'a, 's> Expander<'a, 's> {
                 if count > MAX_ROUNDS as f64 {
                     let message = format!("{count} rounds are too many");
                     let help = format!("a loop has at most {MAX_ROUNDS}");
-                    self.refuse(codes::LOOP, &variable.value, &at, &message, &help, entry, &name);
+                    self.reject(codes::LOOP, &variable.value, &at, &message, &help, entry, &name);
                     return;
                 }
                 (0..count as u32).map(|round| Value::Number(f64::from(round))).collect()
@@ -193,7 +193,7 @@ impl<'a, 's> Expander<'a, 's> {
                     other => other.kind_name().to_owned(),
                 };
                 let message = format!("a loop goes over a list or a count (0, 1, 2, …), this is {found}");
-                self.refuse(
+                self.reject(
                     codes::LOOP,
                     &variable.value,
                     &at,
@@ -211,7 +211,7 @@ impl<'a, 's> Expander<'a, 's> {
         };
         if values.len() > MAX_ROUNDS {
             let message = format!("{} rounds are too many", values.len());
-            self.refuse(
+            self.reject(
                 codes::LOOP,
                 &variable.value,
                 &at,
@@ -283,16 +283,13 @@ impl<'a, 's> Expander<'a, 's> {
                 false => format!("there is no subgraph \"{wanted}\""),
             };
             let diagnostic = Diagnostic::error(codes::UNKNOWN_SUBGRAPH, used.span, message).pointer(at);
-            self.shared.diagnostics.push(diagnostic.meant(
-                wanted,
-                known,
-                Some(used.span),
-                |known| match known {
+            self.shared.diagnostics.push(diagnostic.suggest(wanted, known, Some(used.span), |known| {
+                match known {
                     _ if environment.is_file => "name a file, relative to this one".to_owned(),
                     [] => "declare it under \"subgraphs\", or name a file".to_owned(),
                     known => format!("the subgraphs are {}", known.join(", ")),
-                },
-            ));
+                }
+            }));
             self.gaps.push((name, entry));
             return;
         };
@@ -300,7 +297,7 @@ impl<'a, 's> Expander<'a, 's> {
         if let Some(at) = self.open.iter().position(|open| open == wanted) {
             let way: Vec<&str> = self.open[at..].iter().map(String::as_str).chain([wanted]).collect();
             let message = format!("the subgraph \"{wanted}\" uses itself: {}", way.join(" → "));
-            self.refuse(
+            self.reject(
                 codes::UNKNOWN_SUBGRAPH,
                 used,
                 &at_use(pointer),
@@ -313,7 +310,7 @@ impl<'a, 's> Expander<'a, 's> {
         }
         if depth >= MAX_DEPTH {
             let message = format!("subgraphs are used {MAX_DEPTH} levels deep");
-            self.refuse(
+            self.reject(
                 codes::UNKNOWN_SUBGRAPH,
                 used,
                 &at,
@@ -332,7 +329,7 @@ impl<'a, 's> Expander<'a, 's> {
             .find(|member| self.registry.get(&member.key).is_some())
         {
             let message = format!("\"use\" and \"{}\" exclude one another", extra.key);
-            self.refuse(codes::UNKNOWN_KEY, &extra.value, &at, &message, "make it two passes", entry, &name);
+            self.reject(codes::UNKNOWN_KEY, &extra.value, &at, &message, "make it two passes", entry, &name);
             return;
         }
         if let Some(when) = entry.value.get("when") {
@@ -345,7 +342,7 @@ impl<'a, 's> Expander<'a, 's> {
                 }
                 Some(other) => {
                     let message = format!("a boolean is wanted here, this is {}", other.kind_name());
-                    self.refuse(
+                    self.reject(
                         codes::EXPRESSION_TYPE,
                         when,
                         &format!("{pointer}/when"),
@@ -401,7 +398,7 @@ impl<'a, 's> Expander<'a, 's> {
         self.shared.diagnostics.push(diagnostic.help("draw more in one pass, or split the pipeline"));
     }
 
-    /// What names mean in one use of a subgraph.
+    /// The scope of names in one use of a subgraph.
     #[allow(clippy::too_many_arguments)]
     fn environment_of(
         &mut self,
@@ -438,7 +435,7 @@ impl<'a, 's> Expander<'a, 's> {
                 fine = false;
             }
         }
-        let is_misspelt = |name: &str| misspelt.iter().any(|given| did_you_mean(given, [name]).is_some());
+        let is_misspelt = |name: &str| misspelt.iter().any(|given| suggested_name(given, [name]).is_some());
         for input in section("inputs") {
             match with.and_then(|with| with.get(&input.key)) {
                 Some(given) => match given.text().map(|text| outer.interpolate(text, &self.shared.scope)) {
@@ -464,7 +461,7 @@ impl<'a, 's> Expander<'a, 's> {
                             let diagnostic = Diagnostic::error(
                                 codes::BAD_REFERENCE,
                                 given.span,
-                                format!("\"{text}\" is no reference"),
+                                format!("\"{text}\" is not a reference"),
                             );
                             self.shared.diagnostics.push(diagnostic.pointer(&at).help(error.to_string()));
                             fine = false;
@@ -592,7 +589,7 @@ impl<'a, 's> Expander<'a, 's> {
     }
 
     #[allow(clippy::too_many_arguments)]
-    fn refuse(
+    fn reject(
         &mut self,
         code: Code,
         value: &document::Value,

@@ -17,12 +17,12 @@ use crate::work::ResourceHandle;
 /// The maximum number of earlier frames that can be read.
 pub(crate) const MAX_FRAMES: u32 = 8;
 
-/// What a resource is of a history.
+/// The position of a resource in a history.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct History {
     /// The resource that this frame writes.
     pub of: ResourceHandle,
-    /// How many frames ago; 0 for the resource that this frame writes.
+    /// The number of frames back; 0 for the resource that this frame writes.
     pub back: u32,
     /// How many earlier frames can be read. Their resources follow that of this frame, in the order of their age.
     pub frames: u32,

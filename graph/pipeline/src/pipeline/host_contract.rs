@@ -6,7 +6,7 @@
 //! executor is made.
 
 use super::{PassBuilder, Program};
-use crate::diagnostic::{codes, did_you_mean};
+use crate::diagnostic::{codes, suggested_name};
 use crate::draw::MATERIAL_GROUP;
 use crate::language::HostBinding;
 use crate::shader::{Stage, TypeLayout};
@@ -50,7 +50,7 @@ pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Progra
                 ),
                 None => report(
                     pass,
-                    format!("\"{format}\" of the vertex input \"{}\" is no vertex format", input.name),
+                    format!("\"{format}\" of the vertex input \"{}\" is not a vertex format", input.name),
                     "the formats are those of WebGPU, such as float32x3, unorm8x4, uint16x4".to_owned(),
                 ),
             }
@@ -111,8 +111,8 @@ pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Progra
 }
 
 fn suggestion<'a>(name: &str, known: impl Iterator<Item = &'a String>, section: &str) -> String {
-    match did_you_mean(name, known.map(String::as_str)) {
-        Some(meant) => format!("did the template mean \"{meant}\"?"),
+    match suggested_name(name, known.map(String::as_str)) {
+        Some(suggested) => format!("did the template mean \"{suggested}\"?"),
         None => format!("declare \"{name}\" under \"{section}\" of the geometry"),
     }
 }

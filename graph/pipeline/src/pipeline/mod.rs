@@ -3,7 +3,7 @@
 //! [`load`] takes a document through these steps, collecting diagnostics on the way:
 //!
 //! 1. the tree is checked against the schema composed of the language and the registered node kinds ([`schema`]);
-//! 2. parameters and features get their values (default, preset by the caller's [`Choice`]) and are checked against
+//! 2. parameters and features get their values (default, preset by the caller's [`Overrides`]) and are checked against
 //!    their ranges and constraints;
 //! 3. each pass whose `when` holds is declared by its node kind, which states resources used, shaders and bindings
 //!    through a [`PassBuilder`]; shaders are rendered, validated and reflected here, since the usage of a binding is
@@ -50,7 +50,7 @@ pub use program::{Program, ProgramBinding, ProgramVariant};
 pub(crate) use schema::schema_of_composed;
 pub use schema::{FileKind, schema, schema_of};
 pub use scope::StaticScope;
-pub use setting::{Choice, Feature, Parameter, Setting};
+pub use setting::{Feature, Overrides, Parameter, Setting};
 pub use subresource_range::{Aspect, IndexRange, SubresourceRange, canonical};
 pub use toggle::{Condition, Passthrough, Toggle, add_fallbacks};
 
@@ -151,9 +151,9 @@ pub struct Resource {
     pub pointer: String,
     /// The declaration as it is written; for blackboard data, the value that names it.
     pub value: crate::document::Value,
-    /// What names mean in its declaration.
+    /// The scope of names in its declaration.
     pub environment: Arc<Environment>,
-    /// What it is.
+    /// The kind.
     pub kind: ResourceKind,
     /// For a history, which of its frames it is.
     pub history: Option<History>,
@@ -165,7 +165,7 @@ impl Resource {
         self.history.is_some_and(|history| history.back > 0)
     }
 
-    /// How long it lives.
+    /// Its lifetime.
     pub fn lifetime(&self) -> Lifetime {
         match &self.kind {
             ResourceKind::Texture(texture) => texture.lifetime,
@@ -182,7 +182,7 @@ impl Resource {
         }
     }
 
-    /// What it is, with its article.
+    /// The kind in words, with an article.
     pub fn kind_name(&self) -> &'static str {
         match self.kind {
             ResourceKind::Texture(_) => "a texture",
@@ -193,7 +193,7 @@ impl Resource {
     }
 }
 
-/// What a resource is.
+/// The kind of a resource.
 #[derive(Clone, Debug)]
 pub enum ResourceKind {
     /// A texture.
@@ -213,11 +213,11 @@ pub struct Pass {
     pub name: String,
     /// Its node kind.
     pub kind: String,
-    /// Where it is declared: its key.
+    /// The place of its key.
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
-    /// What names mean in its settings.
+    /// The scope of names in its settings.
     pub environment: Arc<Environment>,
     /// Passes that have to run before it, where no data says so.
     pub after: Vec<PassHandle>,
@@ -255,7 +255,7 @@ impl Pass {
         }
     }
 
-    /// What it does.
+    /// The work.
     pub fn work(&self) -> &Work {
         &self.work
     }
@@ -302,7 +302,7 @@ pub struct Access {
     /// In which of the frames in which the pass runs it happens: all have to hold. Empty but for what has a
     /// passthrough, and for its fallback.
     pub when: Vec<Condition>,
-    /// Where it is said.
+    /// The place in the document.
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
@@ -315,7 +315,7 @@ impl Access {
     }
 }
 
-/// Which version of a resource is read.
+/// The version of a resource that is read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Version {
     /// The newest; for a pass that reads and writes, the one before its own.
@@ -326,7 +326,7 @@ pub enum Version {
     Before,
 }
 
-/// How a pass uses a resource.
+/// The usage of a resource by a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Usage {
@@ -358,7 +358,7 @@ pub enum Usage {
     StencilAttachmentLoad,
     /// A stencil attachment that is only tested against.
     StencilAttachmentReadOnly,
-    /// What several samples are resolved to.
+    /// The target of a multisample resolve.
     ResolveTarget,
     /// A buffer of vertices.
     Vertex,
@@ -397,7 +397,7 @@ impl Usage {
         )
     }
 
-    /// Whether contents from before stay, but need not be there.
+    /// Whether contents from before are kept, but need not exist.
     pub fn keeps_what_is_there(self) -> bool {
         self == Usage::CopyDestinationRows
     }
@@ -499,7 +499,7 @@ impl Usage {
         }
     }
 
-    /// How an author would say it.
+    /// The name of the usage in diagnostics.
     pub fn name(self) -> &'static str {
         match self {
             Usage::Sampled => "sampled texture",

@@ -1,6 +1,6 @@
 //! What several loads of one document share: shader modules, and what those loads ask for.
 //!
-//! Configurations of one pipeline mostly want the same shaders. [`Modules`] keeps each that was made, or refused, and
+//! Configurations of one pipeline mostly want the same shaders. [`Modules`] keeps each that was made, or rejected, and
 //! writes down which pass wanted which program, so that all of them can be proven together.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -29,7 +29,7 @@ pub struct Wanted {
     pub pass: String,
     /// The template, with its axes.
     pub chosen: Chosen,
-    /// Where the pass names the template.
+    /// The place where the pass names the template.
     pub place: Span,
 }
 
@@ -59,7 +59,7 @@ pub struct Modules {
     proven_elsewhere: bool,
     /// Variants of a template that declare a binding and a member of it, by what was asked.
     declared: BTreeMap<(String, AxisValues, String, Option<String>), Option<AxisValues>>,
-    /// What the schema says of the document, which is the same for every configuration.
+    /// The diagnostics of the schema, which are the same for every configuration.
     of_schema: Option<Diagnostics>,
 }
 
@@ -69,7 +69,7 @@ impl Modules {
         Self { proven_elsewhere: true, ..Self::default() }
     }
 
-    /// What the schema says of the document, as the first load has found.
+    /// The diagnostics of the schema, from the first load.
     pub(super) fn of_schema(&mut self, check: impl FnOnce() -> Diagnostics) -> Diagnostics {
         self.of_schema.get_or_insert_with(check).clone()
     }

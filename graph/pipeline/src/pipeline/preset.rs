@@ -11,19 +11,19 @@
 
 use std::collections::BTreeMap;
 
-use super::setting::{self, Choice, Setting};
+use super::setting::{self, Overrides, Setting};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::{FeatureDeclaration, ParameterDeclaration};
 use crate::source::Span;
 
-/// What a parameter file says.
+/// The contents of a parameter file.
 #[derive(Clone, Debug, Default)]
 pub struct ParameterFile {
     /// The preset that its values are meant for, and where it is named.
     pub preset: Option<(String, Span)>,
     /// The values.
-    pub choice: Choice,
+    pub overrides: Overrides,
 }
 
 pub(super) const KEYS: &[&str] = &["$schema", "format", "description", "preset", "parameters", "features"];
@@ -48,8 +48,8 @@ impl ParameterFile {
                 "parameters" | "features" if entry.value.entries().is_none() => {
                     diagnostics.push(wrong("an object of values"));
                 }
-                "parameters" => file.choice.parameters = settings(&entry.value),
-                "features" => file.choice.features = settings(&entry.value),
+                "parameters" => file.overrides.parameters = settings(&entry.value),
+                "features" => file.overrides.features = settings(&entry.value),
                 "preset" => match entry.value.text() {
                     Some(name) => file.preset = Some((name.to_owned(), entry.value.span)),
                     None => diagnostics.push(wrong("a name")),
@@ -69,10 +69,10 @@ impl ParameterFile {
 /// The values of a preset of a pipeline's document. `place` is where it is asked for.
 ///
 /// A preset that is not there is a diagnostic, and has no values.
-pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut Diagnostics) -> Choice {
+pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut Diagnostics) -> Overrides {
     let presets = document.root.get("presets").and_then(document::Value::entries).unwrap_or_default();
     match presets.iter().find(|preset| preset.key == name) {
-        Some(preset) => Choice {
+        Some(preset) => Overrides {
             parameters: preset.value.get("parameters").map(settings).unwrap_or_default(),
             features: preset.value.get("features").map(settings).unwrap_or_default(),
         },
@@ -80,11 +80,11 @@ pub fn of_preset(document: &Document, name: &str, place: Span, diagnostics: &mut
             let names = presets.iter().map(|preset| preset.key.as_str());
             let message = format!("there is no preset \"{name}\"");
             let diagnostic = Diagnostic::error(codes::UNKNOWN_PRESET, place, message);
-            diagnostics.push(diagnostic.meant(name, names, Some(place), |names| match names {
+            diagnostics.push(diagnostic.suggest(name, names, Some(place), |names| match names {
                 [] => "this pipeline has no presets".to_owned(),
                 names => format!("the presets are {}", names.join(", ")),
             }));
-            Choice::default()
+            Overrides::default()
         }
     }
 }
@@ -94,11 +94,11 @@ pub(super) fn check(
     presets: &[Entry],
     parameters: &BTreeMap<String, ParameterDeclaration>,
     features: &BTreeMap<String, FeatureDeclaration>,
-    choice: &Choice,
+    overrides: &Overrides,
     diagnostics: &mut Diagnostics,
 ) {
     let is_chosen = |entry: &Entry| {
-        choice.parameters.iter().chain(&choice.features).any(|setting| setting.place == entry.key_span)
+        overrides.parameters.iter().chain(&overrides.features).any(|setting| setting.place == entry.key_span)
     };
     for preset in presets {
         let at = pointer_join("/presets", &preset.key);

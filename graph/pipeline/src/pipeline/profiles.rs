@@ -27,7 +27,7 @@ pub fn claimed_profiles(document: &Document, diagnostics: &mut Diagnostics) -> V
 /// A name that no profile has.
 pub fn profile_named(name: &str, place: Span) -> Result<TargetProfile, Diagnostic> {
     TargetProfile::from_name(name).ok_or_else(|| {
-        Diagnostic::error(codes::UNKNOWN_PROFILE, place, format!("there is no profile \"{name}\"")).meant(
+        Diagnostic::error(codes::UNKNOWN_PROFILE, place, format!("there is no profile \"{name}\"")).suggest(
             name,
             TargetProfile::NAMES,
             Some(place),

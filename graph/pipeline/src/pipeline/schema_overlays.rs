@@ -19,7 +19,7 @@ use serde_json::{Map, Value as Json, json};
 
 use super::schema::PASS;
 
-/// What is put before the name of a definition for what has to be there.
+/// The prefix of definitions that state required keys.
 const WHOLE: &str = "Whole";
 /// The definition of values without a null anywhere.
 const NOTHING_DELETED: &str = "NothingDeleted";
@@ -84,7 +84,7 @@ struct Parts {
 }
 
 impl Parts {
-    /// What a schema says of what can be there.
+    /// The portion of a schema that states possible keys.
     fn relaxed(&self, schema: &Json) -> Json {
         let Json::Object(rules) = schema else { return schema.clone() };
         if let Some(variants) = tagged(rules) {
@@ -117,7 +117,7 @@ impl Parts {
         Json::Object(relaxed)
     }
 
-    /// What has a name, and can be deleted.
+    /// The named entries, which can be deleted.
     fn member(&self, schema: &Json) -> Json {
         let mut relaxed = self.relaxed(schema);
         self.allow_null(&mut relaxed);
@@ -170,7 +170,7 @@ impl Parts {
         }
     }
 
-    /// What a schema says of what has to be there; `None` if nothing has.
+    /// The portion of a schema that states required keys; `None` without any.
     fn whole(&self, schema: &Json) -> Option<Json> {
         let rules = schema.as_object()?;
         if let Some(name) = definition_of(rules) {

@@ -1,7 +1,7 @@
 //! Parameters and features: their values, where each comes from, and whether it is allowed.
 
 use super::availability;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, suggested_name};
 use crate::document::{self, Entry};
 use crate::expression::Value;
 use crate::language::{FeatureDeclaration, FeatureType, Order, ParameterDeclaration, ParameterType};
@@ -16,23 +16,23 @@ pub struct Setting {
     pub name: String,
     /// The value.
     pub value: document::Value,
-    /// Where it is given.
+    /// The place of the value.
     pub place: Span,
 }
 
-/// What the caller chooses: values for parameters and features. Later settings win.
+/// The caller's values for parameters and features. Later settings win.
 #[derive(Clone, Debug, Default)]
-pub struct Choice {
+pub struct Overrides {
     /// Values of parameters.
     pub parameters: Vec<Setting>,
     /// Values of features.
     pub features: Vec<Setting>,
 }
 
-impl Choice {
+impl Overrides {
     /// This choice with another one over it: where both give a value, the other's counts.
     #[must_use]
-    pub fn under(mut self, over: Choice) -> Self {
+    pub fn under(mut self, over: Overrides) -> Self {
         self.parameters.extend(over.parameters);
         self.features.extend(over.features);
         self
@@ -42,22 +42,22 @@ impl Choice {
 /// A parameter with its value.
 #[derive(Clone, Debug)]
 pub struct Parameter {
-    /// What the pipeline says of it.
+    /// Its declaration.
     pub declaration: ParameterDeclaration,
     /// The value.
     pub value: Value,
-    /// Where the value comes from.
+    /// The place of the value.
     pub place: Span,
 }
 
 /// A feature with its value.
 #[derive(Clone, Debug)]
 pub struct Feature {
-    /// What the pipeline says of it.
+    /// Its declaration.
     pub declaration: FeatureDeclaration,
     /// The value: a boolean or a text.
     pub value: Value,
-    /// Where the value comes from.
+    /// The place of the value.
     pub place: Span,
 }
 
@@ -76,10 +76,10 @@ impl Feature {
 pub(super) fn parameters(
     declarations: &BTreeMap<String, ParameterDeclaration>,
     entries: &[Entry],
-    choice: &[Setting],
+    overrides: &[Setting],
     diagnostics: &mut Diagnostics,
 ) -> BTreeMap<String, Parameter> {
-    unknown("parameter", choice, declarations.keys(), diagnostics);
+    unknown("parameter", overrides, declarations.keys(), diagnostics);
     let mut parameters = BTreeMap::new();
     for entry in entries {
         let Some(declaration) = declarations.get(&entry.key) else { continue };
@@ -97,7 +97,7 @@ pub(super) fn parameters(
             diagnostics.push(diagnostic.pointer(format!("{pointer}/default")));
         });
         let mut chosen = None;
-        for setting in choice.iter().filter(|setting| setting.name == entry.key) {
+        for setting in overrides.iter().filter(|setting| setting.name == entry.key) {
             chosen = decode_parameter(&entry.key, declaration, &setting.value, &mut |diagnostic| {
                 diagnostics.push(diagnostic.related(entry.key_span, "the parameter is declared here"));
             })
@@ -116,16 +116,16 @@ pub(super) fn parameters(
 pub(super) fn features(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],
-    choice: &[Setting],
+    overrides: &[Setting],
     profile: &TargetProfile,
     diagnostics: &mut Diagnostics,
 ) -> BTreeMap<String, Feature> {
-    unknown("feature", choice, declarations.keys(), diagnostics);
+    unknown("feature", overrides, declarations.keys(), diagnostics);
     let mut features = BTreeMap::new();
     for entry in entries {
         let Some(declaration) = declarations.get(&entry.key) else { continue };
         let Some(default) = entry.value.get("default") else { continue };
-        let setting = choice.iter().rev().find(|setting| setting.name == entry.key);
+        let setting = overrides.iter().rev().find(|setting| setting.name == entry.key);
         availability::check_names(entry, diagnostics);
         let lacking = availability::lacking(entry, entries, profile);
         let off = lacking.as_ref().map(|lacking| availability::off(declaration, lacking.place));
@@ -161,7 +161,7 @@ pub(super) fn features(
             }
         }
     }
-    groups(declarations, entries, choice, &mut features, diagnostics);
+    groups(declarations, entries, overrides, &mut features, diagnostics);
     for (name, feature) in &features {
         let is_on = |other: &String| features.get(other).map(Feature::is_on);
         for (others, wanted, words) in [
@@ -222,7 +222,7 @@ pub(super) fn features(
 fn groups(
     declarations: &BTreeMap<String, FeatureDeclaration>,
     entries: &[Entry],
-    choice: &[Setting],
+    overrides: &[Setting],
     features: &mut BTreeMap<String, Feature>,
     diagnostics: &mut Diagnostics,
 ) {
@@ -236,19 +236,19 @@ fn groups(
     let others = |group: &str| names.iter().copied().filter(|name| *name != group).collect::<Vec<_>>();
     // A group lacks the feature whose own is misspelt.
     let lonely = groups.iter().filter(|(_, members)| members.len() == 1);
-    let lacking: Vec<&str> = lonely.filter_map(|(group, _)| did_you_mean(group, others(group))).collect();
+    let lacking: Vec<&str> = lonely.filter_map(|(group, _)| suggested_name(group, others(group))).collect();
     for (group, members) in groups {
         // What is wrong with a member has its diagnostic.
         if members.iter().any(|name| !features.contains_key(*name)) {
             continue;
         }
-        let is_chosen = |name: &String| choice.iter().any(|setting| setting.name == *name);
+        let is_chosen = |name: &String| overrides.iter().any(|setting| setting.name == *name);
         let on = |features: &BTreeMap<String, Feature>| -> Vec<&String> {
             let is_on = |name: &&&String| features.get(**name).is_some_and(Feature::is_on);
             members.iter().filter(is_on).copied().collect()
         };
         let chosen = on(features).into_iter().find(|name| is_chosen(name));
-        if let Some(setting) = chosen.and_then(|name| choice.iter().rev().find(|one| one.name == *name)) {
+        if let Some(setting) = chosen.and_then(|name| overrides.iter().rev().find(|one| one.name == *name)) {
             for name in on(features).into_iter().filter(|name| !is_chosen(name)) {
                 if let Some(feature) = features.get_mut(name) {
                     feature.value = match feature.declaration.values.first() {
@@ -277,7 +277,7 @@ fn groups(
             [alone] => {
                 let entry = entries.iter().find(|entry| entry.key == **alone);
                 let written = entry.and_then(|entry| Some(entry.value.get("one_of")?.span));
-                diagnostic.meant(group, others(group), written, |_| {
+                diagnostic.suggest(group, others(group), written, |_| {
                     "give another feature the same \"one_of\", or remove it".to_owned()
                 })
             }
@@ -295,15 +295,15 @@ fn groups(
 
 fn unknown<'a>(
     what: &str,
-    choice: &[Setting],
+    overrides: &[Setting],
     known: impl Iterator<Item = &'a String> + Clone,
     diagnostics: &mut Diagnostics,
 ) {
-    for setting in choice {
+    for setting in overrides {
         if !known.clone().any(|name| *name == setting.name) {
             // Another file may set it too.
             let taken = |name: &str| {
-                choice.iter().any(|other| other.name == name && other.place.file == setting.place.file)
+                overrides.iter().any(|other| other.name == name && other.place.file == setting.place.file)
             };
             diagnostics.push(not_there(what, &setting.name, known.clone(), setting.place, taken));
         }
@@ -319,7 +319,7 @@ pub(super) fn not_there<'a>(
 ) -> Diagnostic {
     let diagnostic =
         Diagnostic::error(codes::UNKNOWN_SETTING, place, format!("there is no {what} \"{name}\""));
-    diagnostic.meant_unless(name, known.map(String::as_str), Some(place), taken, |names| match names {
+    diagnostic.suggest_unless(name, known.map(String::as_str), Some(place), taken, |names| match names {
         [] => format!("this pipeline has no {what}s"),
         names => format!("the {what}s are {}", names.join(", ")),
     })
@@ -449,7 +449,7 @@ pub(super) fn decode_parameter(
                                 pair[1], pair[0]
                             ),
                         )
-                        .help("sort the list and remove what stands twice"),
+                        .help("sort the list and remove what appears twice"),
                     );
                     return None;
                 }

@@ -17,7 +17,7 @@ use crate::language::{TextureDeclaration, format_name, parse_format};
 pub struct IndexRange<T> {
     /// The first.
     pub first: T,
-    /// How many.
+    /// The count.
     pub count: T,
 }
 

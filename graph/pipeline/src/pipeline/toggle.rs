@@ -28,7 +28,7 @@ use super::builder::expression_diagnostic;
 use super::environment::Environment;
 use super::load::{RESERVED, Shared, bad_name, is_name};
 use super::{Access, Pass, Pipeline, ResourceKind, Version, history};
-use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, did_you_mean, list_of};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};
 use crate::document::{Document, Entry, Kind, Value, pointer_join};
 use crate::language::{Reference, ToggleDeclaration};
 use crate::source::Span;
@@ -41,9 +41,9 @@ pub struct Toggle {
     pub name: String,
     /// Whether it is on where the host says nothing.
     pub default: bool,
-    /// What it does, for people.
+    /// A description for people.
     pub description: Option<String>,
-    /// Where it is declared.
+    /// The place of the declaration.
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
@@ -78,9 +78,9 @@ pub struct Passthrough {
     pub condition: Condition,
     /// Its fallback otherwise.
     pub fallback: ResourceHandle,
-    /// Which version of that.
+    /// The version of the fallback.
     pub version: Version,
-    /// Where it is said.
+    /// The place in the document.
     pub place: Span,
     /// Its JSON pointer.
     pub pointer: String,
@@ -141,10 +141,10 @@ pub(super) fn toggles(
         let Some(declaration) = sound.get(&entry.key) else { continue };
         // A misspelt mention has a diagnostic of its own.
         let declared = |name: &str| section("toggles").iter().any(|other| other.key == name);
-        let meant = mentioned.iter().any(|name| {
-            *name == entry.key || !declared(name) && did_you_mean(name, [entry.key.as_str()]).is_some()
+        let suggested = mentioned.iter().any(|name| {
+            *name == entry.key || !declared(name) && suggested_name(name, [entry.key.as_str()]).is_some()
         });
-        if fine && !meant {
+        if fine && !suggested {
             let message = format!("no pass has the toggle \"{}\"", entry.key);
             let diagnostic = Diagnostic::warning(codes::UNUSED_TOGGLE, entry.key_span, message);
             let help = format!("give a pass \"toggle\": \"{}\", or remove it", entry.key);
@@ -197,7 +197,7 @@ fn unknown(document: &Document, diagnostics: &mut Diagnostics) {
         let message = format!("there is no toggle \"{name}\"");
         let diagnostic = Diagnostic::error(codes::UNKNOWN_TOGGLE, value.span, message);
         let written = value.span_within(text.len() - name.len()..text.len());
-        let diagnostic = diagnostic.meant(name, names.iter().copied(), written, |names| match names {
+        let diagnostic = diagnostic.suggest(name, names.iter().copied(), written, |names| match names {
             [] => "declare it under \"toggles\"".to_owned(),
             names => format!("the toggles are {}", list_of(names.iter().copied())),
         });
@@ -235,7 +235,7 @@ pub(super) fn condition(
 }
 
 /// One "passthrough" of a pass or of a use of a subgraph.
-pub(super) struct Said<'a> {
+pub(super) struct PassthroughDeclaration<'a> {
     /// The pass, or what the names of the passes of the subgraph start with.
     pub(super) name: String,
     pub(super) entry: &'a Entry,
@@ -246,17 +246,17 @@ pub(super) struct Said<'a> {
 /// Determines the fallback of each resource, and adds its accesses to the passes that read. Resources with a
 /// passthrough that cannot be join the uncertain ones.
 pub(super) fn connect(
-    said: &[Said<'_>],
+    declaration: &[PassthroughDeclaration<'_>],
     passes: &mut [Pass],
     toggles: &[Toggle],
     uncertain: &mut BTreeSet<ResourceHandle>,
     shared: &mut Shared,
 ) -> BTreeMap<ResourceHandle, Passthrough> {
     let mut passthroughs: BTreeMap<ResourceHandle, Passthrough> = BTreeMap::new();
-    for said in said {
-        for one in said.entry.value.get("passthrough").and_then(Value::entries).unwrap_or_default() {
-            let look = Look { said, one, passes, toggles, uncertain, shared };
-            match look.passthrough(&passthroughs) {
+    for declaration in declaration {
+        for one in declaration.entry.value.get("passthrough").and_then(Value::entries).unwrap_or_default() {
+            let check = PassthroughCheck { declaration, one, passes, toggles, uncertain, shared };
+            match check.passthrough(&passthroughs) {
                 Ok(found) => {
                     if let Some((resource, passthrough)) = found {
                         passthroughs.entry(resource).or_insert(passthrough);
@@ -264,12 +264,12 @@ pub(super) fn connect(
                 }
                 Err(diagnostic) => {
                     // What would be said of the readers of what is meant only follows.
-                    let meant = look.meant();
+                    let suggested = check.affected();
                     shared.report_from(
                         diagnostic.into_iter().map(|diagnostic| *diagnostic).collect(),
-                        &said.environment,
+                        &declaration.environment,
                     );
-                    uncertain.extend(meant);
+                    uncertain.extend(suggested);
                 }
             }
         }
@@ -320,9 +320,9 @@ pub fn add_fallbacks(
     pass: &mut Pass,
     passthroughs: &BTreeMap<ResourceHandle, Passthrough>,
 ) -> Vec<(Access, ResourceHandle)> {
-    let (mut added, mut refused): (Vec<Access>, Vec<(Access, ResourceHandle)>) = (Vec::new(), Vec::new());
+    let (mut added, mut rejected): (Vec<Access>, Vec<(Access, ResourceHandle)>) = (Vec::new(), Vec::new());
     if passthroughs.is_empty() {
-        return refused;
+        return rejected;
     }
     for one in pass.accesses.iter_mut().filter(|one| !one.usage.writes()) {
         let mut otherwise = Vec::new();
@@ -332,7 +332,7 @@ pub fn add_fallbacks(
             passthroughs.get(&at).filter(|passthrough| pass.condition != Some(passthrough.condition))
         {
             if one.usage.is_attachment() {
-                refused.push((one.clone(), at));
+                rejected.push((one.clone(), at));
                 break;
             }
             match accesses.last_mut() {
@@ -364,15 +364,15 @@ pub fn add_fallbacks(
             pass.accesses.push(one);
         }
     }
-    refused
+    rejected
 }
 
 /// Why an entry of a "passthrough" is none; `None` where that only follows from a diagnostic elsewhere.
-type Refusal = Option<Box<Diagnostic>>;
+type Rejection = Option<Box<Diagnostic>>;
 
 /// One entry of one "passthrough".
-struct Look<'a> {
-    said: &'a Said<'a>,
+struct PassthroughCheck<'a> {
+    declaration: &'a PassthroughDeclaration<'a>,
     one: &'a Entry,
     passes: &'a [Pass],
     toggles: &'a [Toggle],
@@ -380,8 +380,8 @@ struct Look<'a> {
     shared: &'a Shared,
 }
 
-impl Look<'_> {
-    fn refuse(&self, place: Span, message: String, help: impl Into<String>) -> Refusal {
+impl PassthroughCheck<'_> {
+    fn reject(&self, place: Span, message: String, help: impl Into<String>) -> Rejection {
         Some(Box::new(self.diagnostic(codes::PASSTHROUGH, place, message, help)))
     }
 
@@ -390,13 +390,13 @@ impl Look<'_> {
     }
 
     fn pointer(&self) -> String {
-        pointer_join(&format!("{}/passthrough", self.said.pointer), &self.one.key)
+        pointer_join(&format!("{}/passthrough", self.declaration.pointer), &self.one.key)
     }
 
     /// What a invalid entry may be about: the resource that it names if the passes write that, else all that they
     /// write.
-    fn meant(&self) -> BTreeSet<ResourceHandle> {
-        let environment = &self.said.environment;
+    fn affected(&self) -> BTreeSet<ResourceHandle> {
+        let environment = &self.declaration.environment;
         let name = environment.interpolate(&self.one.key, &self.shared.scope).ok();
         let named = name.and_then(|name| self.shared.find(&environment.resource(&name)));
         let accesses = self.members().flat_map(Pass::accesses);
@@ -409,15 +409,15 @@ impl Look<'_> {
     }
 
     fn members(&self) -> impl Iterator<Item = &Pass> {
-        let name = &self.said.name;
+        let name = &self.declaration.name;
         self.passes.iter().filter(move |pass| {
             pass.name.strip_prefix(name.as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
         })
     }
 
     /// A resource by a reference, and the version that it names; `None` where nothing is known of it.
-    fn resource(&self, text: &str, place: Span) -> Result<Option<(ResourceHandle, Version)>, Refusal> {
-        let environment = &self.said.environment;
+    fn resource(&self, text: &str, place: Span) -> Result<Option<(ResourceHandle, Version)>, Rejection> {
+        let environment = &self.declaration.environment;
         let given = text;
         let text = environment.interpolate(text, &self.shared.scope).map_err(|mut error| {
             environment.widen(&mut error, std::iter::empty());
@@ -425,7 +425,7 @@ impl Look<'_> {
             expression_diagnostic(&error, &value, &self.pointer()).map(Box::new)
         })?;
         let reference = Reference::parse(&text).map_err(|error| {
-            let message = format!("\"{text}\" is no reference");
+            let message = format!("\"{text}\" is not a reference");
             Some(Box::new(self.diagnostic(codes::BAD_REFERENCE, place, message, error.to_string())))
         })?;
         let Some(handle) = self.shared.find(&environment.resource(reference.resource)) else {
@@ -436,7 +436,7 @@ impl Look<'_> {
             let written = place.of_quoted(given, 0..reference.resource.len());
             let written = written.filter(|_| given.starts_with(reference.resource));
             let diagnostic = diagnostic
-                .meant(reference.resource, names, written, |_| "declare it under \"resources\"".to_owned());
+                .suggest(reference.resource, names, written, |_| "declare it under \"resources\"".to_owned());
             return Err(Some(Box::new(diagnostic)));
         };
         let back = environment.back(reference.resource).saturating_add(reference.back);
@@ -464,14 +464,14 @@ impl Look<'_> {
     fn passthrough(
         &self,
         others: &BTreeMap<ResourceHandle, Passthrough>,
-    ) -> Result<Option<(ResourceHandle, Passthrough)>, Refusal> {
+    ) -> Result<Option<(ResourceHandle, Passthrough)>, Rejection> {
         let key = self.one.key_span;
-        let has_toggle =
-            self.said.entry.value.get("toggle").is_some() || !self.said.environment.toggles.is_empty();
+        let has_toggle = self.declaration.entry.value.get("toggle").is_some()
+            || !self.declaration.environment.toggles.is_empty();
         if !has_toggle {
-            let message = format!("\"{}\" has a passthrough, but no toggle", self.said.name);
+            let message = format!("\"{}\" has a passthrough, but no toggle", self.declaration.name);
             let help = "add \"toggle\", or remove the passthrough";
-            return Err(self.refuse(key, message, help));
+            return Err(self.reject(key, message, help));
         }
         let Some(written) = self.one.value.text() else { return Ok(None) };
         let Some((resource, _)) = self.resource(&self.one.key, key)? else { return Ok(None) };
@@ -489,9 +489,9 @@ impl Look<'_> {
             if self.uncertain.contains(&resource) {
                 return Ok(None);
             }
-            let message = format!("\"{}\" does not write \"{}\"", self.said.name, known.name);
+            let message = format!("\"{}\" does not write \"{}\"", self.declaration.name, known.name);
             let help = "a passthrough names what the pass writes, and what readers see instead";
-            return Err(self.refuse(key, message, help));
+            return Err(self.reject(key, message, help));
         };
         // An unknown toggle has a diagnostic already.
         let Some(condition) = writer.condition else { return Ok(None) };
@@ -499,7 +499,7 @@ impl Look<'_> {
         if fallback == resource {
             let message = format!("\"{}\" cannot be its own fallback", known.name);
             let help = "name what readers see instead";
-            return Err(self.refuse(self.one.value.span, message, help));
+            return Err(self.reject(self.one.value.span, message, help));
         }
         if let Some(pass) = self.passes.iter().find(|pass| writes(pass) && pass.condition != Some(condition))
         {
@@ -542,9 +542,9 @@ impl Look<'_> {
         };
         if let Some(message) = error {
             let help = "the fallback is of the same kind; blackboard data has the same shape";
-            return Err(self.refuse(self.one.value.span, message, help));
+            return Err(self.reject(self.one.value.span, message, help));
         }
-        let pointer = pointer_join(&format!("{}/passthrough", self.said.pointer), &self.one.key);
+        let pointer = pointer_join(&format!("{}/passthrough", self.declaration.pointer), &self.one.key);
         let place = self.one.value.span;
         Ok(Some((resource, Passthrough { condition, fallback, version, place, pointer })))
     }

@@ -38,7 +38,7 @@ impl Condition {
     /// Reads a condition on a known axis.
     ///
     /// # Errors
-    /// What is wrong with it, in words.
+    /// The error in words.
     pub(super) fn read(text: &str, axis: &Axis) -> Result<Self, String> {
         let (_, value, equal) = Self::split(text);
         let value = match (value, &axis.kind) {

@@ -10,21 +10,21 @@ use super::Condition;
 use crate::diagnostic::AxisValues;
 use crate::source::Span;
 
-/// What a constraint demands.
+/// The kind of a constraint.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Rule {
     /// Where `when` holds, all of `all` hold.
     Requires {
         /// The premise; `None` for always.
         when: Option<Condition>,
-        /// What has to hold.
+        /// The conditions that have to hold.
         all: Vec<Condition>,
     },
     /// Where `when` holds, none of `none` holds.
     Excludes {
         /// The premise; `None` for always.
         when: Option<Condition>,
-        /// What must not hold.
+        /// The conditions that must not hold.
         none: Vec<Condition>,
     },
     /// Exactly one holds.
@@ -34,9 +34,9 @@ pub enum Rule {
 /// A constraint and its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Constraint {
-    /// What it demands.
+    /// The kind.
     pub rule: Rule,
-    /// Where it is declared.
+    /// The place of the declaration.
     pub span: Span,
 }
 

@@ -39,7 +39,7 @@ use std::collections::BTreeMap;
 use crate::diagnostic::{AxisValue, AxisValues};
 use crate::source::Span;
 
-/// What values an axis has.
+/// The values of an axis.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum AxisKind {
     /// `false` and `true`.
@@ -107,7 +107,7 @@ impl AxisKind {
     }
 }
 
-/// What an axis becomes.
+/// The form of an axis in WGSL.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AxisMode {
     /// A variable of the template: another value may be another text.
@@ -125,9 +125,9 @@ pub struct Axis {
     pub kind: AxisKind,
     /// The value where none is given.
     pub default: AxisValue,
-    /// What it is for.
+    /// A description for people.
     pub description: String,
-    /// What it becomes.
+    /// The form in WGSL.
     pub mode: AxisMode,
     /// Whether its minimum, default and maximum, and those that constraints name, stand for all where nothing
     /// narrows them: a number that is only a size, in a text that is otherwise the same. Pipelines are proven with the

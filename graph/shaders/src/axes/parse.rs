@@ -130,7 +130,7 @@ fn read_condition(written: &WrittenCondition, axes: &Axes) -> Result<Condition, 
         );
         let at = written.text.find(name).unwrap_or_default();
         let span = written.span.of_quoted(&written.text, at..at + name.len());
-        return Err(Box::new(diagnostic.meant(name, axes.names(), span, |_| {
+        return Err(Box::new(diagnostic.suggest(name, axes.names(), span, |_| {
             "declare the axis here, or inherit the template that declares it".to_owned()
         })));
     };
@@ -315,7 +315,7 @@ impl Reader<'_> {
             if names.iter().any(|known| known == name) {
                 self.wrong(element.span, format!("the value \"{name}\" stands twice"));
             } else if formats && texture_format(name).is_none() {
-                self.wrong(element.span, format!("\"{name}\" is no texture format of WebGPU"));
+                self.wrong(element.span, format!("\"{name}\" is not a texture format of WebGPU"));
             } else if !formats && !is_word(name) {
                 self.wrong(element.span, format!("\"{name}\" is no name: letters, digits, \"_\" and \"-\""));
             } else {

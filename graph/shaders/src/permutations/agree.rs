@@ -101,7 +101,7 @@ fn meet(one: &Layout<'_>, other: &Layout<'_>) -> bool {
     one.iter().zip(other).all(|pair| !matches!(pair, (Some(one), Some(other)) if one != other))
 }
 
-/// What variants that can be of one layout disagree about, with two that do.
+/// The differences between variants of one layout, each with two variants that differ.
 fn conflicts<'a>(members: &[Member<'a>], own: &[&str]) -> Vec<(InterfaceConflict, Member<'a>, Member<'a>)> {
     // Equal reflections are one; the first variant stands for all of them.
     let mut layouts: BTreeMap<Layout<'a>, BTreeMap<*const Reflection, Member<'a>>> = BTreeMap::new();

@@ -20,25 +20,25 @@ use super::overrides::Set;
 use crate::axes::Axes;
 use crate::compile;
 use crate::diagnostic::AxisValues;
-use crate::wgsl_error::Refusal;
+use crate::wgsl_error::Rejection;
 use crate::{stages, wgsl};
 
-/// The refusal of a module with one of several sets of values, with the values that provoke it and its place.
+/// The rejection of a module with one of several sets of values, with the values that provoke it and its place.
 pub(super) fn blame(
     text: &str,
     (module, info): (&Module, &ModuleInfo),
     axes: &Axes,
     (sets, at): (&[Set], usize),
-    refusal: Refusal,
-) -> Refusal {
-    let Some(set) = sets.get(at) else { return refusal };
+    rejection: Rejection,
+) -> Rejection {
+    let Some(set) = sets.get(at) else { return rejection };
     let fails = |values: &AxisValues| {
         let constants = compile::constants(axes, values, module);
         let resolved = constants.and_then(|set| wgsl::resolve_overrides(module, info, &set).map(drop));
-        resolved.is_err_and(|other| other.message == refusal.message)
+        resolved.is_err_and(|other| other.message == rejection.message)
     };
     let overrides = provoking(sets, at, &fails);
-    let range = refusal.range.clone().or_else(|| {
+    let range = rejection.range.clone().or_else(|| {
         let found = || Ok(place(text, module, info, &set.constants));
         wgsl::guarded(found).ok().flatten().or_else(|| {
             let mut declared = module.overrides.iter();
@@ -47,7 +47,7 @@ pub(super) fn blame(
             module.overrides.get_span(handle).to_range()
         })
     });
-    Refusal { range, overrides, ..refusal }
+    Rejection { range, overrides, ..rejection }
 }
 
 /// An inclusion-minimal part of a set of values with which something fails; nothing where it fails with all sets.
@@ -98,7 +98,7 @@ fn place(
     }
 }
 
-/// Where an expression stands in a module.
+/// The place of an expression in a module.
 #[derive(Clone, Copy)]
 enum Home {
     Module,

@@ -27,7 +27,7 @@ pub(crate) struct Failure {
     pub(crate) overrides: AxisValues,
 }
 
-/// What makes failures one: place, code, and message or limit.
+/// The key by which failures are merged: place, code, and message or limit.
 type Key = (Place, &'static str, String);
 
 impl Failure {
@@ -58,7 +58,7 @@ pub(crate) struct Ground<'a> {
     pub(crate) profiles: BTreeSet<String>,
 }
 
-/// What a cause does in one template.
+/// The effect of a cause in one template.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Effect {
     pub(crate) template: String,
@@ -66,7 +66,7 @@ pub(crate) struct Effect {
     pub(crate) of_variants: usize,
     pub(crate) configurations: Count,
     pub(crate) provocation: AxisValues,
-    /// What of the provocation may be combined by nobody.
+    /// The portion of the provocation that no caller may combine.
     pub(crate) assumed: Vec<String>,
     /// The values of overrides that belong to the provocation.
     pub(crate) overrides: AxisValues,

@@ -235,7 +235,7 @@ impl<'a> Explorer<'a> {
         new
     }
 
-    /// What came of it.
+    /// The outcome.
     pub(crate) fn finish(self) -> Exploration {
         finish(self.set, self.template, &self.space, self.exploration, &self.unknown)
     }

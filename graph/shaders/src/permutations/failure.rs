@@ -1,8 +1,8 @@
 //! From proofs and opinions to failures in the templates.
 //!
-//! A refusal is about a generated text; the failure is about the template that it came from. Literal text maps exactly.
-//! Where the place was captured by a macro, a block or a filter, the marked templates give it, with the tags through
-//! which it was written out.
+//! A rejection is about a generated text; the failure is about the template that it came from. Literal text maps
+//! exactly. Where the place was captured by a macro, a block or a filter, the marked templates give it, with the tags
+//! through which it was written out.
 
 use std::collections::BTreeSet;
 
@@ -13,12 +13,12 @@ use super::prove::{Proof, Task};
 use super::validator::{Opinion, Validator};
 use super::{Explored, Proven};
 use crate::diagnostic::{AxisValues, Diagnostic, Place};
-use crate::wgsl_error::{Refusal, Stage};
+use crate::wgsl_error::{Rejection, Stage};
 use crate::{TemplateSet, codes, markers};
 
-/// What each external validator says of a text, if naga accepts it.
+/// The verdict of each external validator on a text, if naga accepts it.
 pub(super) fn judge(task: &Task<'_>, proof: &Proof, validators: &[&dyn Validator]) -> Vec<Opinion> {
-    let accepted = proof.refusals.is_empty();
+    let accepted = proof.rejections.is_empty();
     let judge = |each: &&dyn Validator| {
         if accepted { each.judge(&task.source.wgsl) } else { Opinion::Accepts }
     };
@@ -37,8 +37,8 @@ pub(super) fn unavailable(proven: &[Proven], validators: &[&dyn Validator]) -> V
     found.map(diagnostic).collect()
 }
 
-/// What naga, the limits and the writers refuse, and what is better avoided.
-pub(super) fn refusals(
+/// What naga, the limits and the writers reject, and what is better avoided.
+pub(super) fn rejections(
     templates: &TemplateSet,
     each: &Explored<'_>,
     proven: &[Proven],
@@ -49,23 +49,23 @@ pub(super) fn refusals(
         let Some(Proven { proof, source: Some(source), .. }) = proven.get(*task) else { continue };
         let every: Vec<usize> = (0..each.request.profiles.len()).collect();
         let advice = proof.advice.iter().map(|advice| (advice, &every));
-        for (refusal, profiles) in
-            proof.refusals.iter().map(|(refusal, profiles)| (refusal, profiles)).chain(advice)
+        for (rejection, profiles) in
+            proof.rejections.iter().map(|(rejection, profiles)| (rejection, profiles)).chain(advice)
         {
             let names = profiles.iter().filter_map(|at| each.request.profiles.get(*at));
             failures.push(Failure {
-                diagnostic: place_refusal(templates, each, text, source, refusal, marked),
+                diagnostic: place_rejection(templates, each, text, source, rejection, marked),
                 leaves: each.exploration.leaves_of(text).iter().copied().collect(),
                 profiles: names.map(|profile| profile.name.clone()).collect(),
-                excess: refusal.excess.clone(),
-                overrides: refusal.overrides.clone(),
+                excess: rejection.excess.clone(),
+                overrides: rejection.overrides.clone(),
             });
         }
     }
     failures
 }
 
-/// What external validators refuse, or do not come to an end on.
+/// The rejections and time-outs of external validators.
 pub(super) fn disagreements(
     templates: &TemplateSet,
     each: &Explored<'_>,
@@ -77,23 +77,23 @@ pub(super) fn disagreements(
     for (text, task) in each.tasks.iter().enumerate() {
         let Some(Proven { opinions, source: Some(source), .. }) = proven.get(*task) else { continue };
         for (opinion, validator) in opinions.iter().zip(validators) {
-            let refusal = match opinion {
+            let rejection = match opinion {
                 Opinion::Accepts | Opinion::Unavailable(_) => continue,
-                Opinion::Refuses { message, place } => {
-                    let message = format!("{} refuses this: {message}", validator.name());
+                Opinion::Rejects { message, place } => {
+                    let message = format!("{} rejects this: {message}", validator.name());
                     let range = place
                         .map(|(line, column)| offset_of(&source.wgsl, line, column))
                         .map(|at| at..at + 1);
-                    Refusal { range, ..Refusal::new(Stage::External, message, naga::Span::UNDEFINED) }
+                    Rejection { range, ..Rejection::new(Stage::External, message, naga::Span::UNDEFINED) }
                 }
-                Opinion::TimedOut => Refusal::new(
+                Opinion::TimedOut => Rejection::new(
                     Stage::ExternalTimeout,
                     format!("{} does not come to an end on this template", validator.name()),
                     naga::Span::UNDEFINED,
                 ),
             };
             failures.push(Failure {
-                diagnostic: place_refusal(templates, each, text, source, &refusal, marked),
+                diagnostic: place_rejection(templates, each, text, source, &rejection, marked),
                 leaves: each.exploration.leaves_of(text).iter().copied().collect(),
                 profiles: BTreeSet::new(),
                 excess: None,
@@ -109,13 +109,13 @@ fn offset_of(text: &str, line: usize, column: usize) -> usize {
     (start + column.saturating_sub(1)).min(text.len())
 }
 
-/// The diagnostic for a refusal of a text: by the plain map, or by markers where captured text hides the place.
-fn place_refusal(
+/// The diagnostic for a rejection of a text: by the plain map, or by markers where captured text hides the place.
+fn place_rejection(
     templates: &TemplateSet,
     each: &Explored<'_>,
     text: usize,
     source: &Source,
-    refusal: &Refusal,
+    rejection: &Rejection,
     marked: &mut Marked<'_>,
 ) -> Diagnostic {
     let template = &each.request.template;
@@ -124,7 +124,7 @@ fn place_refusal(
     };
     let file = templates.templates.get(template).map(|template| template.file);
     let Some(file) = file else { return templates.unknown(template, Place::Nowhere) };
-    markers::place(refusal, &source.wgsl, &source.map, file, || {
+    markers::place(rejection, &source.wgsl, &source.map, file, || {
         let leaf = each.exploration.leaves.get(found.leaf)?;
         marked.get(templates).map(template, &leaf.decided, &source.wgsl)
     })

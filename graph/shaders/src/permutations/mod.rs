@@ -1,7 +1,7 @@
 //! Every shader permutation, proven.
 //!
 //! ```text
-//! requests ──explore──▶ paths, distinct texts ──prove──▶ refusals ──group──▶ diagnostics, one per root cause
+//! requests ──explore──▶ paths, distinct texts ──prove──▶ rejections ──group──▶ diagnostics, one per root cause
 //!              lazily, one rendering per path     once per text, on threads          with what provokes them
 //!              └──────────── at the same time ───────────────┘
 //! ```
@@ -53,7 +53,7 @@ use crate::source::FileId;
 /// A template that is to be proven.
 #[derive(Clone, Debug)]
 pub struct Request {
-    /// How reports call it: the name of a pass, for one.
+    /// The name in reports: that of a pass, for one.
     pub name: String,
     /// The template.
     pub template: String,
@@ -64,7 +64,7 @@ pub struct Request {
     pub assumed: BTreeMap<String, String>,
     /// The profiles that have to accept every variant.
     pub profiles: Vec<TargetProfile>,
-    /// Where a diagnostic about the request itself belongs.
+    /// The place of diagnostics about the request itself.
     pub place: Place,
 }
 
@@ -97,7 +97,7 @@ impl Request {
     }
 }
 
-/// How to check.
+/// The options of a check.
 pub struct Options<'a> {
     /// The number of threads.
     pub threads: usize,
@@ -128,11 +128,11 @@ struct Explored<'a> {
     tasks: Vec<usize>,
 }
 
-/// What became of a distinct text.
+/// The proof of a distinct text.
 struct Proven {
     proof: Proof,
     opinions: Vec<Opinion>,
-    /// The text, where somebody refuses it, or advises against something in it.
+    /// The text, where somebody rejects it, or advises against something in it.
     source: Option<Source>,
 }
 
@@ -185,7 +185,7 @@ fn explore_and_prove<'a>(
                         Explorer::new(templates, placement, &request.template, &space, options.report_dead);
                     current = Some(Current { request, space, subject, explorer, tasks: Vec::new() });
                 }
-                (refused, _) => diagnostics.extend(refused.err().into_iter().flatten()),
+                (rejected, _) => diagnostics.extend(rejected.err().into_iter().flatten()),
             }
         }
     });
@@ -202,7 +202,7 @@ fn explore_and_prove<'a>(
             }
         }
         let opinions = failure::judge(&task, &proof, options.external);
-        let quiet = proof.refusals.is_empty() && proof.advice.is_empty();
+        let quiet = proof.rejections.is_empty() && proof.advice.is_empty();
         let accepted = quiet && opinions.iter().all(|each| *each == Opinion::Accepts);
         let proven = Proven { proof, opinions, source: (!accepted).then_some(task.source) };
         (options.progress)(done.fetch_add(1, Ordering::Relaxed) + 1, found.load(Ordering::Relaxed));
@@ -234,8 +234,8 @@ struct Current<'a, 'p> {
 pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_>) -> Permutations {
     let mut diagnostics = Diagnostics::new();
     let placement = Placement::new(templates);
-    let (explored, refused, proven) = explore_and_prove(templates, &placement, requests, options);
-    diagnostics.extend(refused);
+    let (explored, rejected, proven) = explore_and_prove(templates, &placement, requests, options);
+    diagnostics.extend(rejected);
 
     let mut marked = None;
     let mut causes = Causes::default();
@@ -270,7 +270,7 @@ pub fn check(templates: &TemplateSet, requests: &[Request], options: &Options<'_
                 overrides: AxisValues::new(),
             })
             .collect();
-        failures.extend(failure::refusals(templates, each, &proven, &mut Marked(&mut marked)));
+        failures.extend(failure::rejections(templates, each, &proven, &mut Marked(&mut marked)));
         failures.extend(failure::disagreements(
             templates,
             each,
@@ -323,7 +323,7 @@ fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Dia
                     Diagnostic::error(
                         codes::AXIS_VALUE,
                         request.place.clone(),
-                        format!("{value} is no value of the axis \"{name}\""),
+                        format!("{value} is not a value of the axis \"{name}\""),
                     )
                     .help(format!("the values are {}", axis.kind.describe()))
                     .related(axis.span, "declared here")

@@ -14,7 +14,7 @@ use naga::{
 use crate::axes::{Axes, AxisKind, AxisMode};
 use crate::compile;
 use crate::diagnostic::{AxisValue, AxisValues};
-use crate::wgsl_error::Refusal;
+use crate::wgsl_error::Rejection;
 
 /// Values of all override axes, and the constants that they are in a module.
 pub(super) struct Set {
@@ -26,7 +26,7 @@ pub(super) struct Set {
 ///
 /// # Errors
 /// An override whose type does not fit its axis.
-pub(super) fn sets(axes: &Axes, values: &[AxisValues], module: &Module) -> Result<Vec<Set>, Refusal> {
+pub(super) fn sets(axes: &Axes, values: &[AxisValues], module: &Module) -> Result<Vec<Set>, Rejection> {
     let mut sets: Vec<Set> = Vec::new();
     for values in values {
         let constants = compile::constants(axes, values, module)?;

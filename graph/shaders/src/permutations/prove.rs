@@ -13,10 +13,10 @@ use crate::diagnostic::AxisValues;
 use crate::profile::{TargetLanguage, TargetProfile};
 use crate::reflection::{self, Reflection};
 use crate::wgsl::Resolved;
-use crate::wgsl_error::Refusal;
+use crate::wgsl_error::Rejection;
 use crate::{backend, compile, limits, stages, uniform_branches, wgsl};
 
-/// What all texts of a template are proven for.
+/// The profiles and limits that all texts of a template are proven for.
 pub(crate) struct Subject<'a> {
     axes: &'a Axes,
     /// The values of override axes that are tried, the defaults first.
@@ -36,42 +36,42 @@ pub(crate) struct Task<'a> {
     pub(crate) subject: Arc<Subject<'a>>,
 }
 
-/// What became of a text.
+/// The proof of a text.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Proof {
-    /// Why it is refused, and by which of the profiles, by index.
-    pub(crate) refusals: Vec<(Refusal, Vec<usize>)>,
-    /// What is no reason to refuse it, but better avoided.
-    pub(crate) advice: Vec<Refusal>,
-    /// What it says of itself, where some profile accepts it.
+    /// Why it is rejected, and by which of the profiles, by index.
+    pub(crate) rejections: Vec<(Rejection, Vec<usize>)>,
+    /// What is no reason to reject it, but better avoided.
+    pub(crate) advice: Vec<Rejection>,
+    /// The reflection, where some profile accepts the text.
     pub(crate) reflection: Option<Arc<Reflection>>,
 }
 
 impl Proof {
-    fn refuse(&mut self, refusal: Refusal, profiles: impl IntoIterator<Item = usize>) {
-        match self.refusals.iter_mut().find(|(known, _)| *known == refusal) {
+    fn reject(&mut self, rejection: Rejection, profiles: impl IntoIterator<Item = usize>) {
+        match self.rejections.iter_mut().find(|(known, _)| *known == rejection) {
             Some((_, all)) => {
                 all.extend(profiles);
                 all.sort_unstable();
                 all.dedup();
             }
-            None => self.refusals.push((refusal, profiles.into_iter().collect())),
+            None => self.rejections.push((rejection, profiles.into_iter().collect())),
         }
     }
 }
 
-/// Proves one text for all profiles of its task. A defect that ends in a panic refuses the text: the others are still
+/// Proves one text for all profiles of its task. A defect that ends in a panic rejects the text: the others are still
 /// proven, and the diagnostic says which it is about.
 pub(crate) fn prove(task: &Task<'_>) -> Proof {
     let subject = &*task.subject;
-    wgsl::guarded(|| prove_for(task, subject)).unwrap_or_else(|refusal| {
+    wgsl::guarded(|| prove_for(task, subject)).unwrap_or_else(|rejection| {
         let mut proof = Proof::default();
-        proof.refuse(refusal, 0..subject.profiles.len());
+        proof.reject(rejection, 0..subject.profiles.len());
         proof
     })
 }
 
-fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Refusal> {
+fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Rejection> {
     let mut proof = Proof::default();
     let module = wgsl::parse(&task.source.wgsl)?;
     proof.advice = uniform_branches::found(&module);
@@ -90,14 +90,14 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Refusal> {
         };
         let info = match known.take().map_or_else(|| wgsl::validate(&module, capabilities), Ok) {
             Ok(info) => info,
-            Err(refusal) => {
-                proof.refuse(refusal, profiles.iter().copied());
+            Err(rejection) => {
+                proof.reject(rejection, profiles.iter().copied());
                 continue;
             }
         };
         let mut sizes = Vec::new();
         let mut defaults = None;
-        let mut refused = false;
+        let mut rejected = false;
         for (at, set) in sets.iter().enumerate() {
             match wgsl::resolve_overrides(&module, &info, &set.constants) {
                 Ok(resolved) => {
@@ -105,18 +105,18 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Refusal> {
                     // The first values are the defaults.
                     defaults.get_or_insert(resolved);
                 }
-                Err(refusal) => {
-                    refused = true;
+                Err(rejection) => {
+                    rejected = true;
                     let text = &task.source.wgsl;
-                    let refusal = blame(text, (&module, &info), subject.axes, (&sets, at), refusal);
-                    proof.refuse(refusal, profiles.iter().copied());
+                    let rejection = blame(text, (&module, &info), subject.axes, (&sets, at), rejection);
+                    proof.reject(rejection, profiles.iter().copied());
                 }
             }
         }
         sizes.dedup_by(|(_, one), (_, other)| one == other);
-        let Some(defaults) = defaults.filter(|_| !refused) else { continue };
-        for refusal in stages::mismatched(&task.source.wgsl, &module) {
-            proof.refuse(refusal, profiles.iter().copied());
+        let Some(defaults) = defaults.filter(|_| !rejected) else { continue };
+        for rejection in stages::mismatched(&task.source.wgsl, &module) {
+            proof.reject(rejection, profiles.iter().copied());
         }
         for (set, sizes) in &sizes {
             let reflection = reflection::reflect(&module, &info, sizes);
@@ -124,7 +124,7 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Refusal> {
                 let exceeded = |reflection: &Reflection| {
                     limits::exceeded(&task.source.wgsl, &module, reflection, &subject.profiles[*at])
                 };
-                for mut refusal in exceeded(&reflection) {
+                for mut rejection in exceeded(&reflection) {
                     if sets.len() > 1 {
                         let fails = |values: &AxisValues| {
                             let sizes = compile::constants(subject.axes, values, &module)
@@ -134,13 +134,13 @@ fn prove_for(task: &Task<'_>, subject: &Subject<'_>) -> Result<Proof, Refusal> {
                             reflection.is_ok_and(|each| {
                                 exceeded(&each).iter().any(|other| {
                                     other.excess.as_ref().map(|each| &each.of)
-                                        == refusal.excess.as_ref().map(|each| &each.of)
+                                        == rejection.excess.as_ref().map(|each| &each.of)
                                 })
                             })
                         };
-                        refusal.overrides = blame::provoking(&sets, *set, &fails);
+                        rejection.overrides = blame::provoking(&sets, *set, &fails);
                     }
-                    proof.refuse(refusal, [*at]);
+                    proof.reject(rejection, [*at]);
                 }
             }
             // The first sizes are those of the defaults.
@@ -166,8 +166,8 @@ fn check_writers(
         }
     }
     for (language, profiles) in by_language {
-        if let Err(refusal) = backend::emit(module, info, language) {
-            proof.refuse(refusal, profiles);
+        if let Err(rejection) = backend::emit(module, info, language) {
+            proof.reject(rejection, profiles);
         }
     }
 }

@@ -18,7 +18,7 @@ pub struct Permutations {
     pub proven: usize,
 }
 
-/// What was found out about one request.
+/// The result of one request.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct TemplateReport {
     /// The pass, or what else the request calls itself.
@@ -29,7 +29,7 @@ pub struct TemplateReport {
     pub profiles: Vec<String>,
     /// The number of configurations that the constraints allow.
     pub configurations: Count,
-    /// How many of them the checked variants stand for; fewer only where a limit was met.
+    /// The number of configurations that the checked variants represent; fewer only where a limit was met.
     pub covered: Count,
     /// The number of paths through the template, each one rendering.
     pub paths: usize,
@@ -37,7 +37,7 @@ pub struct TemplateReport {
     pub variants: Vec<VariantReport>,
     /// The axes on which nothing depends.
     pub dead_axes: Vec<String>,
-    /// What each value adds to the text.
+    /// The size that each value adds to the text.
     pub bytes_of_values: Vec<ValueBytes>,
     /// The bindings of all variants together, as far as they agree; the layout of the pass.
     #[serde(skip)]
@@ -60,12 +60,12 @@ pub struct VariantReport {
     pub hash: String,
     /// Whether every profile accepts it.
     pub valid: bool,
-    /// What the module says of itself; `None` for a text that no profile accepts.
+    /// The reflection of the module; `None` for a text that no profile accepts.
     #[serde(skip)]
     pub reflection: Option<Arc<Reflection>>,
 }
 
-/// What a value adds to the text, against the text of all defaults.
+/// The size that a value adds to the text of all defaults.
 #[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
 pub struct ValueBytes {
     /// The axis.

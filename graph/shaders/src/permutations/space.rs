@@ -56,7 +56,7 @@ impl Domain {
     }
 }
 
-/// What is left of the product of a template's axes.
+/// The combinations of a template's axes that constraints allow.
 #[derive(Clone, Debug)]
 pub struct Space {
     axes: BTreeMap<String, (Domain, AxisMode)>,

@@ -35,7 +35,7 @@ pub(super) fn report_on(
             configurations,
             bytes: text.bytes,
             hash: blake3::Hash::from_bytes(text.hash).to_string(),
-            valid: proof.is_some_and(|proof| proof.refusals.is_empty()),
+            valid: proof.is_some_and(|proof| proof.rejections.is_empty()),
             reflection: proof.and_then(|proof| proof.reflection.clone()),
         });
     }
@@ -70,17 +70,17 @@ fn dead_axes(templates: &TemplateSet, each: &Explored<'_>, variants: &[VariantRe
     let axes = templates.axes(&each.request.template).into_iter().flat_map(Axes::iter);
     axes.filter(|axis| {
         let choice = each.request.allowed.get(&axis.name).is_none_or(|values| values.len() > 1);
-        // Nobody knows what overrides do in a text that is refused.
-        let refused =
+        // Nobody knows what overrides do in a text that is rejected.
+        let rejected =
             axis.mode == AxisMode::Override && variants.iter().any(|each| each.reflection.is_none());
-        let known = !refused && !each.exploration.partial.contains(&axis.name);
+        let known = !rejected && !each.exploration.partial.contains(&axis.name);
         choice && known && !effective.contains(&axis.name) && !overrides.contains(axis.name.as_str())
     })
     .map(|axis| axis.name.clone())
     .collect()
 }
 
-/// What each value of a small axis adds to the text of all defaults.
+/// The size that each value of a small axis adds to the text of all defaults.
 fn bytes_of_values(
     templates: &TemplateSet,
     placement: &Placement<'_>,

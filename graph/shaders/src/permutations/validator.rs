@@ -7,20 +7,20 @@ pub trait Validator: Sync {
     /// The name under which diagnostics show it.
     fn name(&self) -> &str;
 
-    /// Where it is asked for, for diagnostics about itself.
+    /// The place of the request, for diagnostics about the validator.
     fn place(&self) -> Place;
 
-    /// What it says of a text.
+    /// The verdict on a text.
     fn judge(&self, wgsl: &str) -> Opinion;
 }
 
-/// What a validator says of a text.
+/// The verdict of a validator on a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Opinion {
     /// It is valid.
     Accepts,
     /// It is not.
-    Refuses {
+    Rejects {
         /// Why.
         message: String,
         /// Line and column, both from 1, in bytes.

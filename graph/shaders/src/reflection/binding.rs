@@ -27,7 +27,7 @@ pub struct Binding {
     pub name: String,
     /// The layout entry; visible to the stages of the entry points that use the binding.
     pub entry: BindGroupLayoutEntry,
-    /// How the content of a buffer lies in memory.
+    /// The memory layout of the contents of a buffer.
     pub block: Option<TypeLayout>,
     /// The type in WGSL's spelling, `texture_depth_2d_array`.
     pub type_name: String,

@@ -43,7 +43,7 @@ impl Scalar {
     }
 }
 
-/// How a type lies in memory.
+/// The memory layout of a type.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum TypeLayout {
@@ -102,7 +102,7 @@ pub struct Member {
     pub name: String,
     /// Its first byte, from the start of the structure.
     pub offset: u32,
-    /// How it lies in memory.
+    /// The memory layout.
     pub layout: TypeLayout,
 }
 

@@ -20,7 +20,7 @@ use naga::Module;
 use naga::proc::Layouter;
 use naga::valid::ModuleInfo;
 
-/// What a module says of itself.
+/// The reflection of a module.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Reflection {
     /// The bindings that an entry point uses, by group and binding.

@@ -94,7 +94,7 @@ proptest! {
     }
 
     #[test]
-    fn any_declaration_of_axes_is_read_or_refused(text in "[ -~\\n]{0,120}") {
+    fn any_declaration_of_axes_is_read_or_rejected(text in "[ -~\\n]{0,120}") {
         Fixture::new(&[("main.wgsl.jinja", ""), ("main.axes.json", &text)]);
     }
 }

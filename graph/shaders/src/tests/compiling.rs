@@ -100,9 +100,9 @@ fn inherited_axes_and_constraints_hold() {
     let axes = fixture.set.axes("main.wgsl.jinja").unwrap();
     assert_eq!(axes.names().collect::<Vec<_>>(), ["evsm", "fog", "msaa"]);
     fixture.compile("main.wgsl.jinja", &[("fog", true.into()), ("evsm", true.into())]);
-    let refused = fixture.refusal("main.wgsl.jinja", &[("fog", true.into())]);
+    let rejected = fixture.rejection("main.wgsl.jinja", &[("fog", true.into())]);
     assert_eq!(
-        refused,
+        rejected,
         [
             "UG0513 main.axes.json:1:100 evsm=false, fog=true breaks a constraint of \"main.wgsl.jinja\": fog requires evsm"
         ]
@@ -145,6 +145,6 @@ fn a_variant_is_written_in_every_language_and_line_by_line() {
 #[test]
 fn ten_megabytes_of_text_are_a_diagnostic() {
     let fixture = Fixture::sound(&[("main.wgsl.jinja", &"// 0123456789\n".repeat(800_000))]);
-    let lines = fixture.refusal("main.wgsl.jinja", &[]);
+    let lines = fixture.rejection("main.wgsl.jinja", &[]);
     assert_eq!(lines, ["UG0505 main.wgsl.jinja:1:1 the template writes more than 4 MiB of WGSL"]);
 }

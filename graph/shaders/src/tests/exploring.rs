@@ -273,7 +273,7 @@ fn sizes_and_names_of_variants_are_reported() {
     assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len());
 }
 
-/// Refuses texts with a certain name, or is not there.
+/// Rejects texts with a certain name, or is not there.
 struct Names(Option<&'static str>);
 
 impl Validator for Names {
@@ -288,7 +288,7 @@ impl Validator for Names {
     fn judge(&self, wgsl: &str) -> Opinion {
         let Some(odd) = self.0 else { return Opinion::Unavailable("it is not there".to_owned()) };
         let found = wgsl.lines().zip(1..).find_map(|(line, at)| Some((at, line.find(odd)? + 1)));
-        found.map_or(Opinion::Accepts, |place| Opinion::Refuses {
+        found.map_or(Opinion::Accepts, |place| Opinion::Rejects {
             message: "odd name".to_owned(),
             place: Some(place),
         })
@@ -302,7 +302,7 @@ fn another_validator_judges_distinct_texts_and_its_messages_are_mapped() {
     let outcome = all(&fixture, &Options { external: &external, ..Options::default() });
     assert_eq!(
         fixture.lines(&outcome.diagnostics),
-        ["UG0561 main.wgsl.jinja:2:18 names refuses this: odd name", "UG0560 - it is not there"]
+        ["UG0561 main.wgsl.jinja:2:18 names rejects this: odd name", "UG0560 - it is not there"]
     );
 }
 

@@ -8,7 +8,7 @@ mod exploring;
 mod mutations;
 mod provenance;
 mod reflecting;
-mod refusing;
+mod rejecting;
 
 use super::{AxisValue, AxisValues, TargetProfile, TemplateSet};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};
@@ -45,7 +45,7 @@ impl Fixture {
     }
 
     /// The diagnostics of a compilation that has to fail, as lines.
-    pub(super) fn refusal(&self, template: &str, given: &[(&str, AxisValue)]) -> Vec<String> {
+    pub(super) fn rejection(&self, template: &str, given: &[(&str, AxisValue)]) -> Vec<String> {
         match super::compile(&self.set, template, &values(given), &TargetProfile::webgpu()) {
             Ok(module) => panic!("compiles:\n{}", module.wgsl),
             Err(diagnostics) => self.lines(&diagnostics),

@@ -1,9 +1,10 @@
 //! Random corruptions of the project's templates: every one is found, in the file that was corrupted.
 //!
-//! A corruption deletes a bracket or a semicolon, or misspells an identifier, in literal text that some variant contains.
-//! Some change nothing that a compiler could see (a field that is used nowhere else, a comma at the end of a list); what
-//! counts is whether naga itself refuses the text. Most corruptions are looked for in one variant that contains the spot;
-//! some of each template in everything that the template can express, so that causes are put together as well.
+//! A corruption deletes a bracket or a semicolon, or misspells an identifier, in literal text that some variant
+//! contains. Some change nothing that a compiler could see (a field that is used nowhere else, a comma at the end of a
+//! list); what counts is whether naga itself rejects the text. Most corruptions are looked for in one variant that
+//! contains the spot; some of each template in everything that the template can express, so that causes are put
+//! together as well.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -119,12 +120,12 @@ fn random_corruptions_are_found_in_the_right_file() {
             let one = Request::one(&fixture.set, root, axes, &profiles);
             let request = if made % 25 == 0 { request(&fixture, root, &profiles) } else { one };
             let outcome = check(&fixture.set, std::slice::from_ref(&request), &Options::default());
-            let refused = render::render(&fixture.set, root, axes).is_ok_and(|rendered| {
+            let rejected = render::render(&fixture.set, root, axes).is_ok_and(|rendered| {
                 wgsl::parse(&rendered.text)
                     .and_then(|module| wgsl::validate(&module, profiles[0].capabilities))
                     .is_err()
             });
-            if !refused {
+            if !rejected {
                 continue;
             }
             made += 1;

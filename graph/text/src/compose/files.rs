@@ -98,7 +98,7 @@ fn read_as(path: &Path, name: String, sources: &mut Sources) -> Result<FileId, D
 /// The bytes of a regular file; `None` where there are more than `max`.
 ///
 /// # Errors
-/// What is no regular file, and what the system refuses.
+/// What is no regular file, and what the system rejects.
 pub fn read_bytes(path: &Path, max: u64) -> std::io::Result<Option<Vec<u8>>> {
     let check = |metadata: &std::fs::Metadata| match (metadata.is_file(), metadata.is_dir()) {
         (true, _) => Ok(metadata.len()),

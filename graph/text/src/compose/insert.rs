@@ -114,7 +114,7 @@ fn extension_point(
         let diagnostic = Diagnostic::error(codes::UNKNOWN_EXTENSION_POINT, point.key_span, message);
         let taken = |name: &str| beside.iter().any(|other| other.key == name);
         let written = Some(point.key_span);
-        diagnostics.push(diagnostic.meant_unless(&point.key, names, written, taken, |names| match names {
+        diagnostics.push(diagnostic.suggest_unless(&point.key, names, written, taken, |names| match names {
             [] => "the pipeline names no extension points".to_owned(),
             names => format!("the extension points are {}", names.join(", ")),
         }));

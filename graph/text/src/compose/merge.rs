@@ -21,7 +21,7 @@ pub const SECTIONS: &[&str] = &[
     "subgraphs",
 ];
 
-/// What became of values that another file changed, by their JSON pointers.
+/// The changes of values by other files, by their JSON pointers.
 #[derive(Debug, Default)]
 pub(super) struct Changes {
     /// The places of the older values, the newest first.
@@ -66,7 +66,7 @@ fn lay_over(
             changes.remember(pointer, Value { span: base.span, kind: base_kind }.span);
             let mut value = Value { span: value.span, kind };
             if !keeps {
-                refuse_deletions(&mut value, pointer, changes, diagnostics);
+                reject_deletions(&mut value, pointer, changes, diagnostics);
             }
             return value;
         }
@@ -100,7 +100,7 @@ fn lay_over(
                 let names = left.map(|(_, known)| known.key.as_str());
                 let taken = |name: &str| written.iter().any(|key| key == name);
                 let diagnostic =
-                    diagnostic.meant_unless(&entry.key, names, Some(entry.key_span), taken, |_| {
+                    diagnostic.suggest_unless(&entry.key, names, Some(entry.key_span), taken, |_| {
                         "null deletes what the extended file has under that key".to_owned()
                     });
                 diagnostics.push(diagnostic.pointer(at));
@@ -113,7 +113,7 @@ fn lay_over(
             }
             (None, _) => {
                 if !keeps {
-                    refuse_deletions(&mut entry.value, &at, changes, diagnostics);
+                    reject_deletions(&mut entry.value, &at, changes, diagnostics);
                 }
                 entries.push(entry);
             }
@@ -141,7 +141,7 @@ fn takes_over(entries: &[Entry], pointer: &Pointer<'_>) -> bool {
 }
 
 /// Takes out `null`s where there is nothing below that they could delete, so that nobody reads them as values.
-pub(super) fn refuse_deletions(
+pub(super) fn reject_deletions(
     value: &mut Value,
     pointer: &Pointer<'_>,
     changes: &Changes,
@@ -152,7 +152,7 @@ pub(super) fn refuse_deletions(
         Kind::Object(entries) => entries.retain_mut(|entry| {
             let at = pointer.key(&entry.key);
             if !matches!(entry.value.kind, Kind::Null) {
-                refuse_deletions(&mut entry.value, &at, changes, diagnostics);
+                reject_deletions(&mut entry.value, &at, changes, diagnostics);
                 return true;
             }
             // A file below has lost what stood there.
@@ -172,7 +172,7 @@ pub(super) fn refuse_deletions(
         }),
         Kind::Array(elements) => {
             for (at, element) in elements.iter_mut().enumerate() {
-                refuse_deletions(element, &pointer.element(at), changes, diagnostics);
+                reject_deletions(element, &pointer.element(at), changes, diagnostics);
             }
         }
         _ => {}
@@ -203,7 +203,7 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
             );
             let (known, written) = (SECTIONS.iter().copied(), Some(section.key_span));
             let taken = |name: &str| sections.iter().any(|key| key == name);
-            diagnostics.push(diagnostic.meant_unless(&section.key, known, written, taken, |known| {
+            diagnostics.push(diagnostic.suggest_unless(&section.key, known, written, taken, |known| {
                 format!("its sections are {}", known.join(", "))
             }));
             continue;

@@ -31,7 +31,7 @@ pub use subgraphs::is_path;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};
 use crate::document::{self, Document, Kind, Pointer, Value};
 use crate::source::{FileId, Sources, Span};
 
@@ -49,7 +49,7 @@ pub struct Composed {
     pub replaced: BTreeMap<String, Vec<Span>>,
     /// For each JSON pointer whose value was deleted, the place of the `null` that did it.
     pub deleted: BTreeMap<String, Span>,
-    /// How each file comes in.
+    /// The role of each file.
     pub layers: BTreeMap<FileId, Layer>,
     /// The files that it is made of, the first is the pipeline's own.
     pub files: Vec<FileId>,
@@ -57,7 +57,7 @@ pub struct Composed {
     pub used: BTreeSet<String>,
 }
 
-/// How a file comes into a document.
+/// The role of a file in a document.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Layer {
@@ -203,7 +203,7 @@ impl Composer<'_> {
             // What a base that could not be read has is not known.
             None if extends => root,
             None => {
-                merge::refuse_deletions(&mut root, &TOP, &self.changes, self.diagnostics);
+                merge::reject_deletions(&mut root, &TOP, &self.changes, self.diagnostics);
                 root
             }
             Some(base) => merge::over(base, root, &TOP, &mut self.changes, self.diagnostics),
@@ -224,15 +224,16 @@ impl Composer<'_> {
         let known = || ["extends", "include"].into_iter().chain(merge::SECTIONS.iter().copied());
         let mut found = false;
         for entry in entries.iter().filter(|entry| !known().any(|name| name == entry.key)) {
-            let names_files = matches!(did_you_mean(&entry.key, known()), Some("extends" | "include"));
-            let meant = did_you_mean(&entry.key, known()).filter(|meant| names_files && !is_there(meant));
+            let names_files = matches!(suggested_name(&entry.key, known()), Some("extends" | "include"));
+            let suggested =
+                suggested_name(&entry.key, known()).filter(|suggested| names_files && !is_there(suggested));
             let holds_paths = matches!(entry.value.kind, Kind::Text(_) | Kind::Array(_));
-            if meant.is_some() && holds_paths {
+            if suggested.is_some() && holds_paths {
                 found = true;
                 let message = format!("unknown key \"{}\"", entry.key);
                 let diagnostic = Diagnostic::error(codes::UNKNOWN_KEY, entry.key_span, message)
                     .pointer(document::pointer_join("", &entry.key))
-                    .meant_unless(&entry.key, known(), Some(entry.key_span), is_there, |_| String::new());
+                    .suggest_unless(&entry.key, known(), Some(entry.key_span), is_there, |_| String::new());
                 self.diagnostics.push(diagnostic);
             }
         }
@@ -301,7 +302,7 @@ impl Composer<'_> {
             return Some(*known);
         }
         let result = self.files.read(path, self.sources);
-        let refused = |mut diagnostic: Diagnostic| {
+        let rejected = |mut diagnostic: Diagnostic| {
             diagnostic.place = place.into();
             if diagnostic.code == codes::FILE_UNREADABLE {
                 diagnostic.help =
@@ -309,7 +310,7 @@ impl Composer<'_> {
             }
             self.diagnostics.push(diagnostic);
         };
-        let file = result.map_err(refused).ok()?;
+        let file = result.map_err(rejected).ok()?;
         self.read.insert(path.to_owned(), file);
         Some(file)
     }

@@ -154,7 +154,7 @@ impl Sharing<'_> {
             let message = format!("there are no shared settings \"{wanted}\"");
             let diagnostic =
                 Diagnostic::error(codes::UNKNOWN_SHARED_SETTINGS, name.span, message).pointer(pointer);
-            self.diagnostics.push(diagnostic.meant(wanted, known, Some(name.span), |known| match known {
+            self.diagnostics.push(diagnostic.suggest(wanted, known, Some(name.span), |known| match known {
                 [] => "declare them under \"shared_settings\"".to_owned(),
                 known => format!("the shared settings are {}", known.join(", ")),
             }));

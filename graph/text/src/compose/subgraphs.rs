@@ -16,7 +16,7 @@ use crate::diagnostic::{Diagnostic, codes};
 use crate::document::{self, Entry, Kind, Value};
 use crate::source::Span;
 
-/// Whether what a pass uses is a file.
+/// Whether the subgraph of a pass is a file.
 pub fn is_path(used: &str) -> bool {
     used.ends_with(".json") || used.ends_with(".jsonc") || used.contains(['/', '\\'])
 }
@@ -141,7 +141,7 @@ impl Composer<'_> {
             }
         };
         let all = TOP.key("subgraphs");
-        merge::refuse_deletions(&mut root, &all.key(name), &self.changes, self.diagnostics);
+        merge::reject_deletions(&mut root, &all.key(name), &self.changes, self.diagnostics);
         resolve(&mut root, path);
         Some(root)
     }

@@ -12,7 +12,7 @@ crate::codes! {
     FILE_NOT_UTF8 = "UG0002", "file is not UTF-8",
         "Pipelines, parameter files and templates are UTF-8 text. The diagnostic points to the first byte that is not.";
     /// A file over the size limit.
-    FILE_TOO_LARGE = "UG0003", "file too large", "Pipelines, parameter files and templates are limited to 64 MiB of text and 1,500,000 values: what is larger was hardly written by a person, and is refused before a tree is made of it.";
+    FILE_TOO_LARGE = "UG0003", "file too large", "Pipelines, parameter files and templates are limited to 64 MiB of text and 1,500,000 values: what is larger was hardly written by a person, and is rejected before a tree is made of it.";
     /// A file that cannot be written.
     FILE_UNWRITABLE = "UG0004", "file cannot be written",
         "The output could not be written. Nothing is left half: output goes to a temporary file first, which is renamed when it is whole.";
@@ -42,13 +42,13 @@ crate::codes! {
         "`umbragraph why PIPELINE NAME` explains passes, resources, parameters, features, derived values, shared settings, toggles, presets, subgraphs, extension points and geometry by name; what a use of a subgraph or a round of a loop makes is named after it: `soft.down`, `down.0`. Nothing in the pipeline has the name that is asked for. With two names both are resources.";
     /// A text that is not JSON.
     SYNTAX = "UG0101", "not JSON",
-        "Pipelines are strict JSON (RFC 8259) with `//` and `/* */` comments. Trailing commas, single quotes, bare keys, hexadecimal numbers, NaN and nesting beyond 512 levels are refused. The parser stops at the first such place.\n\nOf a `{` or `[` that is never closed the diagnostic points to the bracket: what it holds is indented, so the first line that is not stands behind its end.";
+        "Pipelines are strict JSON (RFC 8259) with `//` and `/* */` comments. Trailing commas, single quotes, bare keys, hexadecimal numbers, NaN and nesting beyond 512 levels are rejected. The parser stops at the first such place.\n\nOf a `{` or `[` that is never closed the diagnostic points to the bracket: what it holds is indented, so the first line that is not stands behind its end.";
     /// A key that no rule of the schema knows at its place.
     UNKNOWN_KEY = "UG0102", "unknown key",
         "An object has a key that means nothing at its place. Nothing is ignored silently: a misspelt key would otherwise change nothing and say nothing.";
-    /// A key that stands twice in one object.
+    /// A key that appears twice in one object.
     DUPLICATE_KEY = "UG0103", "duplicate key",
-        "A key stands twice in one object. Other readers of JSON take the first or the last of the two; here it is always a mistake.";
+        "A key appears twice in one object. Other readers of JSON take the first or the last of the two; here it is always a mistake.";
     /// A number that no 64-bit type holds.
     NUMBER_RANGE = "UG0104", "number out of range",
         "A number is beyond what a 64-bit floating-point number holds, or is not written as JSON wants it.";
@@ -84,7 +84,7 @@ crate::codes! {
     /// A pass that is not there.
     UNKNOWN_PASS = "UG0207", "unknown pass",
         "`after`, or the version of a reference (`name@pass`), names a pass that the pipeline does not have, that is switched off, or that does not write the resource.";
-    /// A text that is no reference.
+    /// A text that is not a reference.
     BAD_REFERENCE = "UG0208", "bad reference",
         "A reference is the name of a resource, or `name@pass` for the version that a pass wrote.";
     /// A geometry contract that is not there.
@@ -175,7 +175,7 @@ crate::codes! {
     /// A size that no device of the profile allows.
     SIZE_LIMIT = "UG0321", "impossible size",
         "A width, height, layer, mip, sample or byte count is zero or beyond the limits of the target profile. A size that is not whole is rounded down first.";
-    /// A text that is no texture format.
+    /// A text that is not a texture format.
     FORMAT_UNKNOWN = "UG0322", "unknown texture format",
         "Texture formats have the names of the WebGPU specification: `depth32float`, `rgba16float`.";
     /// A format that does not support a usage.
@@ -240,7 +240,7 @@ crate::codes! {
         "The host did not give a texture for an imported resource, or one of another format or size than planned.";
     /// An error of the device.
     DEVICE = "UG0803", "device error",
-        "The graphics device refused or lost something: out of memory, a lost device, or a validation error, which is a defect of this project.";
+        "The graphics device rejected or lost something: out of memory, a lost device, or a validation error, which is a defect of this project.";
     /// A device that lacks what a plan needs.
     DEVICE_LIMIT = "UG0804", "device cannot run the plan",
         "A texture, a feature or a limit that the plan needs is beyond what this device offers.";

@@ -9,13 +9,13 @@ mod code;
 pub mod codes;
 mod count;
 pub mod fix;
-mod meant;
 pub mod render;
+mod suggest;
 mod values;
 
 pub use code::Code;
 pub use count::Count;
-pub use meant::{did_you_mean, surely_meant};
+pub use suggest::{certain_suggestion, suggested_name};
 pub use values::{AxisValue, AxisValues, describe};
 
 use std::collections::{BTreeSet, HashMap, HashSet};
@@ -23,7 +23,7 @@ use std::hash::{Hash as _, Hasher as _};
 
 use crate::source::Span;
 
-/// How bad a diagnostic is.
+/// The severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Severity {
@@ -35,7 +35,7 @@ pub enum Severity {
     Note,
 }
 
-/// Where a diagnostic belongs.
+/// The place of a diagnostic.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Place {
     /// A range of a registered text.
@@ -44,7 +44,7 @@ pub enum Place {
     File {
         /// The path as the user wrote it.
         path: String,
-        /// Where in the file: a JSON pointer into a glTF document, for one. Empty for the file as a whole.
+        /// The place in the file: a JSON pointer into a glTF document, for one. Empty for the file as a whole.
         locator: String,
     },
     /// No place: the diagnostic is about the machine (no adapter), not about an input.
@@ -62,7 +62,7 @@ impl From<Span> for Place {
 pub struct Related {
     /// Where.
     pub place: Place,
-    /// What is to be seen there.
+    /// The message for that place.
     pub message: String,
 }
 
@@ -78,11 +78,11 @@ pub struct Fix {
 pub struct Edit {
     /// The text to replace.
     pub span: Span,
-    /// What stands there afterwards.
+    /// The new text.
     pub replacement: String,
 }
 
-/// How far a diagnostic about shaders reaches in one template.
+/// The extent of a diagnostic about shaders in one template.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Extent {
     /// The template.
@@ -104,9 +104,9 @@ pub struct Extent {
 pub struct Diagnostic {
     /// Its stable code.
     pub code: Code,
-    /// How bad it is.
+    /// The severity.
     pub severity: Severity,
-    /// What is wrong, in one sentence without a full stop, with the offending name in it.
+    /// The message: one sentence without a full stop, with the offending name in it.
     pub message: String,
     /// Where.
     pub place: Place,
@@ -114,7 +114,7 @@ pub struct Diagnostic {
     pub pointer: String,
     /// Further places, each with what is to be seen there.
     pub related: Vec<Related>,
-    /// How far it reaches, for diagnostics that variants of shader templates show.
+    /// The extent, for diagnostics that variants of shader templates show.
     pub extent: Vec<Extent>,
     /// The way out, one sentence.
     pub help: Option<String>,

@@ -10,7 +10,7 @@
 
 use std::ops::Range;
 
-/// What is nested deeper is not looked at: no pipeline is read that is.
+/// The maximum depth; no pipeline that nests deeper is read.
 const MAX_DEPTH: usize = 1024;
 /// Only the first few places can be where it went wrong.
 const MAX_FOUND: usize = 4;
@@ -18,17 +18,17 @@ const MAX_FOUND: usize = 4;
 /// A bracket that is not closed where its line says that it ends.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Unclosed {
-    /// Where the bracket stands.
+    /// The place of the bracket.
     pub(super) at: usize,
-    /// What closes it.
+    /// The closing bracket.
     pub(super) closer: char,
     /// What stands where it should be closed already; empty at the end of the text.
     pub(super) before: Range<usize>,
-    /// Where the closer goes, and how it is written there.
+    /// The place and the text of the missing closing bracket.
     pub(super) correction: (usize, String),
 }
 
-/// What a text leaves open.
+/// The brackets that a text leaves open.
 #[derive(Debug, Default)]
 pub(super) struct Found {
     /// By the layout, in the order of the places where they should be closed.

@@ -13,7 +13,7 @@ impl Value {
     /// The typed value that this one describes.
     ///
     /// # Errors
-    /// What does not fit the type.
+    /// The error: the value does not fit the type.
     pub fn decode<T: DeserializeOwned>(&self) -> Result<T, Error> {
         T::deserialize(self)
     }
@@ -22,7 +22,7 @@ impl Value {
 /// The typed value that these members of an object describe.
 ///
 /// # Errors
-/// What does not fit the type.
+/// The error: the value does not fit the type.
 pub fn decode_entries<'a, T: DeserializeOwned>(entries: impl Iterator<Item = &'a Entry>) -> Result<T, Error> {
     T::deserialize(MapAccessDeserializer::new(Entries { entries, value: None }))
 }

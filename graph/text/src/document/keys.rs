@@ -14,16 +14,16 @@ const FEW_KEYS: usize = 16;
 /// Finds keys in a list of entries that only grows.
 #[derive(Debug, Default)]
 pub(crate) struct Keys {
-    /// Where a key with this hash stands.
+    /// The index of a key with this hash.
     known: HashMap<u64, usize>,
-    /// How many entries are hashed.
+    /// The number of hashed entries.
     hashed: usize,
     /// Whether two keys have one hash.
     is_ambiguous: bool,
 }
 
 impl Keys {
-    /// Where a key stands. The entries are always those of the same list.
+    /// The place of a key. The entries are always those of the same list.
     pub(crate) fn find(&mut self, entries: &[Entry], key: &str) -> Option<usize> {
         let look = || entries.iter().position(|entry| entry.key == key);
         if entries.len() < FEW_KEYS {

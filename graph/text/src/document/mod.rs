@@ -33,13 +33,13 @@ pub struct Document {
 /// A JSON value and its place.
 #[derive(Clone, Debug)]
 pub struct Value {
-    /// Where the value stands.
+    /// The place of the value.
     pub span: Span,
-    /// What it is.
+    /// The kind.
     pub kind: Kind,
 }
 
-/// What a JSON value is.
+/// The kind of a JSON value.
 #[derive(Clone, Debug)]
 pub enum Kind {
     /// `null`
@@ -61,7 +61,7 @@ pub enum Kind {
 pub struct Entry {
     /// The key, unescaped.
     pub key: String,
-    /// Where the key stands, quotes included.
+    /// The place of the key, quotes included.
     pub key_span: Span,
     /// The value.
     pub value: Value,
@@ -92,7 +92,7 @@ impl Value {
         }
     }
 
-    /// Where `range` of the text stands in the file; nowhere if this is no string, or one with escapes.
+    /// The place of a `range` of the text in the file; `None` if this is not a string, or one with escapes.
     pub fn span_within(&self, range: std::ops::Range<usize>) -> Option<Span> {
         self.span.of_quoted(self.text()?, range)
     }
@@ -107,7 +107,7 @@ impl Value {
         self.entries()?.iter().find(|entry| entry.key == key)
     }
 
-    /// What kind of value this is, as a JSON author would say it.
+    /// The kind of the value, as a JSON author would say it.
     pub fn kind_name(&self) -> &'static str {
         match &self.kind {
             Kind::Null => "null",

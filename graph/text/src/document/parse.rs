@@ -129,7 +129,7 @@ impl<'t> Reader<'t> {
         found
     }
 
-    /// Where the last token stands.
+    /// The place of the last token.
     fn span(&self) -> Span {
         Span::new(self.file, self.scanner.token_start()..self.scanner.token_end())
     }
@@ -221,7 +221,7 @@ impl<'t> Reader<'t> {
             return;
         }
         let first = &self.entries[first];
-        let message = format!("the key \"{}\" stands twice in one object", first.key);
+        let message = format!("the key \"{}\" appears twice in one object", first.key);
         let mut diagnostic = Diagnostic::error(codes::DUPLICATE_KEY, key_span, message)
             .related(first.key_span, "it stands here first")
             .help("remove one of the two, or rename it");
@@ -282,7 +282,7 @@ mod tests {
             "[1e999]",
         ] {
             let (_, result) = parse_text(text);
-            assert!(result.is_err(), "{text} must be refused");
+            assert!(result.is_err(), "{text} must be rejected");
         }
     }
 

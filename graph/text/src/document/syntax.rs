@@ -139,7 +139,7 @@ pub(super) fn control_character(file: FileId, text: &str, string: std::ops::Rang
         let message = "the string does not end on its line";
         (string.start..string.start + line.len(), message, "close it with \", or write \\n for a new line")
     } else {
-        let message = "a control character stands in the string";
+        let message = "the string contains a control character";
         (string, message, "write it as an escape: \\t is a tab, \\u001b the character 1B")
     };
     Diagnostic::error(codes::SYNTAX, Span::new(file, place), format!("this is not JSON: {message}"))
@@ -162,7 +162,7 @@ fn correction(text: &str, error: &ParseError) -> Option<Correction> {
         ParseErrorKind::TrailingCommasNotAllowed => (range, String::new(), "remove the comma"),
         ParseErrorKind::ExpectedComma => (start..start, ",".to_owned(), "put a comma in between"),
         ParseErrorKind::ExpectedStringObjectProperty if is_word(found) => {
-            (range, format!("\"{found}\""), "keys stand in double quotes")
+            (range, format!("\"{found}\""), "keys are written in double quotes")
         }
         ParseErrorKind::SingleQuotedStringsNotAllowed => {
             let inside = text.get(start..)?.strip_prefix('\'')?;
@@ -170,7 +170,7 @@ fn correction(text: &str, error: &ParseError) -> Option<Correction> {
             let is_plain =
                 !inside.contains(['"', '\\']) && text[start + 1 + inside.len()..].starts_with('\'');
             let range = start..start + inside.len() + 2;
-            (is_plain.then_some(range)?, format!("\"{inside}\""), "strings stand in double quotes")
+            (is_plain.then_some(range)?, format!("\"{inside}\""), "strings are written in double quotes")
         }
         ParseErrorKind::UnaryPlusNumbersNotAllowed => {
             let is_plus = text.get(start..)?.starts_with('+');
@@ -246,7 +246,7 @@ mod tests {
         }
     }
 
-    /// What the diagnostics of a text mark, and what they relate to.
+    /// The marked places of the diagnostics of a text, and their related places.
     fn marked(text: &str) -> Vec<(usize, String, Vec<String>)> {
         let mut sources = Sources::new();
         let file = sources.add("a", text);

@@ -41,7 +41,7 @@ pub enum Value {
 }
 
 impl Value {
-    /// What kind of value this is, with its article.
+    /// The kind of the value, with an article.
     pub fn kind_name(&self) -> &'static str {
         match self {
             Value::Bool(_) => "a boolean",
@@ -92,9 +92,9 @@ impl std::fmt::Display for Value {
 /// A parsed expression; `range` is the bytes of the text that it comes from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expression {
-    /// Where in the expression's text.
+    /// The place in the expression's text.
     pub range: Range<usize>,
-    /// What it is.
+    /// The kind.
     pub kind: ExpressionKind,
 }
 
@@ -121,7 +121,7 @@ impl Expression {
     }
 }
 
-/// What an expression is.
+/// The kind of an expression.
 #[derive(Clone, Debug, PartialEq)]
 pub enum ExpressionKind {
     /// A literal.
@@ -187,9 +187,9 @@ pub enum BinaryOperator {
 pub struct ExpressionError {
     /// The bytes of the expression's text that are at fault.
     pub range: Range<usize>,
-    /// What kind of error it is.
+    /// The kind of the error.
     pub kind: ErrorKind,
-    /// What is wrong, as a sentence without a full stop.
+    /// The message: one sentence without a full stop.
     pub message: String,
     /// The way out, where there is one to name.
     pub help: Option<String>,
@@ -202,7 +202,7 @@ pub struct ExpressionError {
 pub struct UnknownName {
     /// The name; it begins where the range of its error begins.
     pub name: String,
-    /// What could stand there, in no order.
+    /// The possible names, in no order.
     pub known: Vec<String>,
     /// Whether nothing else could stand there: so for functions and for the words of an enumeration, while other names
     /// may be known where the expression stands.

@@ -11,7 +11,7 @@ use super::{Expr, ResourceDeclaration};
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PipelineDeclaration {
-    /// Where editors find the schema.
+    /// The schema, for editors.
     #[serde(rename = "$schema", default)]
     pub schema: Option<String>,
     /// The file, or files (the lowest first), over which this one is laid: objects are merged, null deletes.
@@ -25,7 +25,7 @@ pub struct PipelineDeclaration {
     pub format: u32,
     /// The pipeline's name.
     pub name: String,
-    /// What it is, for people.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
     /// The target profiles that the pipeline claims to run on, such as "webgpu".
@@ -43,7 +43,7 @@ pub struct PipelineDeclaration {
     /// Runtime toggles that the host switches from frame to frame, without another plan.
     #[serde(default)]
     pub toggles: BTreeMap<String, ToggleDeclaration>,
-    /// What the host's draws provide.
+    /// The contracts with the host's draws.
     #[serde(default)]
     pub geometry: BTreeMap<String, GeometryDeclaration>,
     /// Textures and buffers.
@@ -69,7 +69,7 @@ pub struct PipelineDeclaration {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SubgraphDeclaration {
-    /// Where editors find the schema.
+    /// The schema, for editors.
     #[serde(rename = "$schema", default)]
     pub schema: Option<String>,
     /// The version of the language: 1.
@@ -78,7 +78,7 @@ pub struct SubgraphDeclaration {
     /// The subgraph's name.
     #[serde(default)]
     pub name: Option<String>,
-    /// What it is for, for people.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
     /// Resources that the user gives, each with what it is for.
@@ -104,7 +104,7 @@ pub struct SubgraphDeclaration {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PresetDeclaration {
-    /// What it is for, for people.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
     /// Values of parameters.
@@ -119,7 +119,7 @@ pub struct PresetDeclaration {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExtensionPointDeclaration {
-    /// What is there to be read and written, for people.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
     /// The passes behind which it lies.
@@ -171,7 +171,7 @@ pub struct ParameterDeclaration {
     /// The maximum number of elements of a list.
     #[serde(default)]
     pub max_length: Option<u32>,
-    /// How the elements of a list follow one another.
+    /// The order of the elements of a list.
     #[serde(default)]
     pub order: Option<Order>,
     /// The words of an enumeration.
@@ -180,7 +180,7 @@ pub struct ParameterDeclaration {
     /// The unit, such as "m", "texel", "ndc", "degree", "1" for a plain number.
     #[serde(default)]
     pub unit: Option<String>,
-    /// What it does, for people.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
 }
@@ -211,7 +211,7 @@ pub enum ParameterType {
     U32List,
 }
 
-/// How the elements of a list follow one another.
+/// The order of the elements of a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, serde::Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Order {
@@ -247,7 +247,7 @@ pub struct FeatureDeclaration {
     /// Where the target profile, or the device, has less, the feature is off and cannot be switched on.
     #[serde(default)]
     pub required_limits: BTreeMap<String, u64>,
-    /// What it does, for people.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
 }
@@ -269,7 +269,7 @@ pub enum FeatureType {
 pub struct ToggleDeclaration {
     /// Whether it is on where the host says nothing.
     pub default: bool,
-    /// What it does, for people.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
 }
@@ -304,11 +304,11 @@ pub enum HostBinding {
     Block(BTreeMap<String, String>),
 }
 
-/// What every pass can say beside its node kind.
+/// The keys of every pass beside its node kind.
 #[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PassCommon {
-    /// What it does, for people.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
     /// The group, or groups (the lowest first), of "shared_settings" over which the pass is laid: objects are merged, null

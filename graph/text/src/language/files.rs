@@ -16,7 +16,7 @@ use super::{
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExtensionDeclaration {
-    /// Where editors find the schema.
+    /// The schema, for editors.
     #[serde(rename = "$schema", default)]
     pub schema: Option<String>,
     /// The file, or files (the lowest first), over which this one is laid: objects are merged, null deletes.
@@ -32,7 +32,7 @@ pub struct ExtensionDeclaration {
     /// The extension's name.
     #[serde(default)]
     pub name: Option<String>,
-    /// What it is, for people.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
     /// Named values that a user can set.
@@ -47,7 +47,7 @@ pub struct ExtensionDeclaration {
     /// Runtime toggles that the host switches from frame to frame, without another plan.
     #[serde(default)]
     pub toggles: BTreeMap<String, ToggleDeclaration>,
-    /// What the host's draws provide.
+    /// The contracts with the host's draws.
     #[serde(default)]
     pub geometry: BTreeMap<String, GeometryDeclaration>,
     /// Textures and buffers.
@@ -73,14 +73,14 @@ pub struct ExtensionDeclaration {
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterFileDeclaration {
-    /// Where editors find the schema.
+    /// The schema, for editors.
     #[serde(rename = "$schema", default)]
     pub schema: Option<String>,
     /// The version of the language: 1.
     #[serde(default)]
     #[schemars(range(min = 1, max = 1))]
     pub format: Option<u32>,
-    /// What it is for, for people.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
     /// The preset of the pipeline over which the values are laid.

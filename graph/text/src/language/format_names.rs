@@ -40,8 +40,8 @@ pub fn format_name(format: TextureFormat) -> String {
 /// The diagnostic for a name that is none of a format's, which stands at a place.
 pub fn unknown_format(name: &str, place: Span, pointer: String) -> Diagnostic {
     let diagnostic =
-        Diagnostic::error(codes::FORMAT_UNKNOWN, place, format!("\"{name}\" is no texture format"));
-    diagnostic.pointer(pointer).meant(name, KNOWN_FORMATS.iter().copied(), Some(place), |_| {
+        Diagnostic::error(codes::FORMAT_UNKNOWN, place, format!("\"{name}\" is not a texture format"));
+    diagnostic.pointer(pointer).suggest(name, KNOWN_FORMATS.iter().copied(), Some(place), |_| {
         "formats have the names of the WebGPU specification".to_owned()
     })
 }

@@ -8,11 +8,11 @@ pub struct Reference<'a> {
     pub resource: &'a str,
     /// The pass whose write made the version, or `0` for what was there before the first; `None` for the newest.
     pub version: Option<&'a str>,
-    /// How many frames ago; 0 for this frame.
+    /// The number of frames back; 0 for this frame.
     pub back: u32,
 }
 
-/// A text that is no reference.
+/// A text that is not a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
     "a reference is the name of a resource, name@pass for the version that a pass wrote, name@0 for what was there before the first write, or name@-1 for the frame before"

@@ -34,10 +34,10 @@ pub struct TextureDeclaration {
     /// The number of samples of each texel: 1 or 4.
     #[serde(default)]
     pub samples: Option<Expr>,
-    /// How a shader sees the whole texture; without it "2d" for one layer and "2d-array" for more.
+    /// The view dimension of the whole texture; without it "2d" for one layer and "2d-array" for more.
     #[serde(default)]
     pub view: Option<TextureShape>,
-    /// How long the texture lives.
+    /// The lifetime of the texture.
     #[serde(default)]
     pub lifetime: Lifetime,
     /// For a history: how many earlier frames can be read, 1 to 8, as `NAME@-1`, `NAME@-2` and so on; 1 without it.
@@ -47,7 +47,7 @@ pub struct TextureDeclaration {
     /// green, blue and alpha.
     #[serde(default)]
     pub initial: Option<Expr>,
-    /// What it is for.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
 }
@@ -58,7 +58,7 @@ pub struct TextureDeclaration {
 pub struct BufferDeclaration {
     /// The size in bytes.
     pub size: Expr,
-    /// How long the buffer lives.
+    /// The lifetime of the buffer.
     #[serde(default)]
     pub lifetime: Lifetime,
     /// For a history: how many earlier frames can be read, 1 to 8, as `NAME@-1`, `NAME@-2` and so on; 1 without it.
@@ -67,7 +67,7 @@ pub struct BufferDeclaration {
     /// For a history: the value of each four bytes of an earlier frame before there was one.
     #[serde(default)]
     pub initial: Option<WordValue>,
-    /// What it is for.
+    /// A description for people.
     #[serde(default)]
     pub description: Option<String>,
 }
@@ -104,7 +104,7 @@ impl FormatCandidates {
     }
 }
 
-/// How a shader sees a texture.
+/// The view dimension of a texture.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, serde::Serialize, JsonSchema,
 )]
@@ -126,7 +126,7 @@ pub enum TextureShape {
     D3,
 }
 
-/// How long a resource lives.
+/// The lifetime of a resource.
 #[derive(
     Clone,
     Copy,

@@ -22,13 +22,13 @@ pub struct Report {
     pub pipeline: String,
     /// Width and height of the picture in texels.
     pub viewport: [u32; 2],
-    /// What the order was chosen for.
+    /// The objective of the order.
     pub objective: String,
     /// All passes, the live ones in the order in which they run, each culled one where it would run.
     pub passes: Vec<PassReport>,
     /// All resources that a pass uses, in the order of the pipeline.
     pub resources: Vec<ResourceReport>,
-    /// What leads from pass to pass.
+    /// The edges between passes.
     pub edges: Vec<EdgeReport>,
     /// Bytes.
     pub memory: MemoryReport,
@@ -43,21 +43,21 @@ pub struct PassReport {
     pub kind: String,
     /// `host`, `draw`, `compute` or `copy`.
     pub work: String,
-    /// Whether it runs.
+    /// Whether it runs: not culled.
     pub live: bool,
     /// The number of its render pass, which neighbours may share.
     pub group: Option<usize>,
     /// The toggle with which it runs, or with "!" in front the one without which it runs.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub toggle: Option<String>,
-    /// What readers see in a frame without it, in words, for each resource that has a passthrough.
+    /// The fallbacks that readers see in a frame without it, in words.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub passthrough: Vec<String>,
     /// Why it is kept or culled, step by step; the first [`MAX_STEPS`] of a longer way.
     pub why: Vec<String>,
-    /// What it reads, by name.
+    /// The resources that it reads, by name.
     pub reads: Vec<String>,
-    /// What it writes, by name.
+    /// The resources that it writes, by name.
     pub writes: Vec<String>,
     /// The attachments.
     pub attachments: Vec<AttachmentReport>,
@@ -68,7 +68,7 @@ pub struct PassReport {
     pub workgroups: Option<[u32; 3]>,
     /// The shader variants.
     pub variants: Vec<String>,
-    /// Where it is declared: file and line.
+    /// The place of the declaration: file and line.
     pub declared: String,
 }
 
@@ -94,7 +94,7 @@ pub struct ResourceReport {
     pub name: String,
     /// `texture`, `buffer` or `data`.
     pub kind: String,
-    /// How long it lives.
+    /// Its lifetime.
     pub lifetime: Lifetime,
     /// Whether a live pass uses it.
     pub live: bool,
@@ -102,7 +102,7 @@ pub struct ResourceReport {
     pub description: String,
     /// Its bytes.
     pub bytes: u64,
-    /// What stands for it, such as `texture 3`; resources with the same words share memory.
+    /// The physical resource, such as `texture 3`; resources with the same words share memory.
     pub place: String,
     /// The other resources at the same place.
     pub shares_with: Vec<String>,
@@ -115,7 +115,7 @@ pub struct ResourceReport {
     /// For a history how many earlier frames can be read.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frames: Option<u32>,
-    /// Where it is declared: file and line.
+    /// The place of the declaration: file and line.
     pub declared: String,
 }
 
@@ -135,7 +135,7 @@ pub enum EdgeKind {
     LaterFrame,
 }
 
-/// What leads from one pass to another.
+/// An edge from one pass to another.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct EdgeReport {
     /// The column of the first pass.
@@ -155,15 +155,15 @@ pub struct EdgeReport {
 pub struct MemoryReport {
     /// If nothing shared memory.
     pub without_aliasing: u64,
-    /// What is created.
+    /// The bytes that are created.
     pub created: u64,
-    /// What this order cannot go below: the sum over the classes of what is alive at once.
+    /// The lower bound of this order: the sum over the compatibility classes of the bytes alive at once.
     pub bound: u64,
     /// The maximum that is alive at once over all classes.
     pub peak: u64,
     /// For the objective `memory`: the order of the document, the one chosen, and the bound of all orders.
     pub orders: Option<[u64; 3]>,
-    /// What is alive in each column.
+    /// The bytes alive in each column.
     pub alive: Vec<u64>,
     /// The classes of what can stand for one another.
     pub classes: Vec<CompatibilityClassReport>,
@@ -172,7 +172,7 @@ pub struct MemoryReport {
 /// One class of resources that can stand for one another.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CompatibilityClassReport {
-    /// What they are.
+    /// The description of the members.
     pub description: String,
     /// The number of resources.
     pub resources: usize,
@@ -430,7 +430,7 @@ fn alive(resources: &[ResourceReport], columns: usize) -> Vec<u64> {
 }
 
 fn classes(plan: &Plan) -> Vec<CompatibilityClassReport> {
-    /// What is known of a class so far: its places with their bytes, and the bytes of its resources.
+    /// A compatibility class so far: its physical resources with their bytes, and the bytes of its resources.
     #[derive(Default)]
     struct CompatibilityClass {
         places: BTreeMap<Physical, u64>,

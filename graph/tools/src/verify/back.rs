@@ -1,4 +1,4 @@
-//! Who feeds whom in some of very many states of toggles.
+//! Which writes reach which reads, in some of very many states of toggles.
 //!
 //! Instead of playing a region in each state, it is gone back from where it is read, or from the end of the frame, with
 //! what has to hold for that: a writer whose toggle contradicts it is not there; one that is there is seen; one that can
@@ -20,7 +20,7 @@ use crate::work::{PassHandle, ResourceHandle};
 
 /// Adds to a flow which accesses of one resource feed which. `events` are its accesses by planned passes in their
 /// order, then by others.
-pub(super) fn look(
+pub(super) fn search(
     plan: &Plan,
     schedule: &Schedule,
     handle: ResourceHandle,
@@ -39,16 +39,23 @@ pub(super) fn look(
         let pass = plan.pipeline.pass(event.pass);
         pass.condition.iter().chain(&event.one.when).copied().collect()
     });
-    let look = Look { plan, schedule, handle, events, conditions: conditions.collect(), writers: &writers };
+    let search = BackwardSearch {
+        plan,
+        schedule,
+        handle,
+        events,
+        conditions: conditions.collect(),
+        writers: &writers,
+    };
     for planned in &plan.passes {
         let KeepReason::ReadBy(reader, resource) = planned.reason else { continue };
-        if resource == handle && look.is_seen(planned.handle, reader) {
+        if resource == handle && search.is_seen(planned.handle, reader) {
             flow.feeds.insert((planned.handle, reader, handle));
         }
     }
     let resource = plan.pipeline.resource(handle);
     if resource.lifetime() != Lifetime::Transient {
-        let left = (0..regions).flat_map(|region| look.left(region));
+        let left = (0..regions).flat_map(|region| search.left(region));
         match resource.history {
             Some(_) => flow.carried.entry(handle).or_default().extend(left),
             None => flow.lasting.extend(left),
@@ -56,7 +63,7 @@ pub(super) fn look(
     }
 }
 
-struct Look<'a> {
+struct BackwardSearch<'a> {
     plan: &'a Plan,
     schedule: &'a Schedule,
     handle: ResourceHandle,
@@ -67,7 +74,7 @@ struct Look<'a> {
     writers: &'a [Vec<usize>],
 }
 
-/// What has to hold in the frames of a look.
+/// The conditions of the frames of a search.
 struct Known(FxHashSet<Condition>);
 
 impl Known {
@@ -86,7 +93,7 @@ impl Known {
     }
 }
 
-impl Look<'_> {
+impl BackwardSearch<'_> {
     /// Whether a reader finds in some state what a pass wrote.
     fn is_seen(&self, writer: PassHandle, reader: PassHandle) -> bool {
         let limit = self.schedule.of(reader);

@@ -32,7 +32,7 @@ const MAX_TOGGLES: usize = 6;
 /// About how many regions are gone over to play one resource in some of many states.
 const MAX_WORK: usize = 1 << 22;
 
-/// Who feeds whom.
+/// Which writes reach which reads.
 pub(super) struct Flow {
     /// Writer, reader and resource.
     pub(super) feeds: HashSet<(PassHandle, PassHandle, ResourceHandle)>,
@@ -42,7 +42,7 @@ pub(super) struct Flow {
     pub(super) carried: HashMap<ResourceHandle, BTreeSet<PassHandle>>,
 }
 
-/// What a region holds.
+/// The contents of a region.
 #[derive(Clone, Copy, PartialEq)]
 enum Content {
     Nothing,
@@ -78,7 +78,7 @@ impl Axis {
         self.cuts.len().max(1)
     }
 
-    /// What a piece covers: the last all that no access names.
+    /// The extent of a piece; the last covers all that no access names.
     fn piece(&self, at: usize) -> Vec<(u64, u64)> {
         match (self.cuts.get(at), self.cuts.get(at + 1)) {
             (Some(first), Some(end)) => vec![(*first, *end)],
@@ -123,7 +123,7 @@ impl Regions {
         self.axes.iter().map(Axis::count).product()
     }
 
-    /// What a region covers in each direction.
+    /// The extent of a region in each direction.
     pub(super) fn pieces(&self, mut region: usize) -> [Vec<(u64, u64)>; 4] {
         let mut pieces = [const { Vec::new() }; 4];
         for (axis, pieces) in self.axes.iter().zip(&mut pieces).rev() {
@@ -228,7 +228,7 @@ pub(super) fn check(plan: &Plan, schedule: &Schedule, violations: &mut Violation
         let single = has_single_first(plan, schedule, &events, &after);
         let (states, are_all) = states(plan, &events, regions.count());
         if !are_all {
-            back::look(plan, schedule, handle, &events, regions.count(), &mut flow);
+            back::search(plan, schedule, handle, &events, regions.count(), &mut flow);
         }
         for state in states {
             let happens = |event: &&Event<'_>| {
@@ -525,7 +525,7 @@ impl Player<'_, '_> {
         }
     }
 
-    /// What is left at the end of a resource that outlives the frame.
+    /// The writes that remain at the end, for a resource that outlives the frame.
     fn finish(&mut self, content: &[Content], writers: &[Vec<(PassHandle, bool)>]) {
         for (region, content) in content.iter().enumerate() {
             match content {

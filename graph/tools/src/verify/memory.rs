@@ -106,7 +106,7 @@ fn used(plan: &Plan) -> HashMap<ResourceHandle, Used> {
     used
 }
 
-/// What wgpu wants a texture, or a buffer, to be created with for an access.
+/// The usages that an access requires of a texture, or a buffer, at its creation.
 fn needed(usage: Usage) -> (TextureUsages, BufferUsages) {
     use BufferUsages as B;
     use TextureUsages as T;

@@ -36,7 +36,7 @@ use serde::Serialize;
 use crate::compiler::{Plan, PlanOptions};
 use crate::work::PassHandle;
 
-/// What is wrong with a plan.
+/// The kind of a violation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ViolationKind {
@@ -66,7 +66,7 @@ pub enum ViolationKind {
     WritersUnordered,
     /// A pass needs contents that an earlier pass did not store.
     ContentsDropped,
-    /// What outlives the frame is not stored.
+    /// A resource that outlives the frame is not stored.
     OutputDropped,
     /// The attachments are not those that the pass declares.
     AttachmentsDiffer,

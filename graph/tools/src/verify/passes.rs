@@ -257,7 +257,7 @@ fn may_leave(plan: &Plan, pass: PassHandle, resource: ResourceHandle) -> bool {
         && has_many_writers(plan, resource)
 }
 
-/// What a resource is of a history, if it is an earlier frame.
+/// The position of a resource in a history, if it is an earlier frame.
 fn earlier_frame(plan: &Plan, resource: ResourceHandle) -> Option<History> {
     plan.pipeline.resources.get(resource.index())?.history.filter(|history| history.back > 0)
 }

@@ -40,7 +40,7 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
     }
 }
 
-/// What is wrong with the accesses of a transfer: they are those of its ends and no others.
+/// The error in the accesses of a transfer: they must be those of its ends and no others.
 fn check_accesses(plan: &Plan, planned: &PlannedPass, transfer: &TransferWork) -> Option<String> {
     let pass = plan.pipeline.pass(planned.handle);
     let mut wanted: Vec<(ResourceHandle, SubresourceRange, bool)> = Vec::new();
@@ -180,7 +180,7 @@ impl Transfer<'_> {
     fn boxes(&self, region: &TextureRegion, boxes: &[TexelBox]) -> Result<(), String> {
         let resource = planned(self.plan, region.texture.resource).ok_or("copies what is not planned")?;
         let (Some(size), Some(format)) = (resource.size, resource.format) else {
-            return Err("copies texels of what is no texture".to_owned());
+            return Err("copies texels of what is not a texture".to_owned());
         };
         let declared = self.plan.pipeline.resource(region.texture.resource).texture();
         let volume = declared.is_some_and(|texture| texture.view == Some(TextureShape::D3));
@@ -240,7 +240,7 @@ impl Transfer<'_> {
         self.boxes(region, &boxes)?;
         let (first, count) = self.run(buffer)?;
         let format = planned(self.plan, region.texture.resource).and_then(|one| one.format);
-        let format = format.ok_or("copies texels of what is no texture")?;
+        let format = format.ok_or("copies texels of what is not a texture")?;
         let aspect = match region.texture.range.aspect {
             Aspect::All => TextureAspect::All,
             Aspect::DepthOnly => TextureAspect::DepthOnly,

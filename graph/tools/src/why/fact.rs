@@ -16,7 +16,7 @@ use crate::work::PassHandle;
 /// One thing to know.
 #[derive(Clone, Debug, Serialize)]
 pub struct Fact {
-    /// What it is about: `runs`, `kept`, `memory`.
+    /// The subject: `runs`, `kept`, `memory`.
     pub about: &'static str,
     /// In words.
     pub text: String,
@@ -29,7 +29,7 @@ fn fact(about: &'static str, text: impl Into<String>) -> Fact {
     Fact { about, text: text.into(), at: None }
 }
 
-/// What kind of thing it is, more closely than its kind.
+/// The kind in words, more exactly than the enumeration.
 pub(super) fn what(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> String {
     let value = &found.entry.value;
     let pipeline = subject.checked.pipeline.as_deref();
@@ -84,7 +84,7 @@ pub(super) fn instances<'a>(subject: &Subject<'a>, name: &str) -> Vec<&'a str> {
     passes.unwrap_or_default().iter().map(|pass| pass.name.as_str()).filter(|pass| is_of(pass)).collect()
 }
 
-/// What became of a pass, of a loop, or of a use of a subgraph.
+/// The state of a pass, of a loop, or of a use of a subgraph in the plan.
 pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Vec<Fact> {
     let mut facts = used(subject, &found.uses);
     let Some(pipeline) = subject.checked.pipeline.as_deref() else {
@@ -325,7 +325,7 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
     match found.kind {
         Kind::Preset => {
             let places: Vec<Span> = settings(&found.entry.value).map(|entry| entry.key_span).collect();
-            let chosen = &subject.choice;
+            let chosen = &subject.overrides;
             let taken = chosen.parameters.iter().chain(&chosen.features);
             let taken = taken.filter(|setting| places.contains(&setting.place)).count() > 0;
             vec![fact("taken", if taken { "yes" } else { "no" })]

@@ -24,11 +24,11 @@ pub struct Given {
     pub layer: Option<Layer>,
 }
 
-/// What gives the pipeline's parameter or feature its value.
+/// The sources of the value of a parameter or feature.
 pub(super) fn given(subject: &Subject<'_>, kind: Kind, entry: &Entry, pointer: &str) -> Vec<Given> {
     let (section, settings, option) = match kind {
-        Kind::Feature => ("features", &subject.choice.features, "--feature"),
-        _ => ("parameters", &subject.choice.parameters, "--set"),
+        Kind::Feature => ("features", &subject.overrides.features, "--feature"),
+        _ => ("parameters", &subject.overrides.parameters, "--set"),
     };
     let mut list = Vec::new();
     if let Some(value) = entry.value.get("default") {
@@ -63,7 +63,7 @@ pub(super) fn given(subject: &Subject<'_>, kind: Kind, entry: &Entry, pointer: &
     list
 }
 
-/// What a feature requires that the profile does not have.
+/// The requirements of a feature that the profile does not meet.
 pub(super) fn lacking_in<'a>(
     subject: &Subject<'a>,
     kind: Kind,

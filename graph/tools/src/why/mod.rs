@@ -30,11 +30,11 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use crate::check::Checked;
+use crate::check::CheckReport;
 use crate::compiler::{Physical, why_apart};
 use crate::compose::Composed;
 use crate::diagnostic::{Diagnostic, codes, list_of};
-use crate::pipeline::Choice;
+use crate::pipeline::Overrides;
 use crate::source::{Sources, Span};
 
 /// A pipeline that is asked about.
@@ -42,15 +42,15 @@ use crate::source::{Sources, Span};
 pub struct Subject<'a> {
     /// Its document.
     pub composed: &'a Composed,
-    /// What gives its parameters and features their values, the last over the first.
-    pub choice: &'a Choice,
-    /// What it came to.
-    pub checked: &'a Checked,
+    /// The overrides of parameters and features, the last over the first.
+    pub overrides: &'a Overrides,
+    /// The report of the check.
+    pub checked: &'a CheckReport,
     /// The texts.
     pub sources: &'a Sources,
 }
 
-/// What a name can stand for.
+/// The kinds of things that have names.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Kind {
@@ -72,7 +72,7 @@ pub enum Kind {
     SharedSettings,
     /// A subgraph.
     Subgraph,
-    /// What a use of a subgraph passes in.
+    /// An input of a use of a subgraph.
     Input,
     /// A point for extensions.
     ExtensionPoint,
@@ -100,19 +100,19 @@ impl Kind {
     }
 }
 
-/// What there is to say of one thing.
+/// The facts about one named thing.
 #[derive(Clone, Debug, Serialize)]
 pub struct Thing {
     /// Its name.
     pub name: String,
-    /// What kind of thing it is.
+    /// The kind.
     pub kind: Kind,
     /// The same in words, more closely: "a fullscreen pass".
     pub what: String,
-    /// What its author says of it.
+    /// The author's description.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub description: Option<String>,
-    /// Where it is declared.
+    /// The place of the declaration.
     pub declared: Location,
     /// The value that counts, of a parameter, feature or derived value.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -120,7 +120,7 @@ pub struct Thing {
     /// Everything that gave a parameter or feature a value, the lowest first: the last counts.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub given: Vec<Given>,
-    /// What the compiler made of it.
+    /// The facts from the plan.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub facts: Vec<Fact>,
     /// Its values as they are written, each with the places that set it.
@@ -205,9 +205,7 @@ pub fn why_memory(
 fn unknown(what: &str, name: &str, place: Span, known: &BTreeSet<String>) -> Box<Diagnostic> {
     let diagnostic = Diagnostic::error(codes::UNKNOWN_NAME, place, format!("{what} \"{name}\""));
     let known = known.iter().map(String::as_str);
-    Box::new(
-        diagnostic.meant(name, known, Some(place), |known| {
-            format!("the names are {}", list_of(known.iter().copied()))
-        }),
-    )
+    Box::new(diagnostic.suggest(name, known, Some(place), |known| {
+        format!("the names are {}", list_of(known.iter().copied()))
+    }))
 }

@@ -43,7 +43,7 @@ pub struct Origin {
     /// The group of shared settings that it is taken over from.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub shared_settings: Option<String>,
-    /// What it was laid over, the newest first.
+    /// The values that it replaced, the newest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub replaced: Vec<Older>,
 }
@@ -179,7 +179,7 @@ fn is_mixed(value: &Value) -> bool {
     })
 }
 
-/// What stood at a pointer before.
+/// The value at a pointer before.
 pub(super) fn older(subject: &Subject<'_>, pointer: &str) -> Vec<Older> {
     let places = subject.composed.replaced.get(pointer).map(Vec::as_slice).unwrap_or_default();
     places

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use umbragraph_pipeline::data::BlackboardData;
 use umbragraph_pipeline::diagnostic::Diagnostics;
-use umbragraph_pipeline::pipeline::{Choice, Pipeline, load};
+use umbragraph_pipeline::pipeline::{Overrides, Pipeline, load};
 use umbragraph_pipeline::shader::{TargetProfile, TemplateSet};
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::{CpuContext, Work};
@@ -25,9 +25,16 @@ fn declare(settings: &str, parameters: &str) -> (Option<Pipeline>, Diagnostics, 
     registry.register::<Cascades>();
     let mut diagnostics = Diagnostics::new();
     let templates = Arc::new(TemplateSet::new());
-    let choice = Choice::default();
-    let pipeline =
-        load(&document, &registry, &templates, &TargetProfile::webgpu(), &choice, &sources, &mut diagnostics);
+    let overrides = Overrides::default();
+    let pipeline = load(
+        &document,
+        &registry,
+        &templates,
+        &TargetProfile::webgpu(),
+        &overrides,
+        &sources,
+        &mut diagnostics,
+    );
     (pipeline, diagnostics, sources)
 }
 
@@ -41,7 +48,7 @@ pub(super) fn run(settings: &str, frame: &FrameInput) -> BlackboardData {
     };
     let mut data = BlackboardData::new(node::shape(declared(&pipeline)));
     work.node.clone().start().run(&CpuContext { frame, inputs: &[] }, &mut data);
-    assert_eq!(data.refused(), None);
+    assert_eq!(data.rejected(), None);
     data
 }
 

@@ -20,8 +20,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 /// Why a device cannot be relied on.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum CanaryError {
-    /// The shader or one of the objects around it was refused.
-    Refused(String),
+    /// The shader or one of the objects around it was rejected.
+    Rejected(String),
     /// The results could not be read back.
     ReadBack(String),
     /// The results are wrong; the first that is.
@@ -30,7 +30,7 @@ pub enum CanaryError {
         index: u32,
         /// What the result should be.
         expected: u32,
-        /// What it is.
+        /// The kind.
         actual: u32,
     },
 }
@@ -38,7 +38,7 @@ pub enum CanaryError {
 impl fmt::Display for CanaryError {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Refused(reason) => write!(formatter, "a compute shader was refused: {reason}"),
+            Self::Rejected(reason) => write!(formatter, "a compute shader was rejected: {reason}"),
             Self::ReadBack(reason) => write!(formatter, "a buffer cannot be read back: {reason}"),
             Self::Wrong { index, expected, actual } => {
                 write!(formatter, "a compute shader wrote {actual} instead of {expected} at {index}")
@@ -54,7 +54,7 @@ pub(super) fn check(device: &wgpu::Device, queue: &wgpu::Queue) -> Result<(), Ca
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let result = compute(device, queue);
     if let Some(error) = pollster::block_on(scope.pop()) {
-        return Err(CanaryError::Refused(error.to_string()));
+        return Err(CanaryError::Rejected(error.to_string()));
     }
     verify(&result?)
 }

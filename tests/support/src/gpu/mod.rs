@@ -119,7 +119,7 @@ fn choose() -> Result<Chosen, String> {
     if order.is_empty() {
         return Err(choice::explain_nothing(&summaries, wanted.as_deref()));
     }
-    let mut refused = Vec::new();
+    let mut rejected = Vec::new();
     for index in order {
         let attempt = open(&instance, &adapters[index])
             .map_err(|error| error.to_string())
@@ -130,13 +130,13 @@ fn choose() -> Result<Chosen, String> {
                 return Ok(Chosen { instance, adapter: adapters[index].clone() });
             }
             Err(reason) => {
-                let refusal = format!("{}: {reason}", summaries[index]);
-                skip::announce(&format!("adapter refused: {refusal}"));
-                refused.push(refusal);
+                let rejection = format!("{}: {reason}", summaries[index]);
+                skip::announce(&format!("adapter rejected: {rejection}"));
+                rejected.push(rejection);
             }
         }
     }
-    Err(format!("no adapter passed its first computation: {}", refused.join("; ")))
+    Err(format!("no adapter passed its first computation: {}", rejected.join("; ")))
 }
 
 fn open(instance: &wgpu::Instance, adapter: &wgpu::Adapter) -> Result<Gpu, wgpu::RequestDeviceError> {

@@ -1,7 +1,7 @@
 //! 8-bit pictures and their PNG files.
 //!
 //! Grey, grey with alpha, RGB and RGBA are read and written as they are; palettes and fewer than 8 bits are
-//! expanded. Pictures of 16 bits are refused: cutting them to 8 would let two different pictures compare equal.
+//! expanded. Pictures of 16 bits are rejected: cutting them to 8 would let two different pictures compare equal.
 //! Colour-space chunks are neither read nor written; values are compared as they are stored.
 
 use std::error::Error;
@@ -298,8 +298,8 @@ mod tests {
     }
 
     #[test]
-    fn sixteen_bits_are_refused() {
-        let folder = ScratchFolder::new("sixteen_bits_are_refused");
+    fn sixteen_bits_are_rejected() {
+        let folder = ScratchFolder::new("sixteen_bits_are_rejected");
         let path = folder.join("deep.png");
         let mut encoder = png::Encoder::new(File::create(&path).unwrap(), 1, 1);
         encoder.set_color(png::ColorType::Grayscale);

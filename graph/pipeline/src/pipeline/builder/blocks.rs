@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::PassBuilder;
-use crate::diagnostic::{codes, did_you_mean};
+use crate::diagnostic::{codes, suggested_name};
 use crate::document;
 use crate::language::Expr;
 use crate::shader::TypeLayout;
@@ -46,7 +46,7 @@ impl PassBuilder<'_> {
                     Some(expression) => deferred.push((member.name.clone(), expression)),
                     None => fine = false,
                 },
-                None if unknown.iter().any(|name| did_you_mean(name, [member.name.as_str()]).is_some()) => {
+                None if unknown.iter().any(|name| suggested_name(name, [member.name.as_str()]).is_some()) => {
                     fine = false;
                 }
                 None if !all => {}

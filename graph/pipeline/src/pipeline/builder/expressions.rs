@@ -3,7 +3,7 @@
 use std::rc::Rc;
 
 use super::PassBuilder;
-use crate::diagnostic::{Diagnostic, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, codes, suggested_name};
 use crate::document;
 use crate::expression::{ErrorKind, Expression, ExpressionError, UnknownName, Value};
 use crate::language::{Expr, Word};
@@ -244,14 +244,14 @@ pub fn expression_diagnostic(
     let known = unknown.known.iter().map(String::as_str);
     // Of a resource's property the resource may be what is misspelt.
     let name = match unknown.name.split_once('.') {
-        Some((head, _)) if did_you_mean(&unknown.name, known.clone()).is_none() => head,
+        Some((head, _)) if suggested_name(&unknown.name, known.clone()).is_none() => head,
         _ => unknown.name.as_str(),
     };
     let range = error.range.start..error.range.start + name.len();
     // Inside a subgraph a name may be written in another way than it reads outside.
     let is_written = value.text().and_then(|text| text.get(range.clone())) == Some(name);
     let written = value.span_within(range).filter(|_| is_written);
-    Some(diagnostic.meant(name, known, written, |_| help()))
+    Some(diagnostic.suggest(name, known, written, |_| help()))
 }
 
 /// The string among the elements of a list of expressions that an unknown name stands in, with its pointer.

@@ -48,7 +48,7 @@ impl PassBuilder<'_> {
         self.name
     }
 
-    /// Where a setting stands; for one that is not written, the object that lacks it.
+    /// The place of a setting; for one that is not written, the object that lacks it.
     pub fn place(&self, pointer: &str) -> Span {
         self.settings.nearest(pointer).span
     }
@@ -91,7 +91,7 @@ impl PassBuilder<'_> {
         let place = key.map_or(place, |entry| entry.key_span);
         let diagnostic = Diagnostic::error(code, place, message).pointer(at);
         let diagnostic =
-            diagnostic.meant_unless(name, known.iter().copied(), written, taken, |_| otherwise());
+            diagnostic.suggest_unless(name, known.iter().copied(), written, taken, |_| otherwise());
         self.shared.diagnostics.push(diagnostic);
     }
 

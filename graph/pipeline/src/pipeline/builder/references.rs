@@ -89,7 +89,7 @@ impl PassBuilder<'_> {
         Some(all)
     }
 
-    /// What a reference names.
+    /// The resource and version that a reference names.
     fn named(&self, reference: &str) -> Option<ResourceHandle> {
         let written = self.environment.interpolate(reference, &self.shared.scope).unwrap_or_default();
         let reference = Reference::parse(&written).ok()?;
@@ -133,7 +133,7 @@ impl PassBuilder<'_> {
                 self.report(
                     codes::BAD_REFERENCE,
                     pointer,
-                    format!("\"{text}\" is no reference"),
+                    format!("\"{text}\" is not a reference"),
                     error.to_string(),
                 );
                 return None;

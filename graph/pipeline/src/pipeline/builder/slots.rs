@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{PassBuilder, SubresourceRangeSettings, host_contract};
-use crate::diagnostic::{codes, did_you_mean};
+use crate::diagnostic::{codes, suggested_name};
 use crate::document;
 use crate::draw::MATERIAL_GROUP;
 use crate::language::{TextureShape, Word};
@@ -46,7 +46,7 @@ impl PassBuilder<'_> {
             }
             let here = document::pointer_join(&at, &binding.name);
             let misspelt =
-                || unknown.iter().any(|name| did_you_mean(name, [binding.name.as_str()]).is_some());
+                || unknown.iter().any(|name| suggested_name(name, [binding.name.as_str()]).is_some());
             let source = match bind.get(&binding.name) {
                 Some(bind) => self.slot(&program, binding, bind, &here),
                 None if misspelt() => None,

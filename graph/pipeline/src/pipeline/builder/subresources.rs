@@ -33,7 +33,7 @@ pub enum Face {
     NegativeZ,
 }
 
-/// What settings say of a subresource range of a texture; each is a key of the object at the pointer.
+/// The settings of a subresource range of a texture; each is a key of the object at the pointer.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SubresourceRangeSettings<'a> {
     /// `mip`: the first mip level.
@@ -152,7 +152,7 @@ impl PassBuilder<'_> {
     pub fn format(&mut self, name: &str, pointer: &str) -> Option<wgpu_types::TextureFormat> {
         let found = parse_format(name);
         if found.is_none() {
-            let message = format!("\"{name}\" is no texture format");
+            let message = format!("\"{name}\" is not a texture format");
             self.report_unknown(codes::FORMAT_UNKNOWN, pointer, message, name, KNOWN_VIEWS, || {
                 "formats have the names of the WebGPU specification".to_owned()
             });

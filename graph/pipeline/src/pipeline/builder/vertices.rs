@@ -9,7 +9,7 @@ use crate::shader::{Stage, VertexInput};
 use crate::work::ProgramHandle;
 
 impl PassBuilder<'_> {
-    /// What the vertex stage of a program reads, by location.
+    /// The vertex inputs of a program, by location.
     pub fn vertex_inputs(&self, program: ProgramHandle) -> Vec<VertexInput> {
         let variant = self.shared.programs.list[program.index()].variants.first();
         let vertex = variant.and_then(|variant| variant.entry_point(Stage::Vertex));
@@ -32,7 +32,7 @@ impl PassBuilder<'_> {
         for (at, (name, format, offset)) in attributes.iter().enumerate() {
             let here = format!("{pointer}/{at}");
             let Some(parsed) = parse_format(format) else {
-                let message = format!("\"{format}\" is no vertex format");
+                let message = format!("\"{format}\" is not a vertex format");
                 let (at, known) = (format!("{here}/format"), KNOWN_VERTEX_FORMATS);
                 self.report_unknown(codes::HOST_CONTRACT, &at, message, format, known, || {
                     "vertex formats have the names of the WebGPU specification, such as \"float32x3\""

@@ -28,7 +28,7 @@ pub(in crate::pipeline) struct Waiting<'a> {
     pub(in crate::pipeline) name: String,
     pub(in crate::pipeline) entry: &'a Entry,
     pub(in crate::pipeline) pointer: String,
-    /// What names mean where it stands.
+    /// The scope of names there.
     pub(in crate::pipeline) environment: Arc<Environment>,
 }
 
@@ -112,7 +112,7 @@ pub(super) fn connect(
             let all = known.iter().filter_map(|known| environment.pass_inside(known));
             let known_as = environment.pass_inside(&name).unwrap_or(&name);
             let written = (written == known_as).then_some(value.span);
-            let diagnostic = diagnostic.meant(known_as, all, written, |names| {
+            let diagnostic = diagnostic.suggest(known_as, all, written, |names| {
                 format!("the passes are {}", list_of(names.iter().copied()))
             });
             shared.report_from([diagnostic].into_iter().collect(), environment);

@@ -46,7 +46,7 @@ pub(super) fn connect(passes: &[Pass], uncertain: &BTreeSet<ResourceHandle>, sha
         let message = format!("no pass publishes the data \"{name}\"");
         let written = (shared.sources.text(place) == format!("\"{name}\"")).then_some(place);
         let diagnostic = Diagnostic::error(codes::NOT_PUBLISHED, place, message).pointer(pointer);
-        let diagnostic = diagnostic.meant(&name, published, written, |_| {
+        let diagnostic = diagnostic.suggest(&name, published, written, |_| {
             "a CPU pass, such as a camera, has to publish it".to_owned()
         });
         shared.diagnostics.push(diagnostic);

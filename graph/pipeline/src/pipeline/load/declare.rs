@@ -26,7 +26,7 @@ pub(super) struct Passes<'a> {
     /// Whether something does not fit the schema, so that it may lack the very key that names a resource.
     pub(super) is_unreadable: bool,
     pub(super) waiting: Vec<Waiting<'a>>,
-    pub(super) passthroughs: Vec<toggle::Said<'a>>,
+    pub(super) passthroughs: Vec<toggle::PassthroughDeclaration<'a>>,
 }
 
 /// What a pass came to.
@@ -58,7 +58,12 @@ pub(super) fn declare<'a>(
         is_unreadable: unreadable,
         waiting,
         passthroughs: passthroughs
-            .map(|(name, entry, pointer, environment)| toggle::Said { name, entry, pointer, environment })
+            .map(|(name, entry, pointer, environment)| toggle::PassthroughDeclaration {
+                name,
+                entry,
+                pointer,
+                environment,
+            })
             .collect(),
         instances: Vec::new(),
     };
@@ -150,7 +155,7 @@ impl<'a> Passes<'a> {
         let condition = toggle::condition(entry, pointer, environment, toggles, &mut diagnostics);
         shared.report_from(diagnostics, environment);
         if !common.passthrough.is_empty() {
-            self.passthroughs.push(toggle::Said {
+            self.passthroughs.push(toggle::PassthroughDeclaration {
                 name: name.clone(),
                 entry,
                 pointer: pointer.clone(),

@@ -9,11 +9,11 @@ use crate::node::{Registry, Settings};
 use crate::pipeline::ResourceKind;
 use crate::pipeline::expand::Instance;
 
-/// What the document says of a pass.
+/// The declaration of a pass.
 pub(super) struct Declared<'a> {
     /// The member that names the node kind, with the settings.
     pub(super) kind: &'a Entry,
-    /// What stands beside it.
+    /// The keys beside it.
     pub(super) common: PassCommon,
     pub(super) settings: Result<Box<dyn Settings>, serde_json::Error>,
 }

@@ -25,7 +25,7 @@ pub(super) fn check_extension_points(document: &Document, diagnostics: &mut Diag
                 let pointer = pointer_join("/extension_points", &point.key);
                 let diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, value.span, message)
                     .pointer(format!("{pointer}/{side}/{at}"));
-                diagnostics.push(diagnostic.meant(name, passes(), Some(value.span), |names| {
+                diagnostics.push(diagnostic.suggest(name, passes(), Some(value.span), |names| {
                     format!("the passes are {}", list_of(names.iter().copied()))
                 }));
             }

@@ -29,7 +29,7 @@ use std::sync::Arc;
 
 use super::modules::Modules;
 use super::profiles::claimed_profiles;
-use super::{Choice, Pass, Passthrough, Pipeline, Toggle, toggle};
+use super::{Overrides, Pass, Passthrough, Pipeline, Toggle, toggle};
 use crate::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use crate::document::{self, Document};
 use crate::draw::check_host;
@@ -41,12 +41,12 @@ use connect::connect;
 use declare::{Passes, declare};
 use extension_points::check_extension_points;
 use programs::Programs;
-use sections::{as_meant, check_schema, is_of_incomplete};
+use sections::{as_suggested, check_schema, is_of_incomplete};
 use settings::Settings;
 use sound::{Broken, Sound};
 use versions::{check_versions, uncertain};
 
-/// Makes the pipeline that a document describes, in the configuration that `choice` names.
+/// Makes the pipeline that a document describes, in the configuration that `overrides` names.
 ///
 /// Diagnostics go to `diagnostics`; the result is `None` only where the document is too broken to have passes at all,
 /// or has more errors than are looked for ([`MAX_DIAGNOSTICS`]). A pipeline with errors is good for further checks,
@@ -56,12 +56,12 @@ pub fn load(
     registry: &Registry,
     templates: &Arc<TemplateSet>,
     profile: &TargetProfile,
-    choice: &Choice,
+    overrides: &Overrides,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Option<Pipeline> {
     let mut modules = Modules::default();
-    load_sharing(document, registry, templates, profile, choice, sources, diagnostics, &mut modules)
+    load_sharing(document, registry, templates, profile, overrides, sources, diagnostics, &mut modules)
 }
 
 /// The same, with shader modules that earlier loads have made.
@@ -71,13 +71,13 @@ pub fn load_sharing(
     registry: &Registry,
     templates: &Arc<TemplateSet>,
     profile: &TargetProfile,
-    choice: &Choice,
+    overrides: &Overrides,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
     modules: &mut Modules,
 ) -> Option<Pipeline> {
     let schema_diagnostics = modules.of_schema(|| check_schema(document, registry));
-    let read = as_meant(document, &schema_diagnostics);
+    let read = as_suggested(document, &schema_diagnostics);
     let document = read.as_ref().unwrap_or(document);
     let broken = Broken::new(&schema_diagnostics);
     let is_hopeless = schema_diagnostics.len() >= MAX_DIAGNOSTICS;
@@ -88,7 +88,7 @@ pub fn load_sharing(
     }
     let sound = Sound::decode(document, &broken)?;
     claimed_profiles(document, diagnostics);
-    let settings = Settings::choose(document, &sound, &broken, choice, profile, diagnostics);
+    let settings = Settings::choose(document, &sound, &broken, overrides, profile, diagnostics);
     let toggles = toggle::toggles(document, &sound.toggles, diagnostics);
     let programs = Programs::new(templates, profile, std::mem::take(modules));
     let mut shared = Shared::new(&settings, &toggles, sound.geometry, programs, sources);

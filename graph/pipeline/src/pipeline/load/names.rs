@@ -6,7 +6,7 @@ use crate::document::Entry;
 /// Names that are no parameters or features, because expressions know them already.
 pub(in crate::pipeline) const RESERVED: &[&str] = &["viewport", "true", "false"];
 
-/// What expressions know of the viewport.
+/// The members of the viewport in expressions.
 pub(in crate::pipeline) const VIEWPORT: &[&str] = &["viewport", "viewport.width", "viewport.height"];
 
 /// Whether a text has a word, apart from what it is part of.

@@ -17,7 +17,7 @@ pub(in crate::pipeline) struct Programs {
     known: BTreeMap<Chosen, Option<ProgramHandle>>,
     pub(in crate::pipeline) modules: Modules,
     /// The variants whose diagnostics are reported.
-    refused: BTreeSet<(String, AxisValues)>,
+    rejected: BTreeSet<(String, AxisValues)>,
     pub(in crate::pipeline) templates: Arc<TemplateSet>,
     profile: TargetProfile,
 }
@@ -28,7 +28,7 @@ impl Programs {
             list: Vec::new(),
             known: BTreeMap::new(),
             modules,
-            refused: BTreeSet::new(),
+            rejected: BTreeSet::new(),
             templates: templates.clone(),
             profile: profile.clone(),
         }
@@ -142,7 +142,7 @@ impl Programs {
         let key = (template.to_owned(), values.clone());
         match self.modules.get(&self.templates, template, values, &self.profile) {
             Ok(module) => Some(module),
-            Err(_) if !self.refused.insert(key) => None,
+            Err(_) if !self.rejected.insert(key) => None,
             Err(own_diagnostics) => {
                 for mut diagnostic in own_diagnostics {
                     if diagnostic.place == crate::diagnostic::Place::Nowhere {

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::compose::is_incomplete;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, surely_meant};
+use crate::diagnostic::{Diagnostic, Diagnostics, certain_suggestion, codes};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::unknown_format;
 use crate::node::Registry;
@@ -16,9 +16,9 @@ use crate::node::Registry;
 pub(super) fn check_schema(document: &Document, registry: &Registry) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
     registry.schema().check(&document.root, "", &mut diagnostics);
-    if let Some(read) = as_meant(document, &diagnostics) {
+    if let Some(read) = as_suggested(document, &diagnostics) {
         let mut all: Diagnostics =
-            diagnostics.into_iter().filter(|one| meant_section(one).is_some()).collect();
+            diagnostics.into_iter().filter(|one| suggested_section(one).is_some()).collect();
         registry.schema().check(&read.root, "", &mut all);
         return with_formats(&read, all);
     }
@@ -47,7 +47,7 @@ fn is_format(pointer: &str) -> bool {
 }
 
 /// The section that a misspelt key at the top surely means, by the fix of its diagnostic.
-fn meant_section(diagnostic: &Diagnostic) -> Option<&str> {
+fn suggested_section(diagnostic: &Diagnostic) -> Option<&str> {
     let is_section = diagnostic.code == codes::UNKNOWN_KEY && diagnostic.pointer.matches('/').count() == 1;
     let [edit] = diagnostic.fix.as_ref().filter(|_| is_section)?.edits.as_slice() else { return None };
     Some(edit.replacement.trim_matches('"'))
@@ -55,20 +55,21 @@ fn meant_section(diagnostic: &Diagnostic) -> Option<&str> {
 
 /// The document with the sections that misspelt keys mean, so that nothing is missing for their sake; `None` where there
 /// are no such keys.
-pub(super) fn as_meant(document: &Document, schema_diagnostics: &Diagnostics) -> Option<Document> {
+pub(super) fn as_suggested(document: &Document, schema_diagnostics: &Diagnostics) -> Option<Document> {
     let entries = document.root.entries()?;
     // What a file below says under the right key stays as it is.
     let is_there = |section: &str| entries.iter().any(|entry| entry.key == section);
-    let meant: BTreeMap<&str, &str> = schema_diagnostics
+    let suggested: BTreeMap<&str, &str> = schema_diagnostics
         .iter()
-        .filter_map(|one| Some((one.pointer.strip_prefix('/')?, meant_section(one)?)))
+        .filter_map(|one| Some((one.pointer.strip_prefix('/')?, suggested_section(one)?)))
         .filter(|(_, section)| !is_there(section))
         .collect();
-    if meant.is_empty() {
+    if suggested.is_empty() {
         return None;
     }
     let renamed = entries.iter().map(|entry| {
-        let key = meant.get(entry.key.as_str()).map_or_else(|| entry.key.clone(), |key| (*key).to_owned());
+        let key =
+            suggested.get(entry.key.as_str()).map_or_else(|| entry.key.clone(), |key| (*key).to_owned());
         Entry { key, ..entry.clone() }
     });
     let kind = document::Kind::Object(renamed.collect());
@@ -88,7 +89,7 @@ pub fn as_written(document: &Document, diagnostics: Diagnostics) -> Diagnostics 
     let is_there = |section: &str| entries.iter().any(|entry| entry.key == section);
     let written = |pointer: &str| -> Option<String> {
         let section = pointer.strip_prefix('/')?.split('/').next().filter(|section| !is_there(section))?;
-        let is_it = |entry: &&Entry| surely_meant(&entry.key, [section]).is_some();
+        let is_it = |entry: &&Entry| certain_suggestion(&entry.key, [section]).is_some();
         let key = &entries.iter().find(is_it)?.key;
         Some(pointer_join("", key) + &pointer[1 + section.len()..])
     };

@@ -7,7 +7,7 @@ use super::{RESERVED, Shared, bad_name, is_name};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Document, pointer_join};
 use crate::expression::Scope as _;
-use crate::pipeline::{Choice, Derived, Feature, Parameter, StaticScope, derived, preset, setting};
+use crate::pipeline::{Derived, Feature, Overrides, Parameter, StaticScope, derived, preset, setting};
 use crate::shader::TargetProfile;
 
 /// Parameters, features and derived values.
@@ -20,12 +20,13 @@ pub(super) struct Settings {
 }
 
 impl Settings {
-    /// Gives parameters and features the values that `choice` names, or their defaults, and derives others from these.
+    /// Gives parameters and features the values that `overrides` names, or their defaults, and derives others from
+    /// these.
     pub(super) fn choose(
         document: &Document,
         sound: &Sound,
         unsound: &Broken,
-        choice: &Choice,
+        overrides: &Overrides,
         profile: &TargetProfile,
         diagnostics: &mut Diagnostics,
     ) -> Self {
@@ -38,17 +39,23 @@ impl Settings {
         let parameters = setting::parameters(
             &sound.parameters,
             section(document, "parameters"),
-            &choice.parameters,
+            &overrides.parameters,
             diagnostics,
         );
         let features = setting::features(
             &sound.features,
             section(document, "features"),
-            &choice.features,
+            &overrides.features,
             profile,
             diagnostics,
         );
-        preset::check(section(document, "presets"), &sound.parameters, &sound.features, choice, diagnostics);
+        preset::check(
+            section(document, "presets"),
+            &sound.parameters,
+            &sound.features,
+            overrides,
+            diagnostics,
+        );
         check_twins(document, diagnostics);
         let mut broken: BTreeSet<String> = entries()
             .map(|entry| entry.key.clone())

@@ -1,4 +1,4 @@
-//! What all passes of one pipeline share while they are declared.
+//! The state that all passes of one pipeline share while they are declared.
 
 use std::collections::{BTreeMap, HashMap};
 use std::rc::Rc;
@@ -25,7 +25,7 @@ pub(in crate::pipeline) struct Expected {
     pub(in crate::pipeline) pointer: String,
 }
 
-/// What all passes of one pipeline share while they are declared.
+/// The state that all passes of one pipeline share while they are declared.
 pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) scope: StaticScope,
     /// The names of the toggles, which expressions cannot see.
@@ -42,7 +42,7 @@ pub(in crate::pipeline) struct Shared {
     /// How often a pass had an error that only follows from a diagnostic elsewhere.
     pub(in crate::pipeline) withheld: usize,
     pub(super) sources: Sources,
-    /// What CPU passes read of one another.
+    /// The values that CPU passes read of one another.
     pub(in crate::pipeline) expected: Vec<Expected>,
 }
 

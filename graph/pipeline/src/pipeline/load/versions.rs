@@ -45,7 +45,7 @@ pub(super) fn check_versions(
             let written = written.map(|range| one.place.inside(range));
             let diagnostic = Diagnostic::error(codes::UNKNOWN_PASS, one.place, message).pointer(&one.pointer);
             let known = names.iter().map(String::as_str).filter(|name| !name.is_empty());
-            shared.diagnostics.push(diagnostic.meant(&name, known, written, |_| match writers.len() {
+            shared.diagnostics.push(diagnostic.suggest(&name, known, written, |_| match writers.len() {
                 0 => format!("nothing writes \"{resource}\""),
                 _ => format!("it is written by {}", list_of(writers.iter().copied())),
             }));
@@ -53,7 +53,7 @@ pub(super) fn check_versions(
     }
 }
 
-/// Where the pass of a version stands in the text of a reference with its quotes; nowhere if it is computed.
+/// The place of the pass of a version in the text of a reference with its quotes; `None` if it is computed.
 fn version_in(raw: &str, pass: &str) -> Option<std::ops::Range<usize>> {
     let at = raw.find('@')? + 1;
     let end = raw.len().checked_sub(1)?;

@@ -23,7 +23,7 @@ impl Gap {
 pub(super) struct Comment {
     /// Without space at the ends of its lines; lines end with `\n`.
     pub(super) text: String,
-    /// What separates it from what stands before.
+    /// The gap before it.
     pub(super) gap: Gap,
     /// The column that it begins at, from 0, if nothing else stands before it on its line.
     pub(super) column: Option<usize>,
@@ -43,7 +43,7 @@ impl Comment {
 /// The whole text.
 pub(super) struct Text<'a> {
     pub(super) leading: Vec<Comment>,
-    /// What separates the value from the last of `leading`.
+    /// The gap between the last of `leading` and the value.
     pub(super) gap: Gap,
     pub(super) root: Node<'a>,
     pub(super) trailing: Vec<Comment>,
@@ -72,7 +72,7 @@ pub(super) struct Container<'a> {
 /// A member of an object or an element of an array.
 pub(super) struct Item<'a> {
     pub(super) leading: Vec<Comment>,
-    /// What separates the key or the value from the last of `leading`, or from what stands before.
+    /// The gap before the key or the value, after the last of `leading`.
     pub(super) gap: Gap,
     pub(super) key: Option<Cow<'a, str>>,
     pub(super) value: Node<'a>,
@@ -101,7 +101,7 @@ impl Node<'_> {
 }
 
 impl Item<'_> {
-    /// What separates the item with its comments from what stands before.
+    /// The gap before the item and its comments.
     pub(super) fn start(&self) -> Gap {
         self.leading.first().map_or(self.gap, |comment| comment.gap)
     }

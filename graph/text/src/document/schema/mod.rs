@@ -21,7 +21,7 @@ pub use rules::Schema;
 use serde_json::Value as Json;
 
 use super::{Entry, Kind, Pointer, Value};
-use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, did_you_mean};
+use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, suggested_name};
 use rules::{Additional, Alternatives, Branch, Node, Rules};
 
 /// Checks `value`, which stands at `pointer`, against `schema`; `$ref`s are looked up in `root`.
@@ -40,7 +40,7 @@ impl Schema {
 struct Checker<'a, 'd> {
     schema: &'a Schema,
     diagnostics: &'d mut Diagnostics,
-    /// What the schema says of the place at hand, or of the closest around it.
+    /// The schema's description of the place, or of the closest around it.
     description: Option<&'a str>,
 }
 
@@ -126,7 +126,7 @@ impl<'a> Checker<'a, '_> {
             // A misspelt key is reported as such; that the right one is missing only follows from it.
             let misspelt = entries.iter().any(|entry| {
                 properties.is_some_and(|properties| properties.get(&entry.key).is_none())
-                    && did_you_mean(&entry.key, [required.key.as_str()]).is_some()
+                    && suggested_name(&entry.key, [required.key.as_str()]).is_some()
             });
             if !misspelt {
                 let key = &required.key;
@@ -307,7 +307,7 @@ pub fn unknown_key(entry: &Entry, known: &[&str], beside: &[Entry]) -> Diagnosti
     let file = entry.key_span.file;
     let taken = |name: &str| beside.iter().any(|other| other.key == name && other.key_span.file == file);
     let known = known.iter().copied();
-    diagnostic.meant_unless(&entry.key, known, Some(entry.key_span), taken, |known| match known {
+    diagnostic.suggest_unless(&entry.key, known, Some(entry.key_span), taken, |known| match known {
         [] => "no keys are known here".to_owned(),
         known => format!("the keys known here are {}", known.join(", ")),
     })
@@ -318,7 +318,7 @@ pub fn unknown_word(value: &Value, words: &[&str]) -> Diagnostic {
     let found = value.text().map_or_else(|| value.kind_name().to_owned(), |text| format!("\"{text}\""));
     let diagnostic = Diagnostic::error(codes::UNKNOWN_WORD, value.span, format!("{found} is not known here"));
     let text = value.text().unwrap_or_default();
-    diagnostic.meant(text, words.iter().copied(), Some(value.span), |words| match words {
+    diagnostic.suggest(text, words.iter().copied(), Some(value.span), |words| match words {
         words if words.len() <= 24 => format!("known are {}", words.join(", ")),
         _ => "see the schema for the words known here".to_owned(),
     })

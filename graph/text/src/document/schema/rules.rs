@@ -15,16 +15,16 @@ pub struct Schema {
     pub(super) start: Node,
 }
 
-/// What a place of the schema says.
+/// One place of the schema.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Node {
-    /// What belongs there, for people; not that of the schema that it refers to.
+    /// The description for people; not that of the schema that it refers to.
     pub(super) description: Option<String>,
     /// The rules, at the end of all references.
     rules: Option<usize>,
 }
 
-/// What one schema wants.
+/// The rules of one schema.
 #[derive(Debug, Default)]
 pub(super) struct Rules {
     /// Beside `properties`: lists of keys, of each of which exactly one is there.
@@ -60,7 +60,7 @@ pub(super) struct Properties {
     sorted: Vec<usize>,
 }
 
-/// What other keys an object can have.
+/// The rule for further keys of an object.
 #[derive(Debug, Default)]
 pub(super) enum Additional {
     #[default]
@@ -91,7 +91,7 @@ pub(super) struct Alternatives {
 #[derive(Debug)]
 pub(super) struct Branch {
     pub(super) node: Node,
-    /// What a value can be, as far as its type says, for the branch to fit.
+    /// The types that a value can have for the branch to fit.
     pub(super) could_be: Types,
     /// The words that it accepts, if it is an enumeration of texts.
     pub(super) words: Vec<String>,

@@ -26,9 +26,9 @@ use crate::pipeline::{Pipeline, Resource, ResourceKind};
 use crate::source::Sources;
 use crate::work::{PassHandle, ResourceHandle};
 
-/// What a texture is.
+/// The properties of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub(super) struct TextureFacts {
+pub(super) struct TextureProperties {
     pub(super) format: TextureFormat,
     pub(super) size: TextureSize,
     pub(super) volume: bool,
@@ -37,16 +37,16 @@ pub(super) struct TextureFacts {
     pub(super) view_format: Option<TextureFormat>,
 }
 
-/// What a resource is on the device.
+/// The description of a resource for its creation on the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Descriptor {
-    Texture(TextureFacts),
+    Texture(TextureProperties),
     Buffer { bytes: u64, usages: BufferUsages },
 }
 
 /// A resource that live passes use.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Fact {
+pub(super) struct ResolvedResource {
     /// `None` for blackboard data, and after a diagnostic.
     pub(super) descriptor: Option<Descriptor>,
     /// The class of what can stand for it; `None` for what the plan does not create.
@@ -54,8 +54,8 @@ pub(super) struct Fact {
     pub(super) bytes: u64,
 }
 
-impl Fact {
-    pub(super) fn texture(&self) -> Option<TextureFacts> {
+impl ResolvedResource {
+    pub(super) fn texture(&self) -> Option<TextureProperties> {
         match self.descriptor {
             Some(Descriptor::Texture(texture)) => Some(texture),
             _ => None,
@@ -63,17 +63,17 @@ impl Fact {
     }
 }
 
-/// What every resource is.
-pub(super) struct Facts<'a> {
+/// The resolved properties of every resource.
+pub(super) struct ResolvedResources<'a> {
     pub(super) pipeline: &'a Pipeline,
     pub(super) sizes: Sizes<'a>,
     /// By handle; `None` for what no live pass uses.
-    pub(super) list: Vec<Option<Fact>>,
-    /// How many classes there are.
+    pub(super) list: Vec<Option<ResolvedResource>>,
+    /// The number of compatibility classes.
     pub(super) classes: usize,
 }
 
-impl<'a> Facts<'a> {
+impl<'a> ResolvedResources<'a> {
     /// Finds out about the resources that the live passes use.
     pub(super) fn new(
         pipeline: &'a Pipeline,
@@ -83,7 +83,7 @@ impl<'a> Facts<'a> {
         conditional: &[bool],
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Self {
-        let mut facts = Self::empty(pipeline, options, sources);
+        let mut resolved = Self::empty(pipeline, options, sources);
         let mut formats = format::Formats::default();
         let mut classes = CompatibilityClasses {
             pipeline,
@@ -96,21 +96,21 @@ impl<'a> Facts<'a> {
             let resource = pipeline.resource(handle);
             if let Some(history) = resource.history.filter(|history| history.back > 0) {
                 // As this frame's, which comes before it.
-                let now = facts.list[history.of.index()];
-                facts.list[handle.index()] = now.map(|now| classes.fact(handle, now.descriptor));
+                let now = resolved.list[history.of.index()];
+                resolved.list[handle.index()] = now.map(|now| classes.resource(handle, now.descriptor));
                 continue;
             }
             let wants = &wants[handle.index()];
             if wants.accesses.is_empty() {
                 continue;
             }
-            let descriptor = match (&resource.kind, facts.sizes.of(handle)) {
+            let descriptor = match (&resource.kind, resolved.sizes.of(handle)) {
                 (ResourceKind::Texture(texture), Some(Size::Texture(size))) => {
                     let usages = wants
                         .accesses
                         .iter()
                         .fold(TextureUsages::empty(), |all, (_, one)| all | one.usage.texture_usages());
-                    facts.check_import(handle, usages, wants, options, diagnostics);
+                    resolved.check_import(handle, usages, wants, options, diagnostics);
                     let format = match told(options, resource) {
                         Some(import) => Some(import.format),
                         None => {
@@ -129,7 +129,7 @@ impl<'a> Facts<'a> {
                     format.map(|format| {
                         let view_format =
                             wants.views.iter().map(|(_, view)| *view).find(|view| *view != format);
-                        Descriptor::Texture(TextureFacts { format, size, volume, usages, view_format })
+                        Descriptor::Texture(TextureProperties { format, size, volume, usages, view_format })
                     })
                 }
                 (ResourceKind::Buffer(_), Some(Size::Buffer(bytes))) => {
@@ -145,14 +145,14 @@ impl<'a> Facts<'a> {
                 Some(_) => descriptor.map(history::clearing),
                 None => descriptor,
             };
-            facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
+            resolved.list[handle.index()] = Some(classes.resource(handle, descriptor));
         }
-        facts.classes = classes.known.len();
+        resolved.classes = classes.known.len();
         diagnostics.extend(
-            subresources::beyond(pipeline, &facts.sizes).into_iter().map(|(_, diagnostic)| diagnostic),
+            subresources::beyond(pipeline, &resolved.sizes).into_iter().map(|(_, diagnostic)| diagnostic),
         );
-        history::check_initial(&facts, diagnostics);
-        facts
+        history::check_initial(&resolved, diagnostics);
+        resolved
     }
 
     /// The same resources in other sizes; `None` where more than sizes changes: a size is not possible any more, or the
@@ -161,11 +161,11 @@ impl<'a> Facts<'a> {
         pipeline: &'a Pipeline,
         options: &'a PlanOptions,
         sources: &'a Sources,
-        before: &[Option<Fact>],
+        before: &[Option<ResolvedResource>],
         conditional: &[bool],
         diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
-        let mut facts = Self::empty(pipeline, options, sources);
+        let mut resolved = Self::empty(pipeline, options, sources);
         let mut classes = CompatibilityClasses {
             pipeline,
             known: FxHashMap::default(),
@@ -173,32 +173,32 @@ impl<'a> Facts<'a> {
             aliasing: options.aliasing,
         };
         for handle in pipeline.resource_handles() {
-            let Some(fact) = before[handle.index()] else { continue };
-            let descriptor = match (fact.descriptor, facts.sizes.of(handle)?) {
+            let Some(resource) = before[handle.index()] else { continue };
+            let descriptor = match (resource.descriptor, resolved.sizes.of(handle)?) {
                 (Some(Descriptor::Texture(texture)), Size::Texture(size)) => {
                     let layered = |size: TextureSize| size.layers != 1;
                     let alike =
                         texture.size.samples == size.samples && layered(texture.size) == layered(size);
                     let fits = texture_rules::of_format(texture.format, size, texture.volume, texture.usages)
                         .is_none();
-                    Some(Descriptor::Texture(TextureFacts { size, ..texture })).filter(|_| alike && fits)
+                    Some(Descriptor::Texture(TextureProperties { size, ..texture })).filter(|_| alike && fits)
                 }
                 (Some(Descriptor::Buffer { usages, .. }), Size::Buffer(bytes)) => {
                     Some(Descriptor::Buffer { bytes, usages })
                 }
                 _ => None,
             };
-            if descriptor.is_none() && fact.descriptor.is_some() {
+            if descriptor.is_none() && resource.descriptor.is_some() {
                 return None;
             }
-            facts.list[handle.index()] = Some(classes.fact(handle, descriptor));
+            resolved.list[handle.index()] = Some(classes.resource(handle, descriptor));
         }
-        facts.classes = classes.known.len();
+        resolved.classes = classes.known.len();
         diagnostics.extend(
-            subresources::beyond(pipeline, &facts.sizes).into_iter().map(|(_, diagnostic)| diagnostic),
+            subresources::beyond(pipeline, &resolved.sizes).into_iter().map(|(_, diagnostic)| diagnostic),
         );
-        history::check_initial(&facts, diagnostics);
-        Some(facts)
+        history::check_initial(&resolved, diagnostics);
+        Some(resolved)
     }
 
     /// Nothing known yet.
@@ -211,13 +211,13 @@ impl<'a> Facts<'a> {
         }
     }
 
-    /// What a resource is, if a live pass uses it.
-    pub(super) fn get(&self, handle: ResourceHandle) -> Option<&Fact> {
+    /// The properties of a resource, if a live pass uses it.
+    pub(super) fn get(&self, handle: ResourceHandle) -> Option<&ResolvedResource> {
         self.list.get(handle.index())?.as_ref()
     }
 
-    /// What a texture is.
-    pub(super) fn texture(&self, handle: ResourceHandle) -> Option<TextureFacts> {
+    /// The properties of a texture.
+    pub(super) fn texture(&self, handle: ResourceHandle) -> Option<TextureProperties> {
         self.get(handle)?.texture()
     }
 
@@ -238,7 +238,7 @@ impl<'a> Facts<'a> {
         &self,
         handle: ResourceHandle,
         usages: TextureUsages,
-        wants: &format::Wants<'_>,
+        wants: &format::FormatRequirements<'_>,
         options: &PlanOptions,
         diagnostics: &mut Vec<Diagnostic>,
     ) {
@@ -280,7 +280,7 @@ pub(super) fn sizes<'a>(pipeline: &'a Pipeline, options: &'a PlanOptions, source
     Sizes::new(pipeline, sources, options.viewport, imported, &options.data_sizes)
 }
 
-/// What the host has told of a resource that stands for a texture of its own.
+/// The host's description of an imported texture.
 fn told<'a>(options: &'a PlanOptions, resource: &Resource) -> Option<&'a Import> {
     options.imports.get(&resource.name).filter(|_| resource.lifetime() == Lifetime::Imported)
 }
@@ -288,14 +288,14 @@ fn told<'a>(options: &'a PlanOptions, resource: &Resource) -> Option<&'a Import>
 /// Numbers the classes of resources.
 struct CompatibilityClasses<'a> {
     pipeline: &'a Pipeline,
-    /// What is alike, and of what stands for nothing else the handle.
+    /// The key of a compatibility class; for a resource that cannot alias, its handle.
     known: FxHashMap<(Descriptor, Option<ResourceHandle>), usize>,
     conditional: &'a [bool],
     aliasing: bool,
 }
 
 impl CompatibilityClasses<'_> {
-    fn fact(&mut self, handle: ResourceHandle, descriptor: Option<Descriptor>) -> Fact {
+    fn resource(&mut self, handle: ResourceHandle, descriptor: Option<Descriptor>) -> ResolvedResource {
         let lifetime = self.pipeline.resource(handle).lifetime();
         let created = descriptor.filter(|_| lifetime != Lifetime::Imported);
         let shares = lifetime == Lifetime::Transient && self.aliasing && !self.conditional[handle.index()];
@@ -315,13 +315,13 @@ impl CompatibilityClasses<'_> {
             let next = self.known.len();
             *self.known.entry((like, alone)).or_insert(next)
         });
-        Fact { descriptor, class, bytes }
+        ResolvedResource { descriptor, class, bytes }
     }
 }
 
 /// The bytes of a texture: all mips, layers and samples.
-fn texture_bytes(texture: &TextureFacts) -> u64 {
-    let TextureFacts { format, size, volume, .. } = *texture;
+fn texture_bytes(texture: &TextureProperties) -> u64 {
+    let TextureProperties { format, size, volume, .. } = *texture;
     let (block_width, block_height) = format.block_dimensions();
     let depth_only = || format.block_copy_size(Some(wgpu_types::TextureAspect::DepthOnly));
     let block = u64::from(format.block_copy_size(None).or_else(depth_only).unwrap_or(4));

@@ -5,13 +5,13 @@
 
 /// Lists by number.
 #[derive(Clone, Debug)]
-pub(super) struct Rows<T> {
+pub(super) struct JaggedArray<T> {
     items: Vec<T>,
-    /// Where each list ends.
+    /// The end of each list.
     ends: Vec<u32>,
 }
 
-impl<T> Rows<T> {
+impl<T> JaggedArray<T> {
     pub(super) fn with_capacity(rows: usize, items: usize) -> Self {
         Self { items: Vec::with_capacity(items), ends: Vec::with_capacity(rows) }
     }
@@ -33,7 +33,7 @@ impl<T> Rows<T> {
     }
 }
 
-impl<T> std::ops::Index<usize> for Rows<T> {
+impl<T> std::ops::Index<usize> for JaggedArray<T> {
     type Output = [T];
 
     fn index(&self, row: usize) -> &[T] {
@@ -44,11 +44,11 @@ impl<T> std::ops::Index<usize> for Rows<T> {
 
 #[cfg(test)]
 mod tests {
-    use super::Rows;
+    use super::JaggedArray;
 
     #[test]
     fn lists_stay_apart() {
-        let mut rows = Rows::with_capacity(3, 3);
+        let mut rows = JaggedArray::with_capacity(3, 3);
         rows.push([1, 2]);
         rows.push([]);
         rows.push([3]);

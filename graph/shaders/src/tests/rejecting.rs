@@ -5,11 +5,11 @@ use std::time::Instant;
 use super::{FRAGMENT, Fixture, values};
 use crate::{TargetProfile, guard};
 
-fn refusal(text: &str) -> Vec<String> {
+fn rejection(text: &str) -> Vec<String> {
     let fixture = Fixture::new(&[("main.wgsl.jinja", text)]);
     let mut lines = fixture.lines(&fixture.diagnostics);
     if lines.is_empty() {
-        lines = fixture.refusal("main.wgsl.jinja", &[]);
+        lines = fixture.rejection("main.wgsl.jinja", &[]);
     }
     lines
 }
@@ -17,11 +17,11 @@ fn refusal(text: &str) -> Vec<String> {
 #[test]
 fn an_undeclared_name_is_found_even_where_a_test_hides_it() {
     assert_eq!(
-        refusal("a\n{% if sccs is defined %}{% endif %}"),
+        rejection("a\n{% if sccs is defined %}{% endif %}"),
         ["UG0502 main.wgsl.jinja:2:7 \"sccs\" is no axis of \"main.wgsl.jinja\" and is bound by nothing"]
     );
-    assert_eq!(refusal("\n  {{ taps }}").len(), 1);
-    assert_eq!(refusal("{{ taps|default(3) }}").len(), 1);
+    assert_eq!(rejection("\n  {{ taps }}").len(), 1);
+    assert_eq!(rejection("{{ taps|default(3) }}").len(), 1);
 }
 
 #[test]
@@ -90,7 +90,7 @@ fn no_template_runs_for_ever_or_explodes() {
         ("{% if ('x' * 99999999)|upper == 'y' %}{% endif %}", "a filter gets a value larger than 1 MiB"),
     ];
     for (case, limit) in cases {
-        let lines = refusal(&format!("{case}\n{FRAGMENT}"));
+        let lines = rejection(&format!("{case}\n{FRAGMENT}"));
         assert!(lines.len() == 1 && lines[0].starts_with("UG0505 main.wgsl.jinja:"), "{case}: {lines:?}");
         assert!(lines[0].ends_with(limit), "{case}: {lines:?}");
     }
@@ -100,19 +100,19 @@ fn no_template_runs_for_ever_or_explodes() {
 fn the_clock_ends_what_nothing_counts() {
     let case =
         "{% set n = 99999999 %}{% for i in range(100000) %}{% if 'x' * n == 'y' %}{% endif %}{% endfor %}";
-    let lines = refusal(&format!("{case}\n{FRAGMENT}"));
+    let lines = rejection(&format!("{case}\n{FRAGMENT}"));
     assert!(lines.len() == 1 && lines[0].starts_with("UG0505 main.wgsl.jinja:"), "{lines:?}");
 }
 
 #[test]
 fn recursion_ends() {
     assert_eq!(
-        refusal("\n {% include 'main.wgsl.jinja' %}"),
+        rejection("\n {% include 'main.wgsl.jinja' %}"),
         [
             "UG0504 main.wgsl.jinja:2:5 the template includes itself: \"main.wgsl.jinja\" includes \"main.wgsl.jinja\""
         ]
     );
-    let lines = refusal("{% macro f() %}{{ f() }}{% endmacro %}{{ f() }}");
+    let lines = rejection("{% macro f() %}{{ f() }}{% endmacro %}{{ f() }}");
     assert!(lines[0].starts_with("UG0504 main.wgsl.jinja:1:"), "{lines:?}");
 }
 
@@ -165,7 +165,7 @@ fn errors_of_the_wgsl_stand_in_the_template() {
     let lib = "fn half(x: f32) -> f32 {\n    return x * 5i;\n}\n";
     let main = format!("// ä\n{{% include 'lib/half.wgsl.jinja' %}}\n{FRAGMENT}");
     let fixture = Fixture::sound(&[("main.wgsl.jinja", &main), ("lib/half.wgsl.jinja", lib)]);
-    let lines = fixture.refusal("main.wgsl.jinja", &[]);
+    let lines = fixture.rejection("main.wgsl.jinja", &[]);
     assert_eq!(lines.len(), 1);
     assert!(lines[0].contains("lib/half.wgsl.jinja:2:12"), "{lines:?}");
 }
@@ -177,7 +177,7 @@ fn an_error_in_a_macro_stands_in_the_macro() {
         "{{% from 'lib.wgsl.jinja' import tap %}}\nfn f() {{\n    var sum = 0.0;\n    {{{{ tap(1) }}}}\n}}\n{FRAGMENT}"
     );
     let fixture = Fixture::sound(&[("main.wgsl.jinja", &main), ("lib.wgsl.jinja", lib)]);
-    let lines = fixture.refusal("main.wgsl.jinja", &[]);
+    let lines = fixture.rejection("main.wgsl.jinja", &[]);
     assert!(lines[0].starts_with("UG0520 lib.wgsl.jinja:2:12 no definition in scope"), "{lines:?}");
 }
 

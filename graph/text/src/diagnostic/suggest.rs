@@ -1,7 +1,8 @@
 //! What a misspelt name was meant to be: the help that proposes it, and the fix that writes it.
 //!
-//! All diagnostics about a name that is none of those known take one way, [`Diagnostic::meant`]: the closest known name
-//! is the help; where no other is as close, and it is known where the name is written, putting it there is the fix.
+//! All diagnostics about a name that is none of those known take one way, [`Diagnostic::suggest`]: the closest known
+//! name is the help; where no other is as close, and it is known where the name is written, putting it there is the
+//! fix.
 //!
 //! Limits: names longer than 64 bytes are not compared; a known name that JSON would have to escape is help only.
 
@@ -19,19 +20,19 @@ impl Diagnostic {
     /// `written` is where the name stands, as it is or in quotes; where it is neither (it is computed, or has escapes)
     /// there is no fix.
     #[must_use]
-    pub fn meant<'a>(
+    pub fn suggest<'a>(
         self,
         name: &str,
         known: impl IntoIterator<Item = &'a str>,
         written: Option<Span>,
         otherwise: impl FnOnce(&[&'a str]) -> String,
     ) -> Self {
-        self.meant_unless(name, known, written, |_| false, otherwise)
+        self.suggest_unless(name, known, written, |_| false, otherwise)
     }
 
     /// The same for a name that can be written once only, as the key of an object: what is `taken` is not written again.
     #[must_use]
-    pub fn meant_unless<'a>(
+    pub fn suggest_unless<'a>(
         self,
         name: &str,
         known: impl IntoIterator<Item = &'a str>,
@@ -40,21 +41,23 @@ impl Diagnostic {
         otherwise: impl FnOnce(&[&'a str]) -> String,
     ) -> Self {
         let known: Vec<&str> = known.into_iter().collect();
-        let Some(meant) = did_you_mean(name, known.iter().copied()) else {
+        let Some(suggested) = suggested_name(name, known.iter().copied()) else {
             return self.help(match begun(name, &known) {
-                Some(meant) => format!("is \"{meant}\" meant?"),
+                Some(suggested) => format!("is \"{suggested}\" meant?"),
                 None => otherwise(&known),
             });
         };
-        let diagnostic = self.help(format!("did you mean \"{meant}\"?"));
+        let diagnostic = self.help(format!("did you mean \"{suggested}\"?"));
         let replacement = written.and_then(|span| match span.range().len().checked_sub(name.len())? {
-            0 => Some((span, meant.to_owned())),
-            2 => Some((span, format!("\"{meant}\""))),
+            0 => Some((span, suggested.to_owned())),
+            2 => Some((span, format!("\"{suggested}\""))),
             _ => None,
         });
         // A name with an escape would be another text in JSON.
-        let is_plain = !meant.contains(['"', '\\']) && !meant.contains(char::is_control);
-        let is_sure = is_plain && !taken(meant) && surely_meant(name, known.iter().copied()) == Some(meant);
+        let is_plain = !suggested.contains(['"', '\\']) && !suggested.contains(char::is_control);
+        let is_sure = is_plain
+            && !taken(suggested)
+            && certain_suggestion(name, known.iter().copied()) == Some(suggested);
         match replacement {
             Some((span, text)) if is_sure => diagnostic.fix(span, text),
             _ => diagnostic,
@@ -75,12 +78,12 @@ fn begun<'a>(name: &str, known: &[&'a str]) -> Option<&'a str> {
 ///
 /// Distance is Damerau–Levenshtein on the names as written; a candidate is close when it is within a third of the
 /// longer name's length (at least one edit). Ties go to the alphabetically first.
-pub fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub fn suggested_name<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     distances(name, candidates).min().map(|(_, candidate)| candidate)
 }
 
 /// The same, or `None` where two candidates are equally close: only what this gives is fit for a fix.
-pub fn surely_meant<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub fn certain_suggestion<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let mut close: Vec<(usize, &str)> = distances(name, candidates).collect();
     close.sort_unstable();
     close.dedup();
@@ -119,8 +122,8 @@ mod tests {
 
     #[test]
     fn what_is_as_close_as_another_is_no_fix() {
-        assert_eq!(surely_meant("color_c", ["color_a", "color_b"]), None);
-        assert_eq!(surely_meant("colr", ["color", "colder"]), Some("color"));
+        assert_eq!(certain_suggestion("color_c", ["color_a", "color_b"]), None);
+        assert_eq!(certain_suggestion("colr", ["color", "colder"]), Some("color"));
     }
 
     #[test]
@@ -135,9 +138,9 @@ mod tests {
     #[test]
     fn a_close_name_is_proposed_and_a_far_one_is_not() {
         let names = ["format", "layers", "size"];
-        assert_eq!(did_you_mean("fromat", names), Some("format"));
-        assert_eq!(did_you_mean("Size", names), Some("size"));
-        assert_eq!(did_you_mean("colour", names), None);
+        assert_eq!(suggested_name("fromat", names), Some("format"));
+        assert_eq!(suggested_name("Size", names), Some("size"));
+        assert_eq!(suggested_name("colour", names), None);
     }
 
     #[test]
@@ -149,7 +152,7 @@ mod tests {
             let written = Some(Span::new(file, range));
             let names = names.iter().copied();
             let diagnostic =
-                diagnostic.meant_unless("frist", names, written, |one| one == taken, |_| String::new());
+                diagnostic.suggest_unless("frist", names, written, |one| one == taken, |_| String::new());
             assert_eq!(diagnostic.help.as_deref(), Some("did you mean \"first\"?"));
             diagnostic.fix.map(|fix| fix.edits[0].replacement.clone())
         };

@@ -1,4 +1,4 @@
-//! A plan, realized: everything that its passes need on the device.
+//! A plan, instantiated: everything that its passes need on the device.
 //!
 //! One walk over the passes in their order. What the plan before had, and caches still have, is taken over; nothing of
 //! that plan is changed, so that an attempt that fails leaves it as it was.
@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use super::attachments::Attachments;
 use super::blocks::{self, Blocks};
-use super::buffer_draw::RealizedDraw;
+use super::buffer_draw::InstantiatedDraw;
 use super::creation::Creation;
 use super::groups::{Bound, Group};
 use super::histories::Histories;
@@ -26,22 +26,22 @@ use crate::work::{Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work}
 use umbragraph_pipeline::draw::{HostInterface, MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
 
 /// A plan with everything that it needs on the device.
-pub(super) struct Realized {
+pub(super) struct Instantiated {
     pub(super) plan: Arc<Plan>,
     pub(super) resources: Resources,
     pub(super) blocks: Blocks,
-    pub(super) passes: Vec<RealizedPass>,
+    pub(super) passes: Vec<InstantiatedPass>,
     pub(super) materials: Vec<Materials>,
     pub(super) objects: Vec<HostObjects>,
-    /// How the host stores its meshes, by the name of the geometry.
+    /// The host's interfaces, by the name of the geometry.
     pub(super) interfaces: Vec<(String, HostInterface)>,
     /// The CPU passes, with what they keep from frame to frame, and the toggles of the frame.
     pub(super) cpu_passes: CpuPasses,
 }
 
 /// A pass with everything that it needs on the device.
-pub(super) struct RealizedPass {
-    pub(super) work: RealizedWork,
+pub(super) struct InstantiatedPass {
+    pub(super) work: InstantiatedWork,
     pub(super) groups: Vec<Group>,
     /// How many passes, this one included, are recorded as one render pass; 0 for those that another begins.
     pub(super) merged: usize,
@@ -49,7 +49,7 @@ pub(super) struct RealizedPass {
     pub(super) label: String,
 }
 
-pub(super) enum RealizedWork {
+pub(super) enum InstantiatedWork {
     Cpu,
     Transfer(Transfer),
     Compute {
@@ -61,10 +61,10 @@ pub(super) enum RealizedWork {
         pipeline: wgpu::RenderPipeline,
         attachments: Attachments,
         /// Vertices from buffers; without it one triangle.
-        draw: Option<RealizedDraw>,
+        draw: Option<InstantiatedDraw>,
     },
     Scene {
-        scene: RealizedScene,
+        scene: InstantiatedScene,
         attachments: Attachments,
     },
     /// Something that the device does not have, which is an error that is reported elsewhere.
@@ -72,18 +72,18 @@ pub(super) enum RealizedWork {
 }
 
 /// Draws of the host's meshes.
-pub(super) struct RealizedScene {
+pub(super) struct InstantiatedScene {
     /// The data whose views are drawn.
     pub(super) views: ResourceHandle,
     pub(super) pipelines: Vec<(PropertySet, wgpu::RenderPipeline)>,
-    /// The position in [`Realized::materials`].
+    /// The position in [`Instantiated::materials`].
     pub(super) materials: Option<usize>,
-    /// The position in [`Realized::objects`].
+    /// The position in [`Instantiated::objects`].
     pub(super) objects: Option<usize>,
 }
 
-impl Realized {
-    /// Realizes a plan.
+impl Instantiated {
+    /// Instantiates a plan.
     ///
     /// # Errors
     /// More blocks than a buffer of the device can hold.
@@ -101,7 +101,7 @@ impl Realized {
         let old = before.map(|before| (&before.resources.histories, &before.resources.textures));
         let histories = Histories::new(&plan, &textures, old);
         let resources = Resources { textures, imports: Imports::new(&plan), histories };
-        let mut realized = Self {
+        let mut instantiated = Self {
             resources,
             blocks,
             passes: Vec::with_capacity(plan.passes.len()),
@@ -112,14 +112,14 @@ impl Realized {
             plan: plan.clone(),
         };
         for (at, planned) in plan.passes.iter().enumerate() {
-            let pass = realized.pass(creation, objects, at, planned);
-            realized.passes.push(pass);
+            let pass = instantiated.pass(creation, objects, at, planned);
+            instantiated.passes.push(pass);
         }
-        realized.merge();
-        Ok(realized)
+        instantiated.merge();
+        Ok(instantiated)
     }
 
-    /// How the toggles of the frame are switched.
+    /// The state of the toggles in the frame.
     pub(super) fn switches(&self) -> &Switches {
         self.cpu_passes.switches()
     }
@@ -130,14 +130,14 @@ impl Realized {
         objects: &mut Objects,
         at: usize,
         planned: &PlannedPass,
-    ) -> RealizedPass {
+    ) -> InstantiatedPass {
         let plan = self.plan.clone();
         let pass = plan.pipeline.pass(planned.handle);
-        let realized = match (pass.work(), blocks::program(pass.work())) {
-            (Work::Nothing | Work::Cpu(_), _) => Some((RealizedWork::Cpu, Vec::new())),
+        let instantiated = match (pass.work(), blocks::program(pass.work())) {
+            (Work::Nothing | Work::Cpu(_), _) => Some((InstantiatedWork::Cpu, Vec::new())),
             (Work::Transfer(work), _) => {
                 let transfer = Transfer::new(&self.resources, &plan, planned, work);
-                transfer.map(|transfer| (RealizedWork::Transfer(transfer), Vec::new()))
+                transfer.map(|transfer| (InstantiatedWork::Transfer(transfer), Vec::new()))
             }
             (work, Some(program)) => {
                 let program = plan.pipeline.program(program);
@@ -150,8 +150,8 @@ impl Realized {
             }
             _ => None,
         };
-        let (work, groups) = realized.unwrap_or((RealizedWork::Nothing, Vec::new()));
-        RealizedPass { work, groups, merged: 1, label: pass.name.clone() }
+        let (work, groups) = instantiated.unwrap_or((InstantiatedWork::Nothing, Vec::new()));
+        InstantiatedPass { work, groups, merged: 1, label: pass.name.clone() }
     }
 
     fn program_work(
@@ -160,7 +160,7 @@ impl Realized {
         planned: &PlannedPass,
         pass: &Pass,
         layouts: &Layouts,
-    ) -> Option<RealizedWork> {
+    ) -> Option<InstantiatedWork> {
         let plan = self.plan.clone();
         match pass.work() {
             Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
@@ -170,7 +170,11 @@ impl Realized {
                     Dispatch::Indirect(counts) => Some(Counts::new(&self.resources, &plan, counts)),
                     _ => None,
                 };
-                Some(RealizedWork::Compute { pipeline: pipelines.compute(layouts)?, workgroups, indirect })
+                Some(InstantiatedWork::Compute {
+                    pipeline: pipelines.compute(layouts)?,
+                    workgroups,
+                    indirect,
+                })
             }
             Work::Render(render) => {
                 let attachments =
@@ -178,12 +182,12 @@ impl Realized {
                 match &render.draw {
                     Draw::Fullscreen { .. } => {
                         let pipeline = pipelines.fullscreen(render, layouts)?;
-                        Some(RealizedWork::Fullscreen { pipeline, attachments, draw: None })
+                        Some(InstantiatedWork::Fullscreen { pipeline, attachments, draw: None })
                     }
                     Draw::Buffers(draw) => {
                         let pipeline = pipelines.buffers(render, draw, layouts)?;
-                        let draw = Some(RealizedDraw::new(&self.resources, &plan, draw));
-                        Some(RealizedWork::Fullscreen { pipeline, attachments, draw })
+                        let draw = Some(InstantiatedDraw::new(&self.resources, &plan, draw));
+                        Some(InstantiatedWork::Fullscreen { pipeline, attachments, draw })
                     }
                     Draw::Scene(scene) => {
                         let (_, interface) =
@@ -197,13 +201,13 @@ impl Realized {
                             let objects = HostObjects::new(layout, interface);
                             position(&mut self.objects, objects, HostObjects::is_alike)
                         });
-                        let scene = RealizedScene {
+                        let scene = InstantiatedScene {
                             views: scene.views.resource,
                             pipelines: made,
                             materials,
                             objects,
                         };
-                        Some(RealizedWork::Scene { scene, attachments })
+                        Some(InstantiatedWork::Scene { scene, attachments })
                     }
                 }
             }
@@ -281,11 +285,12 @@ impl Realized {
     }
 }
 
-impl RealizedWork {
+impl InstantiatedWork {
     /// The attachments of a pass that takes one render pass.
     fn flat_attachments(&mut self) -> Option<&mut Attachments> {
         match self {
-            RealizedWork::Fullscreen { attachments, .. } | RealizedWork::Scene { attachments, .. } => {
+            InstantiatedWork::Fullscreen { attachments, .. }
+            | InstantiatedWork::Scene { attachments, .. } => {
                 Some(attachments).filter(|attachments| attachments.is_flat())
             }
             _ => None,
@@ -294,7 +299,7 @@ impl RealizedWork {
 }
 
 /// Lets passes be recorded into the render pass of the first.
-fn join(leader: &mut RealizedPass, followers: &mut [RealizedPass]) {
+fn join(leader: &mut InstantiatedPass, followers: &mut [InstantiatedPass]) {
     let Some(attachments) = leader.work.flat_attachments() else { return };
     if followers.iter_mut().any(|follower| follower.work.flat_attachments().is_none()) {
         return;
