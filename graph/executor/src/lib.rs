@@ -21,7 +21,7 @@
 //! Whatever happens, an error is a value, nothing is recorded, and the next frame is possible. A device that is lost is
 //! the host's to replace: it makes a new device and a new executor.
 //!
-//! Limits: stencil is never written; the images of one pass have at most eight color attachments.
+//! Limits: one pass has at most eight color attachments, and its depth and stencil are of one texture.
 
 use umbragraph_compiler as compiler;
 use umbragraph_pipeline::{data, diagnostic, frame, language, pipeline, shader, work};
