@@ -198,7 +198,7 @@ fn a_false_reason_for_keeping_is_caught() {
 #[test]
 fn a_reason_in_words_that_differs_from_the_reason_is_caught() {
     caught(ViolationKind::WrongReason, |plan| {
-        pass(plan, "blur1").kept = umbragraph::compiler::Kept::SideEffect
+        pass(plan, "blur1").kept = umbragraph::compiler::Kept::SideEffect;
     });
 }
 
@@ -266,14 +266,14 @@ fn writers_that_nothing_orders_are_caught() {
 #[test]
 fn a_store_that_a_later_load_needs_is_missed() {
     caught(ViolationKind::ContentsDropped, |plan| {
-        pass(plan, "draw1").color[0].store = StoreOperation::Discard
+        pass(plan, "draw1").color[0].store = StoreOperation::Discard;
     });
 }
 
 #[test]
 fn a_store_that_a_later_reader_needs_is_missed() {
     caught(ViolationKind::ContentsDropped, |plan| {
-        pass(plan, "draw2").color[0].store = StoreOperation::Discard
+        pass(plan, "draw2").color[0].store = StoreOperation::Discard;
     });
 }
 
@@ -540,7 +540,7 @@ fn a_copy_of_another_aspect_than_its_access_is_caught() {
 #[test]
 fn a_copy_to_more_bytes_than_its_access_is_caught() {
     caught_in_a_copy(|plan| {
-        range_of(plan, "bytes", true).bytes = Some(IndexRange { first: 384, count: 128 })
+        range_of(plan, "bytes", true).bytes = Some(IndexRange { first: 384, count: 128 });
     });
 }
 

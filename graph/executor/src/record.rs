@@ -104,7 +104,7 @@ pub(super) fn record(
         match &pass.work {
             InstantiatedWork::Cpu | InstantiatedWork::Nothing => continue,
             InstantiatedWork::Transfer(transfer) => {
-                transfer.record(encoder, resources, instantiated.switches())
+                transfer.record(encoder, resources, instantiated.switches());
             }
             InstantiatedWork::Compute { pipeline, workgroups: [x, y, z], indirect } => {
                 let descriptor =
