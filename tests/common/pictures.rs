@@ -110,6 +110,31 @@ pub const VARIANTS: &[Variant] = &[
     variant(["awsm", "figure", "fixed_taps"], &[("filter_radius", "0.4")], &[("rotate_taps", "false")]),
     variant(["awsm", "figure", "pcss"], &[("lamp_radius", "0.1")], &[("light_filter", "\"pcss\"")]),
     variant(
+        ["awsm", "courtyard", "pcss"],
+        &[("sun_angle", "0.087266"), ("lamp_radius", "0.4"), ("search_taps", "12")],
+        &[("light_filter", "\"pcss\""), ("msaa", "true")],
+    ),
+    variant(
+        ["awsm", "interior", "pcss"],
+        &[
+            ("sun_angle", "0.20944"),
+            ("lamp_radius", "0.5"),
+            ("greatest_penumbra", "12"),
+            ("greatest_search", "24"),
+        ],
+        &[("light_filter", "\"pcss\""), ("reverse_z", "false")],
+    ),
+    variant(
+        ["awsm", "figure", "biased"],
+        &[("normal_offset", "3"), ("constant_bias", "0.02"), ("slope_bias", "2"), ("steepest", "2")],
+        &[],
+    ),
+    variant(
+        ["awsm", "figure", "msaa_shadow_term"],
+        &[("debug_view", "\"shadow_term\"")],
+        &[("msaa", "true"), ("reverse_z", "false")],
+    ),
+    variant(
         ["awsm", "interior", "wide_filter"],
         &[("filter_radius", "1"), ("max_radius", "40"), ("atlas_max_side", "256")],
         &[("point_shadows", "false")],

@@ -81,9 +81,15 @@ fn names(text: &str) -> Vec<String> {
     if !asks.iter().any(|call| text.contains(call)) {
         return Vec::new();
     }
-    let behind = text.split("#[test]").skip(1);
-    let name = |text: &str| Some(text.split_once("fn ")?.1.split('(').next()?.trim().to_owned());
-    behind.filter_map(name).collect()
+    // Those that stand in a line of their own, and not in a text within a test.
+    let mut lines = text.lines().map(str::trim);
+    let mut names = Vec::new();
+    while lines.any(|line| line == "#[test]") {
+        let name =
+            lines.find_map(|line| Some(line.strip_prefix("fn ")?.split('(').next()?.trim().to_owned()));
+        names.extend(name);
+    }
+    names
 }
 
 #[cfg(test)]
@@ -94,6 +100,7 @@ mod tests {
     fn the_tests_of_files_that_use_the_helper_are_run_and_no_others() {
         let text = "proptest! {\n    #![proptest_config(property::config(9))]\n    #[test]\n    fn one(a in 0..2) {}\n}\n#[test]\nfn two() {}\nfn three() {}\n";
         assert_eq!(names(text), ["one", "two"]);
+        assert_eq!(names(&format!("{text:?}\n#[test]\nfn four() {{}}\n")), ["four"]);
         assert!(names("#[test]\nfn two() {}\n").is_empty());
     }
 
@@ -101,7 +108,7 @@ mod tests {
     fn every_property_of_the_workspace_is_among_them() {
         let mut tests = BTreeSet::new();
         collect(&process::workspace_root(), &mut tests);
-        assert!(tests.contains("just_the_reads_of_pieces_that_nothing_writes_are_rejected_and_faults"));
+        assert!(tests.contains("just_the_reads_of_pieces_that_nothing_writes_are_rejected_and_violations"));
         assert!(tests.contains("changed_bytes_give_diagnostics_or_a_usable_scene"));
     }
 }
