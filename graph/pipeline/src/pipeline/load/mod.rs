@@ -137,7 +137,7 @@ impl Connected {
         let mut uncertain = uncertain(&gaps, &instances, is_unreadable, shared);
         connect(&list, &uncertain, shared);
         let passthroughs = toggle::connect(&passthroughs, &mut list, toggles, &mut uncertain, shared);
-        check_versions(&list, &absent, &gaps, shared);
+        check_versions(&list, &absent, &gaps, &mut uncertain, shared);
         let gaps = gaps.into_iter().map(|(name, _)| name).collect();
         Self { passes: list, uncertain, passthroughs, gaps }
     }

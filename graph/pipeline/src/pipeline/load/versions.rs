@@ -9,11 +9,13 @@ use crate::pipeline::expand::Instance;
 use crate::pipeline::{Access, Environment, History, Pass, ResourceKind, Version};
 use crate::work::ResourceHandle;
 
-/// Finds versions that no pass writes.
+/// Finds versions that no pass writes. Of what passes with such a version use, nothing is certain: neither their order is
+/// known, nor whose contents they read.
 pub(super) fn check_versions(
     passes: &[Pass],
     absent: &BTreeSet<String>,
     gaps: &[(String, &Entry)],
+    uncertain: &mut BTreeSet<ResourceHandle>,
     shared: &mut Shared,
 ) {
     let is_named = |one: &Access| matches!(one.version, Version::WrittenBy(_));
@@ -35,6 +37,7 @@ pub(super) fn check_versions(
             if writers.contains(writer.as_str()) || is_gap(gaps, writer) {
                 continue;
             }
+            uncertain.extend(pass.accesses().iter().map(|each| each.resource));
             let why = if is_absent(absent, writer) { ", which is switched off here" } else { "" };
             let message = format!("no pass \"{writer}\" writes \"{resource}\"{why}");
             // Names as they are inside of the subgraph where the version is written.
