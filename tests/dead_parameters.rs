@@ -14,7 +14,7 @@ use umbragraph::compiler::Plan;
 use umbragraph::expression::Value;
 use umbragraph::language::{FeatureType, ParameterDeclaration, ParameterType};
 use umbragraph::pipeline::Pipeline;
-use umbragraph::work::Work;
+use umbragraph::work::{Draw, Work};
 
 /// All that a plan makes of its parameters, as text.
 fn effect(plan: &Plan) -> String {
@@ -32,6 +32,9 @@ fn effect(plan: &Plan) -> String {
         match work {
             Work::Render(render) => {
                 let _ = writeln!(text, "{:?} {:?}", render.color, render.depth);
+                if let Draw::Scene(scene) = &render.draw {
+                    let _ = writeln!(text, "{:?} {:?}", scene.cull, scene.order);
+                }
             }
             Work::Cpu(_) => {
                 for frame in [sunny_frame(), quiet_frame(), crowded_frame()] {

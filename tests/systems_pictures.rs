@@ -11,6 +11,7 @@ use umbragraph_test_support::truth::{self, TruthScene};
 
 const MANTIS: &str = "pipelines/mantis.json";
 const CARACAL: &str = "pipelines/caracal.json";
+const LORE: &str = "pipelines/lore.json";
 const MIXTURE: &str = "tests/systems/mixture.json";
 
 /// Renders the shadow term of a truth scene, holds it to the limits and compares it with a plain reference.
@@ -41,6 +42,7 @@ fn meets_the_limits(
 fn a_parameter_file_makes_each_system_beat_a_plain_reference_on_small_things() {
     meets_the_limits(MANTIS, "contact_sun", Some("pipelines/params/mantis_contact_sun.json"), &[], 0.984);
     meets_the_limits(CARACAL, "contact_sun", Some("pipelines/params/caracal_contact_sun.json"), &[], 0.984);
+    meets_the_limits(LORE, "contact_sun", Some("pipelines/params/lore_contact_sun.json"), &[], 0.984);
 }
 
 #[test]
@@ -59,6 +61,7 @@ fn a_parameter_file_makes_each_system_beat_a_plain_reference_on_a_landscape() {
         &[],
         0.992,
     );
+    meets_the_limits(LORE, "terrain_dem_sun", Some("pipelines/params/lore_terrain_dem_sun.json"), &[], 0.992);
 }
 
 #[test]
@@ -81,13 +84,14 @@ fn mean(picture: &Picture, channel: usize) -> f64 {
 #[test]
 fn cascades_are_chosen_by_the_distance_along_the_view_axis() {
     let Some(gpu) = gpu::device() else { return };
-    for pipeline in [MANTIS, CARACAL] {
+    for (pipeline, end) in [(MANTIS, ""), (CARACAL, ""), (LORE, ", 5000")] {
         // The first cascade is tinted red, the third blue.
         let blue_over_red = |far: &str| {
-            let picture = courtyard(&gpu, pipeline, &[("debug_view", "\"cascades\""), ("far", far)], &[]);
+            let far = format!("[{far}{end}]");
+            let picture = courtyard(&gpu, pipeline, &[("debug_view", "\"cascades\""), ("far", &far)], &[]);
             mean(&picture, 2) / mean(&picture, 0)
         };
-        let (first, third) = (blue_over_red("[2000, 3000, 4000]"), blue_over_red("[0.2, 0.3, 4000]"));
+        let (first, third) = (blue_over_red("2000, 3000, 4000"), blue_over_red("0.2, 0.3, 4000"));
         assert!(third > 1.5 * first, "{pipeline}: {first} in the first, {third} in the third");
     }
 }
@@ -95,7 +99,7 @@ fn cascades_are_chosen_by_the_distance_along_the_view_axis() {
 #[test]
 fn both_depth_conventions_shadow_the_same_pixels() {
     let Some(gpu) = gpu::device() else { return };
-    for pipeline in [MANTIS, CARACAL, MIXTURE] {
+    for pipeline in [MANTIS, CARACAL, LORE, MIXTURE] {
         let parameters = [("debug_view", "\"shadow_term\"")];
         let [forward, reverse] =
             ["false", "true"].map(|value| courtyard(&gpu, pipeline, &parameters, &[("reverse_z", value)]));
@@ -115,6 +119,40 @@ fn beyond_the_last_cascade_and_where_shadows_are_off_everything_is_lit() {
     for pipeline in [MANTIS, CARACAL] {
         assert!(is_lit(courtyard(&gpu, pipeline, &[term, ("far", "[0.11, 0.12, 0.13]")], &[])), "{pipeline}");
     }
+    assert!(is_lit(courtyard(&gpu, LORE, &[term, ("far", "[0.11, 0.12, 0.13, 0.14]")], &[])));
+    assert!(is_lit(courtyard(&gpu, LORE, &[term, ("max_distance", "0")], &[])));
     assert!(is_lit(courtyard(&gpu, CARACAL, &[term, ("shadows", "false")], &[])));
     assert!(!is_lit(courtyard(&gpu, CARACAL, &[term], &[])));
+}
+
+/// The pixels of which a channel differs by more than two levels.
+fn different(a: &Picture, b: &Picture) -> usize {
+    let pairs = a.rgba_pixels().zip(b.rgba_pixels());
+    pairs.filter(|(a, b)| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 2)).count()
+}
+
+#[test]
+fn deferred_and_forward_lighting_show_the_same() {
+    let Some(gpu) = gpu::device() else { return };
+    for (filter, reverse) in [("\"single\"", "true"), ("\"single\"", "false"), ("\"grid5\"", "true")] {
+        let (parameters, features) = ([("shadow_filter", filter)], [("reverse_z", reverse)]);
+        let [deferred, forward] = [LORE, "tests/systems/lore_forward.json"]
+            .map(|pipeline| courtyard(&gpu, pipeline, &parameters, &features));
+        // At most one of ten thousand.
+        let count = different(&deferred, &forward);
+        assert!(count * 10_000 <= 256 * 144, "{filter}, {reverse}: {count} pixels differ");
+    }
+}
+
+#[test]
+fn maps_of_mixed_sizes_shadow_alike_in_one_array_and_in_a_texture_each() {
+    let Some(gpu) = gpu::device() else { return };
+    let parameters =
+        [("debug_view", "\"shadow_term\""), ("resolutions", "[512, 1024, 256, 64]"), ("border", "2")];
+    let [textures, array] =
+        ["false", "true"].map(|value| courtyard(&gpu, LORE, &parameters, &[("map_array", value)]));
+    assert!(different(&textures, &array) * 10_000 <= 256 * 144);
+    let finer =
+        [("debug_view", "\"shadow_term\""), ("resolutions", "[512, 1024, 1024, 1024]"), ("border", "2")];
+    assert!(different(&textures, &courtyard(&gpu, LORE, &finer, &[])) > 100, "each has its own size");
 }

@@ -9,6 +9,7 @@
 //! | [`mesh`] | draws vertices from the pipeline's own buffers |
 //! | [`compute`] | dispatches a compute shader |
 //! | [`copy`] | copies a texture or a buffer, clears a buffer |
+//! | [`view`] | publishes one view of a set, for a texture of its own |
 //! | [`lights`] | places the shadows of all lights, and publishes lights and shadow descriptors |
 
 pub mod atlas;
@@ -23,6 +24,7 @@ pub mod fullscreen;
 pub mod importance;
 pub mod lights;
 pub mod mesh;
+pub mod view;
 pub mod views;
 
 pub use codes::ALL as CODES;
@@ -44,6 +46,7 @@ pub fn registry() -> Registry {
         .register::<lights::list::LightList>()
         .register::<lights::placement::ShadowAtlas>()
         .register::<lights::spots::SpotShadows>()
-        .register::<mesh::Mesh>();
+        .register::<mesh::Mesh>()
+        .register::<view::View>();
     registry
 }

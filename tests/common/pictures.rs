@@ -25,6 +25,17 @@ pub const PIPELINES: &[(&str, usize, Settings)] = &[
     ("mantis", 3, &[("resolution", "256"), ("blend", "0.4")]),
     ("caracal", 3, &[("resolution", "256")]),
     (
+        "lore",
+        4,
+        &[
+            ("resolutions", "[256,256,128,128]"),
+            ("blend", "0.4"),
+            ("depth_bias", "0.001"),
+            ("normal_bias", "0.25"),
+            ("filter_radius", "1"),
+        ],
+    ),
+    (
         "awsm",
         4,
         &[
@@ -90,6 +101,23 @@ pub const VARIANTS: &[Variant] = &[
         &[("reverse_z", "true")],
     ),
     variant(["caracal", "courtyard", "without_shadows"], &[("shadows", "false")], &[]),
+    variant(["lore", "courtyard", "array"], &[("shadow_filter", "\"grid3\"")], &[("map_array", "true")]),
+    variant(
+        ["lore", "courtyard", "one_tap"],
+        &[("shadow_filter", "\"single\""), ("caster_cull", "\"none\"")],
+        &[("reverse_z", "false")],
+    ),
+    variant(
+        ["lore", "courtyard", "wide_filter"],
+        &[("shadow_filter", "\"grid7\""), ("filter_radius", "2"), ("border", "0")],
+        &[],
+    ),
+    variant(
+        ["lore", "figure", "poisson64"],
+        &[("shadow_filter", "\"poisson64\""), ("filter_radius", "4")],
+        &[],
+    ),
+    variant(["lore", "courtyard", "faded"], &[("max_distance", "20"), ("fade_range", "15")], &[]),
     variant(["awsm", "figure", "hard"], &[], &[("light_filter", "\"hard\"")]),
     variant(
         ["awsm", "figure", "grid_pcf"],

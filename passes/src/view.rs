@@ -1,0 +1,55 @@
+//! The node kind `view`: one view of other data, for a target of its own.
+//!
+//! A fit publishes the views of a whole set, and a pass that draws them draws all, each into its layer or tile of one
+//! texture. Where each has a texture of its own, a `view` stands between: it publishes the one of an index, which draws
+//! into the only layer there is. No values are published with it.
+//!
+//! Limits: the texels within the texture are those of the set. A frame in which the set has no such view has none here.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_pipeline::data::{BlackboardData, DataShape, View as DrawnView};
+use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::node::Node;
+use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
+
+/// Publishes one view of other data, to be drawn into a texture of its own.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct View {
+    /// The blackboard data to publish.
+    pub to: String,
+    /// The blackboard data with the views, such as what a cascade fit publishes.
+    pub from: String,
+    /// Which of its views, from 0.
+    pub index: Expr,
+}
+
+impl Node for View {
+    const NAME: &'static str = "view";
+    const SUMMARY: &'static str = "Publishes one view of other data, to be drawn into a texture of its own.";
+
+    fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
+        let index = pass.count(&self.index, "/index");
+        let input = pass.data(&self.from, "/from");
+        let output = pass.publish(&self.to, "/to", DataShape::new().views(1))?;
+        pass.produce(Work::Cpu(CpuWork::new(OneView { index: index? }, output, vec![input?])))
+    }
+}
+
+#[derive(Debug, PartialEq)]
+struct OneView {
+    index: u32,
+}
+
+impl CpuNode for OneView {
+    type State = ();
+
+    fn run(&self, (): &mut (), context: &CpuContext<'_>, data: &mut BlackboardData) {
+        let views = context.inputs.first().map(|input| input.views()).unwrap_or_default();
+        if let Some(view) = views.get(self.index as usize) {
+            data.push_view(DrawnView { layer: 0, ..*view });
+        }
+    }
+}
