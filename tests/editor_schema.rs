@@ -221,7 +221,7 @@ fn whole() -> Value {
 }
 
 #[test]
-fn what_is_missing_or_deleted_is_a_error_unless_the_file_extends_another() {
+fn what_is_missing_or_deleted_is_an_error_unless_the_file_extends_another() {
     let schema = committed();
     let required = [
         "/passes",
@@ -253,7 +253,7 @@ fn what_is_missing_or_deleted_is_a_error_unless_the_file_extends_another() {
 }
 
 #[test]
-fn what_is_wrong_is_a_error_in_a_file_that_extends_another_too() {
+fn what_is_wrong_is_an_error_in_a_file_that_extends_another_too() {
     let schema = committed();
     let over = |value: Value| {
         let mut document = json!({ "format": 1, "name": "x", "extends": "base.json" });

@@ -175,7 +175,7 @@ fn subgraphs_that_use_themselves_end_at_once() {
 }
 
 #[test]
-fn a_error_inside_a_subgraph_is_reported_once_with_the_places_where_it_is_used() {
+fn an_error_inside_a_subgraph_is_reported_once_with_the_places_where_it_is_used() {
     let text = subgraph(r#"{ "image": "color@fill" }"#)
         .replace("\"bind\": { \"source\": \"small\" }", "\"bind\": { \"source\": \"smal\" }");
     let text = text.replace(

@@ -393,7 +393,7 @@ impl PassthroughCheck<'_> {
         pointer_join(&format!("{}/passthrough", self.declaration.pointer), &self.one.key)
     }
 
-    /// What a invalid entry may be about: the resource that it names if the passes write that, else all that they
+    /// What an invalid entry may be about: the resource that it names if the passes write that, else all that they
     /// write.
     fn affected(&self) -> BTreeSet<ResourceHandle> {
         let environment = &self.declaration.environment;
