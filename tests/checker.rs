@@ -492,6 +492,8 @@ fn copies() -> Plan {
     let _ = assembly.pass("move").copies(Some(source), destination, Usage::CopyDestination);
     let stencil = texture(&assembly, mask, whole.aspect(Aspect::StencilOnly));
     let destination = buffer(&assembly, rows, 512, 64 * 256);
+    let blank = buffer(&assembly, rows, 512, 64 * 256);
+    let _ = assembly.pass("blank").copies(None, blank, Usage::CopyDestination);
     let _ = assembly.pass("rows").copies(Some(stencil), destination, Usage::CopyDestinationRows);
     let destination = buffer(&assembly, bytes, 0, 256);
     let _ = assembly.pass("zero").copies(None, destination, Usage::CopyDestination);

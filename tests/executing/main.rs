@@ -9,10 +9,12 @@ mod common;
 
 mod allocations;
 mod buffers;
+
 mod contents;
 mod copies;
 mod coverage;
 mod devices;
+mod formats;
 mod history;
 mod hosts;
 mod layers;
@@ -20,6 +22,7 @@ mod merging;
 mod meshes;
 mod misuse;
 mod orders;
+mod passthroughs;
 mod plans;
 mod simulation;
 mod squares;
@@ -28,5 +31,6 @@ mod state;
 mod steady;
 mod subresources;
 mod toggles;
+mod unwritten;
 mod viewports;
 mod views;

@@ -15,12 +15,13 @@ use serde::Serialize;
 use wgpu_types::{COPY_BUFFER_ALIGNMENT, COPY_BYTES_PER_ROW_ALIGNMENT, TextureAspect, TextureFormat};
 
 use super::resolved_resources::{ResolvedResources, TextureProperties};
+use super::uninitialised::joined;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::Value;
 use crate::language::format_name;
 use crate::pipeline::{Aspect, Pass};
 use crate::work::{
-    BufferRegion, Deferred, PassHandle, ResourceHandle, TextureRegion, TransferEnd, TransferWork,
+    BufferRegion, Deferred, PassHandle, ResourceHandle, TextureRegion, TransferEnd, TransferWork, Work,
 };
 
 /// One copy, or clear, of a plan.
@@ -122,6 +123,55 @@ pub(super) fn copies(
             Some(boxes.into_iter().map(copy).collect())
         }
     }
+}
+
+/// Ascending runs, each with its first and the first after it, that do not touch.
+pub(super) type Runs = Vec<(u64, u64)>;
+
+/// The most runs of bytes that are told apart.
+const MAXIMUM_RUNS: u64 = 1 << 16;
+
+/// The bytes of a buffer in which a copy puts texels, or from which it takes them, row by row; `None` where it does no
+/// such thing, or where the rows are too many.
+pub(super) fn runs_of_rows(
+    resolved: &ResolvedResources<'_>,
+    handle: PassHandle,
+    buffer: ResourceHandle,
+) -> Option<Runs> {
+    let Work::Transfer(transfer) = resolved.pipeline.pass(handle).work() else { return None };
+    let texture = match (transfer.source.as_ref()?, &transfer.destination) {
+        (TransferEnd::Texture(texture), TransferEnd::Buffer(to)) if to.buffer.resource == buffer => texture,
+        (TransferEnd::Buffer(from), TransferEnd::Texture(texture)) if from.buffer.resource == buffer => {
+            texture
+        }
+        _ => return None,
+    };
+    let format = resolved.texture(texture.texture.resource)?.format;
+    let (block_width, block_height) = format.block_dimensions();
+    let mut runs = Runs::new();
+    for copy in copies(resolved, transfer, handle, &mut Vec::new())? {
+        let (rows, texels, [width, height, layers]) = match copy {
+            PlannedCopy::Download { from, to, extent } => (to, from, extent),
+            PlannedCopy::Upload { from, to, extent } => (from, to, extent),
+            _ => return None,
+        };
+        let aspect = match texels.aspect {
+            Aspect::All => TextureAspect::All,
+            Aspect::DepthOnly => TextureAspect::DepthOnly,
+            Aspect::StencilOnly => TextureAspect::StencilOnly,
+        };
+        let bytes = u64::from(width.div_ceil(block_width)) * u64::from(format.block_copy_size(Some(aspect))?);
+        let lines = height.div_ceil(block_height);
+        if u64::from(lines) * u64::from(layers) > MAXIMUM_RUNS {
+            return None;
+        }
+        for line in (0..layers).flat_map(|layer| (0..lines).map(move |line| (layer, line))) {
+            let line = u64::from(line.0) * u64::from(rows.rows_per_image) + u64::from(line.1);
+            let first = rows.offset + line * u64::from(rows.bytes_per_row);
+            runs.push((first, first + bytes));
+        }
+    }
+    Some(joined(runs))
 }
 
 struct Copies<'a, 'p> {

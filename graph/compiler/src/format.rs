@@ -1,4 +1,8 @@
-//! Choosing formats: the first candidate that supports every usage, and why the others do not.
+//! Choosing formats: the first candidate that supports every use, and why the others do not.
+//!
+//! Textures that are copied or resolved to one another have one format, but for "-srgb" where they are copied. Of their
+//! candidates the first of the first texture is taken to which all others have one alike; where there is none, each has
+//! the first of its own, and the copy or the attachment its diagnostic.
 
 use std::collections::HashMap;
 
@@ -11,7 +15,9 @@ use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{TextureDeclaration, TextureShape, format_name, parse_format, unknown_format};
 use crate::pipeline::{Access, Aspect, Pipeline, Program, Resource, Usage};
 use crate::shader::TargetProfile;
-use crate::work::{BoundSlot, PassHandle, SlotSource, TextureView, Work};
+use crate::work::{
+    BoundSlot, ColorAttachment, PassHandle, ResourceHandle, SlotSource, TextureView, TransferEnd, Work,
+};
 
 /// The requirements of the live passes on the format of one texture.
 #[derive(Default)]
@@ -22,10 +28,19 @@ pub(super) struct FormatRequirements<'a> {
     pub(super) bindings: Vec<(PassHandle, BindingType, TextureView)>,
     /// The formats in which it is seen, each with the pass.
     pub(super) views: Vec<(PassHandle, TextureFormat)>,
+    /// What it is copied or resolved to or from.
+    pub(super) alike: Vec<ResourceHandle>,
     /// Whether some attachment blends.
     pub(super) blends: bool,
     /// Whether it is cleared to a value before passes use it.
     pub(super) cleared: bool,
+}
+
+impl FormatRequirements<'_> {
+    /// The usages that a texture must be created with.
+    pub(super) fn texture_usages(&self) -> TextureUsages {
+        self.accesses.iter().fold(TextureUsages::empty(), |all, (_, one)| all | one.usage.texture_usages())
+    }
 }
 
 /// The formats by name that one plan has met, so that each name is parsed once.
@@ -75,6 +90,13 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Fo
                 }
             }
         }
+        for (a, b) in copied(declared.work()) {
+            for source in pipeline.fallbacks(a) {
+                let [a, b] = [source, b].map(|one| pipeline.resource(one).history.map_or(one, |all| all.of));
+                wants[a.index()].alike.push(b);
+                wants[b.index()].alike.push(a);
+            }
+        }
         if let Work::Render(render) = declared.work() {
             for color in render.color.iter().filter(|color| color.blend.is_some()) {
                 wants[color.to.resource.index()].blends = true;
@@ -101,7 +123,25 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Fo
     wants
 }
 
-/// The first candidate that supports what is wanted.
+/// The textures that work copies or resolves from, and to.
+fn copied(work: &Work) -> Vec<(ResourceHandle, ResourceHandle)> {
+    match work {
+        Work::Transfer(transfer) => match (&transfer.source, &transfer.destination) {
+            (Some(TransferEnd::Texture(from)), TransferEnd::Texture(to)) => {
+                vec![(from.texture.resource, to.texture.resource)]
+            }
+            _ => Vec::new(),
+        },
+        Work::Render(render) => {
+            let resolved =
+                |color: &ColorAttachment| Some((color.to.resource, color.resolve.as_ref()?.resource));
+            render.color.iter().filter_map(resolved).collect()
+        }
+        Work::Nothing | Work::Cpu(_) | Work::Compute(_) => Vec::new(),
+    }
+}
+
+/// The first candidate that supports what is wanted, and goes with the other textures as far as there is one.
 ///
 /// # Errors
 /// One diagnostic that says of each candidate why not.
@@ -112,9 +152,10 @@ pub(super) fn choose(
     texture: &TextureDeclaration,
     wants: &FormatRequirements<'_>,
     size: TextureSize,
-    usages: TextureUsages,
+    goes_with_others: &dyn Fn(TextureFormat) -> bool,
 ) -> Result<TextureFormat, Box<Diagnostic>> {
     let names = texture.format.names();
+    let mut first = None;
     let mut reasons = Vec::new();
     let mut unknown = None;
     for (at, name) in names.iter().enumerate() {
@@ -124,12 +165,18 @@ pub(super) fn choose(
         };
         let volume = texture.view == Some(TextureShape::D3);
         let rejected = rejection(pipeline, format, wants, size.samples, &pipeline.profile)
-            .or_else(|| texture_rules::of_format(format, size, volume, usages));
+            .or_else(|| texture_rules::of_format(format, size, volume, wants.texture_usages()));
         match rejected {
-            None if unknown.is_none() => return Ok(format),
+            None if unknown.is_none() && goes_with_others(format) => return Ok(format),
+            None if unknown.is_none() => {
+                first.get_or_insert(format);
+            }
             None => {}
             Some(reason) => reasons.push(format!("{name} {reason}")),
         }
+    }
+    if let Some(format) = first.filter(|_| unknown.is_none()) {
+        return Ok(format);
     }
     let list_at = |at: usize| {
         if names.len() == 1 { "/texture/format".to_owned() } else { format!("/texture/format/{at}") }
@@ -150,6 +197,28 @@ pub(super) fn choose(
             .related(one.place, format!("\"{}\" uses it as {}", pipeline.pass(*pass).name, one.usage.name()));
     }
     Err(Box::new(diagnostic))
+}
+
+/// Whether a texture could be in a format that goes with one of another texture.
+pub(super) fn could_be_like(
+    pipeline: &Pipeline,
+    texture: &TextureDeclaration,
+    wants: &FormatRequirements<'_>,
+    size: TextureSize,
+    other: TextureFormat,
+) -> bool {
+    let usages = wants.texture_usages();
+    let volume = texture.view == Some(TextureShape::D3);
+    texture.format.names().iter().filter_map(|name| parse_format(name)).any(|format| {
+        are_alike(format, other)
+            && rejection(pipeline, format, wants, size.samples, &pipeline.profile).is_none()
+            && texture_rules::of_format(format, size, volume, usages).is_none()
+    })
+}
+
+/// Whether texels are copied from one format to the other.
+pub(super) fn are_alike(a: TextureFormat, b: TextureFormat) -> bool {
+    a.remove_srgb_suffix() == b.remove_srgb_suffix()
 }
 
 /// Why a format does not do, or `None` if it does.

@@ -364,13 +364,8 @@ pub fn plan(
     let resolved =
         ResolvedResources::new(pipeline, options, sources, &live, &conditional, &mut own_diagnostics);
     toggles::check_passthroughs(pipeline, &resolved, &live, &mut own_diagnostics);
-    toggles::check_outputs(pipeline, graph, &live, &mut own_diagnostics);
-    uninitialised::check(
-        &resolved,
-        &graph.partial,
-        |pass| kept[pass.index()].is_some(),
-        &mut own_diagnostics,
-    );
+    toggles::check_outputs(&resolved, graph, &live, &mut own_diagnostics);
+    uninitialised::check(&resolved, graph, |pass| kept[pass.index()].is_some(), &mut own_diagnostics);
     let report = order::choose(pipeline, graph, &resolved, options.objective, &mut live);
     let planner = Planner::new(pipeline, &resolved, &live);
     let mut passes: Vec<PlannedPass> = Vec::with_capacity(live.len());

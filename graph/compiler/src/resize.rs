@@ -63,12 +63,7 @@ impl Plan {
             &mut diagnostics,
         )?;
         toggles::check_passthroughs(&self.pipeline, &resolved, &live, &mut diagnostics);
-        uninitialised::check(
-            &resolved,
-            &graph.partial,
-            |pass| self.position(pass).is_some(),
-            &mut diagnostics,
-        );
+        uninitialised::check(&resolved, graph, |pass| self.position(pass).is_some(), &mut diagnostics);
         let mut passes = self.passes.clone();
         for pass in &mut passes {
             resolved.size_pass(pass, &mut diagnostics);

@@ -91,7 +91,7 @@ impl<'a> ResolvedResources<'a> {
             conditional,
             aliasing: options.aliasing,
         };
-        let wants = format::wants(pipeline, live);
+        let all = format::wants(pipeline, live);
         for handle in pipeline.resource_handles() {
             let resource = pipeline.resource(handle);
             if let Some(history) = resource.history.filter(|history| history.back > 0) {
@@ -100,21 +100,19 @@ impl<'a> ResolvedResources<'a> {
                 resolved.list[handle.index()] = now.map(|now| classes.resource(handle, now.descriptor));
                 continue;
             }
-            let wants = &wants[handle.index()];
+            let wants = &all[handle.index()];
             if wants.accesses.is_empty() {
                 continue;
             }
             let descriptor = match (&resource.kind, resolved.sizes.of(handle)) {
                 (ResourceKind::Texture(texture), Some(Size::Texture(size))) => {
-                    let usages = wants
-                        .accesses
-                        .iter()
-                        .fold(TextureUsages::empty(), |all, (_, one)| all | one.usage.texture_usages());
+                    let usages = wants.texture_usages();
                     resolved.check_import(handle, usages, wants, options, diagnostics);
                     let format = match told(options, resource) {
                         Some(import) => Some(import.format),
                         None => {
-                            format::choose(pipeline, &mut formats, resource, texture, wants, size, usages)
+                            let goes = |format| resolved.goes_with_others(&all, handle, format, options);
+                            format::choose(pipeline, &mut formats, resource, texture, wants, size, &goes)
                                 .map_err(|diagnostic| diagnostics.push(*diagnostic))
                                 .ok()
                         }
@@ -153,6 +151,39 @@ impl<'a> ResolvedResources<'a> {
         );
         history::check_initial(&resolved, diagnostics);
         resolved
+    }
+
+    /// Whether all textures that one is copied or resolved to or from, directly or over others, are or can be in a format
+    /// that goes with its own.
+    fn goes_with_others(
+        &self,
+        wants: &[format::FormatRequirements<'_>],
+        handle: ResourceHandle,
+        format: TextureFormat,
+        options: &PlanOptions,
+    ) -> bool {
+        let mut known = vec![handle];
+        let mut at = 0;
+        while let Some(one) = known.get(at).copied() {
+            for other in &wants[one.index()].alike {
+                if !known.contains(other) {
+                    known.push(*other);
+                }
+            }
+            at += 1;
+        }
+        known[1..].iter().all(|other| {
+            let resource = self.pipeline.resource(*other);
+            let size = self.sizes.texture(*other);
+            match (self.texture(*other), told(options, resource), resource.texture(), size) {
+                (Some(chosen), ..) => format::are_alike(chosen.format, format),
+                (None, Some(import), ..) => format::are_alike(import.format, format),
+                (None, None, Some(texture), Some(size)) => {
+                    format::could_be_like(self.pipeline, texture, &wants[other.index()], size, format)
+                }
+                _ => true,
+            }
+        })
     }
 
     /// The same resources in other sizes; `None` where more than sizes changes: a size is not possible any more, or the

@@ -9,13 +9,14 @@
 
 use std::collections::BTreeMap;
 
-use super::access::PassAccess;
 use super::graph::Graph;
 use super::resolved_resources::{Descriptor, ResolvedResources};
+use super::uninitialised;
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{Access, Condition, Pass, Passthrough, Pipeline, SubresourceRange, Usage};
+use crate::source::Span;
 use crate::work::{PassHandle, ResourceHandle};
 
 /// Whether a pass runs in the frames in which something else happens.
@@ -48,24 +49,28 @@ pub(super) fn runs(pass: &Pass, known: &[Condition]) -> Runs {
 /// The diagnostic of a read for which nothing is left where a condition does not hold.
 pub(super) fn taken_away(
     pipeline: &Pipeline,
-    reader: &PassAccess<'_>,
-    writer: &PassAccess<'_>,
+    (reader, one): (PassHandle, &Access),
+    (writer, place): (PassHandle, Span),
     condition: Condition,
+    pieces: &str,
 ) -> Diagnostic {
-    let resource = &pipeline.resource(reader.one.resource).name;
-    let (reads, writes) = (pipeline.pass(reader.pass), pipeline.pass(writer.pass));
+    let resource = &pipeline.resource(one.resource).name;
+    let (reads, writes) = (pipeline.pass(reader), pipeline.pass(writer));
+    let is_earlier = pipeline.resource(one.resource).is_earlier_frame();
+    let written_name = resource.split('@').next().unwrap_or(resource);
+    let of = if pieces.is_empty() { String::new() } else { format!("{pieces} of ") };
     let toggle = &pipeline.toggles[condition.toggle];
-    let verb = if reader.writes { "loads" } else { "reads" };
+    let verb = if one.usage.writes() { "loads" } else { "reads" };
     let message = format!(
-        "\"{}\" {verb} \"{resource}\", which nothing writes while \"{}\" is {}",
+        "\"{}\" {verb} {of}\"{resource}\", which nothing writes while \"{}\" is {}",
         reads.name,
         toggle.name,
         if condition.on { "off" } else { "on" }
     );
     let written = pipeline.condition_name(condition);
-    let help = if reader.writes {
+    let help = if one.usage.writes() || is_earlier {
         format!(
-            "let a pass without a toggle write \"{resource}\" before, or give \"{}\" \"toggle\": \"{written}\" too",
+            "let a pass without a toggle write \"{written_name}\" before, or give \"{}\" \"toggle\": \"{written}\" too",
             reads.name
         )
     } else {
@@ -74,12 +79,9 @@ pub(super) fn taken_away(
             writes.name, reads.name
         )
     };
-    Diagnostic::error(codes::TOGGLED_AWAY, reader.one.place, message)
-        .pointer(&reader.one.pointer)
-        .related(
-            writer.one.place,
-            format!("\"{}\" writes it here, with the toggle \"{written}\"", writes.name),
-        )
+    Diagnostic::error(codes::TOGGLED_AWAY, one.place, message)
+        .pointer(&one.pointer)
+        .related(place, format!("\"{}\" writes it here, with the toggle \"{written}\"", writes.name))
         .help(help)
 }
 
@@ -142,11 +144,12 @@ fn uncovered<'a>(
 /// Finds pictures of the host's that a toggle leaves without anything: written without loading, and only by passes that
 /// can be off. What loads shows what the host had there; of two passes with opposite toggles one always runs.
 pub(super) fn check_outputs(
-    pipeline: &Pipeline,
+    resolved: &ResolvedResources<'_>,
     graph: &Graph,
     live: &[PassHandle],
     diagnostics: &mut Vec<Diagnostic>,
 ) {
+    let pipeline = resolved.pipeline;
     if pipeline.toggles.is_empty() {
         return;
     }
@@ -179,7 +182,9 @@ pub(super) fn check_outputs(
                 let condition = condition(*pass);
                 view.cover(Write { range: *other, condition, writer: (), passes_on: false });
             }
-            if let Some(one) = fresh.filter(|_| view.is_open_in(*range)) {
+            let open = view.open();
+            let is_open = |one: &&Access| uninitialised::existing(resolved, one, &open).is_some();
+            if let Some(one) = fresh.filter(is_open) {
                 let toggle = &pipeline.toggles[own.toggle];
                 let state = if own.on { "off" } else { "on" };
                 let message =

@@ -4,16 +4,26 @@
 //! notes what those writes leave of each read, and here, where sizes are known, what is left that exists is a
 //! diagnostic. It would hold what another resource left in the same memory.
 //!
+//! The same holds for what is written only with some toggle thrown one way, for layers of earlier frames that are not
+//! written in each frame in which others of the history are, which would be from some frame longer ago, and for the bytes that a copy leaves between rows of
+//! texels and behind them, where something reads them.
+//!
 //! What passes leave is found for what only reads. A pass that also writes (an attachment that is loaded, storage that
-//! is read and written) fills in what it does not find. What is written in some of the states of toggles in which the
-//! reader runs counts as written. A read with more writers than are [told apart](super::visible) has no diagnostic.
+//! is read and written) fills in what it does not find. A read with more writers than are [told apart](super::visible) has no diagnostic.
 //!
 //! Cost: for each such read linear in the writes that it finds, and sorting them.
 
+use std::collections::BTreeSet;
+
+use super::copies::{self, Runs};
 use super::extents::{Extents, extents};
+use super::graph::Graph;
 use super::resolved_resources::{Descriptor, ResolvedResources};
+use super::toggles;
+use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, codes};
-use crate::pipeline::{Access, Pipeline, ResourceKind, SubresourceRange};
+use crate::pipeline::{Access, Condition, Pipeline, ResourceKind, SubresourceRange};
+use crate::source::Span;
 use crate::work::PassHandle;
 
 /// The maximum number of mips, ranges of layers or of bytes that a diagnostic names.
@@ -35,14 +45,15 @@ pub(super) struct PartialRead {
 pub(super) enum Left {
     /// These boxes, as far as they exist.
     Boxes(Vec<Extents>),
-    /// All but these subresource ranges, which have one mip and one layer at most.
+    /// All but these ranges, which have one mip and one layer at most.
     AllBut(Vec<SubresourceRange>),
+    /// Boxes in frames in which a condition does not hold, each with the pass that writes it in others, and where.
+    Toggled(Vec<(Extents, PassHandle, Span, Condition)>),
+    /// Of a copy of texels to a buffer boxes that nothing fills between its rows.
+    BetweenRows(Vec<Extents>),
 }
 
-/// Ascending ranges, each with its first and the first after it, that do not touch.
-type Runs = Vec<(u64, u64)>;
-
-/// The subresources of a read that exist.
+/// What exists of a read.
 struct Wanted {
     mips: (u64, u64),
     /// Layers or slices of mip 0, or bytes.
@@ -57,18 +68,144 @@ struct Wanted {
 /// Finds what live passes read that nothing writes.
 pub(super) fn check(
     resolved: &ResolvedResources<'_>,
-    reads: &[PartialRead],
+    graph: &Graph,
     is_live: impl Fn(PassHandle) -> bool,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
-    for read in reads.iter().filter(|read| is_live(read.reader)) {
-        let Some(one) = resolved.pipeline.pass(read.reader).accesses().get(read.at) else { continue };
-        let Some(wanted) = wanted(resolved, one) else { continue };
-        let gaps = gaps(&wanted, &read.left);
-        if gaps.iter().any(|(_, _, runs)| !runs.is_empty()) {
-            diagnostics.push(diagnostic(resolved.pipeline, read.reader, one, &pieces(&wanted, &gaps)));
+    for read in graph.partial.iter().filter(|read| is_live(read.reader)) {
+        let pipeline = resolved.pipeline;
+        let Some(one) = pipeline.pass(read.reader).accesses().get(read.at) else { continue };
+        match &read.left {
+            Left::Toggled(boxes) => {
+                for (extents, writer, place, condition) in boxes {
+                    if let Some(pieces) = existing(resolved, one, &[*extents]) {
+                        let (reader, writer) = ((read.reader, one), (*writer, *place));
+                        diagnostics.push(toggles::taken_away(pipeline, reader, writer, *condition, &pieces));
+                        break;
+                    }
+                }
+            }
+            Left::BetweenRows(boxes) => {
+                let mut readers: Vec<PassHandle> = graph
+                    .consumers(read.reader)
+                    .filter(|(_, of)| *of == one.resource)
+                    .map(|(by, _)| by)
+                    .collect();
+                readers.sort_unstable();
+                readers.dedup();
+                for reader in readers.into_iter().filter(|reader| is_live(*reader)) {
+                    diagnostics.extend(between_rows(resolved, (read.reader, one), reader, boxes));
+                }
+            }
+            left => {
+                let Some(wanted) = wanted(resolved, one) else { continue };
+                let gaps = gaps(&wanted, left);
+                if gaps.iter().any(|(_, _, runs)| !runs.is_empty()) {
+                    diagnostics.push(diagnostic(pipeline, read.reader, one, &pieces(&wanted, &gaps)));
+                }
+            }
         }
     }
+    check_earlier_frames(resolved, graph, &is_live, diagnostics);
+}
+
+/// What of boxes a use covers and exists, in words: empty for all of it, `None` for nothing.
+pub(super) fn existing(resolved: &ResolvedResources<'_>, one: &Access, boxes: &[Extents]) -> Option<String> {
+    let wanted = wanted(resolved, one)?;
+    let gaps = gaps(&wanted, &Left::Boxes(boxes.to_vec()));
+    gaps.iter().any(|(_, _, runs)| !runs.is_empty()).then(|| pieces(&wanted, &gaps))
+}
+
+/// Finds layers of earlier frames that some of the passes that write the history leave as they were longer ago.
+fn check_earlier_frames(
+    resolved: &ResolvedResources<'_>,
+    graph: &Graph,
+    is_live: &dyn Fn(PassHandle) -> bool,
+    diagnostics: &mut Vec<Diagnostic>,
+) {
+    let pipeline = resolved.pipeline;
+    if pipeline.toggles.is_empty() {
+        return;
+    }
+    for reader in pipeline.pass_handles().filter(|pass| is_live(*pass)) {
+        for one in pipeline.pass(reader).accesses() {
+            let history = pipeline.resource(one.resource).history.filter(|history| history.back > 0);
+            let Some(history) = history.filter(|history| !pipeline.uncertain.contains(&history.of)) else {
+                continue;
+            };
+            let writers: Vec<_> =
+                graph.versions_of(history.of).filter(|(_, writer)| is_live(*writer)).collect();
+            let condition = |writer: PassHandle| pipeline.pass(writer).condition;
+            // A frame in which nothing writes it is none to the history.
+            let frames: BTreeSet<_> = writers.iter().map(|(_, writer)| condition(*writer)).collect();
+            let stale = frames.iter().find_map(|known| {
+                let known: Vec<Condition> = known.iter().copied().collect();
+                let mut effort = Effort::default();
+                let mut view = View::new(one.range, &known, &mut effort);
+                for (rank, (range, writer)) in writers.iter().enumerate().rev() {
+                    let condition = condition(*writer);
+                    view.cover(Write { range: *range, condition, writer: rank, passes_on: false });
+                }
+                let toggled = view.toggled().into_iter();
+                toggled
+                    .filter_map(|(extents, rank, off)| {
+                        Some((existing(resolved, one, &[extents])?, rank, off))
+                    })
+                    .next()
+            });
+            let Some((pieces, rank, off)) = stale else { continue };
+            let writer = writers[rank].1;
+            let uses = pipeline.pass(writer).accesses().iter();
+            let mut written = uses.filter(|known| known.resource == history.of && known.usage.writes());
+            let place = written.next().map_or(pipeline.pass(writer).place, |known| known.place);
+            diagnostics.push(toggles::taken_away(pipeline, (reader, one), (writer, place), off, &pieces));
+        }
+    }
+}
+
+/// The diagnostic of a pass that reads what a copy leaves between its rows, where nothing filled it before.
+fn between_rows(
+    resolved: &ResolvedResources<'_>,
+    (copy, written): (PassHandle, &Access),
+    reader: PassHandle,
+    boxes: &[Extents],
+) -> Option<Diagnostic> {
+    let pipeline = resolved.pipeline;
+    let rows = copies::runs_of_rows(resolved, copy, written.resource)?;
+    let read_rows = copies::runs_of_rows(resolved, reader, written.resource);
+    for one in pipeline.pass(reader).accesses() {
+        if one.resource != written.resource || !one.usage.reads() || one.usage.keeps_what_is_there() {
+            continue;
+        }
+        let (wanted, own) = (wanted(resolved, one)?, wanted(resolved, written)?);
+        let read = read_rows.clone().unwrap_or_else(|| vec![wanted.run]);
+        let mut unfilled = Runs::new();
+        for [.., bytes] in boxes {
+            unfilled.extend(between(&rows, (bytes.0.max(own.run.0), bytes.1.min(own.run.1))));
+        }
+        let unfilled = joined(unfilled);
+        let missing = joined(
+            read.iter()
+                .flat_map(|(first, end)| unfilled.iter().map(move |run| (run.0.max(*first), run.1.min(*end))))
+                .collect(),
+        );
+        if missing.is_empty() {
+            continue;
+        }
+        let (name, by) = (&pipeline.pass(reader).name, &pipeline.pass(copy).name);
+        let resource = &pipeline.resource(written.resource).name;
+        let bytes = counted("byte", &missing);
+        let message = format!(
+            "\"{name}\" reads {bytes} of \"{resource}\", which \"{by}\" leaves beside its rows of texels"
+        );
+        let help = format!(
+            "fill the buffer before \"{by}\" ({{ \"clear\": {{ \"buffer\": \"{resource}\" }} }}), choose rows of a multiple of \
+             256 bytes that fill it, or let \"{name}\" read less with \"offset\" and \"size\""
+        );
+        let diagnostic = Diagnostic::error(codes::NEVER_WRITTEN, one.place, message).pointer(&one.pointer);
+        return Some(diagnostic.related(written.place, format!("\"{by}\" writes rows here")).help(help));
+    }
+    None
 }
 
 /// The subresources of a read that exist; `None` if that is not known.
@@ -128,6 +265,7 @@ fn gaps(wanted: &Wanted, left: &Left) -> Vec<(u64, u64, Runs)> {
             };
             each().map(|(mip, aspect)| (mip, aspect, runs(mip, aspect))).collect()
         }
+        Left::Toggled(_) | Left::BetweenRows(_) => Vec::new(),
         Left::AllBut(ranges) => {
             let mut everywhere = Runs::new();
             let mut of_mip: Vec<Runs> = vec![Runs::new(); wanted.mips.1 as usize];
@@ -150,7 +288,7 @@ fn gaps(wanted: &Wanted, left: &Left) -> Vec<(u64, u64, Runs)> {
 }
 
 /// The same without overlaps.
-fn joined(mut runs: Runs) -> Runs {
+pub(super) fn joined(mut runs: Runs) -> Runs {
     runs.retain(|(first, end)| first < end);
     runs.sort_unstable();
     let mut all = Runs::with_capacity(runs.len());

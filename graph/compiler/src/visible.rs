@@ -185,6 +185,19 @@ impl<'a, W: Copy + Ord> View<'a, W> {
         open.map(|open| open.extents).collect()
     }
 
+    /// What is not covered in every state, as far as that is certain: some of it may not exist.
+    pub(super) fn open(&self) -> Vec<Extents> {
+        self.boxes.iter().filter(|_| !self.is_coarse).map(|open| open.extents).collect()
+    }
+
+    /// What no write covers in some state, of what a write covers in another, each with the newest such write: some of it
+    /// may not exist.
+    pub(super) fn toggled(&self) -> Vec<(Extents, W, Condition)> {
+        let open = self.boxes.iter().filter(|_| !self.is_coarse);
+        open.filter_map(|open| open.newest.map(|(writer, condition)| (open.extents, writer, condition)))
+            .collect()
+    }
+
     /// The newest write below which nothing is seen in some state in which it does not happen, as far as that is
     /// certain.
     pub(super) fn missing(&self) -> Option<(W, Condition)> {

@@ -35,6 +35,7 @@ use smallvec::SmallVec;
 
 use super::access::{PassAccess, Writers, in_conflict};
 use super::cycle;
+use super::extents::extents;
 use super::graph::{Edge, Graph, GraphNode, Hazard};
 use super::implied::Unmet;
 use super::jagged_array::JaggedArray;
@@ -394,7 +395,7 @@ impl<'a> Builder<'a> {
         };
         let mut written = false;
         let mut missing: Option<(usize, Condition)> = None;
-        let mut left = None;
+        let (mut left, mut toggled, mut open) = (None, Vec::new(), Vec::new());
         // Pieces of one subresource or of everything hide one another one by one, those of a range only together.
         if in_view.simple && reader.range.is_plain() {
             // What was written since of what is read: an older write of it is not there any more.
@@ -447,6 +448,8 @@ impl<'a> Builder<'a> {
                 }
             }
             missing = view.missing();
+            toggled = view.toggled();
+            open = view.open();
             let unwritten = if reader.writes { Vec::new() } else { view.unwritten() };
             left = (!unwritten.is_empty()).then_some(Left::Boxes(unwritten));
             if view.is_coarse() {
@@ -454,6 +457,8 @@ impl<'a> Builder<'a> {
             }
         }
         let declared = pipeline.resource(resource);
+        let at =
+            || pipeline.pass(reader.pass).accesses().iter().position(|one| std::ptr::eq(one, reader.one));
         let own_memory = match declared.lifetime() {
             Lifetime::Transient => true,
             // Before this frame writes it, it holds what was left so long ago that it has no name any more.
@@ -461,7 +466,14 @@ impl<'a> Builder<'a> {
             Lifetime::Persistent | Lifetime::Imported => false,
         };
         let needs = !reader.one.usage.keeps_what_is_there();
-        if own_memory && needs && !pipeline.uncertain.contains(&resource) {
+        if !own_memory || pipeline.uncertain.contains(&resource) {
+        } else if !needs {
+            // What is between rows of texels is only told to who reads it.
+            let unfilled = if written { open } else { vec![extents(reader.range)] };
+            if let Some(at) = at().filter(|_| !unfilled.is_empty()) {
+                self.partial.push(PartialRead { reader: reader.pass, at, left: Left::BetweenRows(unfilled) });
+            }
+        } else {
             if !written {
                 // Data that nobody publishes has its diagnostic from the load.
                 if !matches!(pipeline.resource(resource).kind, ResourceKind::Data(None)) {
@@ -469,12 +481,17 @@ impl<'a> Builder<'a> {
                 }
             } else if let Some((rank, condition)) = missing {
                 let writer = &list[writers.list[rank]];
-                diagnostics.push(toggles::taken_away(pipeline, reader, writer, condition));
-            } else if let Some(left) = left {
-                let mut accesses = pipeline.pass(reader.pass).accesses().iter();
-                if let Some(at) = accesses.position(|one| std::ptr::eq(one, reader.one)) {
-                    self.partial.push(PartialRead { reader: reader.pass, at, left });
-                }
+                let (reader, writer) = ((reader.pass, reader.one), (writer.pass, writer.one.place));
+                diagnostics.push(toggles::taken_away(pipeline, reader, writer, condition, ""));
+            } else if let Some(at) = at().filter(|_| !reader.writes) {
+                let toggled = toggled.into_iter().map(|(extents, rank, condition)| {
+                    let writer = &list[writers.list[rank]];
+                    (extents, writer.pass, writer.one.place, condition)
+                });
+                let toggled: Vec<_> = toggled.collect();
+                let toggled = (!toggled.is_empty()).then_some(Left::Toggled(toggled));
+                let left = left.into_iter().chain(toggled);
+                self.partial.extend(left.map(|left| PartialRead { reader: reader.pass, at, left }));
             }
         }
         let mut hazards = Hazards::new(reader.range, None);

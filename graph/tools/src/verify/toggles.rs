@@ -35,15 +35,16 @@ pub(super) fn check(plan: &Plan, violations: &mut Violations) {
                 let message = format!("\"{}\" uses \"{name}\" also in frames without it", pass.name);
                 violations.add(ViolationKind::PassthroughMissing, message);
             }
-            // Without this resource, and in what other states the access happens.
-            let otherwise = |condition: &Condition| {
-                if *condition == passthrough.condition {
-                    Condition { toggle: condition.toggle, on: !condition.on }
-                } else {
-                    *condition
-                }
-            };
-            let wanted: Vec<Condition> = one.when.iter().map(otherwise).collect();
+            // Without this resource, and in what other states the use happens, if there are any such frames.
+            let opposite = |condition: &Condition| Condition { on: !condition.on, ..*condition };
+            let mut wanted = one.when.clone();
+            if let Some(at) = wanted.iter().position(|condition| *condition == passthrough.condition) {
+                wanted[at] = opposite(&passthrough.condition);
+            }
+            let known: Vec<Condition> = wanted.iter().chain(&pass.condition).copied().collect();
+            if known.iter().any(|condition| known.contains(&opposite(condition))) {
+                continue;
+            }
             let found = pass.accesses().iter().any(|other| {
                 other.resource == passthrough.fallback
                     && other.version == passthrough.version
