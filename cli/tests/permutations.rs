@@ -321,8 +321,8 @@ fn constraints_that_clash_are_named() {
 fn cascades_by(section: &str) -> Output {
     let folder = ScratchFolder::new(&format!("permutations-rejected-{section}"));
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../pipelines").canonicalize().unwrap();
-    let base =
-        ["forward", "hemisphere", "cascades", "fitted_cascades", "tiled_cascades"].map(|name| format!("base/{name}.json"));
+    let base = ["forward", "hemisphere", "cascades", "fitted_cascades", "tiled_cascades"]
+        .map(|name| format!("base/{name}.json"));
     for name in base.into_iter().chain(["mantis.json".to_owned()]) {
         let path = folder.join(&name);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
