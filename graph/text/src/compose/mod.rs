@@ -7,7 +7,7 @@
 //! - extensions: further files, named by the host, whose `inserts` put passes at the pipeline's extension points
 //!   ([`insert`]).
 //! - `"use": "parts/blur.json"`: a pass that is a subgraph in a file of its own.
-//! - `"extends": "NAME"` of a pass: a group of `shared_settings` with the pass laid over it ([`shared_settings`]).
+//! - `"extends": "NAME"` of a pass: a group of `shared_settings` with the pass laid over it.
 //!
 //! Paths are relative to the folder of the file that names them. The result is one [`Document`] whose every value still
 //! knows where it was written; what it replaced is kept in [`Composed::replaced`], so that `why` can tell all layers.
