@@ -7,7 +7,7 @@
 //! ```
 //! use umbragraph::compiler::PlanOptions;
 //! use umbragraph::diagnostic::{Diagnostics, render};
-//! use umbragraph::pipeline::Choice;
+//! use umbragraph::pipeline::Overrides;
 //! use umbragraph::shader::TargetProfile;
 //! use umbragraph::source::Sources;
 //!
@@ -20,14 +20,14 @@
 //! let mut diagnostics = Diagnostics::new();
 //! let templates = umbragraph::templates(&mut sources, &mut diagnostics);
 //! let file = sources.add("smallest.json", text);
-//! let job = umbragraph::Job {
+//! let options = umbragraph::CheckOptions {
 //!     registry: &umbragraph::registry(),
 //!     templates: &templates,
 //!     profile: &TargetProfile::webgpu(),
-//!     choice: &Choice::default(),
-//!     options: &PlanOptions::new(640, 480),
+//!     overrides: &Overrides::default(),
+//!     plan: &PlanOptions::new(640, 480),
 //! };
-//! let checked = umbragraph::check(file, &job, &sources, &mut diagnostics);
+//! let checked = umbragraph::check(file, &options, &sources, &mut diagnostics);
 //! assert!(diagnostics.is_empty(), "{}", render::human_all(&diagnostics, &sources));
 //! assert_eq!(checked.plan.unwrap().passes[0].name, "fill");
 //! ```
