@@ -30,7 +30,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::pipeline::ResourceKind;
 use crate::plan::Plan;
 use crate::switches::Switches;
-use crate::work::{CpuContext, CpuWork, HostRun, PassHandle, ResourceHandle, Subresource, Work};
+use crate::work::{CpuContext, CpuRun, CpuWork, PassHandle, ResourceHandle, Subresource, Work};
 use umbragraph_pipeline::frame::FrameInput;
 
 /// How many inputs of a pass are given without allocating.
@@ -40,7 +40,7 @@ const FEW_INPUTS: usize = 8;
 pub struct CpuPasses {
     plan: Arc<Plan>,
     /// By the position of the pass in the plan.
-    runs: Vec<Option<Box<dyn HostRun>>>,
+    runs: Vec<Option<Box<dyn CpuRun>>>,
     /// By resource.
     data: Vec<Option<BlackboardData>>,
     switches: Switches,

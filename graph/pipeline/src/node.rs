@@ -4,11 +4,11 @@
 //! see), and a `declare` that says what a pass with such settings uses and does:
 //!
 //! ```
-//! use umbragraph_pipeline::data::{DataShape, HostData, ValueType};
+//! use umbragraph_pipeline::data::{DataShape, BlackboardData, ValueType};
 //! use umbragraph_pipeline::language::Expr;
 //! use umbragraph_pipeline::node::{Node, Registry};
 //! use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
-//! use umbragraph_pipeline::work::{HostContext, HostNode, HostWork, Work};
+//! use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 //!
 //! /// Publishes the phase of a wave.
 //! #[derive(serde::Deserialize, schemars::JsonSchema)]
@@ -25,10 +25,10 @@
 //!     period: f64,
 //! }
 //!
-//! impl HostNode for RunWave {
+//! impl CpuNode for RunWave {
 //!     type State = ();
 //!
-//!     fn run(&self, _: &mut (), context: &HostContext<'_>, data: &mut HostData) {
+//!     fn run(&self, _: &mut (), context: &CpuContext<'_>, data: &mut BlackboardData) {
 //!         data.set_f32("phase", (context.frame.time / self.period).fract() as f32);
 //!     }
 //! }
@@ -40,7 +40,7 @@
 //!     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
 //!         let period = pass.number(&self.period, "/period")?;
 //!         let output = pass.publish(&self.to, "/to", DataShape::new().value("phase", ValueType::F32))?;
-//!         pass.produce(Work::Host(HostWork::new(RunWave { period }, output, Vec::new())))
+//!         pass.produce(Work::Cpu(CpuWork::new(RunWave { period }, output, Vec::new())))
 //!     }
 //! }
 //!
@@ -51,16 +51,16 @@
 //! What a node keeps from frame to frame is its state. Each executor has its own, which begins with the type's default:
 //!
 //! ```
-//! # use umbragraph_pipeline::data::HostData;
-//! # use umbragraph_pipeline::work::{HostContext, HostNode};
+//! # use umbragraph_pipeline::data::BlackboardData;
+//! # use umbragraph_pipeline::work::{CpuContext, CpuNode};
 //! /// Publishes the seconds since the frame before.
 //! #[derive(Debug, PartialEq)]
 //! struct RunStep;
 //!
-//! impl HostNode for RunStep {
+//! impl CpuNode for RunStep {
 //!     type State = Option<f64>;
 //!
-//!     fn run(&self, before: &mut Option<f64>, context: &HostContext<'_>, data: &mut HostData) {
+//!     fn run(&self, before: &mut Option<f64>, context: &CpuContext<'_>, data: &mut BlackboardData) {
 //!         let now = context.frame.time;
 //!         let before = before.replace(now).unwrap_or(now);
 //!         data.set_f32("step", (now - before) as f32);

@@ -178,15 +178,15 @@ pub trait CpuNode: PartialEq + Send + Sync + std::fmt::Debug + 'static {
 }
 
 /// A [`CpuNode`] without its type.
-pub trait AnyHostNode: Any + Send + Sync + std::fmt::Debug {
+pub trait AnyCpuNode: Any + Send + Sync + std::fmt::Debug {
     /// The node with a new state.
-    fn start(self: Arc<Self>) -> Box<dyn HostRun>;
+    fn start(self: Arc<Self>) -> Box<dyn CpuRun>;
     /// Whether another node is of the same type and equal.
-    fn is_same(&self, other: &dyn AnyHostNode) -> bool;
+    fn is_same(&self, other: &dyn AnyCpuNode) -> bool;
 }
 
 /// A CPU node with its state.
-pub trait HostRun: Send {
+pub trait CpuRun: Send {
     /// Computes the data of the next frame.
     fn run(&mut self, context: &CpuContext<'_>, data: &mut BlackboardData);
 }
@@ -196,18 +196,18 @@ struct Started<N: CpuNode> {
     state: N::State,
 }
 
-impl<N: CpuNode> AnyHostNode for N {
-    fn start(self: Arc<Self>) -> Box<dyn HostRun> {
+impl<N: CpuNode> AnyCpuNode for N {
+    fn start(self: Arc<Self>) -> Box<dyn CpuRun> {
         Box::new(Started { node: self, state: N::State::default() })
     }
 
-    fn is_same(&self, other: &dyn AnyHostNode) -> bool {
+    fn is_same(&self, other: &dyn AnyCpuNode) -> bool {
         let other: &dyn Any = other;
         other.downcast_ref::<N>().is_some_and(|other| self == other)
     }
 }
 
-impl<N: CpuNode> HostRun for Started<N> {
+impl<N: CpuNode> CpuRun for Started<N> {
     fn run(&mut self, context: &CpuContext<'_>, data: &mut BlackboardData) {
         self.node.run(&mut self.state, context, data);
     }
@@ -226,7 +226,7 @@ pub struct CpuContext<'a> {
 #[derive(Clone, Debug)]
 pub struct CpuWork {
     /// The function.
-    pub node: Arc<dyn AnyHostNode>,
+    pub node: Arc<dyn AnyCpuNode>,
     /// The data that it computes.
     pub output: Subresource,
     /// The data that it reads.
