@@ -36,7 +36,6 @@ pub struct Camera {
     /// The blackboard data to publish.
     pub to: String,
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
-    #[serde(default)]
     pub reverse: Option<Expr>,
 }
 

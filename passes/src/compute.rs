@@ -1,39 +1,30 @@
 //! The node kind `compute`: a compute shader.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Reference};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Bind, IndexRange, PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{IndexRange, PassBuilder, Produced};
 use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Subresource, Work};
+
+use crate::shader::ShaderSettings;
 
 /// Dispatches a compute shader: once for each texel of a texture, or so many workgroups.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Compute {
-    /// The template.
-    pub shader: String,
-    /// Values for axes of the template; an axis that is not named takes the feature or parameter of its name.
-    #[serde(default)]
-    pub axes: BTreeMap<String, Expr>,
-    /// What stands behind the shader's bindings.
-    #[serde(default)]
-    pub bind: BTreeMap<String, Bind>,
+    /// The shader.
+    #[serde(flatten)]
+    pub shader: ShaderSettings,
     /// The texture for each of whose texels (width, height, layers) there is an invocation; the shader guards against
     /// the rest of the last workgroups. One of the textures under "bind".
-    #[serde(default)]
     pub over: Option<String>,
     /// The mip level whose size "over" means; 0 without it.
-    #[serde(default)]
     pub mip: Option<Expr>,
     /// A buffer that says the number of workgroups, instead of "over": three u32 for x, y and z.
-    #[serde(default)]
     pub indirect: Option<IndirectSettings>,
     /// The number of workgroups in x, y and z, instead of "over".
-    #[serde(default)]
     #[schemars(length(min = 3, max = 3))]
     pub workgroups: Option<Vec<Expr>>,
 }
@@ -45,7 +36,6 @@ pub struct IndirectSettings {
     /// The buffer: a reference.
     pub buffer: String,
     /// The first byte of the counts, a multiple of 4 (unit: bytes); 0 without it.
-    #[serde(default)]
     pub offset: Option<Expr>,
 }
 
@@ -55,8 +45,7 @@ impl IndirectSettings {
         let offset = pass.count_or(&self.offset, "/indirect/offset", 0)?;
         if offset % 4 != 0 {
             let message = format!("counts begin at byte {offset}");
-            pass.report(codes::DEVICE_RULE, "/indirect/offset", message, "begin at a multiple of 4");
-            return None;
+            return pass.reject(codes::DEVICE_RULE, "/indirect/offset", message, "begin at a multiple of 4");
         }
         let bytes = Some(IndexRange { first: u64::from(offset), count: 4 * words });
         pass.buffer_range(&self.buffer, bytes, "/indirect/buffer")
@@ -68,8 +57,7 @@ impl Node for Compute {
     const SUMMARY: &'static str = "Dispatches a compute shader.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let program = pass.program(&self.shader, &self.axes, None, "");
-        let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
+        let (program, bindings) = self.shader.declare(pass, None);
         let dispatch = match (&self.over, &self.workgroups, &self.indirect) {
             (None, None, Some(settings)) => settings.declare(pass, 3).map(Dispatch::Indirect),
             (Some(over), None, None) => {
@@ -88,8 +76,7 @@ impl Node for Compute {
             }
             _ => {
                 let help = "\"over\": a texture, or \"workgroups\": [x, y, z], or \"indirect\": a buffer";
-                pass.report(codes::MISSING_KEY, "", "a compute pass says how often it runs in one way", help);
-                None
+                pass.reject(codes::MISSING_KEY, "", "a compute pass says how often it runs in one way", help)
             }
         };
         pass.produce(Work::Compute(Box::new(ComputeWork {

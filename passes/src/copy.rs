@@ -7,8 +7,7 @@ use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{
-    Aspect, Contents, Face, IndexRange, PassBuilder, Produced, SubresourceRange, SubresourceRangeSettings,
-    Usage,
+    Contents, IndexRange, PassBuilder, Produced, SubresourceRange, SubresourceRangeSettings, Usage,
 };
 use umbragraph_pipeline::work::{
     BufferRegion, Deferred, Subresource, TextureRegion, TransferEnd, TransferWork, Work,
@@ -25,7 +24,6 @@ pub struct Copy {
     /// To where.
     pub to: CopyEnd,
     /// The width and height of what is copied (unit: texels); up to the end of the mip level without it.
-    #[serde(default)]
     #[schemars(length(min = 2, max = 2))]
     pub extent: Option<Vec<Expr>>,
 }
@@ -37,44 +35,23 @@ pub struct CopyEnd {
     /// The texture or buffer: a reference.
     pub name: String,
     /// Of a buffer the first byte (unit: bytes); 0 without it.
-    #[serde(default)]
     pub offset: Option<Expr>,
     /// Of a buffer how many bytes (unit: bytes); all without it.
-    #[serde(default)]
     pub size: Option<Expr>,
     /// Of a buffer the bytes from one row of texels to the next, a multiple of 256 (unit: bytes); as few as possible
     /// without it.
-    #[serde(default)]
     pub bytes_per_row: Option<Expr>,
     /// Of a buffer the rows from one layer of texels to the next; as few as possible without it.
-    #[serde(default)]
     pub rows_per_image: Option<Expr>,
-    /// Of a texture the first mip level; 0 without it.
-    #[serde(default)]
-    pub mip: Option<Expr>,
-    /// Of a texture how many mip levels from there; 1 without it.
-    #[serde(default)]
-    pub mips: Option<Expr>,
-    /// Of a texture the first layer, of a volume the first slice; beside "face" the cube. All without it.
-    #[serde(default)]
-    pub layer: Option<Expr>,
-    /// Of a texture how many layers, or slices, from there; 1 without it beside "layer".
-    #[serde(default)]
-    pub layers: Option<Expr>,
-    /// Of a texture one face of a cube.
-    #[serde(default)]
-    pub face: Option<Word<Face>>,
-    /// Of a texture with depth and stencil which of the two, to or from a buffer.
-    #[serde(default)]
-    pub aspect: Option<Word<Aspect>>,
+    /// The subresource range.
+    #[serde(flatten)]
+    pub range: SubresourceRangeSettings,
     /// Of a texture the texel with which the copy begins: from the left, and from the top (unit: texels).
-    #[serde(default)]
     #[schemars(length(min = 2, max = 2))]
     pub origin: Option<Vec<Expr>>,
     /// Under "to" whether what was there is needed, around the box or between the rows. Without it: "load" where a box of
     /// a texture is copied to; where texels are copied to a buffer, what is there stays between the rows and behind them,
     /// if anything is, unless numbers of the document say that they fill all bytes; else "discard".
-    #[serde(default)]
     pub contents: Option<Word<Contents>>,
 }
 
@@ -94,8 +71,12 @@ impl Node for Copy {
         let range = !buffers[1] && (self.extent.is_some() || self.to.origin.is_some());
         if self.from.contents.is_some() {
             let help = "remove \"contents\", which says whether what is copied to needs what was there";
-            pass.report(codes::WRONG_RESOURCE, "/from/contents", "what is copied from is only read", help);
-            return None;
+            return pass.reject(
+                codes::WRONG_RESOURCE,
+                "/from/contents",
+                "what is copied from is only read",
+                help,
+            );
         }
         let contents = match &self.to.contents {
             Some(word) => Some(pass.word(word, "/to/contents")?),
@@ -145,10 +126,8 @@ pub struct Clear {
     /// The buffer: a reference.
     pub buffer: String,
     /// The first byte, a multiple of 4 (unit: bytes); 0 without it.
-    #[serde(default)]
     pub offset: Option<Expr>,
     /// How many bytes, a multiple of 4 (unit: bytes); all without it.
-    #[serde(default)]
     pub size: Option<Expr>,
 }
 
@@ -177,8 +156,12 @@ fn bytes_of(
     let bytes = pass.bytes(offset, size, at)?;
     if let Some(run) = bytes.filter(|run| words && (run.first % 4 != 0 || run.count % 4 != 0)) {
         let message = format!("{} bytes from byte {} are copied", run.count, run.first);
-        pass.report(codes::DEVICE_RULE, at, message, "copies begin at, and have, multiples of 4 bytes");
-        return None;
+        return pass.reject(
+            codes::DEVICE_RULE,
+            at,
+            message,
+            "copies begin at, and have, multiples of 4 bytes",
+        );
     }
     pass.buffer_range(name, bytes, pointer)
 }
@@ -201,12 +184,12 @@ fn foreign(
 /// A buffer; `bytes` says that the other end is one too, so that there are no rows.
 fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &str) -> Option<TransferEnd> {
     let keys = [
-        ("mip", settings.mip.is_some()),
-        ("mips", settings.mips.is_some()),
-        ("layer", settings.layer.is_some()),
-        ("layers", settings.layers.is_some()),
-        ("face", settings.face.is_some()),
-        ("aspect", settings.aspect.is_some()),
+        ("mip", settings.range.mip.is_some()),
+        ("mips", settings.range.mips.is_some()),
+        ("layer", settings.range.layer.is_some()),
+        ("layers", settings.range.layers.is_some()),
+        ("face", settings.range.face.is_some()),
+        ("aspect", settings.range.aspect.is_some()),
         ("origin", settings.origin.is_some()),
     ];
     let message =
@@ -219,16 +202,16 @@ fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &
     let help = "rows lie in a buffer whose other end is a texture: remove it";
     let rows = foreign(pass, &keys, "bytes have no rows", help, at);
     textures.and(rows)?;
-    let count = |pass: &mut PassBuilder<'_>, expr: &Option<Expr>, key: &str| match expr {
-        Some(expr) => pass.count(expr, &format!("{at}/{key}")).map(Some),
-        None => Some(None),
-    };
-    let bytes_per_row = count(pass, &settings.bytes_per_row, "bytes_per_row")?;
-    let rows_per_image = count(pass, &settings.rows_per_image, "rows_per_image")?;
+    let bytes_per_row = pass.count_if(&settings.bytes_per_row, &format!("{at}/bytes_per_row"))?;
+    let rows_per_image = pass.count_if(&settings.rows_per_image, &format!("{at}/rows_per_image"))?;
     if let Some(bytes) = bytes_per_row.filter(|bytes| bytes % 256 != 0) {
         let message = format!("rows begin every {bytes} bytes");
-        pass.report(codes::DEVICE_RULE, &format!("{at}/bytes_per_row"), message, "choose a multiple of 256");
-        return None;
+        return pass.reject(
+            codes::DEVICE_RULE,
+            &format!("{at}/bytes_per_row"),
+            message,
+            "choose a multiple of 256",
+        );
     }
     let ends = (settings.offset.as_ref(), settings.size.as_ref());
     let buffer = bytes_of(pass, &settings.name, ends, bytes, at, &format!("{at}/name"))?;
@@ -245,21 +228,12 @@ fn texture_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, boxed: bool, at: 
     ];
     let message = format!("\"{}\" is not a buffer, of which bytes could be copied", settings.name);
     foreign(pass, &keys, &message, "choose \"mip\", \"layer\", \"origin\" and \"extent\"", at)?;
-    let range = SubresourceRangeSettings {
-        mip: settings.mip.as_ref(),
-        mips: settings.mips.as_ref(),
-        layer: settings.layer.as_ref(),
-        layers: settings.layers.as_ref(),
-        face: settings.face.as_ref(),
-        aspect: settings.aspect.as_ref(),
-    };
-    let range = pass.subresource_range(range, at)?;
+    let range = pass.subresource_range(&settings.range, at)?;
     let mip = range.mip.unwrap_or(IndexRange::one(0));
     if mip.count > 1 && (boxed || settings.origin.is_some()) {
         let help = "remove \"mips\", and let a copy for each mip level follow";
         let message = "a box is copied of one mip level";
-        pass.report(codes::DEVICE_RULE, &format!("{at}/mips"), message, help);
-        return None;
+        return pass.reject(codes::DEVICE_RULE, &format!("{at}/mips"), message, help);
     }
     let origin = pair(pass, settings.origin.as_ref(), &format!("{at}/origin"))?;
     let texture =

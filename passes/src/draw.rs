@@ -1,18 +1,17 @@
 //! The node kind `draw`: the host's meshes, once for each view.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::language::Word;
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 use umbragraph_pipeline::wgpu_types::Face;
 use umbragraph_pipeline::work::{Draw as DrawWork, DrawOrder, SceneDraw};
 
-use crate::attachment::{Attachments, ColorSettings, DepthSettings, StencilSettings};
+use crate::attachment::Attachments;
+use crate::shader::ShaderSettings;
 
-/// Draws the host's meshes, once for each view.
+/// Draws the host's meshes, once for each view. Without a fragment stage in the template only depth is drawn.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Draw {
@@ -22,28 +21,15 @@ pub struct Draw {
     pub filter: String,
     /// The blackboard data whose views are drawn, such as what a camera or a cascade fit publishes.
     pub views: String,
-    /// The template. Without a fragment stage only depth is drawn.
-    pub shader: String,
-    /// Values for axes of the template; an axis that is not named takes the feature or parameter of its name.
-    #[serde(default)]
-    pub axes: BTreeMap<String, Expr>,
-    /// What stands behind the shader's bindings of groups 0 and 1; a block "view" is the view being drawn.
-    #[serde(default)]
-    pub bind: BTreeMap<String, Bind>,
-    /// The color attachments, in the order of the shader's locations.
-    #[serde(default)]
-    pub color: Vec<ColorSettings>,
-    /// The depth attachment.
-    #[serde(default)]
-    pub depth: Option<DepthSettings>,
-    /// The stencil attachment.
-    #[serde(default)]
-    pub stencil: Option<StencilSettings>,
+    /// The shader.
+    #[serde(flatten)]
+    pub shader: ShaderSettings,
+    /// The attachments.
+    #[serde(flatten)]
+    pub attachments: Attachments,
     /// Which faces are not drawn: "back" without it. Meshes that are double-sided are drawn from both sides.
-    #[serde(default)]
     pub cull: Option<Word<Cull>>,
     /// In which order opaque meshes are drawn: "state" without it.
-    #[serde(default)]
     pub order: Option<Word<DrawOrder>>,
 }
 
@@ -77,17 +63,14 @@ impl Node for Draw {
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         pass.geometry(&self.geometry, "/geometry")?;
         let draw = self.scene(pass);
-        let attachments =
-            Attachments { color: &self.color, depth: self.depth.as_ref(), stencil: self.stencil.as_ref() };
-        attachments.render(pass, false, draw)
+        self.attachments.render(pass, false, draw)
     }
 }
 
 impl Draw {
     fn scene(&self, pass: &mut PassBuilder<'_>) -> Option<DrawWork> {
         let views = pass.data(&self.views, "/views");
-        let program = pass.program(&self.shader, &self.axes, Some(&self.geometry), "");
-        let bindings = program.and_then(|program| pass.bind(program, &self.bind, Some(&self.geometry), ""));
+        let (program, bindings) = self.shader.declare(pass, Some(&self.geometry));
         let cull = pass.word_or(&self.cull, "/cull", Cull::Back)?;
         let order = pass.word_or(&self.order, "/order", DrawOrder::default())?;
         Some(DrawWork::Scene(SceneDraw {

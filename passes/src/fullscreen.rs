@@ -1,15 +1,13 @@
 //! The node kind `fullscreen`: a fragment shader over every texel of its attachments.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 use umbragraph_pipeline::work::Draw;
 
-use crate::attachment::{Attachments, ColorSettings, DepthSettings, StencilSettings};
+use crate::attachment::Attachments;
+use crate::shader::ShaderSettings;
 
 /// Runs a fragment shader for every texel of its attachments.
 ///
@@ -18,23 +16,12 @@ use crate::attachment::{Attachments, ColorSettings, DepthSettings, StencilSettin
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Fullscreen {
-    /// The template.
-    pub shader: String,
-    /// Values for axes of the template; an axis that is not named takes the feature or parameter of its name.
-    #[serde(default)]
-    pub axes: BTreeMap<String, Expr>,
-    /// What stands behind the shader's bindings.
-    #[serde(default)]
-    pub bind: BTreeMap<String, Bind>,
-    /// The color attachments, in the order of the shader's locations.
-    #[serde(default)]
-    pub color: Vec<ColorSettings>,
-    /// The depth attachment: the triangle is tested, and written, at the depth of its vertices.
-    #[serde(default)]
-    pub depth: Option<DepthSettings>,
-    /// The stencil attachment: only where the stencil passes is something drawn.
-    #[serde(default)]
-    pub stencil: Option<StencilSettings>,
+    /// The shader.
+    #[serde(flatten)]
+    pub shader: ShaderSettings,
+    /// The attachments.
+    #[serde(flatten)]
+    pub attachments: Attachments,
 }
 
 impl Node for Fullscreen {
@@ -42,18 +29,15 @@ impl Node for Fullscreen {
     const SUMMARY: &'static str = "Runs a fragment shader for every texel of its attachments.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let program = pass.program(&self.shader, &self.axes, None, "");
-        let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
+        let (program, bindings) = self.shader.declare(pass, None);
         if let Some(program) = program {
             pass.check_vertex_inputs(program, &[], "/shader")?;
         }
         // What depth, stencil or the shader keeps from being drawn stays as it was.
-        let is_tested = self.depth.is_some() || self.stencil.is_some();
+        let is_tested = self.attachments.depth.is_some() || self.attachments.stencil.is_some();
         let covers = !is_tested && program.is_some_and(|program| pass.covers(program));
-        let attachments =
-            Attachments { color: &self.color, depth: self.depth.as_ref(), stencil: self.stencil.as_ref() };
-        attachments.check(pass)?;
+        self.attachments.check(pass)?;
         let draw = program.zip(bindings).map(|(program, bindings)| Draw::Fullscreen { program, bindings });
-        attachments.render(pass, covers, draw)
+        self.attachments.render(pass, covers, draw)
     }
 }

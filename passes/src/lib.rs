@@ -24,6 +24,7 @@ pub mod fullscreen;
 pub mod importance;
 pub mod lights;
 pub mod mesh;
+pub mod shader;
 pub mod view;
 pub mod views;
 

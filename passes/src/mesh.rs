@@ -5,20 +5,19 @@
 //!
 //! Limits: at most eight vertex buffers; buffers are drawn from their beginning.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{Bind, PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 use umbragraph_pipeline::wgpu_types::{IndexFormat, PrimitiveTopology, VertexStepMode};
 use umbragraph_pipeline::work::{BufferDraw, Draw, DrawCounts, IndexStream, ProgramHandle, VertexStream};
 
-use crate::attachment::{Attachments, ColorSettings, DepthSettings, StencilSettings};
+use crate::attachment::Attachments;
 use crate::compute::IndirectSettings;
 use crate::draw::Cull;
+use crate::shader::ShaderSettings;
 
 /// The maximum number of vertex buffers, which WebGPU guarantees.
 const MAX_STREAMS: usize = 8;
@@ -30,45 +29,28 @@ const MAX_STRIDE: u64 = 2048;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Mesh {
-    /// The template.
-    pub shader: String,
-    /// Values for axes of the template; an axis that is not named takes the feature or parameter of its name.
-    #[serde(default)]
-    pub axes: BTreeMap<String, Expr>,
-    /// What stands behind the shader's bindings.
-    #[serde(default)]
-    pub bind: BTreeMap<String, Bind>,
+    /// The shader.
+    #[serde(flatten)]
+    pub shader: ShaderSettings,
     /// The vertex buffers; none for a shader that makes its vertices itself.
     #[serde(default)]
     pub vertices: Vec<VertexSettings>,
     /// Draws vertices by indices.
-    #[serde(default)]
     pub indices: Option<IndexSettings>,
     /// The number of vertices, or of indices where there are some.
-    #[serde(default)]
     pub count: Option<Expr>,
     /// The number of instances; 1 without it.
-    #[serde(default)]
     pub instances: Option<Expr>,
     /// A buffer that says how much is drawn, instead of "count" and "instances": four u32 (vertices, instances, first
     /// vertex, first instance), or five with indices (indices, instances, first index, base vertex, first instance).
-    #[serde(default)]
     pub indirect: Option<IndirectSettings>,
     /// What vertices make: "triangle-list" without it.
-    #[serde(default)]
     pub topology: Option<Word<Topology>>,
     /// Which faces are not drawn: "none" without it.
-    #[serde(default)]
     pub cull: Option<Word<Cull>>,
-    /// The color attachments, in the order of the shader's locations.
-    #[serde(default)]
-    pub color: Vec<ColorSettings>,
-    /// The depth attachment.
-    #[serde(default)]
-    pub depth: Option<DepthSettings>,
-    /// The stencil attachment.
-    #[serde(default)]
-    pub stencil: Option<StencilSettings>,
+    /// The attachments.
+    #[serde(flatten)]
+    pub attachments: Attachments,
 }
 
 /// A buffer of vertices, or of what changes from instance to instance.
@@ -78,10 +60,8 @@ pub struct VertexSettings {
     /// The buffer: a reference.
     pub buffer: String,
     /// Bytes from one element to the next, a multiple of 4; without it as many as the attributes have.
-    #[serde(default)]
     pub stride: Option<Expr>,
     /// Whether elements belong to vertices or to instances: "vertex" without it.
-    #[serde(default)]
     pub step: Option<Word<Step>>,
     /// The attributes, by the names of the shader's vertex inputs.
     #[schemars(length(min = 1))]
@@ -97,7 +77,6 @@ pub struct AttributeSettings {
     /// Its vertex format, by WebGPU's name, such as "float32x3".
     pub format: String,
     /// Its first byte in an element; behind the attribute before without it.
-    #[serde(default)]
     pub offset: Option<Expr>,
 }
 
@@ -108,44 +87,43 @@ pub struct IndexSettings {
     /// The buffer: a reference.
     pub buffer: String,
     /// Their format: "uint32" without it.
-    #[serde(default)]
     pub format: Option<Word<IndexWord>>,
 }
 
-/// What the elements of a vertex buffer belong to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Step {
-    /// Vertices.
-    Vertex,
-    /// Instances.
-    Instance,
+umbragraph_pipeline::webgpu_words! {
+    /// What the elements of a vertex buffer belong to.
+    Step = VertexStepMode {
+        /// Vertices.
+        Vertex,
+        /// Instances.
+        Instance,
+    }
 }
 
-/// The format of indices.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum IndexWord {
-    /// Two bytes each.
-    Uint16,
-    /// Four bytes each.
-    Uint32,
+umbragraph_pipeline::webgpu_words! {
+    /// The format of indices.
+    IndexWord = IndexFormat {
+        /// Two bytes each.
+        Uint16,
+        /// Four bytes each.
+        Uint32,
+    }
 }
 
-/// What vertices make, by WebGPU's names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Topology {
-    /// Points of one pixel.
-    PointList,
-    /// A line of every two.
-    LineList,
-    /// A line on from each.
-    LineStrip,
-    /// A triangle of every three.
-    TriangleList,
-    /// A triangle on from each.
-    TriangleStrip,
+umbragraph_pipeline::webgpu_words! {
+    /// What vertices make, by WebGPU's names.
+    Topology = PrimitiveTopology {
+        /// Points of one pixel.
+        PointList,
+        /// A line of every two.
+        LineList,
+        /// A line on from each.
+        LineStrip,
+        /// A triangle of every three.
+        TriangleList,
+        /// A triangle on from each.
+        TriangleStrip,
+    }
 }
 
 impl Node for Mesh {
@@ -154,17 +132,14 @@ impl Node for Mesh {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let draw = self.buffers(pass);
-        let attachments =
-            Attachments { color: &self.color, depth: self.depth.as_ref(), stencil: self.stencil.as_ref() };
-        attachments.check(pass)?;
-        attachments.render(pass, false, draw)
+        self.attachments.check(pass)?;
+        self.attachments.render(pass, false, draw)
     }
 }
 
 impl Mesh {
     fn buffers(&self, pass: &mut PassBuilder<'_>) -> Option<Draw> {
-        let program = pass.program(&self.shader, &self.axes, None, "");
-        let bindings = program.and_then(|program| pass.bind(program, &self.bind, None, ""));
+        let (program, bindings) = self.shader.declare(pass, None);
         let vertices = program.and_then(|program| self.vertices(program, pass));
         let indices = self.indices.as_ref().map(|settings| indices(settings, pass));
         let counts = self.counts(pass);
@@ -180,13 +155,7 @@ impl Mesh {
             vertices: vertices?,
             indices,
             counts: counts?,
-            topology: match topology {
-                Topology::PointList => PrimitiveTopology::PointList,
-                Topology::LineList => PrimitiveTopology::LineList,
-                Topology::LineStrip => PrimitiveTopology::LineStrip,
-                Topology::TriangleList => PrimitiveTopology::TriangleList,
-                Topology::TriangleStrip => PrimitiveTopology::TriangleStrip,
-            },
+            topology: topology.into(),
             cull: cull.face(),
         })))
     }
@@ -196,8 +165,7 @@ impl Mesh {
             let message =
                 format!("{} vertex buffers are more than a device needs to have", self.vertices.len());
             let help = format!("use at most {MAX_STREAMS}: several attributes can lie in one buffer");
-            pass.report(codes::DEVICE_RULE, "/vertices", message, help);
-            return None;
+            return pass.reject(codes::DEVICE_RULE, "/vertices", message, help);
         }
         let streams: Vec<Option<VertexStream>> =
             self.vertices.iter().enumerate().map(|(at, stream)| stream.declare(at, program, pass)).collect();
@@ -225,8 +193,7 @@ impl Mesh {
             }
             _ => {
                 let help = "\"count\", perhaps with \"instances\", or \"indirect\": a buffer";
-                pass.report(codes::MISSING_KEY, "", "a mesh says how much is drawn in one way", help);
-                None
+                pass.reject(codes::MISSING_KEY, "", "a mesh says how much is drawn in one way", help)
             }
         }
     }
@@ -257,23 +224,14 @@ impl VertexSettings {
         if stride % 4 != 0 || stride < end || stride > MAX_STRIDE {
             let message = format!("elements of {end} bytes cannot follow one another every {stride} bytes");
             let help = format!("write a multiple of 4 from {} to {MAX_STRIDE}", end.next_multiple_of(4));
-            pass.report(codes::DEVICE_RULE, &format!("{here}/stride"), message, help);
-            return None;
+            return pass.reject(codes::DEVICE_RULE, &format!("{here}/stride"), message, help);
         }
-        let step = match step {
-            Step::Vertex => VertexStepMode::Vertex,
-            Step::Instance => VertexStepMode::Instance,
-        };
-        Some(VertexStream { buffer: buffer?, stride, step, attributes })
+        Some(VertexStream { buffer: buffer?, stride, step: step.into(), attributes })
     }
 }
 
 fn indices(settings: &IndexSettings, pass: &mut PassBuilder<'_>) -> Option<IndexStream> {
     let format = pass.word_or(&settings.format, "/indices/format", IndexWord::Uint32)?;
     let buffer = pass.buffer(&settings.buffer, "/indices/buffer")?;
-    let format = match format {
-        IndexWord::Uint16 => IndexFormat::Uint16,
-        IndexWord::Uint32 => IndexFormat::Uint32,
-    };
-    Some(IndexStream { buffer, format })
+    Some(IndexStream { buffer, format: format.into() })
 }

@@ -155,11 +155,7 @@ pub(super) fn runs_of_rows(
             PlannedCopy::Upload { from, to, extent } => (from, to, extent),
             _ => return None,
         };
-        let aspect = match texels.aspect {
-            Aspect::All => TextureAspect::All,
-            Aspect::DepthOnly => TextureAspect::DepthOnly,
-            Aspect::StencilOnly => TextureAspect::StencilOnly,
-        };
+        let aspect = texels.aspect.into();
         let bytes = u64::from(width.div_ceil(block_width)) * u64::from(format.block_copy_size(Some(aspect))?);
         let lines = height.div_ceil(block_height);
         if u64::from(lines) * u64::from(layers) > MAXIMUM_RUNS {

@@ -7,7 +7,7 @@
 use super::cache::{Cache, Generation};
 use super::creation::Creation;
 use crate::shader::ShaderModule;
-use crate::work::{Address, Filter, Sampler};
+use crate::work::{Filter, Sampler};
 
 /// The objects of the current plan, and of some before it.
 #[derive(Default)]
@@ -103,14 +103,10 @@ impl Objects {
         sampler: Sampler,
     ) -> wgpu::Sampler {
         self.samplers.get(sampler, self.now, |_| {
-            let address = match sampler.address {
-                Address::ClampToEdge => wgpu::AddressMode::ClampToEdge,
-                Address::Repeat => wgpu::AddressMode::Repeat,
-                Address::MirrorRepeat => wgpu::AddressMode::MirrorRepeat,
-            };
-            let (filter, mipmap_filter) = match sampler.filter {
-                Filter::Nearest => (wgpu::FilterMode::Nearest, wgpu::MipmapFilterMode::Nearest),
-                Filter::Linear => (wgpu::FilterMode::Linear, wgpu::MipmapFilterMode::Linear),
+            let (address, filter) = (sampler.address.into(), sampler.filter.into());
+            let mipmap_filter = match sampler.filter {
+                Filter::Nearest => wgpu::MipmapFilterMode::Nearest,
+                Filter::Linear => wgpu::MipmapFilterMode::Linear,
             };
             creation.sampler(&wgpu::SamplerDescriptor {
                 label: Some(label),

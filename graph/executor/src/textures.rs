@@ -109,25 +109,14 @@ pub(super) fn view_descriptor<'a>(
     texture: &wgpu::Texture,
     view: TextureView,
 ) -> wgpu::TextureViewDescriptor<'a> {
-    let dimension = match view.shape {
-        TextureShape::D2 => wgpu::TextureViewDimension::D2,
-        TextureShape::D2Array => wgpu::TextureViewDimension::D2Array,
-        TextureShape::Cube => wgpu::TextureViewDimension::Cube,
-        TextureShape::CubeArray => wgpu::TextureViewDimension::CubeArray,
-        TextureShape::D3 => wgpu::TextureViewDimension::D3,
-    };
     let format = texture.format();
     let both = format.has_depth_aspect() && format.has_stencil_aspect();
     let layers = view.layer.map(|run| run.count).or((view.shape == TextureShape::D2).then_some(1));
     wgpu::TextureViewDescriptor {
         label: Some(label),
-        dimension: Some(dimension),
+        dimension: Some(view.shape.into()),
         format: view.format,
-        aspect: match view.aspect {
-            Aspect::DepthOnly if both => wgpu::TextureAspect::DepthOnly,
-            Aspect::StencilOnly if both => wgpu::TextureAspect::StencilOnly,
-            _ => wgpu::TextureAspect::All,
-        },
+        aspect: if both { view.aspect } else { Aspect::All }.into(),
         base_mip_level: view.mip.map_or(0, |run| run.first),
         mip_level_count: view.mip.map(|run| run.count),
         base_array_layer: view.layer.map_or(0, |run| run.first),

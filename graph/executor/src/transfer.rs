@@ -5,7 +5,6 @@
 use super::resources::{Buffer, Resources, Texture};
 use crate::compiler::Switches;
 use crate::compiler::{Plan, PlannedCopy, PlannedPass, TexelOrigin, TexelRows};
-use crate::pipeline::Aspect;
 use crate::work::{ResourceHandle, Subresource, TransferWork};
 
 /// A buffer of counts, and its fallback.
@@ -162,10 +161,6 @@ fn in_buffer<'a>(buffer: &'a wgpu::Buffer, rows: &TexelRows) -> wgpu::TexelCopyB
 
 fn in_texture<'a>(texture: &'a wgpu::Texture, origin: &TexelOrigin) -> wgpu::TexelCopyTextureInfo<'a> {
     let [x, y, z] = origin.at;
-    let aspect = match origin.aspect {
-        Aspect::All => wgpu::TextureAspect::All,
-        Aspect::DepthOnly => wgpu::TextureAspect::DepthOnly,
-        Aspect::StencilOnly => wgpu::TextureAspect::StencilOnly,
-    };
-    wgpu::TexelCopyTextureInfo { texture, mip_level: origin.mip, origin: wgpu::Origin3d { x, y, z }, aspect }
+    let (origin, mip_level, aspect) = (wgpu::Origin3d { x, y, z }, origin.mip, origin.aspect.into());
+    wgpu::TexelCopyTextureInfo { texture, mip_level, origin, aspect }
 }

@@ -689,93 +689,51 @@ impl Default for Sampler {
     }
 }
 
-/// The filter.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Serialize,
-    Deserialize,
-    schemars::JsonSchema,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum Filter {
-    /// The nearest texel.
-    Nearest,
-    /// A mix of the nearest ones.
-    #[default]
-    Linear,
+crate::webgpu_words! {
+    /// The filter.
+    #[derive(Default)]
+    Filter = wgpu_types::FilterMode {
+        /// The nearest texel.
+        Nearest,
+        /// A mix of the nearest ones.
+        #[default]
+        Linear,
+    }
 }
 
-/// The address mode.
-#[derive(
-    Clone,
-    Copy,
-    Debug,
-    Default,
-    PartialEq,
-    Eq,
-    PartialOrd,
-    Ord,
-    Hash,
-    Serialize,
-    Deserialize,
-    schemars::JsonSchema,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum Address {
-    /// The edge's texels.
-    #[default]
-    ClampToEdge,
-    /// The texture again.
-    Repeat,
-    /// The texture again, mirrored.
-    MirrorRepeat,
+crate::webgpu_words! {
+    /// The address mode.
+    #[derive(Default)]
+    Address = wgpu_types::AddressMode {
+        /// The edge's texels.
+        #[default]
+        ClampToEdge,
+        /// The texture again.
+        Repeat,
+        /// The texture again, mirrored.
+        MirrorRepeat,
+    }
 }
 
-/// A comparison, by WebGPU's names.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, schemars::JsonSchema,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum Compare {
-    /// Nothing passes.
-    Never,
-    /// `<`
-    Less,
-    /// `==`
-    Equal,
-    /// `<=`
-    LessEqual,
-    /// `>`
-    Greater,
-    /// `!=`
-    NotEqual,
-    /// `>=`
-    GreaterEqual,
-    /// Everything passes.
-    Always,
-}
-
-impl From<Compare> for wgpu_types::CompareFunction {
-    fn from(compare: Compare) -> Self {
-        use wgpu_types::CompareFunction as F;
-        match compare {
-            Compare::Never => F::Never,
-            Compare::Less => F::Less,
-            Compare::Equal => F::Equal,
-            Compare::LessEqual => F::LessEqual,
-            Compare::Greater => F::Greater,
-            Compare::NotEqual => F::NotEqual,
-            Compare::GreaterEqual => F::GreaterEqual,
-            Compare::Always => F::Always,
-        }
+crate::webgpu_words! {
+    /// A comparison, by WebGPU's names.
+    Compare = wgpu_types::CompareFunction {
+        /// Nothing passes.
+        Never,
+        /// `<`
+        Less,
+        /// `==`
+        Equal,
+        /// `<=`
+        LessEqual,
+        /// `>`
+        Greater,
+        /// `!=`
+        NotEqual,
+        /// `>=`
+        GreaterEqual,
+        /// Everything passes.
+        Always,
     }
 }
 

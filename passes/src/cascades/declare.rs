@@ -76,25 +76,23 @@ fn splits(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Splits> {
         && !(near > 0.0 && near < last)
     {
         let message = format!("the splits cannot begin at {near} m and end at {last} m");
-        pass.report(
+        return pass.reject(
             codes::CASCADE_SPLITS,
             "/splits/near",
             message,
             format!("begin above 0 m and before {last} m"),
         );
-        return None;
     }
     let lambda = match scheme {
         SplitScheme::Explicit => {
             if count > far.len() {
                 let message = format!("{count} cascades are wanted, but \"far\" has {} distances", far.len());
-                pass.report(
+                return pass.reject(
                     codes::CASCADE_COUNT,
                     "/splits/count",
                     message,
                     "add far distances, or choose a formula as the scheme",
                 );
-                return None;
             }
             let mut all = [0.0; MAX_CASCADES];
             all[..count].copy_from_slice(&far[..count]);
@@ -121,8 +119,7 @@ fn far_distances(far: Vec<f64>, far_setting: &Expr, pass: &mut PassBuilder<'_>) 
                 ),
             };
             let help = "far distances are metres above zero, each greater than the one before";
-            pass.report(codes::CASCADE_FAR, &element(far_setting, "/far", at), message, help);
-            return None;
+            return pass.reject(codes::CASCADE_FAR, &element(far_setting, "/far", at), message, help);
         }
         before = rounded;
     }
@@ -134,8 +131,7 @@ fn cascade_count(count: usize, pointer: &str, pass: &mut PassBuilder<'_>) -> Opt
         return Some(count);
     }
     let help = format!("1 to {MAX_CASCADES} cascades are possible");
-    pass.report(codes::CASCADE_COUNT, pointer, format!("{count} cascades cannot be fitted"), help);
-    None
+    pass.reject(codes::CASCADE_COUNT, pointer, format!("{count} cascades cannot be fitted"), help)
 }
 
 fn blend(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Blend> {
@@ -171,13 +167,12 @@ fn near_pull(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<NearPull
         Value::Text(word) if word == WORD => Some(NearPull::Casters),
         Value::Text(word) => {
             let message = format!("the near plane cannot be pulled to \"{word}\"");
-            pass.report(
+            pass.reject(
                 codes::CASCADE_DEPTH,
                 "/near_pull",
                 message,
                 "write \"casters\", or a number of metres from 0",
-            );
-            None
+            )
         }
         _ => metres(pass, expr, "/near_pull").map(NearPull::Metres),
     }
@@ -193,13 +188,12 @@ fn resolutions(
     let (count, border) = (count?, border?);
     if numbers.len() != 1 && numbers.len() < count {
         let message = format!("there are {count} cascades, but {} resolutions", numbers.len());
-        pass.report(
+        return pass.reject(
             codes::CASCADE_RESOLUTION,
             "/resolution",
             message,
             "write one number for all, or one for each",
         );
-        return None;
     }
     let min = 2.0 * f64::from(border) + 2.0;
     let mut all = [0; MAX_CASCADES];
@@ -212,8 +206,7 @@ fn resolutions(
             let message =
                 format!("a cascade cannot have a resolution of {number} texels with a border of {border}");
             let help = format!("write a whole number from {min} to {MAX_SIDE}");
-            pass.report(codes::CASCADE_RESOLUTION, &pointer, message, help);
-            return None;
+            return pass.reject(codes::CASCADE_RESOLUTION, &pointer, message, help);
         }
         *resolution = number as u32;
     }
@@ -281,13 +274,12 @@ fn origins(expr: &Expr, pass: &mut PassBuilder<'_>, count: usize) -> Option<Vec<
         }
         Some(_) => return origins,
     };
-    pass.report(
+    pass.reject(
         codes::CASCADE_TILE,
         "/tiles",
         message,
         "write the upper left texel of each tile: [[0, 0], [1024, 0]]",
-    );
-    None
+    )
 }
 
 /// The pointer of an element, where the list is written out; else that of the expression which yields the list.
@@ -327,8 +319,7 @@ fn metres(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str) -> Option<f64>
     }
     let message = format!("the depth range cannot be extended by {metres} m");
     let help = format!("write a number of metres from 0 to {LONGEST_REACH}");
-    pass.report(codes::CASCADE_DEPTH, pointer, message, help);
-    None
+    pass.reject(codes::CASCADE_DEPTH, pointer, message, help)
 }
 
 fn fraction(
@@ -342,11 +333,10 @@ fn fraction(
     if (0.0..=1.0).contains(&fraction) {
         return Some(fraction);
     }
-    pass.report(
+    pass.reject(
         code,
         pointer,
         format!("{what} is {fraction}, which is not a fraction"),
         "write a number from 0 to 1",
-    );
-    None
+    )
 }

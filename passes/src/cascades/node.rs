@@ -48,69 +48,51 @@ pub struct Cascades {
     pub to: String,
     /// The name of a directional light. Without it: the brightest that casts shadows, of equally bright ones the
     /// alphabetically first.
-    #[serde(default)]
     pub light: Option<String>,
     /// What a `shadow_atlas` publishes: then the cascades of every directional light that has layers there are fitted,
     /// and published as descriptors (see [`crate::lights::descriptor`]) instead of the values of one light.
-    #[serde(default)]
     pub placement: Option<String>,
     /// With a placement: the layers of the array, which is the maximum number of cascades of all directional lights
     /// together; the number of cascades without it.
-    #[serde(default)]
     pub layers: Option<Expr>,
     /// The far distance of each cascade, in metres along the view axis, strictly increasing. The formulas of "splits"
     /// use the last one only.
     pub far: Expr,
     /// How the far distances come about; without it they are those of "far".
-    #[serde(default)]
     pub splits: Option<SplitSettings>,
     /// The texels of each cascade's map in x and in y: one number for all, or a list with one for each.
     pub resolution: Expr,
     /// Where cascades share one map: the texel of each one's upper left corner, as a list of [x, y]. Without it each
     /// cascade has a layer of its own.
-    #[serde(default)]
     pub tiles: Option<Expr>,
     /// Width and height of the map, in texels. Without it: the smallest that holds the tiles, or with layers the
     /// largest resolution.
-    #[serde(default)]
     pub map: Option<Expr>,
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
-    #[serde(default)]
     pub reverse: Option<Expr>,
     /// The shape that each slice is fitted with; "sphere" without it.
-    #[serde(default)]
     pub fit: Option<Word<FitShape>>,
     /// The grid that each cascade is laid on; "world" without it.
-    #[serde(default)]
     pub snap: Option<Word<Snap>>,
     /// Whether texels are as wide as they are high; true without it.
-    #[serde(default)]
     pub square_texels: Option<Expr>,
     /// The texels on each side of a cascade that its slice leaves free, for filter taps; 2 without it.
-    #[serde(default)]
     pub border: Option<Expr>,
     /// The world direction that is up in the map; [0, 1, 0] without it.
-    #[serde(default)]
     pub up: Option<Expr>,
     /// How far the near plane is pulled towards the light: "casters" (also without it) to the bounds of what casts
     /// shadows, or a number of metres beyond the slice.
-    #[serde(default)]
     pub near_pull: Option<Expr>,
     /// How far behind the slice the far plane stands, in metres; 0 without it.
-    #[serde(default)]
     pub far_extension: Option<Expr>,
     /// Whether cascades are narrowed to the bounds of the scene, which gives the far ones more texels; false without it.
     /// Texels stay in place while the bounds do not change much.
-    #[serde(default)]
     pub clip_to_scene: Option<Expr>,
     /// With a placement: the filter that shaders use, so that cascades in which its bounds bite can be reported.
-    #[serde(default)]
     pub filter: Option<FilterSettings>,
     /// With a placement: the angle under which directional lights are seen that say none (unit: radians); 0 without it.
-    #[serde(default)]
     pub light_size: Option<Expr>,
     /// The zone at the end of each cascade that blends into the next, which is fitted to cover it; none without it.
-    #[serde(default)]
     pub blend: Option<BlendSettings>,
 }
 
@@ -119,17 +101,13 @@ pub struct Cascades {
 #[serde(deny_unknown_fields)]
 pub struct SplitSettings {
     /// The scheme; "explicit" without it.
-    #[serde(default)]
     pub scheme: Option<Word<SplitScheme>>,
     /// The number of cascades, 1 to 8; without it as many as there are far distances. With the scheme "explicit" the
     /// first so many far distances are used.
-    #[serde(default)]
     pub count: Option<Expr>,
     /// Where the formulas begin, in metres along the view axis; without it the camera's near plane.
-    #[serde(default)]
     pub near: Option<Expr>,
     /// The weight of the logarithmic part in the scheme "practical", 0 to 1; 0.5 without it.
-    #[serde(default)]
     pub lambda: Option<Expr>,
 }
 
@@ -140,7 +118,6 @@ pub struct BlendSettings {
     /// The zone as a fraction, from 0 (none) to 1.
     pub fraction: Expr,
     /// What it is a fraction of; "far" without it.
-    #[serde(default)]
     pub of: Option<Word<BlendOf>>,
 }
 

@@ -35,7 +35,6 @@ pub struct FilterSettings {
     pub max: Expr,
     /// Whether the filter is as wide as the penumbra of what blocks the light, instead of having one width; false without
     /// it.
-    #[serde(default)]
     pub penumbra: Option<Expr>,
 }
 

@@ -52,19 +52,14 @@ pub struct LightList {
     /// The maximum number of lights.
     pub lights: Expr,
     /// The maximum number of descriptors; 1 without it.
-    #[serde(default)]
     pub descriptors: Option<Expr>,
     /// What a `shadow_atlas` publishes; without it no light casts shadows.
-    #[serde(default)]
     pub placement: Option<String>,
     /// What a `spot_shadows` publishes.
-    #[serde(default)]
     pub tiles: Option<String>,
     /// What a `cube_shadows` publishes.
-    #[serde(default)]
     pub cubes: Option<String>,
     /// What a `cascades` with a placement publishes.
-    #[serde(default)]
     pub layers: Option<String>,
 }
 

@@ -51,20 +51,16 @@ pub struct ShadowAtlas {
     /// The blackboard data to publish.
     pub to: String,
     /// The atlas of the spots; without it they cast no shadows.
-    #[serde(default)]
     pub spots: Option<SpotSettings>,
     /// The cubes of the point lights; without it they cast no shadows.
-    #[serde(default)]
     pub points: Option<PointSettings>,
     /// The layers of the directional lights; without it they cast no shadows.
-    #[serde(default)]
     pub directional: Option<DirectionalSettings>,
     /// The maximum number of descriptors: one for a spot, one for a point light, one for each cascade of a directional
     /// light.
     pub descriptors: Expr,
     /// The maximum number of views: one for a spot, six for a point light, one for each cascade of a directional light.
     /// No limit without it.
-    #[serde(default)]
     pub views: Option<Expr>,
 }
 
@@ -73,7 +69,6 @@ pub struct ShadowAtlas {
 #[serde(deny_unknown_fields)]
 pub struct SpotSettings {
     /// The maximum number of spots with shadows; as many as there are descriptors without it.
-    #[serde(default)]
     pub capacity: Option<Expr>,
     /// The side of the atlas at first, in texels.
     pub min_side: Expr,
@@ -208,8 +203,7 @@ fn count_between(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str, min: u3
         return Some(count);
     }
     let help = format!("write a whole number from {min} to {max}");
-    pass.report(codes::LIGHT_CAPACITY, pointer, format!("{count} is out of range here"), help);
-    None
+    pass.reject(codes::LIGHT_CAPACITY, pointer, format!("{count} is out of range here"), help)
 }
 
 impl Node for ShadowAtlas {
@@ -263,8 +257,7 @@ fn room_for_a_directional_light(
         );
         let help =
             format!("give directional lights at least {cascades} layers, or 0 where they cast no shadows");
-        pass.report(codes::LIGHT_CAPACITY, "/directional/capacity", message, help);
-        return None;
+        return pass.reject(codes::LIGHT_CAPACITY, "/directional/capacity", message, help);
     }
     Some((layers, cascades))
 }
@@ -280,8 +273,7 @@ fn atlas(pass: &mut PassBuilder<'_>, spots: &SpotSettings, descriptors: Option<u
             return Some(side);
         }
         let message = format!("the atlas and its tiles cannot have a side of {side} texels");
-        pass.report(codes::LIGHT_CAPACITY, pointer, message, "write a power of two from 16 to 8192");
-        None
+        pass.reject(codes::LIGHT_CAPACITY, pointer, message, "write a power of two from 16 to 8192")
     };
     let atlas = Atlas {
         min_side: side(&spots.min_side, "/spots/min_side")?,
@@ -298,8 +290,7 @@ fn atlas(pass: &mut PassBuilder<'_>, spots: &SpotSettings, descriptors: Option<u
         if small > large {
             let message = format!("{small} texels are more than {large}");
             let help = "the minimum tile fits the minimum atlas, and no minimum is above its maximum";
-            pass.report(codes::LIGHT_CAPACITY, pointer, message, help);
-            return None;
+            return pass.reject(codes::LIGHT_CAPACITY, pointer, message, help);
         }
     }
     Some(atlas)

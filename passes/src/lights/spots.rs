@@ -31,13 +31,10 @@ pub struct SpotShadows {
     /// The maximum number of spots.
     pub capacity: Expr,
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
-    #[serde(default)]
     pub reverse: Option<Expr>,
     /// The filter that shaders use, so that the distances at which its bounds bite can be reported.
-    #[serde(default)]
     pub filter: Option<FilterSettings>,
     /// The radius of lights that say none, in metres; 0 without it.
-    #[serde(default)]
     pub light_size: Option<Expr>,
 }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::{Aspect, Face, Pipeline, Program, Resource, ResourceKind};
+use super::{Pipeline, Program, Resource, ResourceKind, SubresourceRangeSettings};
 use crate::data::{Component, DataShape, ValueType, View};
 use crate::diagnostic::suggested_name;
 use crate::language::{Expr, TextureShape, Word};
@@ -58,33 +58,15 @@ pub struct DataBind {
 pub struct TextureBind {
     /// The texture: a reference.
     pub name: String,
-    /// The first mip level; without it all.
-    #[serde(default)]
-    pub mip: Option<Expr>,
-    /// How many mip levels from there; 1 without it.
-    #[serde(default)]
-    pub mips: Option<Expr>,
-    /// The first layer, without it all; beside "face" the cube.
-    #[serde(default)]
-    pub layer: Option<Expr>,
-    /// How many layers from there; 1 without it.
-    #[serde(default)]
-    pub layers: Option<Expr>,
-    /// One face of a cube.
-    #[serde(default)]
-    pub face: Option<Word<Face>>,
-    /// Of a format with depth and stencil, which of the two; the depth without it.
-    #[serde(default)]
-    pub aspect: Option<Word<Aspect>>,
+    /// The subresource range.
+    #[serde(flatten)]
+    pub range: SubresourceRangeSettings,
     /// The format in which the shader sees it, where it is not its own: the same with or without "-srgb".
-    #[serde(default)]
     pub format: Option<String>,
     /// The view dimension; without it as the shader declares it.
-    #[serde(default)]
     pub view: Option<TextureShape>,
     /// Of what the shader writes, whether it needs what was there: "discard" where it writes all texels. Without it what
     /// is only written is taken to be written, but not to the last texel.
-    #[serde(default)]
     pub contents: Option<Word<Contents>>,
 }
 
@@ -105,14 +87,11 @@ pub struct BufferBind {
     /// The buffer: a reference.
     pub name: String,
     /// The first byte (unit: bytes); 0 without it.
-    #[serde(default)]
     pub offset: Option<Expr>,
     /// How many bytes (unit: bytes); all without it.
-    #[serde(default)]
     pub size: Option<Expr>,
     /// Of what the shader writes, whether it needs what was there; "load" without it, "discard" where the shader writes
     /// all bytes and reads none before.
-    #[serde(default)]
     pub contents: Option<Word<Contents>>,
 }
 
@@ -121,13 +100,10 @@ pub struct BufferBind {
 #[serde(deny_unknown_fields)]
 pub struct SamplerBind {
     /// Whether texels are mixed; "linear" without it.
-    #[serde(default)]
     pub filter: Option<Word<Filter>>,
     /// The address mode; "clamp-to-edge" without it.
-    #[serde(default)]
     pub address: Option<Word<Address>>,
     /// For a comparison sampler: which reference values pass against a texel.
-    #[serde(default)]
     pub compare: Option<Word<Compare>>,
 }
 

@@ -5,8 +5,7 @@
 //! texture are subresource ranges of their own; a texture whose format has one of the two only has no such subresource
 //! ranges, so its accesses name [`Aspect::All`].
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
 use super::Usage;
 
@@ -43,19 +42,18 @@ impl IndexRange<u32> {
     }
 }
 
-/// The aspect of a texture that is used.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize, JsonSchema,
-)]
-#[serde(rename_all = "kebab-case")]
-pub enum Aspect {
-    /// All that the format has.
-    #[default]
-    All,
-    /// The depth.
-    DepthOnly,
-    /// The stencil.
-    StencilOnly,
+crate::webgpu_words! {
+    /// The aspect of a texture that is used.
+    #[derive(Default)]
+    Aspect = wgpu_types::TextureAspect {
+        /// All that the format has.
+        #[default]
+        All,
+        /// The depth.
+        DepthOnly,
+        /// The stencil.
+        StencilOnly,
+    }
 }
 
 /// The subresource range of a resource that is used; everything where nothing is said.

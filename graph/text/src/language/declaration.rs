@@ -11,26 +11,33 @@ use super::{Expr, ResourceDeclaration};
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PipelineDeclaration {
-    /// The schema, for editors.
-    #[serde(rename = "$schema", default)]
-    pub schema: Option<String>,
-    /// The file, or files (the lowest first), over which this one is laid: objects are merged, null deletes.
-    #[serde(default)]
-    pub extends: Option<Paths>,
-    /// Files whose sections stand beside this file's own; nothing may stand in both.
-    #[serde(default)]
-    pub include: Option<Paths>,
     /// The version of the language: 1.
     #[schemars(range(min = 1, max = 1))]
     pub format: u32,
     /// The pipeline's name.
     pub name: String,
-    /// A description for people.
-    #[serde(default)]
-    pub description: Option<String>,
     /// The target profiles that the pipeline claims to run on, such as "webgpu".
     #[serde(default)]
     pub profiles: Vec<String>,
+    /// What an extension can have as well.
+    #[serde(flatten)]
+    pub sections: Sections,
+    /// The passes: each has one key that names its node kind, and may have common keys beside it.
+    pub passes: BTreeMap<String, serde_json::Value>,
+}
+
+/// What pipelines and extensions have in common: other files, and declarations.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+pub struct Sections {
+    /// The schema, for editors.
+    #[serde(rename = "$schema")]
+    pub schema: Option<String>,
+    /// The file, or files (the lowest first), over which this one is laid: objects are merged, null deletes.
+    pub extends: Option<Paths>,
+    /// Files whose sections stand beside this file's own; nothing may stand in both.
+    pub include: Option<Paths>,
+    /// A description for people.
+    pub description: Option<String>,
     /// Named values that a user can set.
     #[serde(default)]
     pub parameters: BTreeMap<String, ParameterDeclaration>,
@@ -61,8 +68,6 @@ pub struct PipelineDeclaration {
     /// Named groups of settings that passes share: parts of passes, which a pass takes over with "extends".
     #[serde(default)]
     pub shared_settings: BTreeMap<String, serde_json::Value>,
-    /// The passes: each has one key that names its node kind, and may have common keys beside it.
-    pub passes: BTreeMap<String, serde_json::Value>,
 }
 
 /// A part of a pipeline that passes can use, each time with inputs and parameters of its own.
@@ -70,16 +75,13 @@ pub struct PipelineDeclaration {
 #[serde(deny_unknown_fields)]
 pub struct SubgraphDeclaration {
     /// The schema, for editors.
-    #[serde(rename = "$schema", default)]
+    #[serde(rename = "$schema")]
     pub schema: Option<String>,
     /// The version of the language: 1.
-    #[serde(default)]
     pub format: Option<u32>,
     /// The subgraph's name.
-    #[serde(default)]
     pub name: Option<String>,
     /// A description for people.
-    #[serde(default)]
     pub description: Option<String>,
     /// Resources that the user gives, each with what it is for.
     #[serde(default)]
@@ -105,7 +107,6 @@ pub struct SubgraphDeclaration {
 #[serde(deny_unknown_fields)]
 pub struct PresetDeclaration {
     /// A description for people.
-    #[serde(default)]
     pub description: Option<String>,
     /// Values of parameters.
     #[serde(default)]
@@ -120,7 +121,6 @@ pub struct PresetDeclaration {
 #[serde(deny_unknown_fields)]
 pub struct ExtensionPointDeclaration {
     /// A description for people.
-    #[serde(default)]
     pub description: Option<String>,
     /// The passes behind which it lies.
     #[serde(default)]
@@ -160,28 +160,21 @@ pub struct ParameterDeclaration {
     /// The value where nobody sets one.
     pub default: serde_json::Value,
     /// The minimum value (of each element).
-    #[serde(default)]
     pub min: Option<f64>,
     /// The maximum value (of each element).
-    #[serde(default)]
     pub max: Option<f64>,
     /// The fewest elements of a list.
-    #[serde(default)]
     pub min_length: Option<u32>,
     /// The maximum number of elements of a list.
-    #[serde(default)]
     pub max_length: Option<u32>,
     /// The order of the elements of a list.
-    #[serde(default)]
     pub order: Option<Order>,
     /// The words of an enumeration.
     #[serde(default)]
     pub values: Vec<String>,
     /// The unit, such as "m", "texel", "ndc", "degree", "1" for a plain number.
-    #[serde(default)]
     pub unit: Option<String>,
     /// A description for people.
-    #[serde(default)]
     pub description: Option<String>,
 }
 
@@ -241,14 +234,12 @@ pub struct FeatureDeclaration {
     pub excludes: Vec<String>,
     /// The name of a group: exactly one of the features with the same name here is on. Switching one on switches those off
     /// that are on by default alone.
-    #[serde(default)]
     pub one_of: Option<String>,
     /// What the feature needs of the target at least: limits by name, such as "max_storage_buffers_per_shader_stage".
     /// Where the target profile, or the device, has less, the feature is off and cannot be switched on.
     #[serde(default)]
     pub required_limits: BTreeMap<String, u64>,
     /// A description for people.
-    #[serde(default)]
     pub description: Option<String>,
 }
 
@@ -270,7 +261,6 @@ pub struct ToggleDeclaration {
     /// Whether it is on where the host says nothing.
     pub default: bool,
     /// A description for people.
-    #[serde(default)]
     pub description: Option<String>,
 }
 
@@ -309,24 +299,19 @@ pub enum HostBinding {
 #[serde(deny_unknown_fields)]
 pub struct PassCommon {
     /// A description for people.
-    #[serde(default)]
     pub description: Option<String>,
     /// The group, or groups (the lowest first), of "shared_settings" over which the pass is laid: objects are merged, null
     /// deletes.
-    #[serde(default)]
     pub extends: Option<Names>,
     /// Whether the pass is there at all: an expression over parameters and features.
-    #[serde(default)]
     pub when: Option<Expr>,
     /// Repeats the pass: one variable, with a count or a list as an expression. Rounds are named NAME.0, NAME.1, …
-    #[serde(default)]
     pub for_each: Option<BTreeMap<String, Expr>>,
     /// Instead of a node kind: the subgraph that stands here, by its name under "subgraphs", or the path of a file that is
     /// one, relative to this file, such as "parts/blur.json".
-    #[serde(default, rename = "use")]
+    #[serde(rename = "use")]
     pub subgraph: Option<String>,
     /// Inputs and parameters of the subgraph.
-    #[serde(default)]
     pub with: Option<BTreeMap<String, Expr>>,
     /// Passes that have to run before this one, where no data says so. The name of a loop or of a use of a subgraph means
     /// all of its passes, and on such a one "after" holds for all of them; one alone is NAME.0 or NAME.PASS.
@@ -336,7 +321,6 @@ pub struct PassCommon {
     #[serde(default)]
     pub side_effect: bool,
     /// The toggle with which the pass runs in a frame, or with "!" in front the one without which it runs.
-    #[serde(default)]
     pub toggle: Option<String>,
     /// For resources that only passes with this toggle write: what readers see instead in a frame without them.
     #[serde(default)]

@@ -16,7 +16,7 @@ mod word;
 pub use declaration::{
     ExtensionPointDeclaration, FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Names,
     Order, ParameterDeclaration, ParameterType, PassCommon, Paths, PipelineDeclaration, PresetDeclaration,
-    SubgraphDeclaration, ToggleDeclaration, VertexFormatName,
+    Sections, SubgraphDeclaration, ToggleDeclaration, VertexFormatName,
 };
 pub use expression::Expr;
 pub use files::{ExtensionDeclaration, ParameterFileDeclaration};

@@ -26,29 +26,22 @@ pub struct TextureDeclaration {
     /// "maps" or "maps / 2".
     pub size: Expr,
     /// The number of array layers.
-    #[serde(default)]
     pub layers: Option<Expr>,
     /// The number of mip levels.
-    #[serde(default)]
     pub mips: Option<Expr>,
     /// The number of samples of each texel: 1 or 4.
-    #[serde(default)]
     pub samples: Option<Expr>,
     /// The view dimension of the whole texture; without it "2d" for one layer and "2d-array" for more.
-    #[serde(default)]
     pub view: Option<TextureShape>,
     /// The lifetime of the texture.
     #[serde(default)]
     pub lifetime: Lifetime,
     /// For a history: how many earlier frames can be read, 1 to 8, as `NAME@-1`, `NAME@-2` and so on; 1 without it.
-    #[serde(default)]
     pub frames: Option<Expr>,
     /// For a history: what an earlier frame holds before there was one. A number for all channels or for depth, or red,
     /// green, blue and alpha.
-    #[serde(default)]
     pub initial: Option<Expr>,
     /// A description for people.
-    #[serde(default)]
     pub description: Option<String>,
 }
 
@@ -62,13 +55,10 @@ pub struct BufferDeclaration {
     #[serde(default)]
     pub lifetime: Lifetime,
     /// For a history: how many earlier frames can be read, 1 to 8, as `NAME@-1`, `NAME@-2` and so on; 1 without it.
-    #[serde(default)]
     pub frames: Option<Expr>,
     /// For a history: the value of each four bytes of an earlier frame before there was one.
-    #[serde(default)]
     pub initial: Option<WordValue>,
     /// A description for people.
-    #[serde(default)]
     pub description: Option<String>,
 }
 
@@ -104,26 +94,25 @@ impl FormatCandidates {
     }
 }
 
-/// The view dimension of a texture.
-#[derive(
-    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Deserialize, serde::Serialize, JsonSchema,
-)]
-pub enum TextureShape {
-    /// One layer.
-    #[serde(rename = "2d")]
-    D2,
-    /// Layers.
-    #[serde(rename = "2d-array")]
-    D2Array,
-    /// Six layers as the faces +X −X +Y −Y +Z −Z.
-    #[serde(rename = "cube")]
-    Cube,
-    /// Six layers for each cube.
-    #[serde(rename = "cube-array")]
-    CubeArray,
-    /// The layers are the depth of a volume.
-    #[serde(rename = "3d")]
-    D3,
+crate::webgpu_words! {
+    /// The view dimension of a texture.
+    TextureShape = wgpu_types::TextureViewDimension {
+        /// One layer.
+        #[serde(rename = "2d")]
+        D2,
+        /// Layers.
+        #[serde(rename = "2d-array")]
+        D2Array,
+        /// Six layers as the faces +X −X +Y −Y +Z −Z.
+        #[serde(rename = "cube")]
+        Cube,
+        /// Six layers for each cube.
+        #[serde(rename = "cube-array")]
+        CubeArray,
+        /// The layers are the depth of a volume.
+        #[serde(rename = "3d")]
+        D3,
+    }
 }
 
 /// The lifetime of a resource.

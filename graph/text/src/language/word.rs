@@ -43,3 +43,21 @@ impl<T: JsonSchema> JsonSchema for Word<T> {
         })
     }
 }
+
+/// An enumeration of words for the values of a type of WebGPU, which has no descriptions of its own for the schema.
+#[macro_export]
+macro_rules! webgpu_words {
+    ($(#[$attribute:meta])* $name:ident = $webgpu:ty { $($(#[$of_word:meta])* $word:ident,)* }) => {
+        $(#[$attribute])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum $name { $($(#[$of_word])* $word,)* }
+
+        impl From<$name> for $webgpu {
+            fn from(word: $name) -> Self {
+                match word { $($name::$word => Self::$word,)* }
+            }
+        }
+    };
+}

@@ -48,7 +48,7 @@ pub struct PassReport {
     /// The number of its render pass, which neighbours may share.
     pub group: Option<usize>,
     /// The toggle with which it runs, or with "!" in front the one without which it runs.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub toggle: Option<String>,
     /// The fallbacks that readers see in a frame without it, in words.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -113,7 +113,7 @@ pub struct ResourceReport {
     /// The columns in which it is written.
     pub written_in: Vec<usize>,
     /// For a history how many earlier frames can be read.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[serde(skip_serializing_if = "Option::is_none")]
     pub frames: Option<u32>,
     /// The place of the declaration: file and line.
     pub declared: String,

@@ -8,7 +8,7 @@
 //! Limits: expressions for an origin and an extent are not evaluated again; boxes that have them are only checked to lie
 //! within their mip level and to be of one size.
 
-use wgpu_types::{COPY_BYTES_PER_ROW_ALIGNMENT, TextureAspect, TextureFormat};
+use wgpu_types::{COPY_BYTES_PER_ROW_ALIGNMENT, TextureFormat};
 
 use super::{ViolationKind, Violations};
 use crate::compiler::{Plan, PlannedCopy, PlannedPass, PlannedResource, TexelOrigin, TexelRows};
@@ -241,11 +241,7 @@ impl Transfer<'_> {
         let (first, count) = self.run(buffer)?;
         let format = planned(self.plan, region.texture.resource).and_then(|one| one.format);
         let format = format.ok_or("copies texels of what is not a texture")?;
-        let aspect = match region.texture.range.aspect {
-            Aspect::All => TextureAspect::All,
-            Aspect::DepthOnly => TextureAspect::DepthOnly,
-            Aspect::StencilOnly => TextureAspect::StencilOnly,
-        };
+        let aspect = region.texture.range.aspect.into();
         let texel = format.block_copy_size(Some(aspect)).ok_or("copies texels that have no bytes")?;
         let (block_width, block_height) = format.block_dimensions();
         let mut at = first;

@@ -59,13 +59,12 @@ impl PassBuilder<'_> {
         if !matches!(resource.kind, ResourceKind::Data(_)) {
             let message =
                 format!("\"{name}\" is {}, but blackboard data is wanted here", resource.kind_name());
-            self.report(
+            return self.reject(
                 codes::WRONG_RESOURCE,
                 pointer,
                 message,
                 "name what a CPU pass publishes, such as a camera",
             );
-            return None;
         }
         Some(self.subresource(handle, SubresourceRange::WHOLE, Version::Newest, pointer))
     }

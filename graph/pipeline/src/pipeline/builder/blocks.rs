@@ -20,13 +20,12 @@ impl PassBuilder<'_> {
         all: bool,
     ) -> Option<BlockValues> {
         let TypeLayout::Struct { members, .. } = layout else {
-            self.report(
+            return self.reject(
                 codes::WRONG_RESOURCE,
                 at,
                 "values are bound to a struct",
                 "declare the uniform as a struct in the template",
             );
-            return None;
         };
         let mut fine = true;
         let mut unknown: Vec<&str> = Vec::new();

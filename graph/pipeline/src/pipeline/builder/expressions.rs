@@ -55,6 +55,16 @@ impl PassBuilder<'_> {
         expr.as_ref().map_or(Some(without), |expr| self.count(expr, pointer))
     }
 
+    /// A whole number from 0, if there is an expression; `None` after a diagnostic.
+    pub fn count_if(&mut self, expr: &Option<Expr>, pointer: &str) -> Option<Option<u32>> {
+        expr.as_ref().map_or(Some(None), |expr| self.count(expr, pointer).map(Some))
+    }
+
+    /// A number, or what counts without an expression.
+    pub fn number_or(&mut self, expr: &Option<Expr>, pointer: &str, without: f64) -> Option<f64> {
+        expr.as_ref().map_or(Some(without), |expr| self.number(expr, pointer))
+    }
+
     /// A boolean, or what counts without an expression.
     pub fn boolean_or(&mut self, expr: &Option<Expr>, pointer: &str, without: bool) -> Option<bool> {
         expr.as_ref().map_or(Some(without), |expr| self.boolean(expr, pointer))
@@ -149,13 +159,12 @@ impl PassBuilder<'_> {
     }
 
     pub(super) fn wrong_type<T>(&mut self, pointer: &str, wanted: &str, found: &str) -> Option<T> {
-        self.report(
+        self.reject(
             codes::EXPRESSION_TYPE,
             pointer,
             format!("{wanted} is wanted here, this is {found}"),
             format!("make the expression yield {wanted}"),
-        );
-        None
+        )
     }
 
     /// Finds names in a deferred expression that exist nowhere; their values come later.

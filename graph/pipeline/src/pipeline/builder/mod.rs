@@ -60,6 +60,18 @@ impl PassBuilder<'_> {
         self.shared.diagnostics.push(diagnostic);
     }
 
+    /// Reports a diagnostic at a setting, without which there is nothing.
+    pub fn reject<T>(
+        &mut self,
+        code: Code,
+        pointer: &str,
+        message: impl Into<String>,
+        help: impl Into<String>,
+    ) -> Option<T> {
+        self.report(code, pointer, message, help);
+        None
+    }
+
     /// Reports a name that is none of `known`: as a value, or as a key of an object, at a setting. The help is what was
     /// probably meant, or else `otherwise`; where the name is written there as it is, that is a fix too.
     pub(in crate::pipeline) fn report_unknown(

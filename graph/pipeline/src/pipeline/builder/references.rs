@@ -3,7 +3,7 @@
 use super::PassBuilder;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Reference, parse_format};
-use crate::pipeline::{Aspect, ResourceKind, SubresourceRange, Version, history};
+use crate::pipeline::{ResourceKind, SubresourceRange, Version, history};
 use crate::work::{ResourceHandle, Subresource, TextureRegion};
 
 impl PassBuilder<'_> {
@@ -19,8 +19,7 @@ impl PassBuilder<'_> {
         if resource.texture().is_none() {
             let message =
                 format!("\"{}\" is {}, but a texture is wanted here", resource.name, resource.kind_name());
-            self.report(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
-            return None;
+            return self.reject(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
         }
         Some(self.subresource(handle, range, version, pointer))
     }
@@ -31,8 +30,7 @@ impl PassBuilder<'_> {
         let resource = &self.shared.resources[handle.index()];
         if resource.texture().is_none() {
             let message = format!("\"{name}\" is {}, but a texture is wanted here", resource.kind_name());
-            self.report(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
-            return None;
+            return self.reject(codes::WRONG_RESOURCE, pointer, message, "name a texture of \"resources\"");
         }
         Some(handle)
     }
@@ -58,12 +56,7 @@ impl PassBuilder<'_> {
         let texture = self.shared.resources[region.texture.resource.index()].texture()?;
         let mut names = texture.format.names().iter();
         let format = names.next().filter(|_| names.next().is_none()).and_then(|name| parse_format(name))?;
-        let aspect = match range.aspect {
-            Aspect::All => wgpu_types::TextureAspect::All,
-            Aspect::DepthOnly => wgpu_types::TextureAspect::DepthOnly,
-            Aspect::StencilOnly => wgpu_types::TextureAspect::StencilOnly,
-        };
-        let block = u64::from(format.block_copy_size(Some(aspect))?);
+        let block = u64::from(format.block_copy_size(Some(range.aspect.into()))?);
         let (block_width, block_height) = format.block_dimensions();
         let number = |value: Option<&serde_json::Value>| value?.as_u64();
         let [width, height] = [0, 1].map(|axis| number(texture.size.0.get(axis)));
@@ -112,8 +105,7 @@ impl PassBuilder<'_> {
         if !matches!(resource.kind, ResourceKind::Buffer(_)) {
             let message =
                 format!("\"{}\" is {}, but a buffer is wanted here", resource.name, resource.kind_name());
-            self.report(codes::WRONG_RESOURCE, pointer, message, "name a buffer of \"resources\"");
-            return None;
+            return self.reject(codes::WRONG_RESOURCE, pointer, message, "name a buffer of \"resources\"");
         }
         Some(self.subresource(handle, range, version, pointer))
     }
@@ -130,13 +122,12 @@ impl PassBuilder<'_> {
         let reference = match Reference::parse(&text) {
             Ok(reference) => reference,
             Err(error) => {
-                self.report(
+                return self.reject(
                     codes::BAD_REFERENCE,
                     pointer,
                     format!("\"{text}\" is not a reference"),
                     error.to_string(),
                 );
-                return None;
             }
         };
         let outside = environment.resource(reference.resource);

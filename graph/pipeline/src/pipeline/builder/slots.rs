@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{PassBuilder, SubresourceRangeSettings, host_contract};
+use super::{PassBuilder, host_contract};
 use crate::diagnostic::{codes, suggested_name};
 use crate::document;
 use crate::draw::MATERIAL_GROUP;
@@ -12,7 +12,7 @@ use crate::pipeline::{
     Bind, BindObject, Contents, IndexRange, Program, ProgramBinding, SubresourceRange, Usage,
 };
 use crate::shader::{AxisValue, AxisValues, describe};
-use crate::work::{BoundSlot, BoundTexture, ProgramHandle, Sampler, SlotSource};
+use crate::work::{Address, BoundSlot, BoundTexture, Filter, ProgramHandle, Sampler, SlotSource};
 
 impl PassBuilder<'_> {
     /// Matches the bindings of a program with what a pass binds, by name. Where `geometry` is given, groups 2 and 3
@@ -143,26 +143,23 @@ impl PassBuilder<'_> {
             BindingType::Sampler(SamplerBindingType::Filtering) => {
                 Some(SlotSource::Sampler(Sampler::default()))
             }
-            BindingType::Sampler(SamplerBindingType::NonFiltering) => Some(SlotSource::Sampler(Sampler {
-                filter: crate::work::Filter::Nearest,
-                ..Sampler::default()
-            })),
+            BindingType::Sampler(SamplerBindingType::NonFiltering) => {
+                Some(SlotSource::Sampler(Sampler { filter: Filter::Nearest, ..Sampler::default() }))
+            }
             BindingType::Sampler(SamplerBindingType::Comparison) => {
                 let message =
                     format!("the comparison sampler \"{}\" of {template} is not bound", binding.name);
-                self.report(
+                self.reject(
                     codes::UNBOUND,
                     here,
                     message,
                     "bind it: { \"sampler\": { \"compare\": \"less-equal\" } }",
-                );
-                None
+                )
             }
             _ => {
                 let message =
                     format!("\"{}: {}\" of {template} is not bound", binding.name, binding.type_name);
-                self.report(codes::UNBOUND, here, message, format!("add \"{}\" to \"bind\"", binding.name));
-                None
+                self.reject(codes::UNBOUND, here, message, format!("add \"{}\" to \"bind\"", binding.name))
             }
         }
     }
@@ -190,26 +187,18 @@ impl PassBuilder<'_> {
             }
             BindingType::Sampler(kind) => {
                 let Bind::Object(BindObject::Sampler(sampler)) = bind else {
-                    self.report(
+                    return self.reject(
                         codes::WRONG_RESOURCE,
                         here,
                         wanted("a sampler"),
                         "bind { \"sampler\": { } } with its settings",
                     );
-                    return None;
                 };
                 let at = format!("{here}/sampler");
-                let filter = match &sampler.filter {
-                    Some(word) => self.word(word, &format!("{at}/filter"))?,
-                    None if kind == wgpu_types::SamplerBindingType::NonFiltering => {
-                        crate::work::Filter::Nearest
-                    }
-                    None => crate::work::Filter::Linear,
-                };
-                let address = match &sampler.address {
-                    Some(word) => self.word(word, &format!("{at}/address"))?,
-                    None => crate::work::Address::default(),
-                };
+                let is_unfilterable = kind == wgpu_types::SamplerBindingType::NonFiltering;
+                let without = if is_unfilterable { Filter::Nearest } else { Filter::Linear };
+                let filter = self.word_or(&sampler.filter, &format!("{at}/filter"), without)?;
+                let address = self.word_or(&sampler.address, &format!("{at}/address"), Address::default())?;
                 let compare = match &sampler.compare {
                     Some(word) => Some(self.word(word, &format!("{at}/compare"))?),
                     None => None,
@@ -221,8 +210,7 @@ impl PassBuilder<'_> {
                     } else {
                         (wanted("not a comparison sampler"), "remove \"compare\"")
                     };
-                    self.report(codes::WRONG_RESOURCE, &at, message, help);
-                    return None;
+                    return self.reject(codes::WRONG_RESOURCE, &at, message, help);
                 }
                 Some(SlotSource::Sampler(Sampler { filter, address, compare }))
             }
@@ -263,19 +251,15 @@ impl PassBuilder<'_> {
                 }
                 Bind::Object(_) => {
                     let help = "bind the name of a buffer or of blackboard data, or { \"values\": { } }";
-                    self.report(codes::WRONG_RESOURCE, here, wanted("a buffer"), help);
-                    None
+                    self.reject(codes::WRONG_RESOURCE, here, wanted("a buffer"), help)
                 }
             },
-            _ => {
-                self.report(
-                    codes::WRONG_RESOURCE,
-                    here,
-                    wanted("of a type that passes cannot bind"),
-                    "use a texture, a buffer or a sampler",
-                );
-                None
-            }
+            _ => self.reject(
+                codes::WRONG_RESOURCE,
+                here,
+                wanted("of a type that passes cannot bind"),
+                "use a texture, a buffer or a sampler",
+            ),
         }
     }
 
@@ -294,28 +278,19 @@ impl PassBuilder<'_> {
             wgpu_types::TextureViewDimension::CubeArray => TextureShape::CubeArray,
             wgpu_types::TextureViewDimension::D3 => TextureShape::D3,
             wgpu_types::TextureViewDimension::D1 => {
-                self.report(
+                return self.reject(
                     codes::WRONG_RESOURCE,
                     here,
                     "one-dimensional textures cannot be declared",
                     "use a two-dimensional one",
                 );
-                return None;
             }
         };
         let (name, range, shape, format, at) = match bind {
             Bind::Name(name) => (name, SubresourceRange::WHOLE, None, None, here.to_owned()),
             Bind::Object(BindObject::Texture(texture)) => {
                 let at = format!("{here}/texture");
-                let settings = SubresourceRangeSettings {
-                    mip: texture.mip.as_ref(),
-                    mips: texture.mips.as_ref(),
-                    layer: texture.layer.as_ref(),
-                    layers: texture.layers.as_ref(),
-                    face: texture.face.as_ref(),
-                    aspect: texture.aspect.as_ref(),
-                };
-                let range = self.subresource_range(settings, &at)?;
+                let range = self.subresource_range(&texture.range, &at)?;
                 let format = match &texture.format {
                     Some(name) => Some(self.format(name, &format!("{at}/format"))?),
                     None => None,
@@ -323,8 +298,7 @@ impl PassBuilder<'_> {
                 (&texture.name, range, texture.view, format, format!("{at}/name"))
             }
             Bind::Object(_) => {
-                self.report(codes::WRONG_RESOURCE, here, wanted(), "bind the name of a texture");
-                return None;
+                return self.reject(codes::WRONG_RESOURCE, here, wanted(), "bind the name of a texture");
             }
         };
         let usage = match bind {
@@ -348,8 +322,7 @@ impl PassBuilder<'_> {
         let contents = self.word(word, &at)?;
         if !usage.writes() {
             let help = "remove \"contents\": it says whether what is written needs what was there";
-            self.report(codes::WRONG_RESOURCE, &at, "the shader only reads this", help);
-            return None;
+            return self.reject(codes::WRONG_RESOURCE, &at, "the shader only reads this", help);
         }
         Some(match contents {
             Contents::Load => Usage::StorageReadWrite,

@@ -33,71 +33,72 @@ pub enum Face {
     NegativeZ,
 }
 
-/// The settings of a subresource range of a texture; each is a key of the object at the pointer.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct SubresourceRangeSettings<'a> {
-    /// `mip`: the first mip level.
-    pub mip: Option<&'a Expr>,
-    /// `mips`: how many from there; 1 without it.
-    pub mips: Option<&'a Expr>,
-    /// `layer`: the first layer; beside `face` the cube.
-    pub layer: Option<&'a Expr>,
-    /// `layers`: how many from there; 1 without it.
-    pub layers: Option<&'a Expr>,
-    /// `face`: of a cube.
-    pub face: Option<&'a Word<Face>>,
-    /// `aspect`: depth or stencil.
-    pub aspect: Option<&'a Word<Aspect>>,
+/// The settings of a subresource range of a texture.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+pub struct SubresourceRangeSettings {
+    /// Of a texture the first mip level; what is bound has all without it, what is copied the first.
+    pub mip: Option<Expr>,
+    /// Of a texture how many mip levels from there; 1 without it.
+    pub mips: Option<Expr>,
+    /// Of a texture the first layer, of a volume the first slice; beside "face" the cube. All without it.
+    pub layer: Option<Expr>,
+    /// Of a texture how many layers, or slices, from there; 1 without it beside "layer".
+    pub layers: Option<Expr>,
+    /// Of a texture one face of a cube.
+    pub face: Option<Word<Face>>,
+    /// Of a texture with depth and stencil which of the two; a shader sees the depth without it.
+    pub aspect: Option<Word<Aspect>>,
 }
 
 impl PassBuilder<'_> {
     /// The subresource range that settings name.
     pub fn subresource_range(
         &mut self,
-        settings: SubresourceRangeSettings<'_>,
+        settings: &SubresourceRangeSettings,
         at: &str,
     ) -> Option<SubresourceRange> {
-        let mip = self.run(settings.mip, settings.mips, at, ["mip", "mips"])?;
-        let mut layer = self.run(settings.layer, settings.layers, at, ["layer", "layers"])?;
-        if let Some(face) = settings.face {
+        let mip = self.run(&settings.mip, &settings.mips, at, ["mip", "mips"])?;
+        let mut layer = self.run(&settings.layer, &settings.layers, at, ["layer", "layers"])?;
+        if let Some(face) = &settings.face {
             let face = self.word(face, &format!("{at}/face"))? as u32;
             let cube = layer.map_or(0, |run| run.first);
             let Some(first) = cube.checked_mul(6).and_then(|first| first.checked_add(face)) else {
                 let message = format!("there is no cube {cube}");
-                self.report(codes::OUT_OF_BOUNDS, &format!("{at}/layer"), message, "count cubes from 0");
-                return None;
+                return self.reject(
+                    codes::OUT_OF_BOUNDS,
+                    &format!("{at}/layer"),
+                    message,
+                    "count cubes from 0",
+                );
             };
             if settings.layers.is_some() {
                 let help = "remove \"layers\", or say the first layer by its number";
-                self.report(codes::OUT_OF_BOUNDS, &format!("{at}/layers"), "a face is one layer", help);
-                return None;
+                return self.reject(
+                    codes::OUT_OF_BOUNDS,
+                    &format!("{at}/layers"),
+                    "a face is one layer",
+                    help,
+                );
             }
             layer = Some(IndexRange::one(first));
         }
-        let aspect = match settings.aspect {
-            Some(word) => self.word(word, &format!("{at}/aspect"))?,
-            None => Aspect::All,
-        };
+        let aspect = self.word_or(&settings.aspect, &format!("{at}/aspect"), Aspect::All)?;
         Some(SubresourceRange { mip, layer, aspect, bytes: None })
     }
 
     fn run(
         &mut self,
-        first: Option<&Expr>,
-        count: Option<&Expr>,
+        first: &Option<Expr>,
+        count: &Option<Expr>,
         at: &str,
         [one, several]: [&str; 2],
     ) -> Option<Option<IndexRange<u32>>> {
-        let number = |pass: &mut Self, expr: Option<&Expr>, key: &str| match expr {
-            Some(expr) => pass.count(expr, &format!("{at}/{key}")).map(Some),
-            None => Some(None),
-        };
-        let (first, count) = (number(self, first, one)?, number(self, count, several)?);
+        let first = self.count_if(first, &format!("{at}/{one}"))?;
+        let count = self.count_if(count, &format!("{at}/{several}"))?;
         if count == Some(0) {
             let message = format!("{several} are counted from 1");
             let help = format!("remove \"{several}\" for all, or give a positive number");
-            self.report(codes::OUT_OF_BOUNDS, &format!("{at}/{several}"), message, help);
-            return None;
+            return self.reject(codes::OUT_OF_BOUNDS, &format!("{at}/{several}"), message, help);
         }
         let run = (first.is_some() || count.is_some())
             .then(|| IndexRange { first: first.unwrap_or(0), count: count.unwrap_or(1) });
@@ -119,21 +120,19 @@ impl PassBuilder<'_> {
             if first > 0 {
                 let help = "add \"size\", the number of bytes";
                 let message = "an offset without a size says no range";
-                self.report(codes::MISSING_KEY, at, message, help);
-                return None;
+                return self.reject(codes::MISSING_KEY, at, message, help);
             }
             return Some(None);
         };
         let pointer = format!("{at}/size");
         let count = u64::from(self.count(expr, &pointer)?);
         if count == 0 {
-            self.report(
+            return self.reject(
                 codes::OUT_OF_BOUNDS,
                 &pointer,
                 "a range of no bytes",
                 "a range has at least one byte",
             );
-            return None;
         }
         Some(Some(IndexRange { first, count }))
     }

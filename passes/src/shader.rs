@@ -1,0 +1,35 @@
+//! The shader of a pass and what it binds, shared by the node kinds that run one.
+
+use std::collections::BTreeMap;
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_pipeline::language::Expr;
+use umbragraph_pipeline::pipeline::{Bind, PassBuilder};
+use umbragraph_pipeline::work::{BoundSlot, ProgramHandle};
+
+/// The settings of a shader.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+pub struct ShaderSettings {
+    /// The template.
+    pub shader: String,
+    /// Values for axes of the template; an axis that is not named takes the feature or parameter of its name.
+    #[serde(default)]
+    pub axes: BTreeMap<String, Expr>,
+    /// What stands behind the shader's bindings. Where the host's meshes are drawn, those of groups 0 and 1; a block
+    /// "view" is the view being drawn.
+    #[serde(default)]
+    pub bind: BTreeMap<String, Bind>,
+}
+
+impl ShaderSettings {
+    /// Declares the program and its bindings, with the contract of the host's draws.
+    pub(crate) fn declare(
+        &self,
+        pass: &mut PassBuilder<'_>,
+        geometry: Option<&str>,
+    ) -> (Option<ProgramHandle>, Option<Vec<BoundSlot>>) {
+        let program = pass.program(&self.shader, &self.axes, geometry, "");
+        (program, program.and_then(|program| pass.bind(program, &self.bind, geometry, "")))
+    }
+}
