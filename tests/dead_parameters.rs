@@ -39,7 +39,7 @@ fn effect(plan: &Plan) -> String {
             Work::Cpu(_) => {
                 for frame in [sunny_frame(), quiet_frame(), crowded_frame()] {
                     let data = published(plan, &planned.name, &frame);
-                    for (name, _) in &data.shape().values {
+                    for name in data.shape().values.iter().map(|value| &value.name) {
                         let _ = writeln!(text, "{name} {:?}", data.words(name));
                     }
                     let sizes: Vec<_> = data.sizes().collect();

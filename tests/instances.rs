@@ -36,7 +36,7 @@ impl Node for Counted {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         COUNTED[1].fetch_add(1, Ordering::Relaxed);
-        let shape = DataShape::new().value("number", ValueType::U32);
+        let shape = DataShape::new().value("number", ValueType::U32, "any");
         let output = pass.publish(&self.to, "/to", shape)?;
         pass.produce(Work::Cpu(CpuWork::new(Idle, output, Vec::new())))
     }

@@ -1,20 +1,6 @@
 //! The node kind `camera`: the frame's camera as a view.
 //!
-//! Published, besides one view (metres unless said otherwise):
-//!
-//! | value | type | what |
-//! |---|---|---|
-//! | `clip_from_world`, `clip_from_view`, `view_from_world` | `mat4x4<f32>` | depth 0..1, or 1..0 reversed |
-//! | `world_from_clip`, `view_from_clip`, `world_from_view` | `mat4x4<f32>` | their inverses, computed in `f64` |
-//! | `position` | `vec3<f32>` | where the camera stands in the world |
-//! | `forward`, `right`, `up` | `vec3<f32>` | unit directions in the world |
-//! | `near`, `far` | `f32` | the distances of the planes along the view axis |
-//! | `aspect` | `f32` | width over height |
-//! | `half_size` | `vec2<f32>` | half the visible width and height: at 1 m for a perspective, anywhere for an orthographic camera |
-//! | `orthographic` | `u32` | 1 for an orthographic camera, else 0 |
-//! | `reverse` | `u32` | 1 where depth runs from 1 to 0, else 0 |
-//! | `time` | `f32` | seconds since some start of the host's |
-//! | `frame_index` | `u32` | counts frames, modulo 2³² |
+//! Published, besides one view: [`shape`].
 //!
 //! Limits: a camera with unusable values (not finite, an empty depth range), or one whose matrices do not fit 32 bits,
 //! is replaced by one whose matrices are all the identity, so that passes find finite values and a view to clear with.
@@ -48,35 +34,39 @@ impl Node for Camera {
         let output = pass.publish(&self.to, "/to", shape())?;
         pass.produce(Work::Cpu(CpuWork::new(RunCamera { reverse }, output, Vec::new())))
     }
+
+    fn published() -> Vec<(&'static str, DataShape)> {
+        vec![("", shape())]
+    }
 }
 
-/// What a camera publishes.
+/// What a camera publishes, in metres unless said otherwise. The matrices are computed in `f64`.
 pub fn shape() -> DataShape {
-    let matrices = [
-        "clip_from_world",
-        "clip_from_view",
-        "view_from_world",
-        "world_from_clip",
-        "view_from_clip",
-        "world_from_view",
-    ];
-    let vectors = ["position", "forward", "right", "up"];
-    let numbers = ["near", "far", "aspect", "time"];
-    let flags = ["orthographic", "reverse", "frame_index"];
-    let of = |names: &[&'static str], value_type| {
-        names.iter().map(move |name| (*name, value_type)).collect::<Vec<_>>()
-    };
-    [
-        of(&matrices, ValueType::MAT4),
-        of(&vectors, ValueType::VEC3),
-        of(&numbers, ValueType::F32),
-        of(&flags, ValueType::U32),
-    ]
-    .concat()
-    .into_iter()
-    .fold(DataShape::new(), |shape, (name, value_type)| shape.value(name, value_type))
-    .value("half_size", ValueType::VEC2)
-    .views(1)
+    let matrix = ValueType::MAT4;
+    DataShape::new()
+        .value("clip_from_world", matrix, "world to clip space, depth 0..1, or 1..0 reversed")
+        .value("clip_from_view", matrix, "view space (looks along -z) to clip space")
+        .value("view_from_world", matrix, "world to view space")
+        .value("world_from_clip", matrix, "the inverse of `clip_from_world`")
+        .value("view_from_clip", matrix, "the inverse of `clip_from_view`")
+        .value("world_from_view", matrix, "the inverse of `view_from_world`")
+        .value("position", ValueType::VEC3, "where the camera stands in the world")
+        .value("forward", ValueType::VEC3, "the unit direction in which it looks, in the world")
+        .value("right", ValueType::VEC3, "the unit direction to its right")
+        .value("up", ValueType::VEC3, "the unit direction that is up in the picture")
+        .value("near", ValueType::F32, "the distance of the near plane along the view axis")
+        .value("far", ValueType::F32, "the distance of the far plane along the view axis")
+        .value("aspect", ValueType::F32, "width over height")
+        .value("time", ValueType::F32, "seconds since some start of the host's")
+        .value("orthographic", ValueType::U32, "1 for an orthographic camera, else 0")
+        .value("reverse", ValueType::U32, "1 where depth runs from 1 to 0, else 0")
+        .value("frame_index", ValueType::U32, "counts frames, modulo 2³²")
+        .value(
+            "half_size",
+            ValueType::VEC2,
+            "half the visible width and height: at 1 m for a perspective, anywhere for an orthographic camera",
+        )
+        .views(1)
 }
 
 #[derive(Debug, PartialEq)]
@@ -307,7 +297,7 @@ mod tests {
             assert_eq!(matrix(&data, "clip_from_world"), DMat4::IDENTITY, "{camera:?}");
             assert_eq!(data.views().len(), 1);
             assert!(data.views()[0].clip_from_world.is_finite());
-            assert!(shape().values.iter().all(|(name, _)| {
+            assert!(shape().values.iter().map(|value| &value.name).all(|name| {
                 floats(&data, name).iter().all(|value| value.is_finite() || name == "frame_index")
             }));
         }

@@ -38,7 +38,8 @@ impl Node for Count {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let from = pass.count(&self.from, "/from")?;
-        let output = pass.publish(&self.to, "/to", DataShape::new().value("time", ValueType::F32))?;
+        let output =
+            pass.publish(&self.to, "/to", DataShape::new().value("time", ValueType::F32, "seconds"))?;
         pass.produce(Work::Cpu(CpuWork::new(RunCount { from }, output, Vec::new())))
     }
 }

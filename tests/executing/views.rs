@@ -29,7 +29,7 @@ impl Node for Views {
     const SUMMARY: &'static str = "Publishes the views that a frame chooses.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let shape = DataShape::new().value("time", ValueType::F32).views(self.max);
+        let shape = DataShape::new().value("time", ValueType::F32, "seconds").views(self.max);
         let output = pass.publish(&self.to, "/to", shape)?;
         pass.produce(Work::Cpu(CpuWork::new(Run { lies: self.lies }, output, Vec::new())))
     }

@@ -104,11 +104,23 @@ impl std::fmt::Display for ValueType {
     }
 }
 
+/// A value that a data resource has.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize)]
+pub struct Published {
+    /// The name by which shaders find it; of a member of a struct in an array `array.member`.
+    pub name: String,
+    /// Its type.
+    pub value_type: ValueType,
+    /// What it is, with its unit, for the reference.
+    #[serde(skip)]
+    pub description: &'static str,
+}
+
 /// The shape of a data resource: its values, sizes and views.
 #[derive(Clone, Debug, Default, PartialEq, Eq, serde::Serialize)]
 pub struct DataShape {
     /// The published values in the order in which they were declared.
-    pub values: Vec<(String, ValueType)>,
+    pub values: Vec<Published>,
     /// The maximum number of views that a frame can have.
     pub max_views: u32,
     /// The layers that an array has at least, if views are drawn into its layers.
@@ -123,10 +135,10 @@ impl DataShape {
         Self::default()
     }
 
-    /// Adds a value.
+    /// Adds a value, with what it is and its unit.
     #[must_use]
-    pub fn value(mut self, name: &str, value_type: ValueType) -> Self {
-        self.values.push((name.to_owned(), value_type));
+    pub fn value(mut self, name: &str, value_type: ValueType, description: &'static str) -> Self {
+        self.values.push(Published { name: name.to_owned(), value_type, description });
         self
     }
 
@@ -153,7 +165,7 @@ impl DataShape {
 
     /// The index of a value.
     pub fn find(&self, name: &str) -> Option<usize> {
-        self.values.iter().position(|(known, _)| known == name)
+        self.values.iter().position(|value| value.name == name)
     }
 }
 
@@ -180,10 +192,14 @@ impl View {
     /// The values of the block `view` that each draw sees.
     pub fn shape() -> DataShape {
         DataShape::new()
-            .value("clip_from_world", ValueType::MAT4)
-            .value("view_from_world", ValueType::MAT4)
-            .value("position", ValueType::VEC3)
-            .value("forward", ValueType::VEC3)
+            .value("clip_from_world", ValueType::MAT4, "world to clip space, depth 0..1 (1..0 reversed)")
+            .value("view_from_world", ValueType::MAT4, "world to view space, which looks along -z")
+            .value(
+                "position",
+                ValueType::VEC3,
+                "where the view stands, metres; of an orthographic one any point on its near plane",
+            )
+            .value("forward", ValueType::VEC3, "the unit direction in which it looks")
     }
 
     /// Writes the values of [`View::shape`].
@@ -213,9 +229,9 @@ impl BlackboardData {
     pub fn new(shape: DataShape) -> Self {
         let mut offsets = Vec::with_capacity(shape.values.len());
         let mut length = 0;
-        for (_, value_type) in &shape.values {
+        for value in &shape.values {
             offsets.push(length);
-            length += value_type.words();
+            length += value.value_type.words();
         }
         let views = Vec::with_capacity(shape.max_views as usize);
         let sizes = shape.sizes.iter().map(|(_, initial)| (*initial, *initial)).collect();
@@ -310,7 +326,7 @@ impl BlackboardData {
     /// The words of the value at an index of the shape.
     pub fn words_at(&self, index: usize) -> Option<&[u32]> {
         let start = *self.offsets.get(index)?;
-        self.words.get(start..start + self.shape.values[index].1.words())
+        self.words.get(start..start + self.shape.values[index].value_type.words())
     }
 
     /// Sets a value from its words. An array may be set in part, from its start.
@@ -320,11 +336,13 @@ impl BlackboardData {
             return;
         };
         let start = self.offsets[at];
-        let length = self.shape.values[at].1.words();
+        let length = self.shape.values[at].value_type.words();
         for (count, word) in words.into_iter().enumerate() {
             if count == length {
-                self.rejected =
-                    Some(format!("more than the declared {} for \"{name}\"", self.shape.values[at].1));
+                self.rejected = Some(format!(
+                    "more than the declared {} for \"{name}\"",
+                    self.shape.values[at].value_type
+                ));
                 return;
             }
             self.words[start + count] = word;
@@ -373,7 +391,7 @@ mod tests {
 
     #[test]
     fn what_was_not_declared_is_rejected_and_said() {
-        let mut data = BlackboardData::new(DataShape::new().value("a", ValueType::F32.array(2)).views(0));
+        let mut data = BlackboardData::new(DataShape::new().value("a", ValueType::F32.array(2), "").views(0));
         data.set_f32s("a", [1.0, 2.0]);
         assert_eq!(data.words("a"), Some([1f32.to_bits(), 2f32.to_bits()].as_slice()));
         assert_eq!(data.rejected(), None);

@@ -39,7 +39,7 @@
 //!
 //!     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
 //!         let period = pass.number(&self.period, "/period")?;
-//!         let output = pass.publish(&self.to, "/to", DataShape::new().value("phase", ValueType::F32))?;
+//!         let output = pass.publish(&self.to, "/to", DataShape::new().value("phase", ValueType::F32, "from 0 to 1"))?;
 //!         pass.produce(Work::Cpu(CpuWork::new(RunWave { period }, output, Vec::new())))
 //!     }
 //! }
@@ -75,6 +75,7 @@ use std::sync::{Arc, OnceLock};
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::DeserializeOwned;
 
+use crate::data::DataShape;
 use crate::document;
 use crate::draw::HostInterface;
 use crate::pipeline::{PassBuilder, Produced};
@@ -89,6 +90,12 @@ pub trait Node: DeserializeOwned + JsonSchema + 'static {
     /// States what a pass with these settings uses and does. Diagnostics go to the builder; `None` after at least one.
     /// A pass of a subgraph is declared once for each instance, with the same settings.
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced>;
+
+    /// What its passes publish, for the reference: a shape, or one for each way of using the kind, which is said before
+    /// it. Arrays whose length the settings decide may have any.
+    fn published() -> Vec<(&'static str, DataShape)> {
+        Vec::new()
+    }
 }
 
 /// A node kind without its type; [`Registry::register`] makes it of any [`Node`].
@@ -104,6 +111,8 @@ pub trait NodeKind: Send + Sync {
     /// # Errors
     /// Settings that fit the schema, but not the type behind it.
     fn decode(&self, settings: &document::Value) -> Result<Box<dyn Settings>, serde_json::Error>;
+    /// What its passes publish; see [`Node::published`].
+    fn published(&self) -> Vec<(&'static str, DataShape)>;
 }
 
 /// Settings of some node kind.
@@ -123,6 +132,10 @@ struct Typed<N>(PhantomData<fn() -> N>);
 impl<N: Node> NodeKind for Typed<N> {
     fn name(&self) -> &'static str {
         N::NAME
+    }
+
+    fn published(&self) -> Vec<(&'static str, DataShape)> {
+        N::published()
     }
 
     fn summary(&self) -> &'static str {

@@ -1,33 +1,13 @@
 //! The node kind `cascades`: settings, and what is published.
 //!
-//! Published, besides one view for each cascade (n is the number of cascades; metres unless said otherwise):
-//!
-//! | value | type | what |
-//! |---|---|---|
-//! | `clip_from_world` | `array<mat4x4<f32>, n>` | world to the cascade's clip space, depth 0..1 (1..0 reversed) |
-//! | `texture_from_world` | `array<mat4x4<f32>, n>` | world to the map's uv (x, y) and clip depth (z) |
-//! | `texture_scale_offset` | `array<vec4<f32>, n>` | from the cascade's uv to the map's: scale x, y, offset x, y |
-//! | `uv_bounds` | `array<vec4<f32>, n>` | the map's uv that taps stay within: minimum u, v, maximum u, v |
-//! | `far` | `array<f32, n>` | the far distance along the view axis |
-//! | `blend_start` | `array<f32, n>` | where the cascade begins to blend into the next; `far` where it does not |
-//! | `texel_size` | `array<f32, n>` | metres for each texel, of the larger side |
-//! | `depth_range` | `array<f32, n>` | metres between near and far plane: what clip depth 1 is worth |
-//! | `resolution` | `array<f32, n>` | texels in x and in y |
-//! | `count` | `u32` | the cascades of this frame; 0 where everything is lit |
-//! | `last_far` | `f32` | the far distance of the last cascade of this frame |
-//! | `near` | `f32` | the camera's near plane |
-//! | `map_size` | `vec2<f32>` | width and height of the map in texels |
-//! | `direction_to_light` | `vec3<f32>` | unit vector; zero without a light |
-//! | `light_color` | `vec3<f32>` | colour times intensity, lux |
-//! | `light_intensity` | `f32` | lux |
-//! | `light_angular_diameter` | `f32` | the angle under which the light is seen, radians |
+//! Published, besides one view for each cascade: [`shape`], or with a placement descriptors.
 //!
 //! Elements from `count` on are zero: no distance lies before a far distance of zero.
 
 use glam::DVec4;
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::data::{BlackboardData, Component, DataShape, ValueType};
+use umbragraph_pipeline::data::{BlackboardData, DataShape, ValueType};
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
@@ -38,6 +18,7 @@ use super::fit::FitShape;
 use super::snap::Snap;
 use super::splits::{BlendOf, SplitScheme};
 use super::{MAX_CASCADES, declare, placed};
+use crate::lights::descriptor;
 use crate::lights::filter::FilterSettings;
 
 /// Fits cascades of a directional light to the frame's camera, and publishes a view for each.
@@ -134,29 +115,35 @@ impl Node for Cascades {
         let output = pass.publish(&self.to, "/to", shape(configuration.splits.count() as u32))?;
         pass.produce(Work::Cpu(CpuWork::new(RunCascades { configuration }, output, Vec::new())))
     }
+
+    fn published() -> Vec<(&'static str, DataShape)> {
+        vec![("", shape(1)), ("With `placement`", descriptor::shape(1))]
+    }
 }
 
-/// What a fit of so many cascades publishes.
+/// What a fit of so many cascades publishes, in metres unless said otherwise. Arrays have an element for each cascade.
 pub fn shape(count: u32) -> DataShape {
-    let each = |value_type: ValueType| value_type.array(count);
+    let matrices = ValueType::MAT4.array(count);
+    let vectors = ValueType::VEC4.array(count);
+    let numbers = ValueType::F32.array(count);
     DataShape::new()
-        .value("clip_from_world", each(ValueType::MAT4))
-        .value("texture_from_world", each(ValueType::MAT4))
-        .value("texture_scale_offset", each(ValueType::VEC4))
-        .value("uv_bounds", each(ValueType::VEC4))
-        .value("far", each(ValueType::F32))
-        .value("blend_start", each(ValueType::F32))
-        .value("texel_size", each(ValueType::F32))
-        .value("depth_range", each(ValueType::F32))
-        .value("resolution", each(ValueType::F32))
-        .value("count", ValueType::U32)
-        .value("last_far", ValueType::F32)
-        .value("near", ValueType::F32)
-        .value("map_size", ValueType::vector(Component::F32, 2))
-        .value("direction_to_light", ValueType::VEC3)
-        .value("light_color", ValueType::VEC3)
-        .value("light_intensity", ValueType::F32)
-        .value("light_angular_diameter", ValueType::F32)
+        .value("clip_from_world", matrices, "world to the cascade's clip space, depth 0..1 (1..0 reversed)")
+        .value("texture_from_world", matrices, "world to the map's uv (x, y) and clip depth (z)")
+        .value("texture_scale_offset", vectors, "from the cascade's uv to the map's: scale x, y, offset x, y")
+        .value("uv_bounds", vectors, "the map's uv that taps stay within: minimum u, v, maximum u, v")
+        .value("far", numbers, "the far distance along the view axis")
+        .value("blend_start", numbers, "where it begins to blend into the next; `far` where it does not")
+        .value("texel_size", numbers, "metres for each texel, of the larger side")
+        .value("depth_range", numbers, "metres between near and far plane: what clip depth 1 is worth")
+        .value("resolution", numbers, "texels in x and in y")
+        .value("count", ValueType::U32, "the cascades of this frame; 0 where everything is lit")
+        .value("last_far", ValueType::F32, "the far distance of the last cascade of this frame")
+        .value("near", ValueType::F32, "the camera's near plane")
+        .value("map_size", ValueType::VEC2, "width and height of the map in texels")
+        .value("direction_to_light", ValueType::VEC3, "unit vector; zero without a light")
+        .value("light_color", ValueType::VEC3, "colour times intensity, lux")
+        .value("light_intensity", ValueType::F32, "lux")
+        .value("light_angular_diameter", ValueType::F32, "the angle under which the light is seen, radians")
         .views(count)
 }
 

@@ -4,7 +4,7 @@
 //! first that the placement names; a cascade that could not be fitted leaves a descriptor that shadows nothing.
 
 use glam::{DVec2, DVec3, DVec4, UVec2};
-use umbragraph_pipeline::data::{DataShape, ValueType, View};
+use umbragraph_pipeline::data::View;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
 use super::configuration::{Cascade, Configuration};
@@ -37,8 +37,8 @@ pub(super) fn declare(
     let filter = Filter::declare(settings.filter.as_ref(), pass)?;
     let light_size = descriptor::size_without(pass, settings.light_size.as_ref())?;
     let input = pass.data_with(data, "/placement", &placement::expected())?;
-    let shape = DataShape::new().value("count", ValueType::U32).views(layers).view_layers(1);
-    described::node(pass, &settings.to, input, (shape, layers), filter, Placed { configuration, light_size })
+    let shape = descriptor::shape(layers).views(layers).view_layers(1);
+    described::node(pass, &settings.to, input, shape, filter, Placed { configuration, light_size })
 }
 
 #[derive(Debug, PartialEq)]

@@ -9,7 +9,7 @@
 use glam::{DMat4, DVec2, DVec4, UVec2};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::data::{DataShape, ValueType};
+use umbragraph_pipeline::data::DataShape;
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
@@ -56,15 +56,19 @@ impl Node for CubeShadows {
         let light_size = descriptor::size_without(pass, self.light_size.as_ref());
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
         let (capacity, side, reverse, filter, input) = (capacity?, side?, reverse?, filter?, input?);
-        let shape = DataShape::new().value("count", ValueType::U32).views(6 * capacity).view_layers(1);
+        let shape = descriptor::shape(capacity).views(6 * capacity).view_layers(1);
         described::node(
             pass,
             &self.to,
             input,
-            (shape, capacity),
+            shape,
             filter,
             Cubes { side, reverse, light_size: light_size? },
         )
+    }
+
+    fn published() -> Vec<(&'static str, DataShape)> {
+        vec![("", descriptor::shape(1))]
     }
 }
 

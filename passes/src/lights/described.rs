@@ -76,16 +76,16 @@ struct Run<D> {
     filter: Option<Filter>,
 }
 
-/// The node that publishes what a backing says of the lights of a placement, with so many descriptors at most.
+/// The node that publishes what a backing says of the lights of a placement.
 pub(crate) fn node(
     pass: &mut PassBuilder<'_>,
     to: &str,
     placement: Subresource,
-    (shape, capacity): (DataShape, u32),
+    shape: DataShape,
     filter: Option<Filter>,
     describe: impl DescribeShadows,
 ) -> Option<Produced> {
-    let output = pass.publish(to, "/to", descriptor::shape(shape, capacity))?;
+    let output = pass.publish(to, "/to", shape)?;
     pass.produce(Work::Cpu(CpuWork::new(Run { describe, filter }, output, vec![placement])))
 }
 

@@ -1,16 +1,8 @@
 //! Shadow descriptors: how a shader finds and measures one shadow map.
 //!
 //! Published as an array `map` of structs, which a shader declares with the members below; `count` says how many there
-//! are. Each has 128 bytes, a cache line. Lengths are metres, texels those of the whole texture.
-//!
-//! | member | type | layer of an array (orthographic) | tile of an atlas, cube (perspective) |
-//! |---|---|---|---|
-//! | `axis_x`, `axis_y`, `axis_z` | `vec4<f32>` | rows from the world to the light's axes, z towards the light; all cascades of a light have the same | the same; of a cube the world's axes, seen from where it stands |
-//! | `texels` | `vec4<f32>` | to texels: scale of x and y, offset | the same of x and y over the distance along the axis; of a cube, of the coordinates across its faces |
-//! | `bounds` | `vec4<f32>` | the texels that belong to it: upper left corner, lower right corner | the same |
-//! | `depth` | `vec4<f32>` | a, b of the depth a + b · z; width of a texel; tangent of half the angle under which the light is seen | a, b of the depth a + b / distance; width of a texel at 1 m; radius of the light |
-//! | `reach` | `vec2<f32>` | where a cascade ends and where it begins to blend, along the view axis | distance of the far and the near plane |
-//! | `place` | `vec2<u32>` | layer; texels on a side | layer, of a cube the first; texels on a side |
+//! are. Each has 128 bytes, a cache line. Lengths are metres, texels those of the whole texture. The members are in
+//! [`VALUES`].
 //!
 //! A descriptor of zeros shadows nothing.
 
@@ -40,16 +32,33 @@ pub struct Descriptor {
 /// The largest angle under which a directional light is taken to be seen, in radians.
 pub const MAX_ANGLE: f64 = std::f64::consts::FRAC_PI_2;
 
-/// The names of the members with their types.
-pub(crate) const VALUES: [(&str, ValueType); 8] = [
-    ("map.axis_x", ValueType::VEC4),
-    ("map.axis_y", ValueType::VEC4),
-    ("map.axis_z", ValueType::VEC4),
-    ("map.texels", ValueType::VEC4),
-    ("map.bounds", ValueType::VEC4),
-    ("map.depth", ValueType::VEC4),
-    ("map.reach", ValueType::VEC2),
-    ("map.place", ValueType::vector(Component::U32, 2)),
+/// The members by name, with their types, and what they are: for a layer of an array (orthographic), a tile of an atlas or
+/// a cube (perspective).
+pub const VALUES: [(&str, ValueType, &str); 8] = [
+    (
+        "map.axis_x",
+        ValueType::VEC4,
+        "row from the world to the light's x axis, the same for all cascades of a light; of a cube the world's axes, seen from where it stands",
+    ),
+    ("map.axis_y", ValueType::VEC4, "the same of y"),
+    ("map.axis_z", ValueType::VEC4, "the same of z, towards the light"),
+    (
+        "map.texels",
+        ValueType::VEC4,
+        "to texels, scale of x and y, offset: of the axes for a layer, over the distance along the axis for a tile, across its faces for a cube",
+    ),
+    ("map.bounds", ValueType::VEC4, "the texels that belong to it: upper left corner, lower right corner"),
+    (
+        "map.depth",
+        ValueType::VEC4,
+        "of a layer: a, b of the depth a + b · z, width of a texel, tangent of half the angle under which the light is seen; else: a, b of the depth a + b / distance, width of a texel at 1 m, radius of the light",
+    ),
+    (
+        "map.reach",
+        ValueType::VEC2,
+        "of a layer: where the cascade ends and where it begins to blend, along the view axis; else: distance of the far and the near plane",
+    ),
+    ("map.place", ValueType::vector(Component::U32, 2), "layer, of a cube the first; texels on a side"),
 ];
 
 /// The first three rows of a matrix.
@@ -84,13 +93,20 @@ pub(crate) fn size_without(pass: &mut PassBuilder<'_>, setting: Option<&Expr>) -
 
 /// What a pass that reads descriptors expects of blackboard data.
 pub(crate) fn expected() -> Vec<(&'static str, ValueType)> {
-    let arrays = VALUES.iter().map(|(name, value_type)| (*name, value_type.array(0)));
+    let arrays = VALUES.iter().map(|(name, value_type, _)| (*name, value_type.array(0)));
     arrays.chain([("count", ValueType::U32)]).collect()
 }
 
+/// What publishes so many descriptors.
+pub fn shape(capacity: u32) -> DataShape {
+    add(DataShape::new().value("count", ValueType::U32, "the descriptors of this frame"), capacity)
+}
+
 /// Adds the members of so many descriptors.
-pub fn shape(shape: DataShape, capacity: u32) -> DataShape {
-    VALUES.iter().fold(shape, |shape, (name, value_type)| shape.value(name, value_type.array(capacity)))
+pub(crate) fn add(shape: DataShape, capacity: u32) -> DataShape {
+    VALUES
+        .iter()
+        .fold(shape, |shape, (name, value_type, what)| shape.value(name, value_type.array(capacity), what))
 }
 
 /// Publishes descriptors, and their number as `count`; those beyond the capacity are left out.
@@ -109,7 +125,7 @@ pub fn publish(data: &mut BlackboardData, descriptors: &[Descriptor]) {
 
 /// The number of descriptors that there is room for.
 pub(crate) fn capacity(data: &BlackboardData) -> u32 {
-    data.shape().find("map.place").map_or(0, |at| data.shape().values[at].1.count.unwrap_or(0))
+    data.shape().find("map.place").map_or(0, |at| data.shape().values[at].value_type.count.unwrap_or(0))
 }
 
 /// The number of descriptors that a data resource holds.

@@ -1,16 +1,6 @@
 //! The node kind `light_list`: all lights of a frame, and the descriptors of their shadows.
 //!
-//! Published (n lights, d descriptors; metres):
-//!
-//! | value | type | what |
-//! |---|---|---|
-//! | `directional_end`, `spot_end`, `point_end` | `u32` | where each kind of light ends: directional lights come first, then spots, then point lights |
-//! | `tile_end`, `cube_end`, `layer_end` | `u32` | where each backing ends among the descriptors |
-//! | `light.position_range` | `array<vec4<f32>, n>` | position; range, 0 without one |
-//! | `light.direction_scale` | `array<vec4<f32>, n>` | the unit vector to a directional light, that along the axis of a spot; the scale of its cone |
-//! | `light.color_offset` | `array<vec4<f32>, n>` | colour times intensity (lux, or candela); the offset of its cone |
-//! | `light.shadow` | `array<vec4<u32>, n>` | first descriptor, or [`NO_SHADOW`]; number of descriptors; 0, 0 |
-//! | `map.…` | arrays of d | the descriptors, see [`super::descriptor`] |
+//! Published: [`shape`].
 //!
 //! Shaders declare `light` and `map` as arrays of structs with these members.
 //!
@@ -99,18 +89,41 @@ impl Node for LightList {
         let node = RunLightList { capacity: lights as usize, sources };
         pass.produce(Work::Cpu(CpuWork::new(node, output, inputs)))
     }
+
+    fn published() -> Vec<(&'static str, DataShape)> {
+        vec![("", shape(1, 1))]
+    }
 }
 
-/// What a list of so many lights and descriptors publishes.
+/// What a list of so many lights and descriptors publishes, in metres: directional lights come first, then spots, then
+/// point lights.
 pub fn shape(lights: u32, descriptors: u32) -> DataShape {
-    let ends = ["directional_end", "spot_end", "point_end", "tile_end", "cube_end", "layer_end"];
-    let shape = ends.iter().fold(DataShape::new(), |shape, name| shape.value(name, ValueType::U32));
-    let shape = shape
-        .value("light.position_range", ValueType::VEC4.array(lights))
-        .value("light.direction_scale", ValueType::VEC4.array(lights))
-        .value("light.color_offset", ValueType::VEC4.array(lights))
-        .value("light.shadow", ValueType::vector(Component::U32, 4).array(lights));
-    descriptor::shape(shape, descriptors)
+    let number = ValueType::U32;
+    let vectors = ValueType::VEC4.array(lights);
+    let shape = DataShape::new()
+        .value("directional_end", number, "where the directional lights end, which come first")
+        .value("spot_end", number, "where the spot lights end")
+        .value("point_end", number, "where the point lights end: the number of lights")
+        .value("tile_end", number, "where the tiles end among the descriptors")
+        .value("cube_end", number, "where the cubes end")
+        .value("layer_end", number, "where the layers end: the number of descriptors")
+        .value("light.position_range", vectors, "position; range, 0 without one")
+        .value(
+            "light.direction_scale",
+            vectors,
+            "the unit vector to a directional light, that along the axis of a spot; the scale of its cone",
+        )
+        .value(
+            "light.color_offset",
+            vectors,
+            "colour times intensity (lux, or candela); the offset of its cone",
+        )
+        .value(
+            "light.shadow",
+            ValueType::vector(Component::U32, 4).array(lights),
+            "first descriptor, or 2³² − 1 without a shadow; number of descriptors; 0, 0",
+        );
+    descriptor::add(shape, descriptors)
 }
 
 /// Where the inputs stand.
@@ -203,7 +216,7 @@ impl RunLightList {
             data.set_u32(name, end);
         }
         let starts = [0, ends[0], ends[1]];
-        for (name, value_type) in descriptor::VALUES {
+        for (name, value_type, _) in descriptor::VALUES {
             let words = value_type.element_words();
             let all = sets.iter().zip(starts.iter().zip(ends)).flat_map(|(set, (start, end))| {
                 let wanted = (end - start) as usize * words;

@@ -6,15 +6,7 @@
 //! textures: `atlas_side`, `cube_count` and `layer_count` (see [`umbragraph_pipeline::data`]); until the host plans
 //! again, lights have to do with what there is.
 //!
-//! Published (d descriptors):
-//!
-//! | value | type | what |
-//! |---|---|---|
-//! | `count` | `u32` | the lights with shadows |
-//! | `entry` | `array<vec4<u32>, d>` | position among the frame's lights; 0 for a tile, 1 for a cube, 2 for layers; first slot or layer; their number |
-//! | `tile` | `array<vec4<u32>, d>` | x, y and side of the tile, in texels from the top left |
-//! | `label` | `array<vec4<u32>, d>` | sixteen letters of the light's name, upper case ASCII, the first in the lowest byte |
-//! | `atlas_side` | `u32` | the side of the atlas that the tiles were placed in |
+//! Published: one element of each array for each light with shadows.
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -238,8 +230,12 @@ impl Node for ShadowAtlas {
         let (descriptors, views, cubes, (layers, cascades)) = (descriptors?, views?, cubes?, directional?);
         let limits =
             Limits { atlas: spots, cubes, directional: layers / cascades, cascades, descriptors, views };
-        let output = pass.publish(&self.to, "/to", shape(&limits))?;
+        let output = pass.publish(&self.to, "/to", shape(descriptors, spots.min_side, cascades))?;
         pass.produce(Work::Cpu(CpuWork::new(RunShadowAtlas { limits }, output, Vec::new())))
+    }
+
+    fn published() -> Vec<(&'static str, DataShape)> {
+        vec![("", shape(1, 1, 1))]
     }
 }
 
@@ -296,18 +292,27 @@ fn atlas(pass: &mut PassBuilder<'_>, spots: &SpotSettings, descriptors: Option<u
     Some(atlas)
 }
 
-/// What a placement publishes.
-fn shape(limits: &Limits) -> DataShape {
-    let numbers = ValueType::vector(Component::U32, 4).array(limits.descriptors);
+/// What a placement publishes, with so many descriptors; the sizes are for an atlas of this side and one light with so
+/// many cascades.
+fn shape(descriptors: u32, atlas_side: u32, cascades: u32) -> DataShape {
+    let numbers = ValueType::vector(Component::U32, 4).array(descriptors);
     DataShape::new()
-        .value("count", ValueType::U32)
-        .value("entry", numbers)
-        .value("tile", numbers)
-        .value("label", numbers)
-        .value("atlas_side", ValueType::U32)
-        .size("atlas_side", limits.atlas.min_side)
+        .value("count", ValueType::U32, "the lights with shadows")
+        .value(
+            "entry",
+            numbers,
+            "position among the frame's lights; 0 for a tile, 1 for a cube, 2 for layers; first slot or layer; their number",
+        )
+        .value("tile", numbers, "x, y and side of the tile, in texels from the top left")
+        .value(
+            "label",
+            numbers,
+            "sixteen letters of the light's name, upper case ASCII, the first in the lowest byte",
+        )
+        .value("atlas_side", ValueType::U32, "the side of the atlas that the tiles were placed in, texels")
+        .size("atlas_side", atlas_side)
         .size("cube_count", 1)
-        .size("layer_count", limits.cascades)
+        .size("layer_count", cascades)
 }
 
 /// The atlas of the spots, in texels.

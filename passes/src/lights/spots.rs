@@ -7,7 +7,7 @@
 use glam::{DVec2, DVec4, UVec2};
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::data::{DataShape, ValueType};
+use umbragraph_pipeline::data::DataShape;
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
@@ -50,15 +50,12 @@ impl Node for SpotShadows {
         let light_size = descriptor::size_without(pass, self.light_size.as_ref());
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
         let (capacity, reverse, filter, input) = (capacity?, reverse?, filter?, input?);
-        let shape = DataShape::new().value("count", ValueType::U32).views(capacity);
-        described::node(
-            pass,
-            &self.to,
-            input,
-            (shape, capacity),
-            filter,
-            Tiles { reverse, light_size: light_size? },
-        )
+        let shape = descriptor::shape(capacity).views(capacity);
+        described::node(pass, &self.to, input, shape, filter, Tiles { reverse, light_size: light_size? })
+    }
+
+    fn published() -> Vec<(&'static str, DataShape)> {
+        vec![("", descriptor::shape(1))]
     }
 }
 

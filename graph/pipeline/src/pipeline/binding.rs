@@ -165,7 +165,7 @@ fn match_block(
         |name: &str| values.is_some_and(|values| values.expressions.iter().any(|(given, _)| given == name));
     for member in flattened(members).iter().filter(|member| !is_given(&member.name)) {
         let Some(index) = shape.find(&member.name) else {
-            let names = shape.values.iter().map(|(name, _)| name.as_str());
+            let names = shape.values.iter().map(|value| value.name.as_str());
             let help = match suggested_name(&member.name, names.clone()) {
                 Some(suggested) => format!("did the template mean \"{suggested}\"?"),
                 None => format!("it publishes {}", names.collect::<Vec<_>>().join(", ")),
@@ -173,7 +173,7 @@ fn match_block(
             errors.push(format!("\"{data_name}\" publishes no \"{}\"; {help}", member.name));
             continue;
         };
-        let value = shape.values[index].1;
+        let value = shape.values[index].value_type;
         match member_runs(&member.layout, value, member.offset) {
             Some(placed) => runs.extend(placed.into_iter().map(|(word, count, offset)| BlockRun {
                 value: index as u32,

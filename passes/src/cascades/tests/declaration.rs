@@ -92,7 +92,7 @@ fn without_a_light_nothing_is_published_but_zeros() {
     frame.lights.clear();
     let data = run(r#"{ "far": [10, 30], "resolution": 1024 }"#, &frame);
     assert!(data.views().is_empty());
-    for (name, _) in &data.shape().values {
+    for name in data.shape().values.iter().map(|value| &value.name) {
         if !["near", "map_size"].contains(&name.as_str()) {
             assert!(data.words(name).unwrap().iter().all(|word| *word == 0), "{name}");
         }

@@ -150,7 +150,7 @@ fn a_frame_with_large_numbers_is_published_within_32_bits() {
         data.words(name).unwrap_or_default().iter().map(|word| f32::from_bits(*word)).collect()
     };
     let published: &BlackboardData = &data;
-    for (name, _) in &published.shape().values {
+    for name in published.shape().values.iter().map(|value| &value.name) {
         assert!(floats(name).iter().all(|value| value.is_finite()), "{name}");
     }
     assert!(Mat4::from_cols_slice(&floats("clip_from_world")[..16]).is_finite());

@@ -63,7 +63,7 @@ fn check_expected(shared: &mut Shared) {
                 && ValueType { count: wanted.count, ..published } == wanted
         };
         let lacks = |(name, wanted): &&(String, ValueType)| {
-            !shape.find(name).is_some_and(|at| fits(shape.values[at].1, *wanted))
+            !shape.find(name).is_some_and(|at| fits(shape.values[at].value_type, *wanted))
         };
         let missing: Vec<&str> =
             expected.values.iter().filter(lacks).map(|(name, _)| name.as_str()).collect();
