@@ -1,8 +1,11 @@
-//! What the documents for contributors name is there.
+//! What the documents for contributors name is there, and what node kinds say of themselves is so.
 
 mod common;
 
-use common::root;
+use common::{With, check_file, root};
+use umbragraph::data::{DataShape, ValueType};
+use umbragraph::pipeline::ResourceKind;
+use umbragraph::work::Work;
 
 /// The texts in backquotes that look like paths: a folder of the root, or a file of it, comes first.
 fn paths(document: &str) -> Vec<&str> {
@@ -31,4 +34,36 @@ fn files_that_documents_name_are_there() {
             assert!(root().join(path).exists(), "{document} names {path}, which is not there");
         }
     }
+}
+
+#[test]
+fn node_kinds_publish_what_they_say() {
+    let mut seen = std::collections::BTreeSet::new();
+    let pipelines = ["awsm", "caracal", "lore", "mantis", "nebula"];
+    for path in pipelines.map(|name| format!("pipelines/{name}.json")) {
+        let outcome = check_file(&path, &With::default());
+        let plan = outcome.plan();
+        for pass in &plan.pipeline.passes {
+            let Work::Cpu(cpu) = pass.work() else { continue };
+            let ResourceKind::Data(Some(shape)) = &plan.pipeline.resource(cpu.output.resource).kind else {
+                panic!("{path}: {} publishes nothing", pass.name);
+            };
+            let kind = umbragraph::registry().get(&pass.kind).expect("a kind").published();
+            let of = |shape: &DataShape| {
+                let values = shape
+                    .values
+                    .iter()
+                    .map(|one| (one.name.clone(), ValueType { count: None, ..one.value_type }));
+                (
+                    values.collect::<Vec<_>>(),
+                    shape.sizes.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>(),
+                )
+            };
+            let said: Vec<_> = kind.iter().map(|(_, shape)| of(shape)).collect();
+            assert!(said.contains(&of(shape)) || shape.values.is_empty(), "{path}: {}", pass.name);
+            assert!(shape.values.iter().all(|value| !value.description.is_empty()), "{path}: {}", pass.name);
+            seen.insert(pass.kind.clone());
+        }
+    }
+    assert!(seen.len() >= 7, "{seen:?}");
 }

@@ -64,8 +64,8 @@ pub(crate) enum Command {
     Diff(DiffArguments),
     /// Prints the generated shaders of a pipeline.
     Wgsl(WgslArguments),
-    /// Explains the code of a diagnostic.
-    Explain(ExplainArguments),
+    /// Prints the reference: node kinds and what they publish, keys, types, functions, templates, codes of diagnostics.
+    Reference(ReferenceArguments),
     /// Lays JSON files out in the canonical way; comments and values stay as they are.
     Fmt(FmtArguments),
     /// Prints the JSON Schema of pipelines, with every node kind, for editors.
@@ -382,9 +382,12 @@ pub(crate) enum SchemaKind {
 }
 
 #[derive(Args)]
-pub(crate) struct ExplainArguments {
-    /// The code, such as UG0402; without it all codes are listed.
-    pub(crate) code: Option<String>,
+pub(crate) struct ReferenceArguments {
+    /// What to print: a node kind, a type, a function, a template, or a code such as UG0402; without it all are listed.
+    pub(crate) name: Option<String>,
+    /// Writes the whole reference as Markdown files into a folder.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "name")]
+    pub(crate) write: Option<PathBuf>,
 }
 
 #[cfg(feature = "gpu")]

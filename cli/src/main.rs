@@ -11,7 +11,6 @@ mod check;
 #[cfg(feature = "gpu")]
 mod device;
 mod diff;
-mod explain;
 mod fmt;
 mod graph;
 mod mend;
@@ -19,6 +18,7 @@ mod permutations;
 mod plan;
 #[cfg(feature = "gpu")]
 mod progress;
+mod reference;
 #[cfg(feature = "gpu")]
 mod render;
 mod replace;
@@ -56,7 +56,7 @@ fn main() -> ExitCode {
         Command::Graph(arguments) => graph::run(&arguments),
         Command::Diff(arguments) => diff::run(&arguments),
         Command::Wgsl(arguments) => wgsl::run(&arguments),
-        Command::Explain(arguments) => explain::run(&arguments),
+        Command::Reference(arguments) => reference::run(&arguments),
         Command::Fmt(arguments) => fmt::run(&arguments),
         Command::Schema(arguments) => schema::run(&arguments),
         #[cfg(feature = "gpu")]

@@ -83,17 +83,6 @@ fn plan_is_json_and_wgsl_is_the_text_of_the_pass() {
 }
 
 #[test]
-fn explain_knows_every_code_and_proposes_one_for_a_slip() {
-    let list = text(&run(&["explain"]).stdout);
-    assert!(list.lines().count() > 60, "{list}");
-    for code in list.lines().filter_map(|line| line.split_whitespace().next()) {
-        let page = text(&run(&["explain", code]).stdout);
-        assert!(page.len() > 60, "{code} has no page worth reading: {page}");
-    }
-    rejected(&["explain", "UG0403x"], 1, &["UG0403"]);
-}
-
-#[test]
 fn a_command_line_that_cannot_be_understood_exits_with_2() {
     rejected(&["chekc"], 2, &[]);
     rejected(&["check"], 2, &[]);

@@ -188,7 +188,7 @@ fn names_and_excerpts_command_no_terminal() {
         &["why", "fine.json", "soft"],
         &["why", "fine.json", &format!("no{raw}")],
         &["diff", "fine.json", "broken.json"],
-        &["explain", &format!("UG{raw}")],
+        &["reference", &format!("UG{raw}")],
         &["check", "fine.json", "--set", &format!("no{raw}=1")],
         &["check", "fine.json", &format!("--no{raw}")],
         &["render", "fine.json", "--scene", &named, "--out", &named],

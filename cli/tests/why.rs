@@ -182,3 +182,11 @@ fn presets_and_defaults_that_an_extending_file_replaces() {
         "{pass}"
     );
 }
+
+#[test]
+fn data_tells_its_values_and_a_setting_the_shaders_that_vary_in_it() {
+    let eye = said("pipelines/nebula.json eye", &[]);
+    assert!(eye.contains("publishes   clip_from_world: mat4x4<f32>, world to clip space"), "{eye}");
+    let settings = said("pipelines/awsm.json rotate_taps", &[]);
+    assert!(settings.contains("used by  shade "), "{settings}");
+}

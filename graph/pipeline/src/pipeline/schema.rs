@@ -44,7 +44,7 @@ pub fn schema_of(kind: FileKind, registry: &Registry) -> Json {
 pub(super) const PASS: &str = "Pass";
 
 /// The schema of a kind of file once it is composed of all that it extends and includes.
-pub(crate) fn schema_of_composed(kind: FileKind, registry: &Registry) -> Json {
+pub fn schema_of_composed(kind: FileKind, registry: &Registry) -> Json {
     let settings = schemars::generate::SchemaSettings::draft2020_12();
     if kind == FileKind::Parameters {
         let generator = SchemaGenerator::new(settings);

@@ -222,22 +222,17 @@ fn call(
     scope: &dyn Scope,
     range: Range<usize>,
 ) -> Result<Value, ExpressionError> {
-    let (min, max) = match name {
-        "abs" | "ceil" | "exp2" | "floor" | "len" | "log2" | "mip_count" | "round" | "sqrt" => (1, 1),
-        "align" => (2, 2),
-        "clamp" => (3, 3),
-        "min" | "max" => (1, 64),
-        _ => {
-            let known = FUNCTIONS.iter().map(|name| (*name).to_owned()).collect();
-            return Err(ExpressionError {
-                range,
-                kind: ErrorKind::UnknownName,
-                message: format!("there is no function \"{name}\""),
-                help: Some(format!("the functions are {}", FUNCTIONS.join(", "))),
-                unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_complete: true })),
-            });
-        }
+    let Some(function) = FUNCTIONS.iter().find(|function| function.name == name) else {
+        let known: Vec<String> = FUNCTIONS.iter().map(|function| function.name.to_owned()).collect();
+        return Err(ExpressionError {
+            range,
+            kind: ErrorKind::UnknownName,
+            message: format!("there is no function \"{name}\""),
+            help: Some(format!("the functions are {}", known.join(", "))),
+            unknown: Some(Box::new(UnknownName { name: name.to_owned(), known, is_complete: true })),
+        });
     };
+    let (min, max) = function.arguments;
     if !(min..=max).contains(&arguments.len()) {
         let wanted = if min == max { min.to_string() } else { format!("{min} or more") };
         return Err(type_error(range, format!("{name} takes {wanted} arguments, not {}", arguments.len())));

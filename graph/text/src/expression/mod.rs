@@ -227,19 +227,56 @@ pub enum ErrorKind {
     Arithmetic,
 }
 
-/// All names of functions, sorted.
-pub const FUNCTIONS: &[&str] = &[
-    "abs",
-    "align",
-    "ceil",
-    "clamp",
-    "exp2",
-    "floor",
-    "len",
-    "log2",
-    "max",
-    "min",
-    "mip_count",
-    "round",
-    "sqrt",
+/// A function of expressions.
+#[derive(Clone, Copy, Debug)]
+pub struct Function {
+    /// Its name.
+    pub name: &'static str,
+    /// The minimum and the maximum number of arguments.
+    pub arguments: (usize, usize),
+    /// A call of it.
+    pub usage: &'static str,
+    /// What it gives.
+    pub description: &'static str,
+}
+
+const fn function(
+    name: &'static str,
+    arguments: (usize, usize),
+    usage: &'static str,
+    description: &'static str,
+) -> Function {
+    Function { name, arguments, usage, description }
+}
+
+/// All functions, sorted by name.
+pub const FUNCTIONS: &[Function] = &[
+    function("abs", (1, 1), "abs(x)", "the distance from zero, of each element of a list"),
+    function(
+        "align",
+        (2, 2),
+        "align(x, step)",
+        "the next multiple of a step from x on, of each element of a list",
+    ),
+    function("ceil", (1, 1), "ceil(x)", "the next whole number from x on, of each element of a list"),
+    function(
+        "clamp",
+        (3, 3),
+        "clamp(x, low, high)",
+        "x, or the bound beyond which it is, of each element of a list",
+    ),
+    function("exp2", (1, 1), "exp2(x)", "two to the power of x, of each element of a list"),
+    function("floor", (1, 1), "floor(x)", "the whole number up to x, of each element of a list"),
+    function("len", (1, 1), "len(list)", "the number of elements of a list"),
+    function("log2", (1, 1), "log2(x)", "the logarithm to the base of two, of each element of a list"),
+    function("max", (1, 64), "max(a, b, …)", "the greatest of numbers and of the elements of lists"),
+    function("min", (1, 64), "min(a, b, …)", "the smallest of numbers and of the elements of lists"),
+    function("mip_count", (1, 1), "mip_count(size)", "the number of mip levels down to one texel of a size"),
+    function(
+        "round",
+        (1, 1),
+        "round(x)",
+        "the nearest whole number, halves away from zero, of each element of a list",
+    ),
+    function("sqrt", (1, 1), "sqrt(x)", "the square root, of each element of a list"),
 ];

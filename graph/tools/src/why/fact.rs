@@ -9,9 +9,9 @@ use crate::compiler::{Physical, Plan};
 use crate::document::{Entry, Value, pointer_join};
 use crate::expression;
 use crate::language::{Lifetime, format_name};
-use crate::pipeline::Pipeline;
+use crate::pipeline::{Pipeline, ResourceKind};
 use crate::source::Span;
-use crate::work::PassHandle;
+use crate::work::{PassHandle, Work};
 
 /// One thing to know.
 #[derive(Clone, Debug, Serialize)]
@@ -316,6 +316,18 @@ pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse
         }
     };
     facts.push(fact("memory", text));
+    if let ResourceKind::Data(Some(shape)) = &pipeline.resource(handle).kind {
+        for (size, initial) in &shape.sizes {
+            facts.push(fact("publishes", format!("{size}: a size, {initial} at first")));
+        }
+        for value in &shape.values {
+            let about = if value.description.is_empty() { "" } else { ", " };
+            facts.push(fact(
+                "publishes",
+                format!("{}: {}{about}{}", value.name, value.value_type, value.description),
+            ));
+        }
+    }
     facts
 }
 
@@ -345,13 +357,7 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
         Kind::Derived if found.uses.is_empty() => {
             let mut facts = Vec::new();
             values_in(subject, &super::origin::json(&found.entry.value), "follows from", &mut facts);
-            facts.extend(users(subject, root, |entry| {
-                let mut found = false;
-                entry.value.for_each_text(&mut |text| {
-                    found |= words(text.strip_prefix('=').unwrap_or(text)).contains(&name);
-                });
-                found
-            }));
+            facts.extend(mentions(subject, root, name));
             facts
         }
         Kind::Toggle => {
@@ -384,10 +390,7 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
                     ),
                     at: Some(location(subject.sources, lacking.place)),
                 });
-            let users = users(subject, root, |entry| {
-                entry.value.get("when").and_then(Value::text).is_some_and(|when| words(when).contains(&name))
-            });
-            lacking.into_iter().chain(users).collect()
+            lacking.into_iter().chain(mentions(subject, root, name)).collect()
         }
         _ => used(subject, &found.uses),
     }
@@ -399,6 +402,45 @@ fn settings(preset: &Value) -> impl Iterator<Item = &Entry> {
 }
 
 /// The passes of the document and of its subgraphs for which something holds.
+/// Who names a parameter, feature or derived value in an expression, or has a shader with an axis of its name.
+fn mentions(subject: &Subject<'_>, root: &Value, name: &str) -> Vec<Fact> {
+    // A pass or a resource of the same name is what a text means that is nothing but the name, save under "when".
+    let is_shared = ["passes", "resources"]
+        .iter()
+        .any(|section| root.get(section).is_some_and(|section| section.entry(name).is_some()));
+    let in_text = |entry: &Entry| {
+        let mut found = entry.value.get("when").and_then(Value::text) == Some(name);
+        entry.value.for_each_text(&mut |text| {
+            let is_other = is_shared && text == name;
+            found |= !is_other && words(text.strip_prefix('=').unwrap_or(text)).contains(&name);
+        });
+        found
+    };
+    let mut facts = users(subject, root, |entry| in_text(entry) || has_axis(subject, &entry.key, name));
+    for (section, what) in [("resources", "the resource"), ("derived", "the derived value")] {
+        let entries = root.get(section).and_then(Value::entries).unwrap_or_default();
+        facts.extend(entries.iter().filter(|entry| in_text(entry)).map(|entry| Fact {
+            about: "used by",
+            text: format!("{what} {}", entry.key),
+            at: Some(location(subject.sources, entry.key_span)),
+        }));
+    }
+    facts
+}
+
+/// Whether the shader of a pass, or of one of its rounds, varies in something of a name.
+fn has_axis(subject: &Subject<'_>, pass: &str, name: &str) -> bool {
+    let Some(pipeline) = subject.checked.pipeline.as_deref() else { return false };
+    let instances = instances(subject, pass);
+    let passes = pipeline.passes.iter().filter(|one| instances.contains(&one.name.as_str()));
+    let mut programs = passes.filter_map(|one| match one.work() {
+        Work::Render(render) => Some(render.draw.bound().0),
+        Work::Compute(compute) => Some(compute.program),
+        Work::Nothing | Work::Cpu(_) | Work::Transfer(_) => None,
+    });
+    programs.any(|handle| pipeline.program(handle).axes.iter().any(|(axis, _)| axis == name))
+}
+
 fn users(subject: &Subject<'_>, root: &Value, holds: impl Fn(&Entry) -> bool) -> Vec<Fact> {
     let mut facts = Vec::new();
     let passes = |owner: &Value| -> Vec<(String, Span)> {

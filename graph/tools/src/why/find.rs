@@ -69,7 +69,11 @@ pub(super) fn things(subject: &Subject<'_>, name: &str) -> Vec<Thing> {
                 value: None,
                 given: Vec::new(),
                 facts: fact::of_resource(subject, name, &[]),
-                values: origins(subject, &resource.pointer, &resource.value, ""),
+                // What only a pass names is not written anywhere.
+                values: match resource.value.kind {
+                    crate::document::Kind::Null => Vec::new(),
+                    _ => origins(subject, &resource.pointer, &resource.value, ""),
+                },
             },
         );
     }

@@ -245,7 +245,7 @@ pub fn expression_diagnostic(
                 "expressions know parameters, features, resources and viewport".to_owned()
             }
             ErrorKind::UnknownWord => "the declaration lists the words".to_owned(),
-            ErrorKind::Type => "see `umbragraph explain UG0312` for the types of expressions".to_owned(),
+            ErrorKind::Type => "see `umbragraph reference UG0312` for the types of expressions".to_owned(),
             ErrorKind::Arithmetic => "guard the operation, with max(…, 1) for one".to_owned(),
         })
     };
