@@ -2,13 +2,24 @@
 //!
 //! Published, besides one view: [`shape`].
 //!
+//! Jitter: each frame is drawn a part of a pixel aside, by a point of the Halton sequence of the bases 2 and 3 (J. Halton,
+//! 1960), so that the mean of frames has the samples of all of them. It is in every matrix to and from clip space, and
+//! in the view, but not in `half_size`; cascades are fitted to the camera without it, and stay where they are. The
+//! matrices of the frame before have the jitter of this one: what does not move is found at its own pixel again,
+//! and what an effect has to know of jitter is nothing.
+//!
+//! Frames are told apart by their index: one that is recorded again has the same frame before. In the first frame,
+//! and behind one without a usable camera, the frame before is the frame itself.
+//!
 //! Limits: a camera with unusable values (not finite, an empty depth range), or one whose matrices do not fit 32 bits,
 //! is replaced by one whose matrices are all the identity, so that passes find finite values and a view to clear with.
+//! Only the camera's motion is in the matrices, not that of what it sees.
 
-use glam::{DMat4, DQuat, DVec3, Vec3};
+use glam::{DMat4, DQuat, DVec2, DVec3, Vec3};
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, ValueType, View};
+use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::frame::{Camera as FrameCamera, Projection};
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
@@ -23,7 +34,13 @@ pub struct Camera {
     pub to: String,
     /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
     pub reverse: Option<Expr>,
+    /// By how many points of the Halton sequence the picture is moved in turn, within a pixel, for effects that gather
+    /// samples over frames; 0 without it, which does not move it.
+    pub jitter: Option<Expr>,
 }
+
+/// The maximum number of points; a mean of more frames is none that anybody sees.
+const MAX_JITTER: u32 = 1024;
 
 impl Node for Camera {
     const NAME: &'static str = "camera";
@@ -31,8 +48,14 @@ impl Node for Camera {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let reverse = pass.boolean_or(&self.reverse, "/reverse", false)?;
+        let jitter = pass.count_or(&self.jitter, "/jitter", 0)?;
+        if jitter > MAX_JITTER {
+            let message = format!("the picture is moved by {jitter} points in turn");
+            pass.report(codes::OUT_OF_BOUNDS, "/jitter", message, "8 or 16 are usual, and 1024 the most");
+            return None;
+        }
         let output = pass.publish(&self.to, "/to", shape())?;
-        pass.produce(Work::Cpu(CpuWork::new(RunCamera { reverse }, output, Vec::new())))
+        pass.produce(Work::Cpu(CpuWork::new(RunCamera { reverse, jitter }, output, Vec::new())))
     }
 
     fn published() -> Vec<(&'static str, DataShape)> {
@@ -66,26 +89,110 @@ pub fn shape() -> DataShape {
             ValueType::VEC2,
             "half the visible width and height: at 1 m for a perspective, anywhere for an orthographic camera",
         )
+        .value("jitter", ValueType::VEC2, "by how much the picture is moved in clip space; 0 unless the pass asks for `jitter`")
+        .value("previous_clip_from_world", matrix, "`clip_from_world` of the frame before, with this frame's jitter")
+        .value("previous_view_from_world", matrix, "`view_from_world` of the frame before")
+        .value("previous_clip_from_clip", matrix, "clip space to that of the frame before, for what does not move")
+        .value("previous_position", ValueType::VEC3, "where the camera stood in the frame before")
         .views(1)
 }
 
 #[derive(Debug, PartialEq)]
 struct RunCamera {
     reverse: bool,
+    /// The number of points of the sequence; 0 for none.
+    jitter: u32,
+}
+
+/// The matrices of a frame without jitter.
+#[derive(Clone, Copy)]
+struct Before {
+    clip_from_view: DMat4,
+    view_from_world: DMat4,
+    position: DVec3,
+}
+
+/// The last frame with its index, and the one before it.
+#[derive(Default)]
+struct Frames {
+    last: Option<(u64, Before)>,
+    before: Option<Before>,
+}
+
+impl Frames {
+    /// Takes in a frame, and returns the one before it.
+    fn advance(&mut self, index: u64, now: Before) -> Before {
+        if self.last.is_none_or(|(last, _)| last != index) {
+            self.before = self.last.map(|(_, last)| last);
+        }
+        self.last = Some((index, now));
+        self.before.unwrap_or(now)
+    }
 }
 
 impl CpuNode for RunCamera {
-    type State = ();
+    type State = Frames;
 
-    fn run(&self, (): &mut (), context: &CpuContext<'_>, data: &mut BlackboardData) {
+    fn run(&self, frames: &mut Frames, context: &CpuContext<'_>, data: &mut BlackboardData) {
+        let index = context.frame.index;
+        let jitter = jitter(self.jitter, index, context.viewport);
+        let aside = DMat4::from_translation(jitter.extend(0.0));
         let lens = Lens::of(&context.frame.camera, self.reverse);
-        let lens = lens.filter(Lens::is_finite).unwrap_or(Lens::identity());
+        let moved = lens.map(|lens| {
+            let now = Before {
+                clip_from_view: lens.clip_from_view,
+                view_from_world: lens.view_from_world,
+                position: lens.position,
+            };
+            (lens.moved(&aside), now)
+        });
+        let (lens, before) = match moved.filter(|(lens, _)| lens.is_finite()) {
+            Some((lens, now)) => (lens, frames.advance(index, now)),
+            None => {
+                *frames = Frames::default();
+                let matrix = DMat4::IDENTITY;
+                let before =
+                    Before { clip_from_view: matrix, view_from_world: matrix, position: DVec3::ZERO };
+                (Lens::identity(), before)
+            }
+        };
         lens.publish(self.reverse, data);
+        let before_clip = aside * before.clip_from_view * before.view_from_world;
+        data.set_matrix("previous_clip_from_world", &before_clip);
+        data.set_matrix("previous_view_from_world", &before.view_from_world);
+        // From view to view first: what cancels there is as large as the way from the origin.
+        let before_from_view = before.view_from_world * lens.world_from_view;
+        let from_clip = aside * before.clip_from_view * before_from_view * lens.view_from_clip;
+        data.set_matrix("previous_clip_from_clip", &from_clip);
+        data.set_vec3("previous_position", before.position.as_vec3());
+        data.set_f32s("jitter", [jitter.x as f32, jitter.y as f32]);
         let time = context.frame.time as f32;
         data.set_f32("time", if time.is_finite() { time } else { 0.0 });
         // Whatever counts frames wraps around.
         data.set_u32("frame_index", context.frame.index as u32);
     }
+}
+
+/// By how much the picture is moved in clip space: at most half a pixel to each side.
+fn jitter(points: u32, index: u64, [width, height]: [u32; 2]) -> DVec2 {
+    if points == 0 {
+        return DVec2::ZERO;
+    }
+    // The first point is 0 in each base, in a corner of the pixel; the sequence begins behind it.
+    let at = (index % u64::from(points)) as u32 + 1;
+    let within = DVec2::new(radical_inverse(at, 2), radical_inverse(at, 3)) - 0.5;
+    2.0 * within / DVec2::new(f64::from(width.max(1)), f64::from(height.max(1)))
+}
+
+/// The digits of a number behind the point, in reverse.
+fn radical_inverse(mut number: u32, base: u32) -> f64 {
+    let (mut inverse, mut digit) = (0.0, 1.0);
+    while number > 0 {
+        digit /= f64::from(base);
+        inverse += digit * f64::from(number % base);
+        number /= base;
+    }
+    inverse
 }
 
 /// A camera's matrices and numbers.
@@ -143,6 +250,12 @@ impl Lens {
             half_height: 1.0,
             orthographic: true,
         }
+    }
+
+    /// The same with a picture that is moved in clip space.
+    fn moved(self, aside: &DMat4) -> Self {
+        let clip_from_view = *aside * self.clip_from_view;
+        Self { clip_from_view, view_from_clip: clip_from_view.inverse(), ..self }
     }
 
     fn clip_from_world(&self) -> DMat4 {
@@ -204,16 +317,20 @@ mod tests {
     use super::*;
 
     fn run(camera: FrameCamera, reverse: bool) -> BlackboardData {
+        frames(&RunCamera { reverse, jitter: 0 }, &mut Frames::default(), camera, u64::MAX)
+    }
+
+    fn frames(node: &RunCamera, state: &mut Frames, camera: FrameCamera, index: u64) -> BlackboardData {
         let frame = FrameInput {
             camera,
             lights: Vec::new(),
             filter_bounds: Vec::new(),
             scene_bounds: Bounds::EMPTY,
             time: f64::NAN,
-            index: u64::MAX,
+            index,
         };
         let mut data = BlackboardData::new(shape());
-        RunCamera { reverse }.run(&mut (), &CpuContext { frame: &frame, inputs: &[] }, &mut data);
+        node.run(state, &CpuContext { frame: &frame, viewport: [640, 400], inputs: &[] }, &mut data);
         assert_eq!(data.rejected(), None);
         data
     }
@@ -311,5 +428,70 @@ mod tests {
         assert_eq!((view.position, view.forward), (camera.position, camera.forward()));
         assert!((view.view_from_world.transform_point3(camera.position)).length() < 1e-12);
         assert!((floats(&data, "half_size")[0] / floats(&data, "half_size")[1] - 1.6).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_frame_before_is_the_last_of_another_index() {
+        let node = RunCamera { reverse: false, jitter: 0 };
+        let mut state = Frames::default();
+        let camera = |x: f64| FrameCamera { position: DVec3::new(x, 0.0, 0.0), ..tilted(PERSPECTIVE) };
+        let before = |data: &BlackboardData| floats(data, "previous_position")[0];
+        assert_eq!(before(&frames(&node, &mut state, camera(1.0), 7)), 1.0);
+        assert_eq!(before(&frames(&node, &mut state, camera(2.0), 8)), 1.0);
+        assert_eq!(before(&frames(&node, &mut state, camera(3.0), 8)), 1.0, "recorded again");
+        assert_eq!(before(&frames(&node, &mut state, camera(4.0), 9)), 3.0);
+        frames(&node, &mut state, camera(f64::NAN), 10);
+        assert_eq!(before(&frames(&node, &mut state, camera(5.0), 11)), 5.0);
+    }
+
+    #[test]
+    fn a_point_is_found_where_it_was_in_the_frame_before() {
+        let node = RunCamera { reverse: true, jitter: 8 };
+        let mut state = Frames::default();
+        // Far from the origin, where 32 bits have no centimetres.
+        let at = DVec3::new(4e6, 0.0, -4e6);
+        let first = FrameCamera { position: at, ..tilted(PERSPECTIVE) };
+        let second = FrameCamera {
+            position: at + DVec3::new(0.3, 0.1, 0.0),
+            rotation: first.rotation * DQuat::from_rotation_y(0.02),
+            ..first
+        };
+        frames(&node, &mut state, first, 0);
+        let data = frames(&node, &mut state, second, 1);
+        let jitter = floats(&data, "jitter");
+        let aside = DMat4::from_translation(DVec3::new(jitter[0].into(), jitter[1].into(), 0.0));
+        let point = second.position + second.rotation * DVec3::new(1.0, -0.5, -6.0);
+        let clip = aside * second.clip(true) * second.view() * point.extend(1.0);
+        let expected = aside * first.clip(true) * first.view() * point.extend(1.0);
+        let found = matrix(&data, "previous_clip_from_clip") * clip;
+        let difference = found.truncate() / found.w - expected.truncate() / expected.w;
+        assert!(difference.length() < 1e-5, "{difference}");
+        let still = matrix(&frames(&node, &mut state, second, 2), "previous_clip_from_clip");
+        assert!(still.abs_diff_eq(DMat4::IDENTITY, 1e-6), "nothing moves but the jitter: {still}");
+    }
+
+    #[test]
+    fn jitter_goes_round_within_a_pixel_and_moves_view_and_matrices_alike() {
+        let node = RunCamera { reverse: false, jitter: 8 };
+        let mut state = Frames::default();
+        let camera = tilted(PERSPECTIVE);
+        let mut seen = Vec::new();
+        for index in 0..16 {
+            let data = frames(&node, &mut state, camera, index);
+            let jitter = floats(&data, "jitter");
+            let pixels = [jitter[0] * 320.0, jitter[1] * 200.0];
+            assert!(pixels.iter().all(|offset| offset.abs() <= 0.5), "{pixels:?}");
+            let point = (camera.position + camera.forward() * 9.0).extend(1.0);
+            let clip = matrix(&data, "clip_from_world") * point;
+            assert!((clip.x / clip.w - f64::from(jitter[0])).abs() < 1e-5);
+            let [view] = data.views() else { panic!("one view") };
+            let drawn = view.clip_from_world * point;
+            assert!((drawn.y / drawn.w - f64::from(jitter[1])).abs() < 1e-6);
+            seen.push(pixels.map(|offset| (offset * 1000.0).round() as i32));
+        }
+        assert_eq!(seen[..8], seen[8..]);
+        seen.sort_unstable();
+        seen.dedup();
+        assert_eq!(seen.len(), 8);
     }
 }

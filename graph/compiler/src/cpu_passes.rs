@@ -135,7 +135,7 @@ impl CpuPasses {
                 many = given.collect();
                 &many
             };
-            run.run(&CpuContext { frame, inputs }, &mut data);
+            run.run(&CpuContext { frame, viewport: self.plan.viewport, inputs }, &mut data);
         }
         let outcome = data.rejected().map_or(Ok(()), |reason| {
             let pass = self.plan.pipeline.pass(pass);

@@ -218,6 +218,8 @@ impl<N: CpuNode> CpuRun for Started<N> {
 pub struct CpuContext<'a> {
     /// The host's input.
     pub frame: &'a FrameInput,
+    /// The width and height of the picture.
+    pub viewport: [u32; 2],
     /// The data that the pass declared to read, in the order of the declaration.
     pub inputs: &'a [&'a BlackboardData],
 }

@@ -47,7 +47,7 @@ pub(super) fn run(settings: &str, frame: &FrameInput) -> BlackboardData {
         panic!("CPU work")
     };
     let mut data = BlackboardData::new(node::shape(declared(&pipeline)));
-    work.node.clone().start().run(&CpuContext { frame, inputs: &[] }, &mut data);
+    work.node.clone().start().run(&CpuContext { frame, viewport: [1, 1], inputs: &[] }, &mut data);
     assert_eq!(data.rejected(), None);
     data
 }
