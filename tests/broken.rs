@@ -43,13 +43,22 @@ fn cases() -> Vec<Case> {
     cases
 }
 
+/// The template that the base draws with, beside those of the project.
+fn with() -> With<'static> {
+    const TEMPLATES: &[(&str, &str)] = &[
+        ("display.wgsl.jinja", include_str!("broken/display.wgsl.jinja")),
+        ("display.axes.json", include_str!("broken/display.axes.json")),
+    ];
+    With { templates: TEMPLATES, ..With::default() }
+}
+
 fn base() -> String {
     std::fs::read_to_string(folder().join("chain.json")).unwrap()
 }
 
 #[test]
 fn the_base_has_no_diagnostics() {
-    let outcome = check_with("chain.json", &base(), &With::default());
+    let outcome = check_with("chain.json", &base(), &with());
     assert_eq!(outcome.text(), "");
     assert!(outcome.checked.plan.is_some());
 }
@@ -62,7 +71,7 @@ fn every_broken_document_has_exactly_the_expected_diagnostics() {
     assert!(cases.len() >= 100, "only {} cases were read", cases.len());
     for case in &cases {
         let text = case.text();
-        let outcome = check_with("chain.json", &text, &With::default());
+        let outcome = check_with("chain.json", &text, &with());
         assert!(outcome.diagnostics.has_errors(), "{} is not broken", case.name);
         for diagnostic in &outcome.diagnostics {
             assert!(
@@ -95,12 +104,12 @@ fn fixes_never_make_a_document_worse_and_come_to_an_end() {
     let mut mended = 0;
     for case in &cases() {
         let text = case.text();
-        let mut outcome = check_with("chain.json", &text, &With::default());
+        let mut outcome = check_with("chain.json", &text, &with());
         for round in 0.. {
             let fixed = fix::apply(&outcome.diagnostics, &outcome.sources, |name| name == "chain.json");
             let Some(fixed) = fixed.into_iter().next() else { break };
             assert!(round < 8, "{}: fixes lead in a cycle: {}", case.name, fixed.text);
-            let after = check_with("chain.json", &fixed.text, &With::default());
+            let after = check_with("chain.json", &fixed.text, &with());
             assert!(!after.codes().contains(&"UG0101"), "{}: {}", case.name, after.text());
             let (errors, left) = (outcome.diagnostics.error_count(), after.diagnostics.error_count());
             // A document that does not parse shows the rest of its diagnostics only when it does.
@@ -125,14 +134,14 @@ fn a_diagnostic_that_names_what_was_meant_is_gone_when_its_fix_is_made() {
     let cases = cases();
     for case in &cases {
         let text = case.text();
-        let outcome = check_with("chain.json", &text, &With::default());
+        let outcome = check_with("chain.json", &text, &with());
         for diagnostic in &outcome.diagnostics {
             let is_named = diagnostic.help.as_deref().is_some_and(|help| help.starts_with("did you mean"));
             let Some(fixed) = mended(diagnostic, &outcome) else {
                 without.extend(is_named.then_some(case.name.as_str()));
                 continue;
             };
-            let after = check_with("chain.json", &fixed, &With::default());
+            let after = check_with("chain.json", &fixed, &with());
             let is_it =
                 |other: &Diagnostic| (other.code, &other.message) == (diagnostic.code, &diagnostic.message);
             assert!(
@@ -159,7 +168,7 @@ fn a_diagnostic_that_names_what_was_meant_is_gone_when_its_fix_is_made() {
 fn pointers_lead_through_the_document_as_it_is_written() {
     let mut lost = Vec::new();
     for case in &cases() {
-        let outcome = check_with("chain.json", &case.text(), &With::default());
+        let outcome = check_with("chain.json", &case.text(), &with());
         let file = outcome.sources.find("chain.json").unwrap();
         let Ok(document) = document::parse(&outcome.sources, file) else { continue };
         let root = document.root.to_json();
@@ -178,11 +187,11 @@ fn pointers_lead_through_the_document_as_it_is_written() {
 #[test]
 fn a_key_that_says_the_same_twice_is_removed_once() {
     let twice = base().replace("\"name\": \"chain\",", "\"name\": \"chain\",\n  \"name\": \"chain\",");
-    let outcome = check_with("chain.json", &twice, &With::default());
+    let outcome = check_with("chain.json", &twice, &with());
     let fixed = fix::apply(&outcome.diagnostics, &outcome.sources, |_| true);
     assert_eq!(fixed[0].text, base());
     let differing = twice.replacen("\"name\": \"chain\"", "\"name\": \"train\"", 1);
-    let outcome = check_with("chain.json", &differing, &With::default());
+    let outcome = check_with("chain.json", &differing, &with());
     assert!(fix::apply(&outcome.diagnostics, &outcome.sources, |_| true).is_empty());
 }
 
@@ -201,7 +210,7 @@ fn hopeless_texts_are_diagnostics_and_never_a_panic() {
         &"[".repeat(100_000),
         &"{\"a\":".repeat(100_000),
     ] {
-        let outcome = check_with("test.json", text, &With::default());
+        let outcome = check_with("test.json", text, &with());
         assert!(outcome.diagnostics.has_errors(), "{:?}", text.chars().take(20).collect::<String>());
     }
 }

@@ -11,13 +11,13 @@ use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::pipeline::{
     Contents, Face as CubeFace, IndexRange, PassBuilder, Produced, SubresourceRange, SubresourceRangeSettings,
 };
-use umbragraph_pipeline::wgpu_types::{
-    BlendComponent, BlendFactor, BlendOperation, BlendState, StencilFaceState, StencilOperation, StencilState,
-};
+use umbragraph_pipeline::wgpu_types::{ColorWrites, StencilFaceState, StencilOperation, StencilState};
 use umbragraph_pipeline::work::{
     ColorAttachment, Compare, DepthAttachment, Draw, LoadOperation, RenderWork, StencilAttachment,
     Subresource, Work,
 };
+
+use crate::blend::{BlendSettings, blend_constant};
 
 /// What every attachment says: what is attached, and what it holds before and after.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -48,8 +48,10 @@ pub struct ColorSettings {
     pub attached: Attached,
     /// Red, green, blue and alpha that it holds before.
     pub clear: Option<Expr>,
-    /// How colors are combined with what is there; without it they replace it.
-    pub blend: Option<Word<Blend>>,
+    /// How colors are combined with what is there: a word, or an equation. Without it they replace it.
+    pub blend: Option<BlendSettings>,
+    /// The channels that are written, such as ["red", "green"]; all without it. The others stay as they are.
+    pub write_mask: Option<Vec<ColorChannel>>,
     /// Where its samples are resolved to, one for each texel, for a texture of several samples.
     pub resolve: Option<ResolveSettings>,
     /// The format in which it is written, where it is not the texture's own: the same with or without "-srgb".
@@ -78,18 +80,29 @@ pub enum Store {
     Discard,
 }
 
-/// How colors are combined with what is there.
+/// A channel of a color.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
-pub enum Blend {
-    /// They replace it.
-    Replace,
-    /// By their alpha.
+pub enum ColorChannel {
+    /// Red.
+    Red,
+    /// Green.
+    Green,
+    /// Blue.
+    Blue,
+    /// Alpha.
     Alpha,
-    /// By their alpha, which is multiplied into the color already.
-    PremultipliedAlpha,
-    /// They are added.
-    Add,
+}
+
+impl From<ColorChannel> for ColorWrites {
+    fn from(channel: ColorChannel) -> Self {
+        match channel {
+            ColorChannel::Red => Self::RED,
+            ColorChannel::Green => Self::GREEN,
+            ColorChannel::Blue => Self::BLUE,
+            ColorChannel::Alpha => Self::ALPHA,
+        }
+    }
 }
 
 /// The depth attachment.
@@ -210,7 +223,14 @@ impl Attachments {
             let message = "depth and stencil of one pass belong to one texture";
             return pass.reject(codes::ATTACHMENTS, "/stencil/to", message, help);
         }
-        pass.produce(Work::Render(Box::new(RenderWork { color, depth, stencil, draw: draw? })))
+        let blend_constant = blend_constant(pass, &self.color)?;
+        pass.produce(Work::Render(Box::new(RenderWork {
+            color,
+            depth,
+            stencil,
+            draw: draw?,
+            blend_constant,
+        })))
     }
 }
 
@@ -256,8 +276,16 @@ impl Attached {
 impl ColorSettings {
     /// Declares a color attachment. `covers` says that the pass writes every texel.
     fn declare(&self, pass: &mut PassBuilder<'_>, at: &str, covers: bool) -> Option<ColorAttachment> {
-        let blend = blend_state(pass.word_or(&self.blend, &format!("{at}/blend"), Blend::Replace)?);
-        let without = if covers && blend.is_none() { LoadOperation::Discard } else { LoadOperation::Load };
+        let blend = match &self.blend {
+            Some(settings) => settings.declare(pass, &format!("{at}/blend"))?,
+            None => None,
+        };
+        let all = ColorWrites::ALL;
+        let write_mask = self.write_mask.as_ref().map_or(all, |channels| {
+            channels.iter().fold(ColorWrites::empty(), |mask, channel| mask | (*channel).into())
+        });
+        let replaces = covers && blend.is_none() && write_mask == all;
+        let without = if replaces { LoadOperation::Discard } else { LoadOperation::Load };
         let load = self.attached.load(pass, (&self.clear, at), without, |pass, expr, pointer| {
             let numbers = pass.numbers(expr, pointer)?;
             <[f64; 4]>::try_from(numbers.as_slice()).ok().or_else(|| {
@@ -276,7 +304,7 @@ impl ColorSettings {
             None => None,
         };
         let discard = self.attached.discards(pass, at)?;
-        Some(ColorAttachment { to, load, blend, format, resolve, discard })
+        Some(ColorAttachment { to, load, blend, write_mask, format, resolve, discard })
     }
 }
 
@@ -373,17 +401,4 @@ fn target(
     let range = pass.subresource_range(&settings, at)?;
     let mip = range.mip.map_or(0, |run| run.first);
     pass.texture(to, SubresourceRange { mip: Some(IndexRange::one(mip)), ..range }, &format!("{at}/to"))
-}
-
-fn blend_state(blend: Blend) -> Option<BlendState> {
-    match blend {
-        Blend::Replace => None,
-        Blend::Alpha => Some(BlendState::ALPHA_BLENDING),
-        Blend::PremultipliedAlpha => Some(BlendState::PREMULTIPLIED_ALPHA_BLENDING),
-        Blend::Add => {
-            let (one, operation) = (BlendFactor::One, BlendOperation::Add);
-            let add = BlendComponent { src_factor: one, dst_factor: one, operation };
-            Some(BlendState { color: add, alpha: add })
-        }
-    }
 }

@@ -14,6 +14,7 @@
 
 pub mod atlas;
 pub mod attachment;
+mod blend;
 pub mod camera;
 pub mod cascades;
 mod codes;

@@ -296,6 +296,7 @@ impl AssemblyPass<'_> {
             to,
             load,
             blend: None,
+            write_mask: wgpu_types::ColorWrites::ALL,
             format: None,
             resolve: None,
             discard: false,
@@ -352,7 +353,8 @@ impl AssemblyPass<'_> {
     fn draw(mut self) -> Self {
         let (color, depth) = (self.color.clone(), self.depth.clone());
         let draw = Draw::Fullscreen { program: ProgramHandle::at(0), bindings: Vec::new() };
-        self.work().0 = Work::Render(Box::new(RenderWork { color, depth, stencil: None, draw }));
+        self.work().0 =
+            Work::Render(Box::new(RenderWork { color, depth, stencil: None, draw, blend_constant: None }));
         self
     }
 }

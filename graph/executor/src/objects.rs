@@ -117,6 +117,9 @@ impl Objects {
                 min_filter: filter,
                 mipmap_filter,
                 compare: sampler.compare.map(Into::into),
+                anisotropy_clamp: sampler.max_anisotropy,
+                lod_min_clamp: sampler.lod_clamp[0] as f32 / 1000.0,
+                lod_max_clamp: sampler.lod_clamp[1] as f32 / 1000.0,
                 ..wgpu::SamplerDescriptor::default()
             })
         })

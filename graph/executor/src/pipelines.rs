@@ -155,7 +155,7 @@ impl Pipelines<'_, '_> {
             Some(wgpu::ColorTargetState {
                 format: color.format.or_else(|| format(color.to.resource))?,
                 blend: color.blend,
-                write_mask: wgpu::ColorWrites::ALL,
+                write_mask: color.write_mask,
             })
         });
         let depth_stencil = depth.or(stencil).and_then(|resource| {

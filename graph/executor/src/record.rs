@@ -161,7 +161,7 @@ impl Recording<'_> {
             if count > 1 {
                 render_pass.push_debug_group(&planned.name);
             }
-            set_stencil(self.instantiated, planned, &mut render_pass);
+            set_constants(self.instantiated, planned, &mut render_pass);
             match &pass.work {
                 InstantiatedWork::Fullscreen { pipeline, attachments, draw } => {
                     let [width, height] = attachments.extent;
@@ -202,7 +202,7 @@ impl Recording<'_> {
                 if let Some(mut render_pass) =
                     self.attachments.begin(encoder, resources, self.label, layer, drawn)
                 {
-                    set_stencil(self.instantiated, planned, &mut render_pass);
+                    set_constants(self.instantiated, planned, &mut render_pass);
                     self.draw(planned, pass, scene, (first, run), &mut render_pass);
                 }
                 first += run.len();
@@ -245,15 +245,17 @@ fn views_of<'a>(instantiated: &'a Instantiated, scene: &InstantiatedScene) -> &'
     instantiated.cpu_passes.seen(scene.views).map(BlackboardData::views).unwrap_or_default()
 }
 
-/// The reference that stencil is compared with and that replaces it.
-fn set_stencil(
+/// The reference that stencil is compared with and that replaces it, and the constant of blend equations.
+fn set_constants(
     instantiated: &Instantiated,
     planned: &PlannedPass,
     render_pass: &mut wgpu::RenderPass<'static>,
 ) {
-    if let Work::Render(render) = instantiated.plan.pipeline.pass(planned.handle).work()
-        && let Some(stencil) = &render.stencil
-    {
+    let Work::Render(render) = instantiated.plan.pipeline.pass(planned.handle).work() else { return };
+    if let Some(stencil) = &render.stencil {
         render_pass.set_stencil_reference(stencil.reference);
+    }
+    if let Some([r, g, b, a]) = render.blend_constant {
+        render_pass.set_blend_constant(wgpu::Color { r, g, b, a });
     }
 }

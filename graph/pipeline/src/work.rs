@@ -253,6 +253,8 @@ pub struct RenderWork {
     pub stencil: Option<StencilAttachment>,
     /// The draw.
     pub draw: Draw,
+    /// The constant of the blend equations, if there is one.
+    pub blend_constant: Option<[f64; 4]>,
 }
 
 /// The part of a texture that is attached.
@@ -275,6 +277,8 @@ pub struct ColorAttachment {
     pub load: LoadOperation<[f64; 4]>,
     /// The blend state.
     pub blend: Option<wgpu_types::BlendState>,
+    /// The channels that are written.
+    pub write_mask: wgpu_types::ColorWrites,
     /// The format in which it is written, if not the texture's own.
     pub format: Option<wgpu_types::TextureFormat>,
     /// The resolve target of its samples.
@@ -683,11 +687,26 @@ pub struct Sampler {
     pub address: Address,
     /// For comparison samplers: which reference values pass against a texel.
     pub compare: Option<Compare>,
+    /// The maximum number of samples along the direction in which a texel is squeezed most; 1 for no such samples.
+    pub max_anisotropy: u16,
+    /// The minimum and the maximum level of detail, in thousandths of a mip level.
+    pub lod_clamp: [u32; 2],
+}
+
+impl Sampler {
+    /// The maximum level of detail without a clamp: more mip levels than any texture has.
+    pub const MAX_LOD: u32 = 32;
 }
 
 impl Default for Sampler {
     fn default() -> Self {
-        Self { filter: Filter::Linear, address: Address::ClampToEdge, compare: None }
+        Self {
+            filter: Filter::Linear,
+            address: Address::ClampToEdge,
+            compare: None,
+            max_anisotropy: 1,
+            lod_clamp: [0, Self::MAX_LOD * 1000],
+        }
     }
 }
 

@@ -105,6 +105,12 @@ pub struct SamplerBind {
     pub address: Option<Word<Address>>,
     /// For a comparison sampler: which reference values pass against a texel.
     pub compare: Option<Word<Compare>>,
+    /// The maximum number of samples of a texture that is seen at a slant (1 to 16); 1 without it.
+    pub max_anisotropy: Option<Expr>,
+    /// The minimum level of detail (unit: mip levels); 0 without it.
+    pub lod_min_clamp: Option<Expr>,
+    /// The maximum level of detail (unit: mip levels); 32 without it.
+    pub lod_max_clamp: Option<Expr>,
 }
 
 /// Where the values of blackboard data, or of the view, go in the block that they are bound to, or why they do not fit;

@@ -56,6 +56,9 @@ impl Settings<'_> {
             if let Some(blend) = &color.blend {
                 self.tell(format!("blend of {name}"), word(blend));
             }
+            if color.write_mask != wgpu_types::ColorWrites::ALL {
+                self.tell(format!("write mask of {name}"), word(&color.write_mask));
+            }
             if let Some(format) = &color.format {
                 self.tell(format!("format of {name}"), word(format));
             }
@@ -63,6 +66,9 @@ impl Settings<'_> {
                 let to = self.target(resolved);
                 self.tell(format!("resolve of {name}"), to);
             }
+        }
+        if let Some(constant) = &render.blend_constant {
+            self.tell("blend constant".to_owned(), word(constant));
         }
         if let Some(depth) = &render.depth {
             let name = self.target(&depth.to);

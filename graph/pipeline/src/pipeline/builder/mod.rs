@@ -9,6 +9,7 @@ mod blocks;
 mod expressions;
 mod programs;
 mod references;
+mod samplers;
 mod slots;
 mod subresources;
 mod vertices;

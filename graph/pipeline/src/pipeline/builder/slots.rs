@@ -12,7 +12,7 @@ use crate::pipeline::{
     Bind, BindObject, Contents, IndexRange, Program, ProgramBinding, SubresourceRange, Usage,
 };
 use crate::shader::{AxisValue, AxisValues, describe};
-use crate::work::{Address, BoundSlot, BoundTexture, Filter, ProgramHandle, Sampler, SlotSource};
+use crate::work::{BoundSlot, BoundTexture, Filter, ProgramHandle, Sampler, SlotSource};
 
 impl PassBuilder<'_> {
     /// Matches the bindings of a program with what a pass binds, by name. Where `geometry` is given, groups 2 and 3
@@ -194,25 +194,7 @@ impl PassBuilder<'_> {
                         "bind { \"sampler\": { } } with its settings",
                     );
                 };
-                let at = format!("{here}/sampler");
-                let is_unfilterable = kind == wgpu_types::SamplerBindingType::NonFiltering;
-                let without = if is_unfilterable { Filter::Nearest } else { Filter::Linear };
-                let filter = self.word_or(&sampler.filter, &format!("{at}/filter"), without)?;
-                let address = self.word_or(&sampler.address, &format!("{at}/address"), Address::default())?;
-                let compare = match &sampler.compare {
-                    Some(word) => Some(self.word(word, &format!("{at}/compare"))?),
-                    None => None,
-                };
-                let is_comparison = kind == wgpu_types::SamplerBindingType::Comparison;
-                if compare.is_some() != is_comparison {
-                    let (message, help) = if is_comparison {
-                        (wanted("a comparison sampler"), "add \"compare\", such as \"less-equal\"")
-                    } else {
-                        (wanted("not a comparison sampler"), "remove \"compare\"")
-                    };
-                    return self.reject(codes::WRONG_RESOURCE, &at, message, help);
-                }
-                Some(SlotSource::Sampler(Sampler { filter, address, compare }))
+                self.sampler(kind, sampler, &format!("{here}/sampler"), &wanted).map(SlotSource::Sampler)
             }
             BindingType::Buffer { ty, .. } => match bind {
                 Bind::Object(BindObject::Values(values)) => {

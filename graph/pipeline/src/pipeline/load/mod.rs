@@ -44,7 +44,7 @@ use programs::Programs;
 use sections::{as_suggested, check_schema, is_of_incomplete};
 use settings::Settings;
 use sound::{Broken, Sound};
-use versions::{check_versions, uncertain};
+use versions::{check_versions, name_last_writers, uncertain};
 
 /// Makes the pipeline that a document describes, in the configuration that `overrides` names.
 ///
@@ -136,7 +136,8 @@ impl Connected {
         settings::check_data(document, shared);
         let mut uncertain = uncertain(&gaps, &instances, is_unreadable, shared);
         connect(&list, &uncertain, shared);
-        let passthroughs = toggle::connect(&passthroughs, &mut list, toggles, &mut uncertain, shared);
+        let mut passthroughs = toggle::connect(&passthroughs, &mut list, toggles, &mut uncertain, shared);
+        name_last_writers(&mut list, &mut passthroughs, shared);
         check_versions(&list, &absent, &gaps, &mut uncertain, shared);
         let gaps = gaps.into_iter().map(|(name, _)| name).collect();
         Self { passes: list, uncertain, passthroughs, gaps }

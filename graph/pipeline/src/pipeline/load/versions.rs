@@ -1,13 +1,110 @@
 //! Versions that passes name, against the passes that write.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::Shared;
 use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::document::Entry;
 use crate::pipeline::expand::Instance;
-use crate::pipeline::{Access, Environment, History, Pass, ResourceKind, Version};
+use crate::pipeline::{Access, Environment, History, Pass, Passthrough, ResourceKind, Version};
+use crate::source::Span;
 use crate::work::ResourceHandle;
+
+/// Lets a version that names a loop or a use of a subgraph mean the one that the last of its passes writes: the last round,
+/// and of the passes of a use the one that follows all others. Diagnostics: several of which none is the last.
+pub(super) fn name_last_writers(
+    passes: &mut [Pass],
+    passthroughs: &mut BTreeMap<ResourceHandle, Passthrough>,
+    shared: &mut Shared,
+) {
+    let known: BTreeSet<&str> = passes.iter().map(|pass| pass.name.as_str()).collect();
+    let group_of = |version: &Version| match version {
+        Version::WrittenBy(name) if !known.contains(name.as_str()) => Some(name.clone()),
+        _ => None,
+    };
+    let mut wanted: BTreeMap<(String, ResourceHandle), (Span, String)> = BTreeMap::new();
+    for one in passes.iter().flat_map(Pass::accesses) {
+        if let Some(group) = group_of(&one.version) {
+            wanted.entry((group, one.resource)).or_insert((one.place, one.pointer.clone()));
+        }
+    }
+    for passthrough in passthroughs.values() {
+        if let Some(group) = group_of(&passthrough.version) {
+            wanted
+                .entry((group, passthrough.fallback))
+                .or_insert((passthrough.place, passthrough.pointer.clone()));
+        }
+    }
+    if wanted.is_empty() {
+        return;
+    }
+    let mut last = BTreeMap::new();
+    for ((group, resource), (place, pointer)) in wanted {
+        match last_writer(passes, &group, resource) {
+            Ok(Some(writer)) => {
+                last.insert((group, resource), writer);
+            }
+            Ok(None) => {}
+            Err(writers) => {
+                let resource = &shared.resources[resource.index()].name;
+                let message =
+                    format!("several passes of \"{group}\" write \"{resource}\", and none is the last");
+                let diagnostic = Diagnostic::error(codes::BAD_REFERENCE, place, message).pointer(pointer);
+                let help = format!("name one of them: {}", list_of(writers.iter().map(String::as_str)));
+                shared.diagnostics.push(diagnostic.help(help));
+            }
+        }
+    }
+    let rename = |version: &mut Version, resource: ResourceHandle| {
+        if let Version::WrittenBy(name) = version
+            && let Some(writer) = last.get(&(name.clone(), resource))
+        {
+            name.clone_from(writer);
+        }
+    };
+    for one in passes.iter_mut().flat_map(|pass| &mut pass.accesses) {
+        rename(&mut one.version, one.resource);
+    }
+    for passthrough in passthroughs.values_mut() {
+        rename(&mut passthrough.version, passthrough.fallback);
+    }
+}
+
+/// The last writer of a resource among the passes of a group; `None` where none writes it.
+///
+/// # Errors
+/// The names of several, none of which is the last.
+fn last_writer(
+    passes: &[Pass],
+    group: &str,
+    resource: ResourceHandle,
+) -> Result<Option<String>, Vec<String>> {
+    let rest = |name: &str| name.strip_prefix(group)?.strip_prefix('.').map(str::to_owned);
+    let members = passes.iter().enumerate().filter_map(|(at, pass)| Some((at, pass, rest(&pass.name)?)));
+    let writes =
+        |pass: &Pass| pass.accesses().iter().any(|one| one.resource == resource && one.usage.writes());
+    let writers: Vec<_> = members.filter(|(_, pass, _)| writes(pass)).collect();
+    // The rounds of one loop come one after the other.
+    let rounds: Option<Vec<u32>> = writers.iter().map(|(_, _, rest)| rest.parse().ok()).collect();
+    if let Some(rounds) = rounds {
+        let last = writers.iter().zip(rounds).max_by_key(|(_, round)| *round);
+        return Ok(last.map(|((_, pass, _), _)| pass.name.clone()));
+    }
+    let follows = |later: &Pass, earlier: usize| {
+        let name = &passes[earlier].name;
+        let reads = |one: &Access| matches!(&one.version, Version::WrittenBy(other) if other == name);
+        later.after.iter().any(|handle| handle.index() == earlier)
+            || later.accesses().iter().any(|one| one.resource == resource && reads(one))
+    };
+    let is_last = |(at, pass, _): &&(usize, &Pass, String)| {
+        writers.iter().all(|(other, _, _)| other == at || follows(pass, *other))
+    };
+    match (&writers[..], writers.iter().find(is_last)) {
+        ([], _) => Ok(None),
+        (_, Some((_, last, _))) => Ok(Some(last.name.clone())),
+        _ => Err(writers.iter().map(|(_, pass, _)| pass.name.clone()).collect()),
+    }
+}
 
 /// Finds versions that no pass writes. Of what passes with such a version use, nothing is certain: neither their order is
 /// known, nor whose contents they read.

@@ -1,0 +1,219 @@
+//! How what is drawn is combined with what is there: WebGPU's blend equations.
+//!
+//! An attachment says one of a few words, or the equation itself: for color and for alpha an operation on what is drawn
+//! (source) and what is there (destination), each times a factor.
+//!
+//! ```jsonc
+//! "blend": { "color": { "operation": "subtract", "src_factor": "constant", "dst_factor": "one" }, "constant": [0.5, 0.5, 0.5, 1] }
+//! ```
+//!
+//! Limits: one constant for all attachments of a pass. The factors of a second source, for which a device needs a feature
+//! (`dual-source-blending`), are not there.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_pipeline::diagnostic::codes;
+use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::pipeline::PassBuilder;
+use umbragraph_pipeline::wgpu_types::{BlendComponent, BlendFactor, BlendOperation, BlendState};
+
+use crate::attachment::ColorSettings;
+
+/// How colors are combined with what is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Blend {
+    /// They replace it.
+    Replace,
+    /// By their alpha.
+    Alpha,
+    /// By their alpha, which is multiplied into the color already.
+    PremultipliedAlpha,
+    /// They are added.
+    Add,
+    /// They are multiplied.
+    Multiply,
+    /// Of each channel the lesser of the two.
+    Min,
+    /// Of each channel the greater of the two.
+    Max,
+}
+
+/// How colors are combined with what is there: a word, or an equation.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub enum BlendSettings {
+    /// One of a few common ways.
+    Named(Word<Blend>),
+    /// An equation.
+    Equation(BlendEquation),
+}
+
+/// The blend equation of an attachment.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BlendEquation {
+    /// What becomes of red, green and blue.
+    pub color: BlendComponentSettings,
+    /// What becomes of alpha; as of color without it.
+    pub alpha: Option<BlendComponentSettings>,
+    /// Red, green, blue and alpha of the factor "constant".
+    pub constant: Option<Expr>,
+}
+
+/// One component of a blend equation.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BlendComponentSettings {
+    /// The operation; "add" without it.
+    pub operation: Option<Word<Operation>>,
+    /// What is drawn is multiplied by it; "one" without it.
+    pub src_factor: Option<Word<Factor>>,
+    /// What is there is multiplied by it; "zero" without it. "min" and "max" take no factors.
+    pub dst_factor: Option<Word<Factor>>,
+}
+
+umbragraph_pipeline::webgpu_words! {
+    /// The operation of a blend equation, by WebGPU's names.
+    Operation = BlendOperation {
+        /// Source plus destination.
+        Add,
+        /// Source minus destination.
+        Subtract,
+        /// Destination minus source.
+        ReverseSubtract,
+        /// The lesser of the two.
+        Min,
+        /// The greater of the two.
+        Max,
+    }
+}
+
+umbragraph_pipeline::webgpu_words! {
+    /// A factor of a blend equation, by WebGPU's names.
+    Factor = BlendFactor {
+        /// 0
+        Zero,
+        /// 1
+        One,
+        /// The source.
+        Src,
+        /// 1 less the source.
+        OneMinusSrc,
+        /// The alpha of the source.
+        SrcAlpha,
+        /// 1 less the alpha of the source.
+        OneMinusSrcAlpha,
+        /// The destination.
+        Dst,
+        /// 1 less the destination.
+        OneMinusDst,
+        /// The alpha of the destination.
+        DstAlpha,
+        /// 1 less the alpha of the destination.
+        OneMinusDstAlpha,
+        /// The lesser of the alpha of the source and 1 less that of the destination; for alpha 1.
+        SrcAlphaSaturated,
+        /// The constant.
+        Constant,
+        /// 1 less the constant.
+        OneMinusConstant,
+    }
+}
+
+impl BlendSettings {
+    /// The blend state of an attachment; `Some(None)` where colors replace what is there.
+    pub(crate) fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<Option<BlendState>> {
+        let equation = match self {
+            Self::Named(word) => return Some(named(pass.word(word, at)?)),
+            Self::Equation(equation) => equation,
+        };
+        let color = equation.color.declare(pass, &format!("{at}/color"))?;
+        let alpha = match &equation.alpha {
+            Some(settings) => settings.declare(pass, &format!("{at}/alpha"))?,
+            None => color,
+        };
+        if [color, alpha].iter().any(BlendComponent::uses_constant) && equation.constant.is_none() {
+            let help = "add \"constant\": red, green, blue and alpha";
+            return pass.reject(codes::MISSING_KEY, at, "a factor is the constant, which is not said", help);
+        }
+        Some(Some(BlendState { color, alpha }))
+    }
+}
+
+/// The constant that the attachments of a pass say, which is the same for all of them; `Some(None)` without one.
+pub(crate) fn blend_constant(
+    pass: &mut PassBuilder<'_>,
+    attachments: &[ColorSettings],
+) -> Option<Option<[f64; 4]>> {
+    let mut found = None;
+    for (at, attachment) in attachments.iter().enumerate() {
+        let Some(BlendSettings::Equation(BlendEquation { constant: Some(expr), .. })) = &attachment.blend
+        else {
+            continue;
+        };
+        let pointer = format!("/color/{at}/blend/constant");
+        let numbers = pass.numbers(expr, &pointer)?;
+        let Ok(constant) = <[f64; 4]>::try_from(numbers.as_slice()) else {
+            let message = format!("a color has four numbers, not {}", numbers.len());
+            let help = "write red, green, blue and alpha: [0.5, 0.5, 0.5, 1]";
+            return pass.reject(codes::OUT_OF_BOUNDS, &pointer, message, help);
+        };
+        if found.is_some_and(|known| known != constant) {
+            let message = "two attachments of a pass blend with different constants";
+            return pass.reject(
+                codes::ATTACHMENTS,
+                &pointer,
+                message,
+                "a pass has one constant for all of them",
+            );
+        }
+        found = Some(constant);
+    }
+    Some(found)
+}
+
+impl BlendComponentSettings {
+    fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<BlendComponent> {
+        let operation = pass.word_or(&self.operation, &format!("{at}/operation"), Operation::Add)?;
+        if matches!(operation, Operation::Min | Operation::Max) {
+            for (factor, key) in [(&self.src_factor, "src_factor"), (&self.dst_factor, "dst_factor")] {
+                if factor.is_some() {
+                    let message = "\"min\" and \"max\" compare what is drawn with what is there as they are";
+                    return pass.reject(
+                        codes::ATTACHMENTS,
+                        &format!("{at}/{key}"),
+                        message,
+                        "remove the factor",
+                    );
+                }
+            }
+            let one = BlendFactor::One;
+            return Some(BlendComponent { src_factor: one, dst_factor: one, operation: operation.into() });
+        }
+        let src_factor = pass.word_or(&self.src_factor, &format!("{at}/src_factor"), Factor::One)?;
+        let dst_factor = pass.word_or(&self.dst_factor, &format!("{at}/dst_factor"), Factor::Zero)?;
+        Some(BlendComponent {
+            src_factor: src_factor.into(),
+            dst_factor: dst_factor.into(),
+            operation: operation.into(),
+        })
+    }
+}
+
+fn named(blend: Blend) -> Option<BlendState> {
+    let both = |src_factor, dst_factor, operation| {
+        let component = BlendComponent { src_factor, dst_factor, operation };
+        Some(BlendState { color: component, alpha: component })
+    };
+    let one = BlendFactor::One;
+    match blend {
+        Blend::Replace => None,
+        Blend::Alpha => Some(BlendState::ALPHA_BLENDING),
+        Blend::PremultipliedAlpha => Some(BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+        Blend::Add => both(one, one, BlendOperation::Add),
+        Blend::Multiply => both(BlendFactor::Dst, BlendFactor::Zero, BlendOperation::Add),
+        Blend::Min => both(one, one, BlendOperation::Min),
+        Blend::Max => both(one, one, BlendOperation::Max),
+    }
+}
