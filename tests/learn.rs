@@ -29,7 +29,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 25, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 30, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -230,6 +230,45 @@ fn a_device_with_less_switches_a_feature_off_and_one_with_more_changes_nothing()
 }
 
 #[test]
+fn each_pipeline_has_points_for_extensions() {
+    let pass = |name: &str, to: &str| {
+        format!(
+            r#"{{ "{name}": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "{to}", "blend": "add" }}] }} }} }}"#
+        )
+    };
+    for pipeline in ["nebula", "mantis", "caracal", "lore", "awsm"] {
+        let path = format!("pipelines/{pipeline}.json");
+        let text = std::fs::read_to_string(root().join(&path)).unwrap();
+        let extension = format!(
+            r#"{{ "format": 1, "name": "three", "inserts": {{ "after_depth": {}, "before_tone_mapping": {}, "after_picture": {} }} }}"#,
+            pass("first", "color"),
+            pass("second", "color"),
+            pass("third", "target")
+        );
+        let folder = umbragraph_test_support::scratch::ScratchFolder::new("points");
+        let file = folder.join("three.json");
+        std::fs::write(&file, extension).unwrap();
+        let with = With { extension: Some(file.to_str().unwrap()), ..With::default() };
+        let outcome = common::check_with(&path, &text, &with);
+        let order = outcome.order();
+        let at =
+            |name: &str| order.iter().position(|pass| *pass == name).unwrap_or_else(|| panic!("{order:?}"));
+        let expected = [at("shade"), at("first"), at("sky"), at("second"), at("present"), at("third")];
+        assert!(expected.is_sorted(), "{pipeline}: {order:?}");
+    }
+}
+
+#[test]
+fn the_name_of_a_loop_is_the_version_that_its_last_round_writes() {
+    use umbragraph::pipeline::Version;
+    let outcome = lesson("28-bloom");
+    let pipeline = &outcome.plan().pipeline;
+    let shine = pipeline.pass(pipeline.find_pass("shine").unwrap());
+    let versions: Vec<_> = shine.accesses().iter().map(|access| access.version.clone()).collect();
+    assert!(versions.contains(&Version::WrittenBy("up.3".to_owned())), "{versions:?}");
+}
+
+#[test]
 fn an_extension_puts_its_passes_at_the_point() {
     assert_eq!(lesson("12-extension-point").order(), ["paint", "show"]);
     let extension = Some("pipelines/learn/parts/echo.json");
@@ -259,15 +298,22 @@ fn a_history_keeps_its_writers_because_of_later_frames() {
 #[cfg(all(feature = "gpu", feature = "gltf"))]
 mod pictures {
     use super::{lesson, names};
-    use crate::common::gpu::{empty_frame, executor, import, picture, read};
+    use crate::common::gpu::{empty_frame, executor, import, picture, read, scene};
+    use crate::common::{With, check_file, root};
     use umbragraph::executor::Frame;
+    use umbragraph::scene::gpu::SceneResources;
     use umbragraph_test_support::gpu;
+    use umbragraph_test_support::image::{Channels, Picture};
 
     #[test]
     fn every_lesson_draws_a_picture_that_is_redder_on_the_right() {
         let Some(gpu) = gpu::device() else { return };
         for name in names() {
-            let picture = picture(&gpu, &lesson(&name));
+            let outcome = lesson(&name);
+            if !outcome.plan().pipeline.geometry.is_empty() {
+                continue;
+            }
+            let picture = picture(&gpu, &outcome);
             let pixels: Vec<_> = picture.rgba_pixels().collect();
             let row = &pixels[..640];
             assert!(row[600][0] > row[40][0].saturating_add(20), "{name}: {:?} {:?}", row[40], row[600]);
@@ -282,6 +328,122 @@ mod pictures {
     #[test]
     fn a_history_goes_on_from_what_the_frame_before_left() {
         grows_brighter("14-history");
+    }
+
+    /// Frames of a lesson on the courtyard, which the camera looks at from where it says for each.
+    fn frames(gpu: &gpu::Gpu, outcome: &crate::common::Outcome, cameras: &[f64]) -> Picture {
+        use umbragraph::frame::FrameInput;
+        let scene = scene(&root().join("examples/scenes/courtyard.glb"));
+        let [width, height] = outcome.plan().viewport;
+        let resources = SceneResources::new(&gpu.device, &gpu.queue, &scene, &scene.pose(0.0)).unwrap();
+        let target = import(gpu, outcome.plan(), "target");
+        let mut executor = executor(gpu, outcome.plan(), Some(&resources));
+        for (index, aside) in cameras.iter().enumerate() {
+            let mut input = scene.frame_input(f64::from(width) / f64::from(height), 0.0);
+            input.camera.position += input.camera.rotation * glam::DVec3::X * *aside;
+            let input = FrameInput { index: index as u64, ..input };
+            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let imports = [("target", &target)];
+            let frame = Frame { input: &input, draws: Some(&resources), imports: &imports, toggles: &[] };
+            executor.record(&mut encoder, &frame).expect("a record");
+            gpu.queue.submit([encoder.finish()]);
+        }
+        read(gpu, &target)
+    }
+
+    fn on_courtyard(
+        name: &str,
+        [width, height]: [u32; 2],
+        parameters: &[(&str, &str)],
+    ) -> crate::common::Outcome {
+        let with = With { size: Some([width, height]), parameters, ..With::default() };
+        check_file(&format!("pipelines/learn/{name}.json"), &with)
+    }
+
+    /// The root of the mean square of the differences between two pictures, in steps of 255.
+    fn difference(one: &Picture, other: &Picture) -> f64 {
+        let pairs = one
+            .rgba_pixels()
+            .zip(other.rgba_pixels())
+            .flat_map(|(a, b)| [0, 1, 2].map(|at| (f64::from(a[at]) - f64::from(b[at])).powi(2)));
+        let (sum, count) = pairs.fold((0.0, 0.0), |(sum, count), square| (sum + square, count + 1.0));
+        f64::sqrt(sum / count)
+    }
+
+    /// The mean of four by four pixels for each.
+    fn shrunk(picture: &Picture, [width, height]: [u32; 2]) -> Picture {
+        let pixels: Vec<[u8; 4]> = picture.rgba_pixels().collect();
+        let wide = picture.width();
+        let mean = |x: u32, y: u32, channel: usize| {
+            let places = (0..16).map(|at| (y * 4 + at / 4) * wide + x * 4 + at % 4);
+            (places.map(|at| u32::from(pixels[at as usize][channel])).sum::<u32>() / 16) as u8
+        };
+        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let bytes = places.flat_map(|(x, y)| [0, 1, 2, 3].map(|channel| mean(x, y, channel))).collect();
+        Picture::new(width, height, Channels::Rgba, bytes).unwrap()
+    }
+
+    #[test]
+    fn gathered_frames_come_nearer_to_many_samples() {
+        let Some(gpu) = gpu::device() else { return };
+        let size = [160, 90];
+        let settings: &[(&str, &str)] = &[("resolution", "512")];
+        let temporal = on_courtyard("29-temporal", size, settings);
+        let large = on_courtyard("26-depth-prepass", size.map(|side| side * 4), settings);
+        let truth = shrunk(&frames(&gpu, &large, &[0.0]), size);
+        let one = difference(&frames(&gpu, &temporal, &[0.0]), &truth);
+        let many = difference(&frames(&gpu, &temporal, &[0.0; 10]), &truth);
+        assert!(many < 0.75 * one, "{one} after one frame, {many} after ten");
+        // A camera that comes to rest after a way aside: what it has gathered on its way is where it belongs.
+        let way: Vec<f64> = (0..5).map(|at| 0.05 * f64::from(5 - at)).chain([0.0; 2]).collect();
+        let moved = difference(&frames(&gpu, &temporal, &way), &truth);
+        assert!(moved < 0.9 * one, "{one} after one frame, {moved} on the way");
+    }
+
+    #[test]
+    fn a_prepass_and_a_g_buffer_change_nothing_that_is_seen() {
+        let Some(gpu) = gpu::device() else { return };
+        let with = With { size: Some([240, 136]), ..With::default() };
+        let forward = frames(&gpu, &check_file("pipelines/nebula.json", &with), &[0.0]);
+        let prepass = frames(&gpu, &on_courtyard("26-depth-prepass", [240, 136], &[]), &[0.0]);
+        assert_eq!(difference(&forward, &prepass), 0.0);
+        let deferred = frames(&gpu, &on_courtyard("30-deferred", [240, 136], &[]), &[0.0]);
+        let apart = difference(&forward, &deferred);
+        assert!(apart > 0.0 && apart < 3.0, "{apart}");
+    }
+
+    #[test]
+    fn occlusion_only_darkens_and_bloom_only_brightens() {
+        let Some(gpu) = gpu::device() else { return };
+        let size = [240, 136];
+        let plain = frames(&gpu, &on_courtyard("26-depth-prepass", size, &[]), &[0.0]);
+        let mean = |picture: &Picture| {
+            picture.rgba_pixels().map(|pixel| f64::from(pixel[1])).sum::<f64>() / f64::from(size[0] * size[1])
+        };
+        for (name, sign, by) in [("27-ssao", -1.0, 1.0), ("28-bloom", 1.0, 3.0)] {
+            let picture = frames(&gpu, &on_courtyard(name, size, &[]), &[0.0]);
+            let pairs = plain.rgba_pixels().zip(picture.rgba_pixels());
+            let worst = pairs.map(|(a, b)| sign * (f64::from(b[1]) - f64::from(a[1]))).fold(0.0, f64::min);
+            assert!(worst >= -1.0, "{name}: {worst}");
+            let change = sign * (mean(&picture) - mean(&plain));
+            assert!(change > by, "{name}: {change}");
+        }
+    }
+
+    #[test]
+    fn an_overlay_is_drawn_over_the_picture_of_each_pipeline() {
+        let Some(gpu) = gpu::device() else { return };
+        for pipeline in ["nebula", "mantis", "caracal", "lore", "awsm"] {
+            let path = format!("pipelines/{pipeline}.json");
+            let with = With { size: Some([96, 54]), ..With::default() };
+            let plain = frames(&gpu, &check_file(&path, &with), &[0.0]);
+            let extension = Some("pipelines/learn/parts/overlay.json");
+            let lined = frames(&gpu, &check_file(&path, &With { extension, ..with }), &[0.0]);
+            let differs: Vec<bool> =
+                plain.rgba_pixels().zip(lined.rgba_pixels()).map(|(a, b)| a != b).collect();
+            assert!(differs[18 * 96 + 10] && differs[10 * 96 + 32], "{pipeline} has no lines");
+            assert!(!differs[10 * 96 + 16], "{pipeline} is changed between lines");
+        }
     }
 
     fn grows_brighter(name: &str) {

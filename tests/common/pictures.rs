@@ -169,8 +169,17 @@ pub const VARIANTS: &[Variant] = &[
     ),
 ];
 
-/// Lessons that draw with templates of their own, without a scene.
-const LESSONS: &[&str] = &["01-smallest", "09-loops-and-mips", "18-mesh"];
+/// Lessons that draw with templates of their own; the later ones a scene.
+const LESSONS: &[(&str, Option<&str>)] = &[
+    ("01-smallest", None),
+    ("09-loops-and-mips", None),
+    ("18-mesh", None),
+    ("26-depth-prepass", Some("courtyard")),
+    ("27-ssao", Some("courtyard")),
+    ("28-bloom", Some("courtyard")),
+    ("29-temporal", Some("courtyard")),
+    ("30-deferred", Some("courtyard")),
+];
 
 /// One reference picture.
 #[derive(Clone)]
@@ -194,11 +203,11 @@ pub fn of_scene(pipeline: &'static str, scene: &'static str) -> Vec<Case> {
 
 /// The pictures of lessons.
 pub fn of_lessons() -> Vec<Case> {
-    let of = |lesson: &&str| Case {
+    let of = |(lesson, scene): &(&str, Option<&'static str>)| Case {
         name: format!("learn_{lesson}"),
-        scene: None,
+        scene: *scene,
         pipeline: format!("pipelines/learn/{lesson}.json"),
-        parameters: Vec::new(),
+        parameters: scene.map_or(Vec::new(), |_| vec![("resolution", "1024".to_owned())]),
         features: &[],
     };
     LESSONS.iter().map(of).collect()

@@ -8,6 +8,7 @@
 mod common;
 
 mod allocations;
+mod blending;
 mod buffers;
 
 mod contents;

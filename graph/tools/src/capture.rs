@@ -132,7 +132,11 @@ fn check<'p>(plan: &'p Plan, capture: &Capture) -> Result<&'p PlannedResource, D
             let writers = plan.passes.iter().filter(|pass| plan.writes(pass.handle, resource.handle));
             writers.map(|pass| pass.name.as_str())
         };
-        if !writers().any(|writer| writer == pass) {
+        // The name of a loop or of a use means the last of its passes.
+        let is_of = |writer: &str| {
+            writer.strip_prefix(pass).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        if !writers().any(is_of) {
             let message = match plan.culled.contains_key(pass) {
                 true => format!("the pass \"{pass}\" is culled, so it writes no \"{name}\""),
                 false => format!("no pass \"{pass}\" writes \"{name}\""),

@@ -46,12 +46,14 @@ pub(super) fn name_last_writers(
             }
             Ok(None) => {}
             Err(writers) => {
-                let resource = &shared.resources[resource.index()].name;
+                let named = &shared.resources[resource.index()].name;
                 let message =
-                    format!("several passes of \"{group}\" write \"{resource}\", and none is the last");
+                    format!("several passes of \"{group}\" write \"{named}\", and none is the last");
                 let diagnostic = Diagnostic::error(codes::BAD_REFERENCE, place, message).pointer(pointer);
                 let help = format!("name one of them: {}", list_of(writers.iter().map(String::as_str)));
                 shared.diagnostics.push(diagnostic.help(help));
+                // Which one is meant is open, but not that there is one.
+                last.extend(writers.into_iter().last().map(|writer| ((group, resource), writer)));
             }
         }
     }

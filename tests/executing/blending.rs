@@ -1,0 +1,61 @@
+//! Blend equations, their constant, and masks of channels, in texels.
+
+use umbragraph_test_support::gpu;
+
+use crate::common::gpu::import;
+use crate::stage::{color, executor, fill, plan, show, target};
+use crate::views::frame;
+
+/// What a fill of some color leaves of another that was there, 255 for 1.
+#[track_caller]
+fn combined(there: &str, settings: &str, drawn: &str) -> Option<[u8; 4]> {
+    let gpu = gpu::device()?;
+    let passes = [
+        fill("below", r#"{ "to": "target" }"#, there),
+        fill("above", &format!(r#"{{ "to": "target", {settings} }}"#), drawn),
+    ];
+    let plan = plan(&target(1), &passes.join(","));
+    let mut executor = executor(&gpu, &plan, None);
+    let target = import(&gpu, &plan, "target");
+    show(&gpu, &mut executor, None, &target, &frame(&[]));
+    Some(color(&gpu, &target, 0))
+}
+
+#[test]
+fn each_equation_is_the_one_that_is_written() {
+    let (there, drawn) = ("[0.2, 0.4, 0.6, 0.8]", "[0.6, 0.2, 0.4, 0.4]");
+    let equation = |color: &str, more: &str| format!(r#""blend": {{ "color": {{ {color} }}{more} }}"#);
+    let constant = r#", "constant": [0.5, 1, 0, 0.5]"#;
+    let cases = [
+        (r#""blend": "multiply""#.to_owned(), [31, 20, 61, 82]),
+        (r#""blend": "min""#.to_owned(), [51, 51, 102, 102]),
+        (r#""blend": "max""#.to_owned(), [153, 102, 153, 204]),
+        (equation(r#""operation": "max""#, ""), [153, 102, 153, 204]),
+        (equation(r#""operation": "subtract", "dst_factor": "one""#, ""), [102, 0, 0, 0]),
+        (equation(r#""operation": "reverse-subtract", "dst_factor": "one""#, ""), [0, 51, 51, 102]),
+        (equation(r#""src_factor": "one-minus-dst-alpha", "dst_factor": "one""#, ""), [82, 112, 173, 224]),
+        (
+            equation(r#""src_factor": "constant", "dst_factor": "one-minus-constant""#, constant),
+            [102, 51, 153, 153],
+        ),
+        (
+            equation(r#""src_factor": "one""#, r#", "alpha": { "src_factor": "zero", "dst_factor": "one" }"#),
+            [153, 51, 102, 204],
+        ),
+    ];
+    for (settings, expected) in cases {
+        let Some(found) = combined(there, &settings, drawn) else { return };
+        let apart = (0..4).map(|at| found[at].abs_diff(expected[at])).max();
+        assert!(apart <= Some(1), "{settings}: {found:?}, expected {expected:?}");
+    }
+}
+
+#[test]
+fn channels_that_are_masked_stay() {
+    let mask =
+        |channels: &str| combined("[1, 1, 0, 0]", &format!(r#""write_mask": [{channels}]"#), "[0, 0, 1, 1]");
+    let Some(some) = mask(r#""red", "blue""#) else { return };
+    assert_eq!(some, [0, 255, 255, 0]);
+    assert_eq!(mask(""), Some([255, 255, 0, 0]));
+    assert_eq!(mask(r#""alpha""#), Some([255, 255, 0, 255]));
+}
