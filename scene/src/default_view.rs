@@ -48,7 +48,7 @@ pub fn sun() -> Light {
         color: Vec3::ONE,
         intensity: 3.0,
         range: f32::INFINITY,
-        properties: vec!["cast_shadow".into()],
+        properties: vec!["cast_shadow".into(), "contact_shadow".into()],
         angular_diameter: 0.53_f32.to_radians(),
         radius: 0.0,
         priority: 1.0,

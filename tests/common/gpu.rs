@@ -119,6 +119,8 @@ pub struct Host<'a> {
     pub scene: SceneResources,
     pub executor: Executor,
     pub target: wgpu::Texture,
+    /// What is imported besides.
+    pub imports: Vec<(&'static str, wgpu::Texture)>,
     pub options: PlanOptions,
 }
 
@@ -131,15 +133,16 @@ impl<'a> Host<'a> {
         let executor = executor(gpu, plan, Some(&scene));
         let target = import(gpu, plan, "target");
         let options = PlanOptions::new(plan.viewport[0], plan.viewport[1]);
-        Self { gpu, outcome, scene, executor, target, options }
+        Self { gpu, outcome, scene, executor, target, imports: Vec::new(), options }
     }
 
     /// Records one frame; whether CPU passes wanted other sizes, for which everything is planned again.
     #[track_caller]
     pub fn frame(&mut self, input: &FrameInput) -> bool {
         let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let frame =
-            Frame { input, draws: Some(&self.scene), imports: &[("target", &self.target)], toggles: &[] };
+        let mut imports = vec![("target", &self.target)];
+        imports.extend(self.imports.iter().map(|(name, texture)| (*name, texture)));
+        let frame = Frame { input, draws: Some(&self.scene), imports: &imports, toggles: &[] };
         if let Err(diagnostics) = self.executor.record(&mut encoder, &frame) {
             panic!("{diagnostics:?}");
         }

@@ -163,6 +163,16 @@ pub const VARIANTS: &[Variant] = &[
         &[("msaa", "true"), ("reverse_z", "false")],
     ),
     variant(
+        ["awsm", "courtyard", "contact_proportional"],
+        &[("contact_strength", "1"), ("contact_steps", "8")],
+        &[("contact_shadows", "true"), ("msaa", "true"), ("storage_descriptors", "false")],
+    ),
+    variant(
+        ["awsm", "figure", "contact_first_hit"],
+        &[("contact_form", "\"first_hit\""), ("contact_strength", "1"), ("contact_thickness", "0.3")],
+        &[("contact_shadows", "true"), ("reverse_z", "false")],
+    ),
+    variant(
         ["awsm", "interior", "wide_filter"],
         &[("filter_radius", "1"), ("max_radius", "40"), ("atlas_max_side", "256")],
         &[("point_shadows", "false")],

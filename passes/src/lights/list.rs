@@ -21,8 +21,9 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
-use super::descriptor;
 use super::placement::{self, Backing};
+use super::slots::{self, SlotSettings, Slots};
+use super::{CONTACT_SHADOW, descriptor};
 use crate::cascades::light::radiance;
 use crate::codes;
 use crate::importance::Eye;
@@ -51,6 +52,8 @@ pub struct LightList {
     pub cubes: Option<String>,
     /// What a `cascades` with a placement publishes.
     pub layers: Option<String>,
+    /// Which lights have a slot of textures as large as the picture; none without it.
+    pub slots: Option<SlotSettings>,
 }
 
 impl Node for LightList {
@@ -81,12 +84,14 @@ impl Node for LightList {
                 input(&self.layers, "/layers", &descriptor),
             ],
         };
+        let slots = self.slots.as_ref().map(|settings| Slots::declare(pass, settings));
         if !sound {
             return None;
         }
+        let slots = slots.map_or(Some(None), |slots| slots.map(Some))?;
         let (lights, descriptors) = (lights?, descriptors?);
         let output = pass.publish(&self.to, "/to", shape(lights, descriptors))?;
-        let node = RunLightList { capacity: lights as usize, sources };
+        let node = RunLightList { capacity: lights as usize, sources, slots };
         pass.produce(Work::Cpu(CpuWork::new(node, output, inputs)))
     }
 
@@ -121,7 +126,12 @@ pub fn shape(lights: u32, descriptors: u32) -> DataShape {
         .value(
             "light.shadow",
             ValueType::vector(Component::U32, 4).array(lights),
-            "first descriptor, or 2³² − 1 without a shadow; number of descriptors; 0, 0",
+            "first descriptor, or 2³² − 1 without a shadow; number of descriptors; slot, or 2³² − 1; 1 with contact shadows",
+        )
+        .value(
+            "slot",
+            ValueType::vector(Component::U32, 4).array(slots::GROUPS),
+            "the position in this list of the light of each slot, or 2³² − 1",
         );
     descriptor::add(shape, descriptors)
 }
@@ -138,6 +148,7 @@ struct Sources {
 struct RunLightList {
     capacity: usize,
     sources: Sources,
+    slots: Option<Slots>,
 }
 
 /// Memory that is used again in each frame.
@@ -147,22 +158,31 @@ struct State {
     order: Vec<u32>,
     /// For each light of the frame its first descriptor and their number.
     shadows: Vec<(u32, u32)>,
-    /// The names of the lights that were left out last.
-    left_out: Vec<String>,
+    /// The lights that ask for a slot, with their importance, the most important first.
+    asking: Vec<(f32, u32)>,
+    /// The names of the lights that were left out last, and of those that had no slot.
+    known: [Vec<String>; 2],
 }
 
 impl CpuNode for RunLightList {
     type State = State;
 
     fn run(&self, state: &mut State, context: &CpuContext<'_>, data: &mut BlackboardData) {
-        let State { order, shadows, left_out } = state;
+        let State { order, shadows, asking, known } = state;
         let frame = context.frame;
         let input = |at: Option<usize>| at.and_then(|at| context.inputs.get(at).copied());
         shadows.clear();
         shadows.resize(frame.lights.len(), (NO_SHADOW, 0));
         self.publish_descriptors(&input, shadows, data);
         self.choose(frame, order);
-        report(frame, order.get(self.capacity..).unwrap_or_default(), left_out, data);
+        let (listed, left_out) = order.split_at(self.capacity.min(order.len()));
+        let slotted = self.slots.as_ref().map_or(0, |slots| slots.choose(frame, listed, asking));
+        let (slotted, slotless) = asking.split_at(slotted);
+        let [known_left_out, known_slotless] = known;
+        let are_others = remember(frame, left_out.iter().copied(), known_left_out);
+        if remember(frame, slotless.iter().map(|(_, at)| *at), known_slotless) || are_others {
+            data.set_notices(notices(frame, known));
+        }
         order.truncate(self.capacity);
         order.sort_unstable_by(|a, b| {
             let (a, b) = (&frame.lights[*a as usize], &frame.lights[*b as usize]);
@@ -175,8 +195,14 @@ impl CpuNode for RunLightList {
         data.set_vec4s("light.position_range", lights().map(position_range));
         data.set_vec4s("light.direction_scale", lights().map(direction_scale));
         data.set_vec4s("light.color_offset", lights().map(color_offset));
-        let shadows = order.iter().map(|at| shadows[*at as usize]);
-        data.set_words("light.shadow", shadows.flat_map(|(first, count)| [first, count, 0, 0]));
+        let shadows = order.iter().flat_map(|at| {
+            let (first, count) = shadows[*at as usize];
+            let slot = slotted.iter().position(|(_, slotted)| slotted == at);
+            let contact = frame.lights[*at as usize].has(CONTACT_SHADOW);
+            [first, count, slot.map_or(NO_SHADOW, |slot| slot as u32), u32::from(contact)]
+        });
+        data.set_words("light.shadow", shadows);
+        slots::publish(data, order, slotted);
     }
 }
 
@@ -243,25 +269,40 @@ impl RunLightList {
     }
 }
 
-fn report(frame: &FrameInput, left_out: &[u32], known: &mut Vec<String>, data: &mut BlackboardData) {
-    let names = || left_out.iter().map(|at| frame.lights[*at as usize].name.as_str());
-    if names().eq(known.iter().map(String::as_str)) {
-        return;
+/// Keeps the names of some lights; whether they are others than before.
+fn remember(frame: &FrameInput, lights: impl Iterator<Item = u32> + Clone, known: &mut Vec<String>) -> bool {
+    let names = lights.map(|at| frame.lights[at as usize].name.as_str());
+    if names.clone().eq(known.iter().map(String::as_str)) {
+        return false;
     }
     known.clear();
-    known.extend(names().map(str::to_owned));
+    known.extend(names.map(str::to_owned));
+    true
+}
+
+/// Names the lights that are left out, and those without a slot.
+fn notices(frame: &FrameInput, [left_out, slotless]: &[Vec<String>; 2]) -> Diagnostics {
     let mut notices = Diagnostics::new();
-    if !known.is_empty() {
+    if !left_out.is_empty() {
         let message = format!(
             "{} lights are left out, since a frame has more than {}: {}",
-            known.len(),
-            frame.lights.len() - known.len(),
-            known.join(", ")
+            left_out.len(),
+            frame.lights.len() - left_out.len(),
+            left_out.join(", ")
         );
         let notice = Diagnostic::warning(codes::LIGHTS_LEFT_OUT, Place::Nowhere, message);
         notices.push(notice.help("raise the capacity of the light list"));
     }
-    data.set_notices(notices);
+    if !slotless.is_empty() {
+        let message = format!(
+            "nothing in screen space is kept of {} lights, since there are no more slots: {}",
+            slotless.len(),
+            slotless.join(", ")
+        );
+        let notice = Diagnostic::warning(codes::SHADOWS_LEFT_OUT, Place::Nowhere, message);
+        notices.push(notice.help("raise the number of slots, or give what matters more priority"));
+    }
+    notices
 }
 
 /// Directional lights, spots, point lights.

@@ -10,7 +10,8 @@
 //!    most important lights come first; one that has to do with less, or with nothing, is reported by name;
 //! 2. [`spots`] (`spot_shadows`), [`cubes`] (`cube_shadows`) and [`crate::cascades`] with a placement: a view for each
 //!    map to draw, and a [`descriptor`] for shaders;
-//! 3. [`list`] (`light_list`): all lights by kind, and all descriptors by backing, in one block.
+//! 3. [`list`] (`light_list`): all lights by kind, and all descriptors by backing, in one block; and which lights have
+//!    [`slots`] of textures as large as the picture.
 //!
 //! A shader goes through the lights, and asks for the visibility of each by its first descriptor, whose backing follows
 //! from its position: no constant stands on both sides.
@@ -24,10 +25,14 @@ pub mod descriptor;
 pub mod filter;
 pub mod list;
 pub mod placement;
+pub mod slots;
 pub mod spots;
 
 /// The property of a light in which things cast shadows.
 pub const CAST_SHADOW: &str = "cast_shadow";
+
+/// The property of a light whose shadows are refined where things touch, by what the picture shows.
+pub const CONTACT_SHADOW: &str = "contact_shadow";
 
 /// The draw filter of what casts shadows.
 pub const CASTERS: &str = "casters";

@@ -214,8 +214,11 @@ fn one(
     };
     let (angular_diameter_deg, radius) = (number("angular_diameter_deg"), number("radius"));
     let priority = number("priority");
-    let cast_shadow = extras.each_ref().map(|extras| extras.boolean("castShadow", report));
-    let casts = cast_shadow.into_iter().flatten().next().unwrap_or(true);
+    let mut is_on = |key: &str| {
+        let found = extras.each_ref().map(|extras| extras.boolean(key, report));
+        found.into_iter().flatten().next().unwrap_or(true)
+    };
+    let switches = [("cast_shadow", is_on("castShadow")), ("contact_shadow", is_on("contactShadow"))];
     usable.then(|| Light {
         name,
         kind,
@@ -224,7 +227,7 @@ fn one(
         color: Vec3::from_array(json.color),
         intensity: json.intensity,
         range: json.range.unwrap_or(f32::INFINITY),
-        properties: casts.then_some("cast_shadow".into()).into_iter().collect(),
+        properties: switches.iter().filter(|(_, is_on)| *is_on).map(|(word, _)| (*word).into()).collect(),
         angular_diameter: angular_diameter_deg.unwrap_or(0.0).min(180.0).to_radians(),
         radius: radius.unwrap_or(0.0),
         priority: priority.unwrap_or(1.0),

@@ -1,0 +1,83 @@
+//! Slots of lights in textures as large as the picture, in which passes keep something of each light for the shading.
+//!
+//! Such a texture has a channel for each slot, four to a layer, so there are few. The most important lights that the
+//! camera sees something of have one; the others are named by a notice, and shading does without it.
+//!
+//! Limits: a slot is not kept from frame to frame, so such a texture is no history.
+
+use schemars::JsonSchema;
+use serde::Deserialize;
+use umbragraph_pipeline::data::BlackboardData;
+use umbragraph_pipeline::frame::{FrameInput, Light};
+use umbragraph_pipeline::language::{Expr, Word};
+use umbragraph_pipeline::pipeline::PassBuilder;
+
+use super::list::NO_SHADOW;
+use super::placement::{self, capacity};
+use super::{CAST_SHADOW, CONTACT_SHADOW};
+use crate::importance::Eye;
+
+/// The maximum number of slots.
+pub const MAX_SLOTS: u32 = 32;
+
+/// The four-component vectors that say which light has which slot.
+pub(super) const GROUPS: u32 = MAX_SLOTS / 4;
+
+/// Which lights have a slot of textures as large as the picture.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SlotSettings {
+    /// The maximum number of slots, 32 at most: the most important lights have one.
+    pub capacity: Expr,
+    /// Which of the lights that cast shadows ask for one; all without it.
+    pub of: Option<Word<SlotsOf>>,
+}
+
+/// The lights that ask for a slot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SlotsOf {
+    /// All that cast shadows.
+    Shadows,
+    /// Those with contact shadows.
+    ContactShadows,
+}
+
+/// The lights that ask for a slot, and how many get one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Slots {
+    capacity: usize,
+    of: SlotsOf,
+}
+
+impl Slots {
+    pub(super) fn declare(pass: &mut PassBuilder<'_>, settings: &SlotSettings) -> Option<Self> {
+        let of = pass.word_or(&settings.of, "/slots/of", SlotsOf::Shadows);
+        let capacity = capacity(pass, &settings.capacity, "/slots/capacity", MAX_SLOTS);
+        Some(Self { capacity: capacity? as usize, of: of? })
+    }
+
+    /// The lights that ask for a slot, the most important first; how many of them get one.
+    pub(super) fn choose(&self, frame: &FrameInput, listed: &[u32], asking: &mut Vec<(f32, u32)>) -> usize {
+        asking.clear();
+        let Some(eye) = Eye::new(&frame.camera) else { return 0 };
+        let asks = |light: &Light| {
+            light.has(CAST_SHADOW) && (self.of == SlotsOf::Shadows || light.has(CONTACT_SHADOW))
+        };
+        let of = |at: u32| &frame.lights[at as usize];
+        let asked =
+            listed.iter().filter(|at| asks(of(**at))).map(|at| (eye.importance(of(*at)).value(), *at));
+        asking.extend(asked.filter(|(importance, _)| *importance > 0.0));
+        asking
+            .sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then_with(|| placement::compare(of(a.1), of(b.1))));
+        asking.len().min(self.capacity)
+    }
+}
+
+/// Publishes which of the listed lights, by their position in the list, has which slot.
+pub(super) fn publish(data: &mut BlackboardData, listed: &[u32], slotted: &[(f32, u32)]) {
+    let place =
+        |at: &u32| listed.iter().position(|listed| listed == at).map_or(NO_SHADOW, |place| place as u32);
+    let places = slotted.iter().map(|(_, at)| place(at));
+    data.set_words("slot", places.chain(std::iter::repeat(NO_SHADOW)).take(MAX_SLOTS as usize));
+}
