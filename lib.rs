@@ -88,3 +88,13 @@ pub fn codes() -> Vec<Code> {
     codes.sort_unstable();
     codes
 }
+
+/// The Rust of the guide.
+#[cfg(all(doctest, feature = "gpu"))]
+mod guide {
+    #[doc = include_str!("docs/guide/5-own-node-kind.md")]
+    mod own_node_kind {}
+
+    #[doc = include_str!("docs/guide/7-embedding.md")]
+    mod embedding {}
+}
