@@ -29,7 +29,7 @@ fn names() -> Vec<String> {
 #[test]
 fn every_lesson_opens_with_a_comment_and_is_valid() {
     let names = names();
-    assert_eq!(names.len(), 30, "a new lesson needs a test of its own here");
+    assert_eq!(names.len(), 31, "a new lesson needs a test of its own here");
     for name in names {
         let text = std::fs::read_to_string(root().join(format!("pipelines/learn/{name}.json"))).unwrap();
         assert!(text.starts_with("// "), "{name}");
@@ -227,6 +227,55 @@ fn a_device_with_less_switches_a_feature_off_and_one_with_more_changes_nothing()
     let on = |max| check_file(path, &With { profile: Some(profile(max)), ..With::default() });
     assert_eq!(size(&on(16384), "strip"), (8192, 8));
     assert_eq!(size(&on(4096), "strip"), (4096, 8));
+}
+
+#[test]
+fn an_entry_point_is_the_first_or_the_one_that_is_named() {
+    const TWO: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
+@fragment fn alike(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(1.0); }
+@fragment fn other(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(0.5); }
+"#;
+    let check = |entry_points: &str| {
+        let text = format!(
+            r#"{{ "format": 1, "name": "two",
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "two.wgsl.jinja"{entry_points}, "color": [{{ "to": "target" }}] }} }} }} }}"#
+        );
+        let with = With { templates: &[("two.wgsl.jinja", TWO)], ..With::default() };
+        common::check_with("two.json", &text, &with)
+    };
+    let taken = |entry_points: &str| {
+        let outcome = check(entry_points);
+        let variant = &outcome.plan().pipeline.programs[0].variants[0];
+        variant.entry_point(umbragraph::shader::Stage::Fragment).unwrap().name.clone()
+    };
+    assert_eq!(taken(""), "alike");
+    assert_eq!(taken(r#", "entry_points": { "fragment": "other" }"#), "other");
+    let rejected = check(r#", "entry_points": { "fragment": "othre" }"#);
+    assert_eq!(rejected.codes(), ["UG0609"]);
+    assert!(rejected.text().contains("did you mean \"other\"?"), "{}", rejected.text());
+}
+
+#[test]
+fn a_feature_of_webgpu_is_there_where_the_profile_has_it() {
+    let check = |name: &str, profile: &str, features: &[(&str, &str)]| {
+        let text = format!(
+            r#"{{ "format": 1, "name": "filtered",
+  "features": {{ "fine": {{ "type": "bool", "default": true, "required_features": ["{name}"] }} }},
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "fine ? [64, 64] : [32, 32]", "lifetime": "imported" }} }} }},
+  "passes": {{ "fill": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }} }} }}"#
+        );
+        let profile = TargetProfile::from_name(profile);
+        common::check_with("filtered.json", &text, &With { profile, features, ..With::default() })
+    };
+    let filterable = "float32-filterable";
+    assert_eq!(size(&check(filterable, "webgpu", &[]), "target"), (32, 32));
+    assert_eq!(size(&check(filterable, "webgpu+float32-filterable", &[]), "target"), (64, 64));
+    let rejected = check(filterable, "webgpu", &[("fine", "true")]);
+    assert_eq!(rejected.codes(), ["UG0219"]);
+    let unknown = check("float32-filtrable", "webgpu", &[]);
+    assert!(unknown.codes() == ["UG0218"] && unknown.text().contains(filterable), "{}", unknown.text());
+    assert_eq!(TargetProfile::from_name("webgpu+filters"), None);
 }
 
 #[test]

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::pipeline::{Bind, PassBuilder};
+use umbragraph_pipeline::shader::Stage;
 use umbragraph_pipeline::work::{BoundSlot, ProgramHandle};
 
 /// The settings of a shader.
@@ -20,6 +21,20 @@ pub struct ShaderSettings {
     /// "view" is the view being drawn.
     #[serde(default)]
     pub bind: BTreeMap<String, Bind>,
+    /// The entry points by name, where a stage of the template has several; without a name the first by name.
+    pub entry_points: Option<EntryPointSettings>,
+}
+
+/// The names of entry points.
+#[derive(Clone, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EntryPointSettings {
+    /// That of the vertex stage.
+    pub vertex: Option<String>,
+    /// That of the fragment stage.
+    pub fragment: Option<String>,
+    /// That of the compute stage.
+    pub compute: Option<String>,
 }
 
 impl ShaderSettings {
@@ -29,7 +44,14 @@ impl ShaderSettings {
         pass: &mut PassBuilder<'_>,
         geometry: Option<&str>,
     ) -> (Option<ProgramHandle>, Option<Vec<BoundSlot>>) {
-        let program = pass.program(&self.shader, &self.axes, geometry, "");
+        let named = self.entry_points.clone().unwrap_or_default();
+        let named = [
+            (Stage::Vertex, named.vertex),
+            (Stage::Fragment, named.fragment),
+            (Stage::Compute, named.compute),
+        ];
+        let named = named.into_iter().filter_map(|(stage, name)| Some((stage, name?))).collect();
+        let program = pass.program(&self.shader, &self.axes, geometry, &named, "");
         (program, program.and_then(|program| pass.bind(program, &self.bind, geometry, "")))
     }
 }

@@ -73,7 +73,13 @@ fn render(
     }
     let (captures, document) = capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref())?;
     let graphics = progress.stage("open device", device::open)?;
-    let on_device = |profile: TargetProfile| profile.on_device(&graphics.device.limits(), graphics.flags);
+    let device_features =
+        checked.pipeline.as_ref().map_or(wgpu::Features::empty(), |pipeline| pipeline.device_features())
+            & graphics.device.features();
+    let on_device = |profile: TargetProfile| {
+        let profile = profile.on_device(&graphics.device.limits(), graphics.flags);
+        if device_features.is_empty() { profile } else { profile.with_features(device_features) }
+    };
     let checked = if captures.is_empty() {
         checked
     } else {

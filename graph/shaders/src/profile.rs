@@ -68,8 +68,31 @@ impl TargetProfile {
     /// The names of all profiles.
     pub const NAMES: [&'static str; 6] = ["webgpu", "webgpu-compat", "vulkan", "metal", "dx12", "gles"];
 
-    /// A profile by its name.
+    /// A profile by its name, with features of WebGPU behind it: `webgpu+float32-filterable`.
     pub fn from_name(name: &str) -> Option<Self> {
+        let (base, features) = name.split_once('+').unwrap_or((name, ""));
+        let features = features.split('+').filter(|feature| !feature.is_empty());
+        let features =
+            features.map(Self::feature).try_fold(Features::empty(), |all, one| Some(all | one?))?;
+        let profile = Self::named(base)?;
+        if features.is_empty() {
+            return Some(profile);
+        }
+        Some(Self { name: name.to_owned(), ..profile.with_features(features) })
+    }
+
+    /// An optional feature of WebGPU by its name there.
+    pub fn feature(name: &str) -> Option<Features> {
+        let named = |feature: &Features| feature.as_str() == Some(name);
+        Features::all_webgpu_mask().iter().find(named)
+    }
+
+    /// The names of the optional features of WebGPU.
+    pub fn feature_names() -> Vec<&'static str> {
+        Features::all_webgpu_mask().iter().filter_map(|feature| feature.as_str()).collect()
+    }
+
+    fn named(name: &str) -> Option<Self> {
         match name {
             "webgpu" => Some(Self::webgpu()),
             "webgpu-compat" => Some(Self::webgpu_compat()),
@@ -164,7 +187,8 @@ impl TargetProfile {
     }
 
     /// The same profile with no more than a device has, so that what is checked and planned runs on that device; `flags`
-    /// are those of its adapter. A device that has more changes nothing.
+    /// are those of its adapter. A device that has more changes nothing; for features of WebGPU that the device has,
+    /// there is [`TargetProfile::with_features`].
     ///
     /// Features of a pipeline that require a limit (`required_limits`) are off
     /// where the device has less.

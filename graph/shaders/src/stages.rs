@@ -4,8 +4,9 @@
 //! is made. WebGPU wants every user-defined input of the fragment stage to be an output of the vertex stage, of the same
 //! location, type and interpolation. What the vertex stage writes beside these is dropped.
 //!
-//! The stages of a module are those that a pipeline is made of: the first entry point of each by name. A module with one
-//! of the two stages only has nothing to compare.
+//! Each fragment stage of a module is compared with its vertex stage. Of several vertex stages the first by name is that of
+//! the first fragment stage by name; which others go together is for passes to say. A module with one of the two stages
+//! only has nothing to compare.
 //!
 //! Limits: an interpolation that is written out is not that of the default, though it may mean the same (`perspective`
 //! against nothing): devices compare it as it is written. naga keeps no spans of arguments and members, so these are
@@ -31,12 +32,27 @@ struct Variable<'a> {
 
 /// Every input of the fragment stage that the vertex stage does not write, or writes otherwise.
 pub(super) fn mismatched(text: &str, module: &Module) -> Vec<Rejection> {
-    let first = |stage: ShaderStage| {
-        module.entry_points.iter().filter(|entry| entry.stage == stage).min_by_key(|entry| &entry.name)
+    let of = |stage: ShaderStage| {
+        let mut those: Vec<_> = module.entry_points.iter().filter(|entry| entry.stage == stage).collect();
+        those.sort_by_key(|entry| &entry.name);
+        those
     };
-    let (Some(vertex), Some(fragment)) = (first(ShaderStage::Vertex), first(ShaderStage::Fragment)) else {
-        return Vec::new();
-    };
+    let (vertices, fragments) = (of(ShaderStage::Vertex), of(ShaderStage::Fragment));
+    let Some(vertex) = vertices.first() else { return Vec::new() };
+    let compared = if vertices.len() == 1 { fragments.len() } else { 1 };
+    fragments
+        .iter()
+        .take(compared)
+        .flat_map(|fragment| mismatched_pair(text, module, vertex, fragment))
+        .collect()
+}
+
+fn mismatched_pair(
+    text: &str,
+    module: &Module,
+    vertex: &EntryPoint,
+    fragment: &EntryPoint,
+) -> Vec<Rejection> {
     let mut written = Vec::new();
     if let Some(result) = &vertex.function.result {
         collect(module, result.ty, result.binding.as_ref(), "", None, &mut written);

@@ -11,8 +11,8 @@ use std::ops::Range;
 use naga::back::pipeline_constants::PipelineConstantError;
 use naga::common::wgsl::TypeContext as _;
 use naga::front::wgsl::ParseError;
-use naga::valid::ValidationError;
-use naga::{Handle, Module, Span, Type, WithSpan};
+use naga::valid::{EntryPointError, ValidationError};
+use naga::{GlobalVariable, Handle, Module, Span, Type, WithSpan};
 
 use super::codes;
 use super::text_map::TextMap;
@@ -162,6 +162,12 @@ fn end_before(text: &str, range: Range<usize>) -> Range<usize> {
 }
 
 pub(crate) fn validation(stage: Stage, module: &Module, error: &WithSpan<ValidationError>) -> Rejection {
+    if let ValidationError::EntryPoint { source: EntryPointError::BindingCollision(handle), .. } =
+        error.as_inner()
+        && let Some(rejection) = collision(stage, module, *handle)
+    {
+        return rejection;
+    }
     let mut cause = error.as_inner().to_string();
     let mut next = error.as_inner().source();
     while let Some(source) = next {
@@ -189,6 +195,32 @@ pub(crate) fn validation(stage: Stage, module: &Module, error: &WithSpan<Validat
         _ => None,
     });
     Rejection { range, ..Rejection::new(stage, format!("{cause}{context}"), Span::UNDEFINED) }
+}
+
+/// Two variables at one binding, as where an author's template includes one that takes the same number.
+fn collision(stage: Stage, module: &Module, handle: Handle<GlobalVariable>) -> Option<Rejection> {
+    let binding = module.global_variables[handle].binding?;
+    let name =
+        |handle: Handle<GlobalVariable>| module.global_variables[handle].name.as_deref().unwrap_or_default();
+    let mut others = module.global_variables.iter();
+    let (other, _) =
+        others.find(|(other, variable)| *other != handle && variable.binding == Some(binding))?;
+    let (group, number) = (binding.group, binding.binding);
+    let message = format!(
+        "\"{}\" takes @group({group}) @binding({number}), which \"{}\" has",
+        name(handle),
+        name(other)
+    );
+    let taken = |number: u32| {
+        let mut bindings = module.global_variables.iter().filter_map(|(_, variable)| variable.binding);
+        bindings.any(|known| (known.group, known.binding) == (group, number))
+    };
+    let free = (0..).find(|number| !taken(*number))?;
+    let span = |handle| module.global_variables.get_span(handle);
+    let mut rejection = Rejection::new(stage, message, span(handle));
+    rejection.labels.extend(span(other).to_range().map(|range| (range, "taken here".to_owned())));
+    rejection.help = Some(format!("@binding({free}) is the first of the group that is free here"));
+    Some(rejection)
 }
 
 /// Types that are written in place (textures, samplers) have no span; the first variable of the type has.

@@ -4,7 +4,8 @@
 //! "features": { "clustered": { "type": "bool", "default": true, "required_limits": { "max_storage_buffers_per_shader_stage": 2 } } }
 //! ```
 //!
-//! Where the profile has less, the feature is off by default and cannot be switched on, nor can those that require it; so that one pipeline takes the
+//! `"required_features": ["float32-filterable"]` does the same for optional features of WebGPU, which no profile has by itself
+//! (`webgpu+float32-filterable` has one), but a device may. Where the profile has less, the feature is off by default and cannot be switched on, nor can those that require it; so that one pipeline takes the
 //! better way on each device without anybody switching anything. No configuration with it is gone through there; where
 //! the profile has it, both are.
 
@@ -15,21 +16,19 @@ use crate::language::{FeatureDeclaration, FeatureType};
 use crate::shader::TargetProfile;
 use crate::source::Span;
 
-/// A limit of which a profile has less than a feature requires.
+/// What a profile has less of than a feature requires.
 #[derive(Clone, Debug)]
 pub struct Lacking {
-    /// Its name.
-    pub limit: String,
-    /// The limit that the feature requires.
-    pub required: u64,
-    /// The limit of the profile.
-    pub guaranteed: u64,
+    /// What is required: a limit and its value, or a feature of WebGPU.
+    pub required: String,
+    /// What the profile has of it.
+    pub guaranteed: String,
     /// The place of the requirement.
     pub place: Span,
 }
 
-/// The first limit, in the order of the document, of which a profile has less than a feature requires: the feature
-/// itself, or one that it requires to be on.
+/// The first limit, or feature of WebGPU, of which a profile has less than a feature requires: the feature itself, or one
+/// that it requires to be on.
 pub fn lacking(entry: &Entry, features: &[Entry], profile: &TargetProfile) -> Option<Lacking> {
     lacking_within(entry, features, profile, features.len())
 }
@@ -40,10 +39,23 @@ fn lacking_within(
     profile: &TargetProfile,
     depth: usize,
 ) -> Option<Lacking> {
-    let own = required_limits(entry).iter().find_map(|written| {
+    let limit = required_limits(entry).iter().find_map(|written| {
         let required = written.value.to_json().as_u64()?;
         let guaranteed = profile.limit(&written.key).filter(|guaranteed| *guaranteed < required)?;
-        Some(Lacking { limit: written.key.clone(), required, guaranteed, place: written.key_span })
+        let (limit, guaranteed) = (&written.key, guaranteed.to_string());
+        Some(Lacking {
+            required: format!("{limit} of at least {required}"),
+            guaranteed,
+            place: written.key_span,
+        })
+    });
+    let own = limit.or_else(|| {
+        required_features(entry).iter().find_map(|written| {
+            let name = written.text()?;
+            let is_missing = TargetProfile::feature(name).is_some_and(|one| !profile.features.contains(one));
+            let required = format!("the device feature \"{name}\"");
+            is_missing.then(|| Lacking { required, guaranteed: "not".to_owned(), place: written.span })
+        })
     });
     let required = entry.value.get("requires").and_then(Value::elements).unwrap_or_default();
     own.or_else(|| {
@@ -60,8 +72,20 @@ pub fn off(declaration: &FeatureDeclaration, place: Span) -> Value {
     Value { span: place, kind: word.map_or(Kind::Bool(false), |word| Kind::Text(word.clone())) }
 }
 
-/// Reports required limits that no profile has.
+/// Reports required limits and features that no profile has.
 pub(super) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
+    for (at, written) in required_features(entry).iter().enumerate() {
+        let Some(name) = written.text().filter(|name| TargetProfile::feature(name).is_none()) else {
+            continue;
+        };
+        let message = format!("WebGPU has no feature \"{name}\"");
+        let pointer = format!("{}/required_features/{at}", pointer_join("/features", &entry.key));
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_LIMIT, written.span, message).pointer(pointer);
+        let known = TargetProfile::feature_names();
+        diagnostics.push(diagnostic.suggest(name, known, Some(written.span), |names| {
+            format!("the features are {}", names.join(", "))
+        }));
+    }
     let written = required_limits(entry);
     for limit in written.iter().filter(|limit| !TargetProfile::LIMITS.contains(&limit.key.as_str())) {
         let message = format!("there is no limit \"{}\"", limit.key);
@@ -80,14 +104,11 @@ pub(super) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
 
 /// The diagnostic that a feature is switched on where the profile lacks what it requires.
 pub(super) fn cannot_be_on(setting: &Setting, lacking: &Lacking, profile: &TargetProfile) -> Diagnostic {
-    let Lacking { limit, required, guaranteed, place } = lacking;
+    let Lacking { required, guaranteed, place } = lacking;
     Diagnostic::error(
         codes::FEATURE_UNAVAILABLE,
         setting.place,
-        format!(
-            "\"{}\" requires {limit} of at least {required}, but {} has {guaranteed}",
-            setting.name, profile.name
-        ),
+        format!("\"{}\" requires {required}, but {} has {guaranteed}", setting.name, profile.name),
     )
     .related(*place, "required here")
     .help("leave it away: it is off by itself where the target lacks what it requires")
@@ -95,4 +116,8 @@ pub(super) fn cannot_be_on(setting: &Setting, lacking: &Lacking, profile: &Targe
 
 fn required_limits(entry: &Entry) -> &[Entry] {
     entry.value.get("required_limits").and_then(Value::entries).unwrap_or_default()
+}
+
+fn required_features(entry: &Entry) -> &[Value] {
+    entry.value.get("required_features").and_then(Value::elements).unwrap_or_default()
 }

@@ -42,7 +42,7 @@ pub use environment::Environment;
 pub use history::History;
 pub use inlined::inlined;
 pub use load::{as_written, has_word, is_name, load, load_sharing};
-pub use modules::{Absent, Chosen, Modules, Wanted};
+pub use modules::{Absent, Chosen, EntryPoints, Modules, Wanted};
 
 pub use preset::{ParameterFile, of_preset};
 pub use profiles::{claimed_profiles, profile_named};
@@ -96,6 +96,13 @@ pub struct Pipeline {
 }
 
 impl Pipeline {
+    /// The features of WebGPU that features of the pipeline require.
+    pub fn device_features(&self) -> wgpu_types::Features {
+        let declared = self.features.values().flat_map(|feature| &feature.declaration.required_features);
+        let known = declared.filter_map(|name| TargetProfile::feature(name));
+        known.fold(wgpu_types::Features::empty(), |all, one| all | one)
+    }
+
     /// A resource.
     pub fn resource(&self, handle: ResourceHandle) -> &Resource {
         &self.resources[handle.index()]

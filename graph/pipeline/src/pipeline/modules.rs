@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::document::{Entry, Value, pointer_join};
-use crate::shader::{self, AxisValues, ShaderModule, TargetProfile, TemplateSet};
+use crate::shader::{self, AxisValues, ShaderModule, Stage, TargetProfile, TemplateSet};
 use crate::source::Span;
 
 /// A template with chosen axes.
@@ -20,7 +20,12 @@ pub struct Chosen {
     pub axes: AxisValues,
     /// The mesh properties that are axes too, in every combination.
     pub properties: Vec<String>,
+    /// The entry points of stages of which the template has several.
+    pub entry_points: EntryPoints,
 }
+
+/// The names of entry points by their stages; a stage without one has the first by name.
+pub type EntryPoints = BTreeMap<Stage, String>;
 
 /// A program that a pass wants.
 #[derive(Clone, Debug)]

@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::modules::EntryPoints;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::shader::{AxisValues, EntryPoint, ShaderModule, Stage, TypeLayout};
 use crate::source::Span;
@@ -31,6 +32,8 @@ pub struct ProgramVariant {
     pub properties: Vec<String>,
     /// The proven shader.
     pub module: Arc<ShaderModule>,
+    /// The entry points that the pass names.
+    pub entry_points: EntryPoints,
 }
 
 /// One binding of a program.
@@ -145,6 +148,8 @@ impl Program {
 impl ProgramVariant {
     /// The entry point of a stage, if the variant has one.
     pub fn entry_point(&self, stage: Stage) -> Option<&EntryPoint> {
-        self.module.reflection.entry_points.iter().find(|entry| entry.stage == stage)
+        let named = self.entry_points.get(&stage);
+        let is_meant = |entry: &&EntryPoint| named.is_none_or(|name| *name == entry.name);
+        self.module.reflection.entry_points.iter().filter(|entry| entry.stage == stage).find(is_meant)
     }
 }

@@ -21,6 +21,15 @@ pub enum Stage {
 }
 
 impl Stage {
+    /// `vertex`, `fragment` or `compute`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Stage::Vertex => "vertex",
+            Stage::Fragment => "fragment",
+            Stage::Compute => "compute",
+        }
+    }
+
     /// The stage as a set of one.
     pub fn stages(self) -> ShaderStages {
         match self {

@@ -110,12 +110,12 @@ crate::codes! {
     /// A group of features of which not exactly one is on.
     FEATURE_GROUP = "UG0217", "not one of a group",
         "Features with the same name under `one_of` form a group, and exactly one of them is on.\n\n```json\n\"features\": {\n  \"hard\": { \"type\": \"bool\", \"default\": true, \"one_of\": \"filter\" },\n  \"soft\": { \"type\": \"bool\", \"default\": false, \"one_of\": \"filter\" }\n}\n```\n\nWhoever switches one on (`--feature soft`, a preset, a parameter file) thereby switches those off that are on by default alone. Two that are both chosen, a group of which none is on, and a group with a single feature are errors. An enumeration is often the simpler way to say the same.";
-    /// A limit that no target has.
-    UNKNOWN_LIMIT = "UG0218", "unknown limit",
-        "A feature says under `required_limits` what it needs of the target: limits of WebGPU of which more is better, by the names that wgpu gives them, such as `max_storage_buffers_per_shader_stage`. Storage buffers are also counted as `max_storage_buffers_in_vertex_stage` and `max_storage_buffers_in_fragment_stage`.";
+    /// A limit or device feature that no target has.
+    UNKNOWN_LIMIT = "UG0218", "unknown limit or device feature",
+        "A feature says under `required_features` which optional features of WebGPU it needs, by WebGPU's names (`float32-filterable`), and under `required_limits` what it needs of the target: limits of WebGPU of which more is better, by the names that wgpu gives them, such as `max_storage_buffers_per_shader_stage`. Storage buffers are also counted as `max_storage_buffers_in_vertex_stage` and `max_storage_buffers_in_fragment_stage`.";
     /// A feature that is switched on where the target lacks what it requires.
     FEATURE_UNAVAILABLE = "UG0219", "feature unavailable",
-        "A feature says under `required_limits` what it needs of the target.\n\n```json\n\"features\": {\n  \"storage\": { \"type\": \"bool\", \"default\": true, \"required_limits\": { \"max_storage_buffers_in_vertex_stage\": 1 } }\n}\n```\n\nWhere the target profile, or the device that a picture is rendered on, has less, the feature is off (an enumeration has its first word) though it is on by default, and whoever switches it on is told so. `umbragraph why PIPELINE FEATURE` shows where a value comes from.";
+        "A feature says under `required_limits` and `required_features` what it needs of the target.\n\n```json\n\"features\": {\n  \"storage\": { \"type\": \"bool\", \"default\": true, \"required_limits\": { \"max_storage_buffers_in_vertex_stage\": 1 } }\n}\n```\n\nWhere the target profile, or the device that a picture is rendered on, has less, the feature is off (an enumeration has its first word) though it is on by default, and whoever switches it on is told so. Profiles have no optional feature of WebGPU by themselves; `--profile webgpu+float32-filterable` is one that does, and so is a device. `umbragraph why PIPELINE FEATURE` shows where a value comes from.";
     /// A parameter or feature that nothing uses.
     UNUSED_SETTING = "UG0220", "nothing uses it",
         "A parameter, feature or derived value is declared, but no expression mentions it and no template that a pass names has an axis of its name: with any value the pipeline is the same. Or no pass extends a group of shared settings. Usually its use was removed, or is still to be written.\n\nIt is a note, since a host can read parameters in code of its own.";
@@ -151,6 +151,9 @@ crate::codes! {
     /// An axis that the template does not have.
     UNKNOWN_AXIS = "UG0602", "unknown axis",
         "A pass chooses a value for an axis that the template does not declare. Axes stand in `NAME.axes.json` beside the template.";
+    /// An entry point that the shader does not have.
+    UNKNOWN_ENTRY_POINT = "UG0609", "unknown entry point",
+        "A pass names under `entry_points` one that its shader does not have in that stage, or that one of its variants does not have. Without a name the first of the stage by name is taken.";
     /// A binding that the shader does not have.
     UNKNOWN_BINDING = "UG0603", "unknown binding",
         "`bind` has a name that no variant of the shader declares, or `values` one that the block has in none of them. What another variant has that the pipeline can reach is merely not needed in this one. What only variants have that the pass never takes, since its axes are fixed to other values, is an error too: nothing would ever read it.";

@@ -239,6 +239,10 @@ pub struct FeatureDeclaration {
     /// Where the target profile, or the device, has less, the feature is off and cannot be switched on.
     #[serde(default)]
     pub required_limits: BTreeMap<String, u64>,
+    /// Optional features of WebGPU that it needs, such as "float32-filterable". Where the target profile, or the device,
+    /// does not have one, the feature is off and cannot be switched on.
+    #[serde(default)]
+    pub required_features: Vec<String>,
     /// A description for people.
     pub description: Option<String>,
 }

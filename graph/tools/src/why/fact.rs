@@ -385,8 +385,8 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
                 given::lacking_in(subject, found.kind, found.entry).map(|(profile, lacking)| Fact {
                     about: "unavailable",
                     text: format!(
-                        "{} has {} {}, the feature requires {}",
-                        profile.name, lacking.limit, lacking.guaranteed, lacking.required
+                        "the feature requires {}, {} has {}",
+                        lacking.required, profile.name, lacking.guaranteed
                     ),
                     at: Some(location(subject.sources, lacking.place)),
                 });

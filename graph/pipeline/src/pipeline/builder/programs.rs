@@ -8,7 +8,7 @@ use crate::document;
 use crate::expression::{ExpressionKind, Value};
 use crate::language::Expr;
 use crate::pipeline::load::Shared;
-use crate::pipeline::modules::Chosen;
+use crate::pipeline::modules::{Chosen, EntryPoints};
 use crate::shader::{AxisValue, AxisValues};
 use crate::work::ProgramHandle;
 
@@ -19,12 +19,14 @@ impl PassBuilder<'_> {
     }
 
     /// The program of a template. Its axes are what `axes` says, else the feature or parameter of the same name, else
-    /// their defaults; `geometry` names the contract whose mesh properties are axes too.
+    /// their defaults; `geometry` names the contract whose mesh properties are axes too. Where a stage has several entry
+    /// points, `entry_points` names the one that is meant.
     pub fn program(
         &mut self,
         template: &str,
         axes: &BTreeMap<String, Expr>,
         geometry: Option<&str>,
+        entry_points: &EntryPoints,
         pointer: &str,
     ) -> Option<ProgramHandle> {
         let shader_at = format!("{pointer}/shader");
@@ -106,11 +108,50 @@ impl PassBuilder<'_> {
             return None;
         }
         let place = self.place(&shader_at);
-        let chosen = Chosen { template: template.to_owned(), axes: values, properties };
+        let entry_points = entry_points.clone();
+        let chosen = Chosen { template: template.to_owned(), axes: values, properties, entry_points };
         self.shared.programs.modules.want(self.name, &chosen, place);
-        let pointer = &self.pointer;
+        let named = chosen.entry_points.clone();
+        let at = &self.pointer;
         let Shared { programs, diagnostics, .. } = &mut *self.shared;
-        programs.program(chosen, place, &|| [pointer.as_str(), &shader_at].concat(), diagnostics)
+        let program = programs.program(chosen, place, &|| [at.as_str(), &shader_at].concat(), diagnostics)?;
+        self.check_entry_points(program, &named, &format!("{pointer}/entry_points"))?;
+        Some(program)
+    }
+
+    /// Finds entry points that a variant of a program does not have.
+    fn check_entry_points(
+        &mut self,
+        program: ProgramHandle,
+        named: &EntryPoints,
+        pointer: &str,
+    ) -> Option<()> {
+        let program = self.shared.programs.list[program.index()].clone();
+        for (stage, name) in named {
+            let missing = program.variants.iter().find(|variant| variant.entry_point(*stage).is_none());
+            let Some(variant) = missing else { continue };
+            let entries = &variant.module.reflection.entry_points;
+            let known: Vec<&str> = entries
+                .iter()
+                .filter(|entry| entry.stage == *stage)
+                .map(|entry| entry.name.as_str())
+                .collect();
+            let stage = stage.name();
+            let message = format!("{} has no @{stage} entry point \"{name}\"", program.template);
+            self.report_unknown(
+                codes::UNKNOWN_ENTRY_POINT,
+                &format!("{pointer}/{stage}"),
+                message,
+                name,
+                &known,
+                || match &known[..] {
+                    [] => format!("it has none of the stage @{stage}"),
+                    known => format!("it has {}", known.join(", ")),
+                },
+            );
+            return None;
+        }
+        Some(())
     }
 }
 

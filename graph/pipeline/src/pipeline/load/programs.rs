@@ -57,7 +57,7 @@ impl Programs {
         pointer: &str,
         diagnostics: &mut Diagnostics,
     ) -> Option<ProgramHandle> {
-        let Chosen { template, axes, properties } = chosen;
+        let Chosen { template, axes, properties, entry_points } = chosen;
         let mut variants = Vec::new();
         for mask in 0..1u32 << properties.len().min(8) {
             let mut active: Vec<String> = Vec::new();
@@ -71,7 +71,7 @@ impl Programs {
             }
             active.sort();
             let module = self.module(template, values, place, pointer, diagnostics)?;
-            variants.push(ProgramVariant { properties: active, module });
+            variants.push(ProgramVariant { properties: active, module, entry_points: entry_points.clone() });
         }
         match Program::new(template.clone(), axes.clone(), variants, place) {
             Ok(program) if program.bindings.iter().any(|binding| self.is_beyond(binding)) => {
