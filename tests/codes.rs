@@ -19,7 +19,7 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("cli/tests/permutations.rs", &["UG0553", "UG0560", "UG0561", "UG0562"]),
     ("cli/tests/why.rs", &["UG0008"]),
     ("graph/shaders/src/tests/compiling.rs", &["UG0513"]),
-    ("tests/learn.rs", &["UG0219"]),
+    ("tests/learn.rs", &["UG0219", "UG0609"]),
     ("graph/shaders/src/wgsl.rs", &["UG0523"]),
     ("graph/shaders/src/tests/exploring.rs", &["UG0511"]),
     (

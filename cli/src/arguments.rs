@@ -420,6 +420,12 @@ pub(crate) struct RenderArguments {
     /// Writes what every texture holds after the last frame to a folder.
     #[arg(long, value_name = "FOLDER")]
     pub(crate) capture_all: Option<PathBuf>,
+    /// Prints how long the processor and the GPU work on each pass: the mean of all frames but the first.
+    #[arg(long)]
+    pub(crate) timings: bool,
+    /// Writes when the processor and the GPU work on each pass of each frame, as a trace for ui.perfetto.dev.
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) trace: Option<PathBuf>,
     /// Compresses PNG files less, in a fraction of the time.
     #[arg(long)]
     pub(crate) fast: bool,

@@ -51,7 +51,7 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
             .help("install a driver; on Debian and Ubuntu `apt install mesa-vulkan-drivers` gives one in software"));
     };
     let name = name(adapter);
-    let wanted = wgpu::Features::all_webgpu_mask();
+    let wanted = wgpu::Features::all_webgpu_mask() | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS;
     let descriptor = wgpu::DeviceDescriptor {
         label: Some("umbragraph"),
         required_features: adapter.features() & wanted,

@@ -103,6 +103,39 @@ fn a_capture_shows_the_version_that_a_pass_wrote() {
 }
 
 #[test]
+fn times_of_each_pass_are_told_and_traced() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-timings");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (out, trace) = (file("x-#.png"), file("trace.json"));
+    let arguments =
+        ["--out", &out, "--timings", "--trace", &trace, "--frames", "3", "--set", "resolution=64"];
+    let said = fine(&render("pipelines/nebula.json", FIGURE, &arguments));
+    let has_gpu = !said.contains("timestamp-query");
+    for pass in ["eye", "casters", "shade", "sky", "present"] {
+        let line = said.lines().find(|line| line.trim_start().starts_with(pass));
+        let times = line.map_or(0, |line| line.matches(" ms").count());
+        // What the GPU has no part in has one time.
+        assert_eq!(times, if pass == "eye" || !has_gpu { 1 } else { 2 }, "{pass} in\n{said}");
+    }
+    let text = std::fs::read_to_string(folder.join("trace.json")).unwrap();
+    let trace: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let events = trace["traceEvents"].as_array().unwrap();
+    let of = |name: &str, row: u64| {
+        events
+            .iter()
+            .filter(|event| event["name"] == name && event["tid"] == row && event["ph"] == "X")
+            .count()
+    };
+    assert_eq!((of("frame 2", 1), of("shade", 1), of("shade", 2)), (1, 3, if has_gpu { 3 } else { 0 }));
+    let missing = folder.join("missing/trace.json");
+    let arguments = ["--out", &out, "--frames", "2", "--trace", missing.to_str().unwrap()];
+    rejected(&render("pipelines/learn/01-smallest.json", FIGURE, &arguments), 1, &["cannot be written"]);
+}
+
+#[test]
 fn every_texture_of_a_pipeline_is_captured_and_its_range_told() {
     if !adapter() {
         return;

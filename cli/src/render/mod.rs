@@ -5,9 +5,11 @@ pub(crate) mod capture;
 mod files;
 mod layout;
 mod target;
+mod timings;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
+use std::time::Instant;
 
 use umbragraph::CheckReport;
 use umbragraph::compiler::{Plan, PlanOptions};
@@ -20,6 +22,7 @@ use umbragraph::shader::TargetProfile;
 
 use self::camera::CameraPath;
 use self::files::{Animation, Compression, Format};
+use self::timings::Timings;
 use crate::arguments::RenderArguments;
 use crate::device::{self, Graphics};
 use crate::progress::Progress;
@@ -93,6 +96,9 @@ fn render(
     let options = Session::options(&arguments.choices);
     let mut drawing = Drawing::new(&graphics, &scene, &checked, options, session, document.imports)?;
     drawing.toggles = &arguments.toggles;
+    if arguments.timings || arguments.trace.is_some() {
+        drawing.timings = Some(Timings::begin(&mut drawing.executor, &graphics.name));
+    }
     let mut animation = match output.format {
         Some(format) if output.frames > 1 || files::is_numbered(&arguments.out) => Some(Animation::begin(
             &arguments.out,
@@ -127,6 +133,14 @@ fn render(
     let mut said = format!("{}: {frames}{width} by {height} on {}\n", arguments.out.display(), graphics.name);
     for (capture, texels) in captures.iter().zip(drawing.captured()?) {
         said.push_str(&capture.write(&texels, output.compression)?);
+    }
+    if let Some(timings) = &drawing.timings {
+        if arguments.timings {
+            said.push_str(&timings.table());
+        }
+        if let Some(path) = &arguments.trace {
+            said.push_str(&timings.trace(path)?);
+        }
     }
     let notices: Vec<Diagnostic> = drawing.notices();
     session.diagnostics.extend(notices);
@@ -177,6 +191,7 @@ struct Drawing<'a> {
     pose: Pose,
     executor: Executor,
     imports: Vec<(String, wgpu::Texture)>,
+    timings: Option<Timings>,
 }
 
 impl<'a> Drawing<'a> {
@@ -212,6 +227,7 @@ impl<'a> Drawing<'a> {
             pose,
             executor,
             imports,
+            timings: None,
         })
     }
 
@@ -235,11 +251,16 @@ impl<'a> Drawing<'a> {
                 self.toggles.iter().map(|(name, on)| (name.as_str(), *on)).collect();
             let frame =
                 Frame { input: &input, draws: Some(&self.draws), imports: &imports, toggles: &toggles };
+            let start = Instant::now();
             self.executor.record(&mut encoder, &frame)?;
+            let end = Instant::now();
             match self.executor.wanted_sizes().filter(|_| round + 1 < ROUNDS) {
                 Some(sizes) => self.plan_again(sizes)?,
                 None => {
                     queue.submit([encoder.finish()]);
+                    if let Some(timings) = &mut self.timings {
+                        timings.frame(&mut self.executor, [start, end], index);
+                    }
                     break;
                 }
             }

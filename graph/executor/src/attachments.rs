@@ -10,6 +10,8 @@
 //!
 //! Discarding on load is recorded as clearing to zero: what is cheap on tiling devices, and nothing is left undefined.
 
+use wgpu_profiler::GpuProfilerQuery;
+
 use super::creation::Creation;
 use super::resources::{Resources, Viewed};
 use crate::compiler::{Plan, PlannedPass, StoreOperation};
@@ -177,7 +179,7 @@ impl Attachments {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         resources: &Resources,
-        label: &str,
+        (label, query): (&str, Option<&GpuProfilerQuery>),
         layer: u32,
         drawn: &mut Drawn,
     ) -> Option<wgpu::RenderPass<'static>> {
@@ -206,7 +208,9 @@ impl Attachments {
             stencil_ops = (!self.stencil_read_only).then_some(ops);
         }
         let depth = view.map(|view| depth_attachment(view, depth_ops, stencil_ops));
-        Some(begin(encoder, label, &colors[..self.color.len().min(MAX_COLORS)], depth))
+        let timestamps = query.and_then(GpuProfilerQuery::render_pass_timestamp_writes);
+        let colors = &colors[..self.color.len().min(MAX_COLORS)];
+        Some(begin(encoder, (label, timestamps), colors, depth))
     }
 
     /// Clears the layers that no view drew into, unless the pass loads them.
@@ -246,7 +250,7 @@ impl Attachments {
             let depth = view
                 .map(|view| depth_attachment(view, depth.map(|(_, ops)| ops), stencil.map(|(_, ops)| ops)));
             if depth.is_some() || colors.iter().any(Option::is_some) {
-                drop(begin(encoder, label, &colors[..self.color.len().min(MAX_COLORS)], depth));
+                drop(begin(encoder, (label, None), &colors[..self.color.len().min(MAX_COLORS)], depth));
             }
         }
     }
@@ -296,7 +300,7 @@ fn depth_attachment(
 
 fn begin(
     encoder: &mut wgpu::CommandEncoder,
-    label: &str,
+    (label, timestamp_writes): (&str, Option<wgpu::RenderPassTimestampWrites<'_>>),
     color_attachments: &[Option<wgpu::RenderPassColorAttachment<'_>>],
     depth_stencil_attachment: Option<wgpu::RenderPassDepthStencilAttachment<'_>>,
 ) -> wgpu::RenderPass<'static> {
@@ -304,6 +308,7 @@ fn begin(
         label: Some(label),
         color_attachments,
         depth_stencil_attachment,
+        timestamp_writes,
         ..wgpu::RenderPassDescriptor::default()
     };
     encoder.begin_render_pass(&descriptor).forget_lifetime()

@@ -32,6 +32,7 @@ mod buffer_draw;
 mod cache;
 mod creation;
 mod draw;
+mod gpu_times;
 mod groups;
 mod histories;
 mod host_groups;
@@ -57,6 +58,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use draw::{DrawPass, DrawSource};
+pub use gpu_times::GpuTime;
 pub use read_back::{Texels, read_back};
 pub use statistics::Statistics;
 pub use wgpu;
@@ -68,6 +70,7 @@ use crate::frame::FrameInput;
 use umbragraph_pipeline::draw::HostInterface;
 
 use creation::{Caught, Creation};
+use gpu_times::GpuTimes;
 use instantiate::Instantiated;
 use objects::Objects;
 use pool::Pool;
@@ -97,6 +100,7 @@ pub struct Executor {
     pool: Pool,
     scratch: Scratch,
     times: Times,
+    gpu_times: GpuTimes,
     statistics: Statistics,
     warnings: Diagnostics,
     /// Errors of creation that a browser has not told yet.
@@ -131,6 +135,7 @@ impl Executor {
             pool: Pool::default(),
             scratch: Scratch::default(),
             times: Times::default(),
+            gpu_times: GpuTimes::default(),
             statistics,
             warnings: Diagnostics::new(),
             late: Caught::default(),
@@ -229,6 +234,23 @@ impl Executor {
         names.zip(self.times.passes().iter().copied())
     }
 
+    /// When the processor began with each pass of [`Executor::times`], from the begin of the record on.
+    pub fn starts(&self) -> impl Iterator<Item = Duration> {
+        self.times.starts().iter().copied()
+    }
+
+    /// Switches measuring of the GPU's time for each pass on or off; off at first. Whether the device can measure it: it
+    /// needs the feature `timestamp-query`, and for copies `TIMESTAMP_QUERY_INSIDE_ENCODERS`.
+    pub fn measure_gpu_times(&mut self, on: bool) -> bool {
+        self.gpu_times.switch(on, &self.device)
+    }
+
+    /// The GPU's time for each pass of the last record, in the order in which they began. Its encoder has to be submitted;
+    /// this waits until the GPU is done. Nothing if measuring is off, or when asked a second time.
+    pub fn gpu_times(&mut self) -> Vec<GpuTime> {
+        self.gpu_times.take(&self.device, &self.queue)
+    }
+
     /// The passes that the last record left out, since their toggles are switched that way; in the plan's order.
     pub fn skipped(&self) -> impl Iterator<Item = &str> {
         let instantiated = &self.instantiated;
@@ -268,7 +290,10 @@ impl Executor {
         let start = self.times.now();
         self.prepare(encoder, frame)?;
         self.times.add_preparation(start);
-        record::record(&mut self.instantiated, encoder, frame.draws, &mut self.scratch, &mut self.times);
+        self.gpu_times.reset(&self.device);
+        let times = (&mut self.times, &self.gpu_times);
+        record::record(&mut self.instantiated, encoder, frame.draws, &mut self.scratch, times);
+        self.gpu_times.resolve(encoder);
         Ok(())
     }
 

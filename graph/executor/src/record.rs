@@ -9,6 +9,7 @@
 use super::Frame;
 use super::attachments::{Attachments, Drawn};
 use super::creation::Creation;
+use super::gpu_times::GpuTimes;
 use super::groups;
 use super::instantiate::{Instantiated, InstantiatedPass, InstantiatedScene, InstantiatedWork};
 use super::pool::Taken;
@@ -20,6 +21,7 @@ use crate::compiler::PlannedPass;
 use crate::data::{BlackboardData, View};
 use crate::diagnostic::Diagnostic;
 use crate::work::{Draw, Work};
+use wgpu_profiler::GpuProfilerQuery;
 
 /// Memory that is used again in each record.
 #[derive(Default)]
@@ -90,7 +92,7 @@ pub(super) fn record(
     encoder: &mut wgpu::CommandEncoder,
     source: Option<&dyn DrawSource>,
     scratch: &mut Scratch,
-    times: &mut Times,
+    (times, gpu_times): (&mut Times, &GpuTimes),
 ) {
     instantiated.resources.histories.record(encoder);
     let instantiated = &*instantiated;
@@ -104,11 +106,15 @@ pub(super) fn record(
         match &pass.work {
             InstantiatedWork::Cpu | InstantiatedWork::Nothing => continue,
             InstantiatedWork::Transfer(transfer) => {
+                let query = gpu_times.between(&planned.name, encoder);
                 transfer.record(encoder, resources, instantiated.switches());
+                gpu_times.end(encoder, query);
             }
             InstantiatedWork::Compute { pipeline, workgroups: [x, y, z], indirect } => {
-                let descriptor =
-                    wgpu::ComputePassDescriptor { label: Some(&pass.label), timestamp_writes: None };
+                let query = gpu_times.pass(&planned.name, encoder);
+                let timestamp_writes =
+                    query.as_ref().and_then(GpuProfilerQuery::compute_pass_timestamp_writes);
+                let descriptor = wgpu::ComputePassDescriptor { label: Some(&pass.label), timestamp_writes };
                 let mut compute = encoder.begin_compute_pass(&descriptor);
                 compute.set_pipeline(pipeline);
                 groups::bind_compute(&pass.groups, &mut compute);
@@ -120,6 +126,8 @@ pub(super) fn record(
                         }
                     }
                 }
+                drop(compute);
+                gpu_times.end(encoder, query);
             }
             InstantiatedWork::Fullscreen { attachments, .. }
             | InstantiatedWork::Scene { attachments, .. } => {
@@ -127,8 +135,9 @@ pub(super) fn record(
                 if pass.merged == 0 {
                     continue;
                 }
+                let (name, label) = (&planned.name, &pass.label);
                 let mut recording =
-                    Recording { instantiated, source, scratch, attachments, label: &pass.label };
+                    Recording { instantiated, source, scratch, attachments, gpu_times, name, label };
                 if attachments.is_flat() {
                     recording.flat(encoder, at, pass.merged);
                 } else {
@@ -146,6 +155,9 @@ struct Recording<'a> {
     source: Option<&'a dyn DrawSource>,
     scratch: &'a mut Scratch,
     attachments: &'a Attachments,
+    gpu_times: &'a GpuTimes,
+    /// The name of the first pass.
+    name: &'a str,
     label: &'a str,
 }
 
@@ -154,8 +166,10 @@ impl Recording<'_> {
     fn flat(&mut self, encoder: &mut wgpu::CommandEncoder, first: usize, count: usize) {
         let resources = &self.instantiated.resources;
         self.scratch.drawn.reset(self.attachments);
-        let begun = self.attachments.begin(encoder, resources, self.label, 0, &mut self.scratch.drawn);
-        let Some(mut render_pass) = begun else { return };
+        let query = self.gpu_times.pass(self.name, encoder);
+        let labels = (self.label, query.as_ref());
+        let begun = self.attachments.begin(encoder, resources, labels, 0, &mut self.scratch.drawn);
+        let Some(mut render_pass) = begun else { return self.gpu_times.end(encoder, query) };
         let passes = self.instantiated.plan.passes.iter().zip(&self.instantiated.passes);
         for (planned, pass) in passes.skip(first).take(count) {
             if count > 1 {
@@ -186,6 +200,8 @@ impl Recording<'_> {
                 render_pass.pop_debug_group();
             }
         }
+        drop(render_pass);
+        self.gpu_times.end(encoder, query);
     }
 
     /// A render pass for each run of views that draw into the same layer.
@@ -199,12 +215,15 @@ impl Recording<'_> {
             for run in views_of(self.instantiated, scene).chunk_by(|a, b| a.layer == b.layer) {
                 let layer = run.first().map_or(0, |view| view.layer);
                 let drawn = &mut self.scratch.drawn;
+                let query = self.gpu_times.pass(self.name, encoder);
+                let labels = (self.label, query.as_ref());
                 if let Some(mut render_pass) =
-                    self.attachments.begin(encoder, resources, self.label, layer, drawn)
+                    self.attachments.begin(encoder, resources, labels, layer, drawn)
                 {
                     set_constants(self.instantiated, planned, &mut render_pass);
                     self.draw(planned, pass, scene, (first, run), &mut render_pass);
                 }
+                self.gpu_times.end(encoder, query);
                 first += run.len();
             }
         }

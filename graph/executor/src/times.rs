@@ -3,8 +3,7 @@
 //! Off unless asked for. The time of a CPU pass is that of its function; of any other pass, that of recording it, the
 //! host's own draws included. Preparing bind groups and uploading blocks belong to no pass and are told apart.
 //!
-//! The time that the GPU takes is not measured here: a timer for that writes timestamps at the begin and the end of the
-//! render and compute passes, all of which begin in `record` and `attachments`, under the names of their passes.
+//! The time that the GPU takes is measured by [`super::gpu_times`].
 //!
 //! Limits: no clock on the web, where all times are zero.
 
@@ -21,6 +20,9 @@ pub(super) struct Times {
     /// Preparing and uploading.
     pub(super) preparation: Duration,
     passes: Vec<Duration>,
+    /// When each pass began, from the reset on.
+    starts: Vec<Duration>,
+    began: Option<Moment>,
 }
 
 impl Times {
@@ -35,8 +37,11 @@ impl Times {
     pub(super) fn reset(&mut self, passes: usize) {
         self.preparation = Duration::ZERO;
         self.passes.clear();
+        self.starts.clear();
         if self.is_on {
             self.passes.resize(passes, Duration::ZERO);
+            self.starts.resize(passes, Duration::ZERO);
+            self.began = Some(self.now());
         }
     }
 
@@ -50,8 +55,10 @@ impl Times {
 
     /// Adds the time since a moment to a pass.
     pub(super) fn add(&mut self, pass: usize, since: Moment) {
-        if let Some(time) = self.passes.get_mut(pass) {
-            *time += since.elapsed();
+        if let (Some(time), Some(start)) = (self.passes.get_mut(pass), self.starts.get_mut(pass)) {
+            let elapsed = since.elapsed();
+            *time += elapsed;
+            *start = self.began.map_or(Duration::ZERO, Moment::elapsed).saturating_sub(elapsed);
         }
     }
 
@@ -63,6 +70,11 @@ impl Times {
     /// The times by position; none if measuring is off.
     pub(super) fn passes(&self) -> &[Duration] {
         &self.passes
+    }
+
+    /// When each pass began, by position.
+    pub(super) fn starts(&self) -> &[Duration] {
+        &self.starts
     }
 }
 
