@@ -130,6 +130,25 @@ fn derived_values_follow_from_parameters() {
 }
 
 #[test]
+fn constraints_say_which_values_go_together() {
+    let with = |parameters| {
+        let with = With { parameters, ..With::default() };
+        check_file("pipelines/learn/31-constraints.json", &with)
+    };
+    assert!(with(&[]).diagnostics.is_empty());
+    let wide = with(&[("high", "64")]);
+    assert_eq!(wide.text().lines().next(), Some("warning[UG0223]: the strip takes 64 KiB or more"));
+    let both = with(&[("high", "128")]);
+    assert_eq!(both.codes(), ["UG0223", "UG0223"]);
+    assert_eq!(both.diagnostics.error_count(), 1);
+    assert!(
+        both.text().contains("\"high\" is 128") && both.text().contains("help: change high"),
+        "{}",
+        both.text()
+    );
+}
+
+#[test]
 fn passes_are_laid_over_the_settings_that_they_share() {
     use umbragraph::work::{Address, Filter, SlotSource, Work};
     let outcome = lesson("25-shared-settings");

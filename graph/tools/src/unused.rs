@@ -56,7 +56,7 @@ impl<'a> Mentioned<'a> {
 pub(crate) fn unused(document: &Document, templates: &TemplateSet, diagnostics: &mut Diagnostics) {
     let root = &document.root;
     let mut all = Mentioned::default();
-    for name in ["resources", "passes", "derived", "geometry", "profiles"] {
+    for name in ["resources", "passes", "derived", "constraints", "geometry", "profiles"] {
         root.get(name).into_iter().for_each(|section| all.read(section));
     }
     for subgraph in entries(root, "subgraphs") {

@@ -510,7 +510,11 @@ impl<'a, 's> Expander<'a, 's> {
             let given = with.and_then(|with| with.get(&parameter.key));
             let value = match given {
                 None => parameter.value.get("default").cloned(),
-                Some(given) if declaration.parameter_type == crate::language::ParameterType::Enum => {
+                // A word, or an expression after an equals sign, as wherever a word can stand.
+                Some(given)
+                    if declaration.parameter_type == crate::language::ParameterType::Enum
+                        && given.text().is_none_or(|text| !text.starts_with('=')) =>
+                {
                     Some(given.clone())
                 }
                 Some(given) => self
@@ -574,13 +578,17 @@ impl<'a, 's> Expander<'a, 's> {
         pointer: &str,
         environment: &Environment,
     ) -> Option<Value> {
-        let result = Expr(value.to_json())
+        let word = value.text().and_then(|text| text.strip_prefix('='));
+        let result = word
+            .map_or_else(|| Expr(value.to_json()), |word| Expr(word.into()))
             .parse()
             .and_then(|expression| environment.evaluate(&expression, &|_| false, &self.shared.scope));
         match result {
             Ok(value) => Some(value),
             Err(mut error) => {
                 environment.widen(&mut error, std::iter::empty());
+                let sign = usize::from(word.is_some());
+                error.range = error.range.start + sign..error.range.end + sign;
                 let diagnostic = expression_diagnostic(&error, value, pointer);
                 self.shared.report_from(diagnostic.into_iter().collect(), environment);
                 None

@@ -11,6 +11,7 @@ pub const SECTIONS: &[&str] = &[
     "parameters",
     "features",
     "derived",
+    "constraints",
     "geometry",
     "resources",
     "passes",

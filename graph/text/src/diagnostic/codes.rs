@@ -125,6 +125,9 @@ crate::codes! {
     /// Derived values that need one another.
     DERIVED_CYCLE = "UG0222", "derived value depends on itself",
         "The expression of a derived value names another whose expression, by a detour, names the first. Derived values may stand in any order, but each follows from parameters, features and others that do not follow from it.";
+    /// A constraint that does not hold.
+    CONSTRAINT = "UG0223", "constraint does not hold",
+        "A pipeline says under `constraints` which values of parameters, features and derived values go together, and what is wrong with others.\n\n```json\n\"constraints\": {\n  \"exponent_of_fp16\": {\n    \"holds\": \"!half_precision || exponent <= 5.54\",\n    \"message\": \"squares of moments overflow fp16 with an exponent above 5.54\"\n  }\n}\n```\n\nWith `\"severity\": \"warning\"` the pipeline can be used all the same. The diagnostic names the values that the condition depends on, and where each was set.";
     /// A resource that is not there.
     UNKNOWN_RESOURCE = "UG0301", "unknown resource",
         "A reference names a resource that \"resources\" does not declare.";

@@ -47,6 +47,9 @@ pub struct Sections {
     /// Named values that follow from parameters, features and one another: an expression each.
     #[serde(default)]
     pub derived: BTreeMap<String, Expr>,
+    /// Named conditions on parameters, features and derived values, each with what is said where it does not hold.
+    #[serde(default)]
+    pub constraints: BTreeMap<String, ConstraintDeclaration>,
     /// Runtime toggles that the host switches from frame to frame, without another plan.
     #[serde(default)]
     pub toggles: BTreeMap<String, ToggleDeclaration>,
@@ -255,6 +258,30 @@ pub enum FeatureType {
     Bool,
     /// One of the words under "values".
     Enum,
+}
+
+/// A condition on parameters, features and derived values.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ConstraintDeclaration {
+    /// What has to hold: an expression that yields a boolean.
+    pub holds: Expr,
+    /// The severity of the diagnostic where it does not hold; "error" without it.
+    #[serde(default)]
+    pub severity: ConstraintSeverity,
+    /// The message of the diagnostic: what is wrong then, in one sentence.
+    pub message: String,
+}
+
+/// The severity of the diagnostic where a constraint does not hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ConstraintSeverity {
+    /// The pipeline cannot be used.
+    #[default]
+    Error,
+    /// The pipeline can be used.
+    Warning,
 }
 
 /// A runtime toggle that the host switches from frame to frame. Unlike a feature it changes no shader and no size, so

@@ -14,9 +14,10 @@ mod resource;
 mod word;
 
 pub use declaration::{
-    ExtensionPointDeclaration, FeatureDeclaration, FeatureType, GeometryDeclaration, HostBinding, Names,
-    Order, ParameterDeclaration, ParameterType, PassCommon, Paths, PipelineDeclaration, PresetDeclaration,
-    Sections, SubgraphDeclaration, ToggleDeclaration, VertexFormatName,
+    ConstraintDeclaration, ConstraintSeverity, ExtensionPointDeclaration, FeatureDeclaration, FeatureType,
+    GeometryDeclaration, HostBinding, Names, Order, ParameterDeclaration, ParameterType, PassCommon, Paths,
+    PipelineDeclaration, PresetDeclaration, Sections, SubgraphDeclaration, ToggleDeclaration,
+    VertexFormatName,
 };
 pub use expression::Expr;
 pub use files::{ExtensionDeclaration, ParameterFileDeclaration};

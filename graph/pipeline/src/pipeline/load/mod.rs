@@ -1,12 +1,13 @@
 //! Document to pipeline, in steps:
 //!
 //! - `sections`, `sound`: what the schema says, and what of the document fits it, decoded;
-//! - `settings`: parameters and features with their values;
+//! - `settings`, `constraints`: parameters and features with their values, and which go together;
 //! - `declare`: every instance of every resource and pass, declared; `programs`, with what they share (`shared`);
 //! - `after`, `connect`, `versions`, `extension_points`: what passes say of one another.
 
 mod after;
 mod connect;
+mod constraints;
 mod declare;
 mod declared;
 mod extension_points;
@@ -89,6 +90,7 @@ pub fn load_sharing(
     let sound = Sound::decode(document, &broken)?;
     claimed_profiles(document, diagnostics);
     let settings = Settings::choose(document, &sound, &broken, overrides, profile, diagnostics);
+    constraints::check(document, &sound, &settings, diagnostics);
     let toggles = toggle::toggles(document, &sound.toggles, diagnostics);
     let programs = Programs::new(templates, profile, std::mem::take(modules));
     let mut shared = Shared::new(&settings, &toggles, sound.geometry, programs, sources);

@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::{
-    FeatureDeclaration, GeometryDeclaration, ParameterDeclaration, PipelineDeclaration, ToggleDeclaration,
+    ConstraintDeclaration, FeatureDeclaration, GeometryDeclaration, ParameterDeclaration,
+    PipelineDeclaration, ToggleDeclaration,
 };
 
 /// The JSON pointers at which a document does not fit the schema.
@@ -39,6 +40,7 @@ impl Broken {
 pub(super) struct Sound {
     pub(super) parameters: BTreeMap<String, ParameterDeclaration>,
     pub(super) features: BTreeMap<String, FeatureDeclaration>,
+    pub(super) constraints: BTreeMap<String, ConstraintDeclaration>,
     pub(super) toggles: BTreeMap<String, ToggleDeclaration>,
     pub(super) geometry: BTreeMap<String, GeometryDeclaration>,
 }
@@ -52,6 +54,7 @@ impl Sound {
         Some(Self {
             parameters: decode(document, "parameters", broken),
             features: decode(document, "features", broken),
+            constraints: decode(document, "constraints", broken),
             toggles: decode(document, "toggles", broken),
             geometry: decode(document, "geometry", broken),
         })

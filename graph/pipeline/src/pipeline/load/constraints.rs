@@ -1,0 +1,102 @@
+//! Constraints: which values of parameters, features and derived values go together.
+//!
+//! ```jsonc
+//! "constraints": { "order": { "holds": "near < far", "message": "nothing lies between the planes" } }
+//! ```
+//!
+//! One that does not hold is a diagnostic of the severity that it says, at its condition, with the parameters and features
+//! that the condition follows from, through derived values too, and where each was set.
+//!
+//! Limits: sizes, which are not known yet, have no part in constraints; a subgraph has none of its own.
+
+use std::collections::BTreeSet;
+
+use super::settings::Settings;
+use super::sound::{Sound, section};
+use crate::diagnostic::{Diagnostic, Diagnostics, Severity, codes};
+use crate::document::{Document, Value as Json, pointer_join};
+use crate::expression::{self, ErrorKind, Expression, ExpressionError, ExpressionKind, Value};
+use crate::language::{ConstraintSeverity, Expr};
+use crate::pipeline::builder::expression_diagnostic;
+use crate::source::Span;
+
+/// Reports each constraint that does not hold, or that is no condition.
+pub(super) fn check(document: &Document, sound: &Sound, settings: &Settings, diagnostics: &mut Diagnostics) {
+    let scope = settings.scope();
+    for entry in section(document, "constraints") {
+        let Some(constraint) = sound.constraints.get(&entry.key) else { continue };
+        let pointer = pointer_join("/constraints", &entry.key) + "/holds";
+        let value = entry.value.get("holds").unwrap_or(&entry.value);
+        let result = constraint.holds.parse().and_then(|expression| {
+            expression::unknown_word(&expression, &scope).map_or(Ok(()), Err)?;
+            match expression::evaluate(&expression, &scope)? {
+                Value::Bool(holds) => Ok((holds, expression)),
+                other => Err(ExpressionError {
+                    range: expression.range,
+                    kind: ErrorKind::Type,
+                    message: format!("a boolean is wanted, this is {}", other.kind_name()),
+                    help: None,
+                    unknown: None,
+                }),
+            }
+        });
+        match result {
+            Ok((true, _)) => {}
+            Ok((false, expression)) => {
+                let severity = match constraint.severity {
+                    ConstraintSeverity::Error => Severity::Error,
+                    ConstraintSeverity::Warning => Severity::Warning,
+                };
+                let message = constraint.message.clone();
+                let mut diagnostic =
+                    Diagnostic::error(codes::CONSTRAINT, value.span, message).pointer(pointer);
+                diagnostic.severity = severity;
+                let mut names = BTreeSet::new();
+                collect(&expression, document, &mut names);
+                let known = |name: &String| {
+                    let parameter = settings.parameters.get(name).map(|one| (one.place, &one.value));
+                    parameter.or_else(|| settings.features.get(name).map(|one| (one.place, &one.value)))
+                };
+                let mut decide: Vec<_> =
+                    names.iter().filter_map(|name| Some((name.as_str(), known(name)?))).collect();
+                // What somebody chose, where anybody chose anything, brought it about.
+                let is_chosen = |(name, (place, _)): &(&str, (Span, &Value))| {
+                    let declared = |what| section(document, what).iter().find(|entry| entry.key == *name);
+                    let declared = declared("parameters").or_else(|| declared("features"));
+                    let default = declared.and_then(|entry| entry.value.get("default"));
+                    default.is_none_or(|default| default.span != *place)
+                };
+                if decide.iter().any(is_chosen) {
+                    decide.retain(is_chosen);
+                }
+                for (name, (place, value)) in &decide {
+                    diagnostic = diagnostic.related(*place, format!("\"{name}\" is {value}"));
+                }
+                let names: Vec<&str> = decide.iter().map(|(name, _)| *name).collect();
+                diagnostics.push(match names.as_slice() {
+                    [] => diagnostic.help("it never holds: remove it, or mend its condition"),
+                    names => diagnostic.help(format!("change {}", names.join(", or "))),
+                });
+            }
+            Err(error) => diagnostics.extend(expression_diagnostic(&error, value, &pointer)),
+        }
+    }
+}
+
+/// The names in an expression, and in those of the derived values among them.
+fn collect(expression: &Expression, document: &Document, names: &mut BTreeSet<String>) {
+    let mut found = Vec::new();
+    expression.visit(&mut |inner| {
+        if let ExpressionKind::Name(name) = &inner.kind {
+            found.push(name.clone());
+        }
+    });
+    for name in found {
+        let derived = document.root.get("derived").and_then(|derived| derived.get(&name));
+        if names.insert(name)
+            && let Some(Ok(expression)) = derived.map(Json::to_json).map(|text| Expr(text).parse())
+        {
+            collect(&expression, document, names);
+        }
+    }
+}
