@@ -173,6 +173,21 @@ pub const VARIANTS: &[Variant] = &[
         &[("contact_shadows", "true"), ("reverse_z", "false")],
     ),
     variant(
+        ["awsm", "courtyard", "evsm4"],
+        &[("moment_cascades", "\"last_two\""), ("blur_radius", "2")],
+        &[("moment_precision", "\"fp32\""), ("light_filter", "\"hard\"")],
+    ),
+    variant(
+        ["awsm", "figure", "evsm2"],
+        &[("moment_cascades", "\"all\""), ("moment_spots", "true"), ("blur_radius", "4")],
+        &[("moment_filter", "\"evsm2\""), ("reverse_z", "false")],
+    ),
+    variant(
+        ["awsm", "interior", "msm"],
+        &[("moment_spots", "true"), ("light_bleed", "0.05"), ("moment_bias", "0.0002")],
+        &[("moment_filter", "\"msm\"")],
+    ),
+    variant(
         ["awsm", "interior", "wide_filter"],
         &[("filter_radius", "1"), ("max_radius", "40"), ("atlas_max_side", "256")],
         &[("point_shadows", "false")],

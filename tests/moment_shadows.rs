@@ -1,0 +1,208 @@
+//! Shadows filtered by moments in `pipelines/awsm.json`: agreement with ray-traced masks, memory, tiles, and which
+//! exponents a format has.
+#![cfg(all(feature = "gpu", feature = "gltf"))]
+
+mod common;
+
+use common::gpu::{Host, scene};
+use common::{Outcome, With, check_file, root};
+use glam::{DVec3, Vec3};
+use umbragraph::frame::{FrameInput, Light, LightKind};
+use umbragraph_test_support::gpu;
+use umbragraph_test_support::image::Picture;
+use umbragraph_test_support::truth::{self, BandScore, TruthScene};
+
+const AWSM: &str = "pipelines/awsm.json";
+
+/// Every kind of moments: the filter and the precision, with the bytes of a texel.
+const KINDS: [(&str, &str, u64); 5] = [
+    ("\"evsm2\"", "\"fp32\"", 8),
+    ("\"evsm4\"", "\"fp32\"", 16),
+    ("\"evsm2\"", "\"fp16\"", 4),
+    ("\"evsm4\"", "\"fp16\"", 8),
+    ("\"msm\"", "\"fp16\"", 8),
+];
+
+fn awsm(parameters: &[(&str, &str)], features: &[(&str, &str)], size: [u32; 2]) -> Outcome {
+    let mut all = vec![
+        ("cascade_side", "256"),
+        ("cube_side", "128"),
+        ("atlas_min_side", "256"),
+        ("atlas_max_side", "1024"),
+        ("tile_max_side", "256"),
+        ("tile_min_side", "16"),
+    ];
+    all.retain(|(name, _)| parameters.iter().all(|(other, _)| other != name));
+    all.extend_from_slice(parameters);
+    check_file(AWSM, &With { parameters: &all, features, size: Some(size), ..With::default() })
+}
+
+/// The number of pixels of which a channel differs by more than so much.
+fn differing(a: &Picture, b: &Picture, by: u8) -> usize {
+    let differs = |(a, b): &([u8; 4], [u8; 4])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > by);
+    a.rgba_pixels().zip(b.rgba_pixels()).filter(differs).count()
+}
+
+#[test]
+fn shadows_of_moments_agree_with_ray_traced_ones() {
+    let Some(gpu) = gpu::device() else { return };
+    for name in ["contact_sun", "terrain_dem_sun"] {
+        let Some(truth) = TruthScene::find(name) else { return };
+        let (width, height) = truth.size();
+        let scene = scene(&truth.glb_path());
+        for (filter, precision, bytes) in KINDS {
+            let file = format!("pipelines/params/awsm_{name}.json");
+            let with = With {
+                file: Some(&file),
+                parameters: &[("debug_view", "\"shadow_term\""), ("moment_cascades", "\"all\"")],
+                features: &[("moment_filter", filter), ("moment_precision", precision)],
+                size: Some([width, height]),
+                ..With::default()
+            };
+            let outcome = check_file(AWSM, &with);
+            let input = scene.frame_input(f64::from(width) / f64::from(height), 0.0);
+            let picture = Host::new(&gpu, &outcome, &scene).picture(&input);
+            let scores = truth::evaluate(&truth, &picture).expect("a picture of the scene's size");
+            let iou =
+                |band: u8| scores.band(band).and_then(BandScore::intersection_over_union).unwrap_or(0.0);
+            let leak = scores.band(4).and_then(BandScore::leak).unwrap_or(1.0);
+            let contact = scores.contact_leak().map_or("-".to_owned(), |leak| format!("{leak:.4}"));
+            let filter = filter.trim_matches('"');
+            let precision = if filter == "msm" { "unorm16" } else { precision.trim_matches('"') };
+            println!(
+                "| {name} | {filter} {precision} | {bytes} | {:.4} | {:.4} | {leak:.4} | {contact} |",
+                iou(0),
+                iou(2)
+            );
+            let (min_iou, max_leak) = if bytes == 16 { (0.999, 0.001) } else { (0.985, 0.03) };
+            assert!(iou(2) >= min_iou, "{filter} {precision} on {name}: {}", iou(2));
+            assert!(leak <= max_leak, "{filter} {precision} on {name} leaks {leak}");
+        }
+    }
+}
+
+#[test]
+fn moments_take_memory_where_they_are_asked_for_alone() {
+    let none = awsm(&[], &[], [160, 120]);
+    let is_of_moments = |name: &str| name.contains("moments") || name == "tiles" || name.starts_with("blur_");
+    assert!(!none.plan().resources.keys().any(|name| is_of_moments(name)));
+    assert!(!none.plan().passes.iter().any(|pass| is_of_moments(&pass.name)));
+    let bytes = |outcome: &Outcome| outcome.plan().bytes;
+    let with = |kind: (&str, &str), parameter| {
+        awsm(&[parameter], &[("moment_filter", kind.0), ("moment_precision", kind.1)], [160, 120])
+    };
+    for (filter, precision, texel) in KINDS {
+        let kind = (filter, precision);
+        let all = with(kind, ("moment_cascades", "\"all\""));
+        // Two textures that are written in turn: the third one has the memory of the first.
+        assert_eq!(bytes(&all), bytes(&none) + 2 * 4 * 256 * 256 * texel, "{kind:?}");
+        let spots = with(kind, ("moment_spots", "true"));
+        let tiles = 16 * 16 * 8;
+        assert_eq!(bytes(&spots), bytes(&none) + 2 * 256 * 256 * texel + tiles, "{kind:?}");
+    }
+    let (filter, precision, texel) = KINDS[1];
+    assert_eq!(bytes(&none), bytes(&with((filter, precision), ("moment_cascades", "\"none\""))));
+    for (which, layers) in [("\"last\"", 1), ("\"last_two\"", 2)] {
+        let some = with((filter, precision), ("moment_cascades", which));
+        assert_eq!(bytes(&some), bytes(&none) + 2 * layers * 256 * 256 * texel, "{which}");
+    }
+    for (shadows, moments) in
+        [("directional_shadows", ("moment_cascades", "\"all\"")), ("spot_shadows", ("moment_spots", "true"))]
+    {
+        let without = awsm(&[moments], &[(shadows, "false")], [160, 120]);
+        assert!(!without.plan().resources.keys().any(|name| is_of_moments(name)), "{shadows}");
+    }
+}
+
+fn spot(name: &str, position: [f64; 3]) -> Light {
+    Light {
+        name: name.to_owned(),
+        kind: LightKind::Spot { inner_angle: 0.5, outer_angle: 0.7 },
+        position: DVec3::from(position),
+        direction: DVec3::NEG_Y,
+        color: Vec3::ONE,
+        intensity: 60.0,
+        range: 14.0,
+        properties: vec!["cast_shadow".into()],
+        angular_diameter: 0.0,
+        radius: 0.0,
+        priority: 1.0,
+    }
+}
+
+#[test]
+fn a_blur_as_wide_as_can_be_brings_nothing_from_the_neighbouring_tile() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = scene(&root().join("examples/scenes/interior.glb"));
+    for (filter, precision, bytes) in KINDS {
+        for radius in if bytes == 16 { &["0", "6", "64"][..] } else { &["64"] } {
+            let parameters = [("moment_spots", "true"), ("blur_radius", *radius)];
+            let features = [("moment_filter", filter), ("moment_precision", precision)];
+            let outcome = awsm(&parameters, &features, [160, 120]);
+            // The neighbour shines on nothing, since it has no color; its tile is full of blockers, or empty.
+            let picture = |direction: DVec3| {
+                let dark = Light { color: Vec3::ZERO, direction, ..spot("dark", [-0.3, 1.6, -0.6]) };
+                let lights =
+                    vec![spot("a", [0.6, 2.6, 0.6]), dark.clone(), Light { name: "z".to_owned(), ..dark }];
+                let input = FrameInput { lights, ..scene.frame_input(160.0 / 120.0, 0.0) };
+                Host::new(&gpu, &outcome, &scene).picture(&input)
+            };
+            let (full, empty) = (picture(DVec3::NEG_Y), picture(DVec3::Y));
+            assert_eq!(differing(&full, &empty, 0), 0, "{filter} {precision}, radius {radius}");
+        }
+    }
+}
+
+#[test]
+fn forward_and_reverse_depth_give_the_same_shadows_of_moments() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = scene(&root().join("examples/scenes/interior.glb"));
+    for (filter, precision, _) in KINDS.into_iter().filter(|(filter, ..)| *filter != "\"evsm2\"") {
+        let picture = |reverse| {
+            let parameters = [
+                ("moment_cascades", "\"all\""),
+                ("moment_spots", "true"),
+                ("cascade_side", "1024"),
+                ("tile_max_side", "512"),
+            ];
+            let features =
+                [("moment_filter", filter), ("moment_precision", precision), ("reverse_z", reverse)];
+            let outcome = awsm(&parameters, &features, [640, 360]);
+            Host::new(&gpu, &outcome, &scene).picture(&scene.frame_input(640.0 / 360.0, 0.0))
+        };
+        let differing = differing(&picture("true"), &picture("false"), 2);
+        println!("{filter} {precision}: {differing} of {} pixels differ", 640 * 360);
+        // Of 16 bits the last one may fall the other way, where depths differ in the last of theirs.
+        let bound = if precision == "\"fp32\"" { 640 * 360 / 10_000 } else { 640 * 360 / 2000 };
+        assert!(differing <= bound, "{filter} {precision}: {differing} pixels differ");
+    }
+}
+
+#[test]
+fn an_exponent_has_to_fit_the_format_of_the_moments_where_there_are_any() {
+    let codes = |exponent: &str, filter: &str, precision: &str, cascades: &str| {
+        let parameters = [("exponent", exponent), ("moment_cascades", cascades)];
+        let features = [("moment_filter", filter), ("moment_precision", precision)];
+        let outcome = awsm(&parameters, &features, [160, 120]);
+        let severity = outcome.diagnostics.error_count();
+        (outcome.codes(), severity)
+    };
+    let (error, warning, fine) = ((vec!["UG0223"], 1), (vec!["UG0223"], 0), (vec![], 0));
+    for filter in ["\"evsm2\"", "\"evsm4\""] {
+        for (exponent, wanted) in [
+            ("0", &fine),
+            ("4.85", &fine),
+            ("4.86", &warning),
+            ("5.54", &warning),
+            ("5.55", &error),
+            ("10", &error),
+        ] {
+            assert_eq!(&codes(exponent, filter, "\"fp16\"", "\"last\""), wanted, "{exponent}");
+        }
+        for (exponent, wanted) in [("0", &fine), ("42", &fine), ("42.1", &error)] {
+            assert_eq!(&codes(exponent, filter, "\"fp32\"", "\"last\""), wanted, "{exponent}");
+        }
+    }
+    assert_eq!(codes("10", "\"evsm4\"", "\"fp16\"", "\"none\""), fine);
+    assert_eq!(codes("60", "\"msm\"", "\"fp16\"", "\"all\""), fine);
+}
