@@ -6,6 +6,7 @@
 mod common;
 
 use std::fmt::Write as _;
+use std::rc::Rc;
 
 use common::host::{crowded_frame, published, quiet_frame, sunny_frame};
 use common::{With, check_with, root};
@@ -87,6 +88,35 @@ struct Context {
     feature: Option<(String, String)>,
 }
 
+/// A context, and once it has been tried the plan there with its effect, if it is not rejected.
+struct Tried {
+    context: Context,
+    before: Option<Option<Rc<(Plan, String)>>>,
+}
+
+impl Tried {
+    fn before(&mut self, subject: &Subject<'_>) -> Option<Rc<(Plan, String)>> {
+        let plan = || subject.plan(&self.context, None, None);
+        let made = || {
+            plan().map(|plan| {
+                let effect = effect(&plan);
+                Rc::new((plan, effect))
+            })
+        };
+        self.before.get_or_insert_with(made).clone()
+    }
+}
+
+/// Whether something holds in one of the contexts. That one is the next to be tried first: its neighbours mostly show
+/// there, too.
+fn first_of(contexts: &mut [Tried], holds: impl FnMut(&mut Tried) -> bool) -> bool {
+    let found = contexts.iter_mut().position(holds);
+    if let Some(at) = found {
+        contexts[..=at].rotate_right(1);
+    }
+    found.is_some()
+}
+
 struct Subject<'a> {
     name: &'a str,
     text: &'a str,
@@ -138,16 +168,20 @@ impl Subject<'_> {
         let base = self
             .plan(&Context::default(), None, None)
             .unwrap_or_else(|| panic!("{} is not valid", self.name));
-        let contexts = self.contexts(&base.pipeline);
+        let mut contexts: Vec<Tried> = self
+            .contexts(&base.pipeline)
+            .into_iter()
+            .map(|context| Tried { context, before: None })
+            .collect();
         let mut dead = Vec::new();
         for (name, parameter) in &base.pipeline.parameters {
-            let alive = contexts.iter().any(|context| {
-                let Some(plan) = self.plan(context, None, None) else { return false };
-                let before = effect(&plan);
+            let alive = first_of(&mut contexts, |tried| {
+                let Some(known) = tried.before(self) else { return false };
+                let (plan, before) = &*known;
                 let now = &plan.pipeline.parameters[name].value;
                 others(&parameter.declaration, now).iter().any(|value| {
-                    self.plan(context, Some((name, &value.to_string())), None)
-                        .is_some_and(|plan| effect(&plan) != before)
+                    self.plan(&tried.context, Some((name, &value.to_string())), None)
+                        .is_some_and(|plan| effect(&plan) != *before)
                 })
             });
             if !alive {
@@ -155,11 +189,10 @@ impl Subject<'_> {
             }
         }
         for (name, value) in feature_values(&base.pipeline) {
-            let alive = contexts.iter().any(|context| {
-                let Some(before) = self.plan(context, None, None).map(|plan| effect(&plan)) else {
-                    return false;
-                };
-                self.plan(context, None, Some((&name, &value))).is_some_and(|plan| effect(&plan) != before)
+            let alive = first_of(&mut contexts, |tried| {
+                let Some(known) = tried.before(self) else { return false };
+                self.plan(&tried.context, None, Some((&name, &value)))
+                    .is_some_and(|plan| effect(&plan) != known.1)
             });
             if !alive {
                 dead.push(format!("{name}={value}"));
