@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::executor::{Executor, Frame};
+use umbragraph::executor::{Executor, Frame, read_bytes};
 use umbragraph::frame::FrameInput;
 use umbragraph::scene::Scene;
 use umbragraph::scene::gpu::SceneResources;
@@ -173,32 +173,6 @@ impl<'a> Host<'a> {
 /// Reads an rgba8 texture back, row 0 on top.
 pub fn read(gpu: &Gpu, texture: &wgpu::Texture) -> Picture {
     let (width, height) = (texture.width(), texture.height());
-    let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("read back"),
-        size: u64::from(row) * u64::from(height),
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
-    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    encoder.copy_texture_to_buffer(
-        texture.as_image_copy(),
-        wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(row),
-                rows_per_image: Some(height),
-            },
-        },
-        wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-    );
-    gpu.queue.submit([encoder.finish()]);
-    buffer.slice(..).map_async(wgpu::MapMode::Read, |result| result.expect("a mapped buffer"));
-    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
-    let mapped = buffer.slice(..).get_mapped_range().expect("a mapped buffer");
-    let bytes: &[u8] = &mapped;
-    let pixels =
-        bytes.chunks_exact(row as usize).flat_map(|line| &line[..width as usize * 4]).copied().collect();
+    let pixels = pollster::block_on(read_bytes(&gpu.device, &gpu.queue, texture)).expect("bytes");
     Picture::new(width, height, Channels::Rgba, pixels).expect("a picture")
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use umbragraph::compiler::{Plan, PlanOptions};
 use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::draw::DrawSource;
-use umbragraph::executor::{Executor, Frame};
+use umbragraph::executor::{Executor, Frame, read_bytes};
 use umbragraph::frame::FrameInput;
 use umbragraph::pipeline::Overrides;
 use umbragraph::shader::TargetProfile;
@@ -315,37 +315,9 @@ pub(crate) fn show(
 
 /// The texels of a layer of an rgba8 texture, row by row.
 pub(crate) fn texels(gpu: &Gpu, texture: &wgpu::Texture, layer: u32) -> Vec<[u8; 4]> {
-    let (width, height) = (texture.width(), texture.height());
-    let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("read back"),
-        size: u64::from(row) * u64::from(height),
-        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-        mapped_at_creation: false,
-    });
-    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    encoder.copy_texture_to_buffer(
-        wgpu::TexelCopyTextureInfo {
-            origin: wgpu::Origin3d { x: 0, y: 0, z: layer },
-            ..texture.as_image_copy()
-        },
-        wgpu::TexelCopyBufferInfo {
-            buffer: &buffer,
-            layout: wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(row),
-                rows_per_image: Some(height),
-            },
-        },
-        wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-    );
-    gpu.queue.submit([encoder.finish()]);
-    buffer.slice(..).map_async(wgpu::MapMode::Read, |result| result.expect("a mapped buffer"));
-    gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
-    let mapped = buffer.slice(..).get_mapped_range().expect("a mapped buffer");
-    let bytes: &[u8] = &mapped;
-    let lines = bytes.chunks_exact(row as usize);
-    lines.flat_map(|line| line[..width as usize * 4].as_chunks::<4>().0.to_vec()).collect()
+    let bytes = pollster::block_on(read_bytes(&gpu.device, &gpu.queue, texture)).expect("bytes");
+    let size = (texture.width() * texture.height()) as usize;
+    bytes.as_chunks::<4>().0[layer as usize * size..][..size].to_vec()
 }
 
 /// The color of a layer that has only one.

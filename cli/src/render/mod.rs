@@ -14,7 +14,7 @@ use std::time::Instant;
 use umbragraph::CheckReport;
 use umbragraph::compiler::{Plan, PlanOptions};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
-use umbragraph::executor::{Executor, Frame, Texels, read_back};
+use umbragraph::executor::{Executor, Frame, Texels, read_back, read_bytes};
 use umbragraph::frame::FrameInput;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{Pose, Scene};
@@ -294,7 +294,7 @@ impl<'a> Drawing<'a> {
         let Some((_, texture)) = self.imports.iter().find(|(name, _)| *name == self.picture) else {
             return Ok(Vec::new());
         };
-        device::read_rgba8(self.graphics, texture)
+        pollster::block_on(read_bytes(&self.graphics.device, &self.graphics.queue, texture))
     }
 
     /// The captures of the last frame.

@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use crate::document::{Kind, Value};
-use crate::language::{BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration, WordValue};
+use crate::language::{BufferDeclaration, Expr, FormatCandidates, Lifetime, TextureDeclaration};
 use crate::pipeline::{
     Access, Condition, History, Pass, Passthrough, Pipeline, Program, Resource, ResourceKind,
     SubresourceRange, Toggle, Usage, Version,
@@ -135,15 +135,6 @@ impl Assembly {
             texture.initial = Some(Expr(serde_json::json!([0, 0, 0, 1])));
             describe(texture);
         });
-        self.keep_frames(of, frames)
-    }
-
-    /// A buffer of which so many earlier frames can be read, zero before there are any.
-    pub fn history_buffer(&mut self, name: &str, bytes: u32, frames: u32) -> ResourceHandle {
-        let of = self.buffer(name, bytes, Lifetime::History);
-        if let ResourceKind::Buffer(buffer) = &mut self.pipeline.resources[of.index()].kind {
-            buffer.initial = Some(WordValue::U32(Expr::from(0.0)));
-        }
         self.keep_frames(of, frames)
     }
 

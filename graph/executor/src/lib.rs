@@ -59,7 +59,7 @@ use std::time::Duration;
 
 pub use draw::{DrawPass, DrawSource};
 pub use gpu_times::GpuTime;
-pub use read_back::{Texels, read_back};
+pub use read_back::{Texels, read_back, read_bytes};
 pub use statistics::Statistics;
 pub use wgpu;
 

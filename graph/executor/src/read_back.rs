@@ -8,6 +8,7 @@
 use wgpu::TextureFormat as Format;
 
 use crate::diagnostic::{Diagnostic, Place, codes};
+use crate::language::format_name;
 
 /// What a texture holds: row by row from the top, layer by layer.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,10 +25,7 @@ pub struct Texels {
     pub values: Vec<[f32; 4]>,
 }
 
-/// Reads the first mip level of a texture with the usages `COPY_SRC` and `TEXTURE_BINDING`, once everything that was
-/// submitted before has run.
-///
-/// The future is ready at once except in a browser, which must not block.
+/// Reads the numbers of the first mip level of a texture as [`read_bytes`] reads its bytes.
 ///
 /// # Errors
 /// Formats without numbers of their own, several samples, errors of the device.
@@ -36,15 +34,26 @@ pub async fn read_back(
     queue: &wgpu::Queue,
     texture: &wgpu::Texture,
 ) -> Result<Texels, Diagnostic> {
-    let format = texture.format();
-    let Some(layout) = Layout::of(format).filter(|_| texture.sample_count() == 1) else {
-        let message = format!(
-            "a texture of the format {format:?} with {} samples cannot be read back",
-            texture.sample_count()
-        );
-        return Err(Diagnostic::error(codes::CAPTURE, Place::Nowhere, message)
-            .help("draw it into a texture of a format with plain channels, and of one sample"));
-    };
+    let layout = Layout::of_texture(texture)?;
+    let bytes = read_bytes(device, queue, texture).await?;
+    let values = bytes.chunks_exact(layout.bytes as usize).map(|texel| layout.numbers(texel)).collect();
+    let (width, height, layers) = (texture.width(), texture.height(), texture.depth_or_array_layers());
+    Ok(Texels { width, height, layers, channels: layout.channels, values })
+}
+
+/// Reads the bytes of the first mip level of a texture with the usages `COPY_SRC` and `TEXTURE_BINDING`, once everything
+/// that was submitted before has run: row by row from the top without gaps, layer by layer; of depth and stencil the depth.
+///
+/// The future is ready at once except in a browser, which must not block.
+///
+/// # Errors
+/// Formats without numbers of their own, several samples, errors of the device.
+pub async fn read_bytes(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    texture: &wgpu::Texture,
+) -> Result<Vec<u8>, Diagnostic> {
+    let layout = Layout::of_texture(texture)?;
     let (width, height, layers) = (texture.width(), texture.height(), texture.depth_or_array_layers());
     let row = (width * layout.bytes).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
@@ -60,21 +69,22 @@ pub async fn read_back(
         let rows =
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row), rows_per_image: Some(height) };
         let destination = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: rows };
-        let extent = wgpu::Extent3d { width, height, depth_or_array_layers: layers };
-        encoder.copy_texture_to_buffer(source, destination, extent);
+        encoder.copy_texture_to_buffer(source, destination, texture.size());
     } else {
         read_depth(device, &mut encoder, texture, &buffer, row / 4);
     }
     queue.submit([encoder.finish()]);
-    let bytes = mapped(device, &buffer).await.map_err(|reason| {
+    let mut bytes = mapped(device, &buffer).await.map_err(|reason| {
         let message = format!("a texture cannot be read back: {reason}");
         Diagnostic::error(codes::DEVICE, Place::Nowhere, message)
             .help("the device was lost; try a smaller picture, or another driver")
     })?;
-    let texel = layout.bytes as usize;
-    let rows = bytes.chunks_exact(row as usize).map(|line| &line[..width as usize * texel]);
-    let values = rows.flat_map(|line| line.chunks_exact(texel).map(|one| layout.decode(one))).collect();
-    Ok(Texels { width, height, layers, channels: layout.channels, values })
+    let (row, wanted) = (row as usize, (width * layout.bytes) as usize);
+    for line in 0..(height * layers) as usize {
+        bytes.copy_within(line * row..line * row + wanted, line * wanted);
+    }
+    bytes.truncate(wanted * (height * layers) as usize);
+    Ok(bytes)
 }
 
 async fn mapped(device: &wgpu::Device, buffer: &wgpu::Buffer) -> Result<Vec<u8>, String> {
@@ -168,136 +178,96 @@ struct Layout {
     aspect: wgpu::TextureAspect,
     /// Whether the format can be copied to a buffer.
     copied: bool,
-    range: SubresourceRange,
+    /// Whether blue goes before red.
+    is_bgra: bool,
+    /// Ten bits each of red, green and blue, two of alpha.
+    is_packed: bool,
+    /// The number of a channel, and of the alpha channel.
+    decode: [Decode; 2],
 }
 
-/// What one channel is.
-#[derive(Clone, Copy)]
-enum SubresourceRange {
-    Unorm8,
-    /// Blue before red.
-    Bgra8,
-    /// Red, green and blue by the transfer function of sRGB.
-    Srgb8,
-    Bgra8Srgb,
-    Snorm8,
-    Uint8,
-    Sint8,
-    Unorm16,
-    Snorm16,
-    Uint16,
-    Sint16,
-    Float16,
-    Uint32,
-    Sint32,
-    Float32,
-    /// Ten bits each of red, green and blue, two of alpha.
-    Unorm10,
-}
+/// The number of a channel with as many bytes as it has.
+type Decode = fn(&[u8]) -> f32;
 
 impl Layout {
+    fn of_texture(texture: &wgpu::Texture) -> Result<Self, Diagnostic> {
+        let (format, samples) = (texture.format(), texture.sample_count());
+        Self::of(format).filter(|_| samples == 1).ok_or_else(|| {
+            let message =
+                format!("a texture of the format {format:?} with {samples} samples cannot be read back");
+            Diagnostic::error(codes::CAPTURE, Place::Nowhere, message)
+                .help("draw it into a texture of a format with plain channels, and of one sample")
+        })
+    }
+
+    /// The name of a plain format says it: the channels, the bits of each, and what they are.
     fn of(format: Format) -> Option<Self> {
-        use Format as F;
-        let plain = |channels: u32, bytes: u32, range: SubresourceRange| Layout {
-            bytes: channels * bytes,
-            channels: channels as usize,
-            aspect: wgpu::TextureAspect::All,
-            copied: true,
-            range,
+        if format == Format::Rgb10a2Unorm {
+            return Some(Self { is_packed: true, channels: 4, ..Self::of(Format::R32Uint)? });
+        }
+        let (all, depth) = (wgpu::TextureAspect::All, wgpu::TextureAspect::DepthOnly);
+        let (name, aspect, copied) = match format {
+            Format::Stencil8 => ("r8uint".to_owned(), all, true),
+            Format::Depth16Unorm => ("r16unorm".to_owned(), all, true),
+            Format::Depth32Float | Format::Depth32FloatStencil8 => ("r32float".to_owned(), depth, true),
+            Format::Depth24Plus | Format::Depth24PlusStencil8 => ("r32float".to_owned(), all, false),
+            _ => (format_name(format), all, true),
         };
-        Some(match format {
-            F::R8Unorm => plain(1, 1, SubresourceRange::Unorm8),
-            F::Rg8Unorm => plain(2, 1, SubresourceRange::Unorm8),
-            F::Rgba8Unorm => plain(4, 1, SubresourceRange::Unorm8),
-            F::Bgra8Unorm => plain(4, 1, SubresourceRange::Bgra8),
-            F::Rgba8UnormSrgb => plain(4, 1, SubresourceRange::Srgb8),
-            F::Bgra8UnormSrgb => plain(4, 1, SubresourceRange::Bgra8Srgb),
-            F::R8Snorm => plain(1, 1, SubresourceRange::Snorm8),
-            F::Rg8Snorm => plain(2, 1, SubresourceRange::Snorm8),
-            F::Rgba8Snorm => plain(4, 1, SubresourceRange::Snorm8),
-            F::R8Uint | F::Stencil8 => plain(1, 1, SubresourceRange::Uint8),
-            F::Rg8Uint => plain(2, 1, SubresourceRange::Uint8),
-            F::Rgba8Uint => plain(4, 1, SubresourceRange::Uint8),
-            F::R8Sint => plain(1, 1, SubresourceRange::Sint8),
-            F::Rg8Sint => plain(2, 1, SubresourceRange::Sint8),
-            F::Rgba8Sint => plain(4, 1, SubresourceRange::Sint8),
-            F::R16Unorm | F::Depth16Unorm => plain(1, 2, SubresourceRange::Unorm16),
-            F::Rg16Unorm => plain(2, 2, SubresourceRange::Unorm16),
-            F::Rgba16Unorm => plain(4, 2, SubresourceRange::Unorm16),
-            F::R16Snorm => plain(1, 2, SubresourceRange::Snorm16),
-            F::Rg16Snorm => plain(2, 2, SubresourceRange::Snorm16),
-            F::Rgba16Snorm => plain(4, 2, SubresourceRange::Snorm16),
-            F::R16Uint => plain(1, 2, SubresourceRange::Uint16),
-            F::Rg16Uint => plain(2, 2, SubresourceRange::Uint16),
-            F::Rgba16Uint => plain(4, 2, SubresourceRange::Uint16),
-            F::R16Sint => plain(1, 2, SubresourceRange::Sint16),
-            F::Rg16Sint => plain(2, 2, SubresourceRange::Sint16),
-            F::Rgba16Sint => plain(4, 2, SubresourceRange::Sint16),
-            F::R16Float => plain(1, 2, SubresourceRange::Float16),
-            F::Rg16Float => plain(2, 2, SubresourceRange::Float16),
-            F::Rgba16Float => plain(4, 2, SubresourceRange::Float16),
-            F::R32Uint => plain(1, 4, SubresourceRange::Uint32),
-            F::Rg32Uint => plain(2, 4, SubresourceRange::Uint32),
-            F::Rgba32Uint => plain(4, 4, SubresourceRange::Uint32),
-            F::R32Sint => plain(1, 4, SubresourceRange::Sint32),
-            F::Rg32Sint => plain(2, 4, SubresourceRange::Sint32),
-            F::Rgba32Sint => plain(4, 4, SubresourceRange::Sint32),
-            F::R32Float => plain(1, 4, SubresourceRange::Float32),
-            F::Rg32Float => plain(2, 4, SubresourceRange::Float32),
-            F::Rgba32Float => plain(4, 4, SubresourceRange::Float32),
-            F::Rgb10a2Unorm => Layout { channels: 4, ..plain(1, 4, SubresourceRange::Unorm10) },
-            F::Depth32Float | F::Depth32FloatStencil8 => {
-                Layout { aspect: wgpu::TextureAspect::DepthOnly, ..plain(1, 4, SubresourceRange::Float32) }
-            }
-            F::Depth24Plus | F::Depth24PlusStencil8 => {
-                Layout { copied: false, ..plain(1, 4, SubresourceRange::Float32) }
-            }
-            _ => return None,
+        let (channels, rest) = name.split_at(name.find(|letter: char| letter.is_ascii_digit())?);
+        let (bits, kind) = rest.split_at(rest.find(|letter: char| !letter.is_ascii_digit())?);
+        let decode = [decode(bits, kind)?, decode(bits, kind.trim_end_matches("-srgb"))?];
+        let bytes = channels.len() as u32 * bits.parse::<u32>().ok()? / 8;
+        Some(Self {
+            bytes,
+            channels: channels.len(),
+            aspect,
+            copied,
+            is_bgra: channels == "bgra",
+            is_packed: false,
+            decode,
         })
     }
 
     /// The numbers of a texel.
-    fn decode(&self, bytes: &[u8]) -> [f32; 4] {
+    fn numbers(&self, bytes: &[u8]) -> [f32; 4] {
+        if self.is_packed {
+            let run = |shift: u32, max: u32| (word(bytes) >> shift & max) as f32 / max as f32;
+            return [run(0, 1023), run(10, 1023), run(20, 1023), run(30, 3)];
+        }
         let mut values = [0.0, 0.0, 0.0, 1.0];
-        if let (SubresourceRange::Unorm10, [a, b, c, d]) = (self.range, bytes) {
-            let word = u32::from_le_bytes([*a, *b, *c, *d]);
-            let range = |shift: u32, max: u32| (word >> shift & max) as f32 / max as f32;
-            return [range(0, 1023), range(10, 1023), range(20, 1023), range(30, 3)];
+        let size = bytes.len() / self.channels;
+        let [channel, alpha] = self.decode;
+        for (at, (value, bytes)) in values.iter_mut().zip(bytes.chunks_exact(size)).enumerate() {
+            *value = if at == 3 { alpha(bytes) } else { channel(bytes) };
         }
-        let ranges = bytes.chunks_exact(bytes.len() / self.channels);
-        for (channel, (value, range)) in values.iter_mut().zip(ranges).enumerate() {
-            *value = self.range.decode(range, channel == 3);
-        }
-        if matches!(self.range, SubresourceRange::Bgra8 | SubresourceRange::Bgra8Srgb) {
+        if self.is_bgra {
             values.swap(0, 2);
         }
         values
     }
 }
 
-impl SubresourceRange {
-    fn decode(self, bytes: &[u8], alpha: bool) -> f32 {
-        match (self, bytes) {
-            (SubresourceRange::Unorm8 | SubresourceRange::Bgra8, [a]) => f32::from(*a) / 255.0,
-            (SubresourceRange::Srgb8 | SubresourceRange::Bgra8Srgb, [a]) if alpha => f32::from(*a) / 255.0,
-            (SubresourceRange::Srgb8 | SubresourceRange::Bgra8Srgb, [a]) => {
-                let encoded = f32::from(*a) / 255.0;
-                if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
-            }
-            (SubresourceRange::Snorm8, [a]) => (f32::from(*a as i8) / 127.0).max(-1.0),
-            (SubresourceRange::Uint8, [a]) => f32::from(*a),
-            (SubresourceRange::Sint8, [a]) => f32::from(*a as i8),
-            (SubresourceRange::Unorm16, [a, b]) => f32::from(u16::from_le_bytes([*a, *b])) / 65535.0,
-            (SubresourceRange::Snorm16, [a, b]) => {
-                (f32::from(i16::from_le_bytes([*a, *b])) / 32767.0).max(-1.0)
-            }
-            (SubresourceRange::Uint16, [a, b]) => f32::from(u16::from_le_bytes([*a, *b])),
-            (SubresourceRange::Sint16, [a, b]) => f32::from(i16::from_le_bytes([*a, *b])),
-            (SubresourceRange::Float16, [a, b]) => half::f16::from_le_bytes([*a, *b]).to_f32(),
-            (SubresourceRange::Uint32, [a, b, c, d]) => u32::from_le_bytes([*a, *b, *c, *d]) as f32,
-            (SubresourceRange::Sint32, [a, b, c, d]) => i32::from_le_bytes([*a, *b, *c, *d]) as f32,
-            (SubresourceRange::Float32, [a, b, c, d]) => f32::from_le_bytes([*a, *b, *c, *d]),
-            _ => 0.0,
-        }
-    }
+/// Up to four bytes, the lowest first.
+fn word(bytes: &[u8]) -> u32 {
+    bytes.iter().rev().fold(0, |word, byte| word << 8 | u32::from(*byte))
+}
+
+fn decode(bits: &str, kind: &str) -> Option<Decode> {
+    Some(match (bits, kind) {
+        ("8", "unorm") => |bytes| word(bytes) as f32 / 255.0,
+        ("8", "unorm-srgb") => |bytes| {
+            let encoded = word(bytes) as f32 / 255.0;
+            if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
+        },
+        ("8", "snorm") => |bytes| (f32::from(word(bytes) as i8) / 127.0).max(-1.0),
+        ("8", "sint") => |bytes| f32::from(word(bytes) as i8),
+        ("16", "unorm") => |bytes| word(bytes) as f32 / 65535.0,
+        ("16", "snorm") => |bytes| (f32::from(word(bytes) as i16) / 32767.0).max(-1.0),
+        ("16", "sint") => |bytes| f32::from(word(bytes) as i16),
+        ("16", "float") => |bytes| half::f16::from_bits(word(bytes) as u16).to_f32(),
+        ("8" | "16" | "32", "uint") => |bytes| word(bytes) as f32,
+        ("32", "sint") => |bytes| word(bytes) as i32 as f32,
+        ("32", "float") => |bytes| f32::from_bits(word(bytes)),
+        _ => return None,
+    })
 }

@@ -35,7 +35,7 @@ pub(super) fn declare(
         None => count,
     };
     let filter = Filter::declare(settings.filter.as_ref(), pass)?;
-    let light_size = descriptor::size_without(pass, settings.light_size.as_ref())?;
+    let light_size = pass.number_or(&settings.light_size, "/light_size", 0.0)?;
     let input = pass.data_with(data, "/placement", &placement::expected())?;
     let shape = descriptor::shape(layers).views(layers).view_layers(1);
     described::node(pass, &settings.to, input, shape, filter, Placed { configuration, light_size })

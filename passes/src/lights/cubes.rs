@@ -14,9 +14,8 @@ use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
-use super::described::{self, DescribeShadows, ShadowOutput};
+use super::described::{DescribeShadows, DescribedSettings, ShadowOutput};
 use super::descriptor::{self, Descriptor};
-use super::filter::{Filter, FilterSettings};
 use super::placement::{self, Backing, Entry};
 use crate::views::cube::{CubeViews, Face};
 
@@ -27,20 +26,13 @@ const BORDER: f64 = 1.0;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CubeShadows {
-    /// The blackboard data to publish.
-    pub to: String,
-    /// What a `shadow_atlas` publishes.
-    pub placement: String,
     /// The maximum number of point lights.
     pub capacity: Expr,
     /// The width and height of each face, in texels.
     pub side: Expr,
-    /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
-    pub reverse: Option<Expr>,
-    /// The filter that shaders use, so that the distances at which its bounds bite can be reported.
-    pub filter: Option<FilterSettings>,
-    /// The radius of lights that say none, in metres; 0 without it.
-    pub light_size: Option<Expr>,
+    /// What is said of every light.
+    #[serde(flatten)]
+    pub described: DescribedSettings,
 }
 
 impl Node for CubeShadows {
@@ -51,20 +43,10 @@ impl Node for CubeShadows {
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let capacity = placement::capacity(pass, &self.capacity, "/capacity", placement::MAX_CUBES);
         let side = placement::capacity(pass, &self.side, "/side", crate::cascades::layout::MAX_SIDE);
-        let reverse = pass.boolean_or(&self.reverse, "/reverse", false);
-        let filter = Filter::declare(self.filter.as_ref(), pass);
-        let light_size = descriptor::size_without(pass, self.light_size.as_ref());
-        let input = pass.data_with(&self.placement, "/placement", &placement::expected());
-        let (capacity, side, reverse, filter, input) = (capacity?, side?, reverse?, filter?, input?);
-        let shape = descriptor::shape(capacity).views(6 * capacity).view_layers(1);
-        described::node(
-            pass,
-            &self.to,
-            input,
-            shape,
-            filter,
-            Cubes { side, reverse, light_size: light_size? },
-        )
+        self.described.declare(pass, capacity.zip(side), |(capacity, side), reverse, light_size| {
+            let shape = descriptor::shape(capacity).views(6 * capacity).view_layers(1);
+            (shape, Cubes { side, reverse, light_size })
+        })
     }
 
     fn published() -> Vec<(&'static str, DataShape)> {

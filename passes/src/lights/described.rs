@@ -6,14 +6,51 @@
 use std::fmt::Debug;
 
 use glam::DVec3;
+use schemars::JsonSchema;
+use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, View};
 use umbragraph_pipeline::frame::FrameInput;
+use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Subresource, Work};
 
 use super::descriptor::{self, Descriptor};
-use super::filter::{Bounded, Filter, Where, receivers};
+use super::filter::{Bounded, Filter, FilterSettings, Where, receivers};
 use super::placement::{self, Entry};
+
+/// The settings of a node that describes lights of one position.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+pub struct DescribedSettings {
+    /// The blackboard data to publish.
+    pub to: String,
+    /// What a `shadow_atlas` publishes.
+    pub placement: String,
+    /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
+    pub reverse: Option<Expr>,
+    /// The filter that shaders use, so that the distances at which its bounds bite can be reported.
+    pub filter: Option<FilterSettings>,
+    /// The radius of lights that say none, in metres; 0 without it.
+    pub light_size: Option<Expr>,
+}
+
+impl DescribedSettings {
+    /// Declares the node; `describe` makes what is published and the backing of further
+    /// settings, of whether depth is reversed, and of the size of lights that say none.
+    pub(crate) fn declare<T, D: DescribeShadows>(
+        &self,
+        pass: &mut PassBuilder<'_>,
+        further: Option<T>,
+        describe: impl FnOnce(T, bool, f64) -> (DataShape, D),
+    ) -> Option<Produced> {
+        let reverse = pass.boolean_or(&self.reverse, "/reverse", false);
+        let filter = Filter::declare(self.filter.as_ref(), pass);
+        let light_size = pass.number_or(&self.light_size, "/light_size", 0.0);
+        let input = pass.data_with(&self.placement, "/placement", &placement::expected());
+        let (further, reverse, filter, input) = (further?, reverse?, filter?, input?);
+        let (shape, describe) = describe(further, reverse, light_size?);
+        node(pass, &self.to, input, shape, filter, describe)
+    }
+}
 
 /// How the lights of one backing are described.
 pub(crate) trait DescribeShadows: Debug + PartialEq + Send + Sync + 'static {

@@ -9,8 +9,6 @@
 use glam::{DMat4, DVec2, DVec4, UVec2};
 use umbragraph_pipeline::data::{BlackboardData, Component, DataShape, ValueType};
 use umbragraph_pipeline::frame::{Light, LightKind};
-use umbragraph_pipeline::language::Expr;
-use umbragraph_pipeline::pipeline::PassBuilder;
 
 /// One shadow map, as shaders see it; see the module.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -84,11 +82,6 @@ pub(crate) fn light_size(light: &Light, without: f64, range: f64) -> f64 {
         LightKind::Directional => (0.5 * size.min(MAX_ANGLE)).tan(),
         LightKind::Point | LightKind::Spot { .. } => size.min(range),
     }
-}
-
-/// The size of lights that say none; 0 without a setting.
-pub(crate) fn size_without(pass: &mut PassBuilder<'_>, setting: Option<&Expr>) -> Option<f64> {
-    setting.map_or(Some(0.0), |expr| pass.number(expr, "/light_size"))
 }
 
 /// What a pass that reads descriptors expects of blackboard data.

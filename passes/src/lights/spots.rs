@@ -13,9 +13,9 @@ use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 
 use super::cubes::depth_coefficients;
-use super::described::{self, DescribeShadows, ShadowOutput};
+use super::described::{DescribeShadows, DescribedSettings, ShadowOutput};
 use super::descriptor::{self, Descriptor};
-use super::filter::{Filter, FilterSettings};
+use super::filter::Filter;
 use super::placement::{self, Backing, Entry};
 use crate::atlas::Tile;
 use crate::views::spot::SpotView;
@@ -24,18 +24,11 @@ use crate::views::spot::SpotView;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SpotShadows {
-    /// The blackboard data to publish.
-    pub to: String,
-    /// What a `shadow_atlas` publishes.
-    pub placement: String,
     /// The maximum number of spots.
     pub capacity: Expr,
-    /// Whether depth runs from 1 at the near plane to 0 at the far plane; false without it.
-    pub reverse: Option<Expr>,
-    /// The filter that shaders use, so that the distances at which its bounds bite can be reported.
-    pub filter: Option<FilterSettings>,
-    /// The radius of lights that say none, in metres; 0 without it.
-    pub light_size: Option<Expr>,
+    /// What is said of every light.
+    #[serde(flatten)]
+    pub described: DescribedSettings,
 }
 
 impl Node for SpotShadows {
@@ -45,13 +38,9 @@ impl Node for SpotShadows {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let capacity = placement::capacity(pass, &self.capacity, "/capacity", super::list::MAX_CAPACITY);
-        let reverse = pass.boolean_or(&self.reverse, "/reverse", false);
-        let filter = Filter::declare(self.filter.as_ref(), pass);
-        let light_size = descriptor::size_without(pass, self.light_size.as_ref());
-        let input = pass.data_with(&self.placement, "/placement", &placement::expected());
-        let (capacity, reverse, filter, input) = (capacity?, reverse?, filter?, input?);
-        let shape = descriptor::shape(capacity).views(capacity);
-        described::node(pass, &self.to, input, shape, filter, Tiles { reverse, light_size: light_size? })
+        self.described.declare(pass, capacity, |capacity, reverse, light_size| {
+            (descriptor::shape(capacity).views(capacity), Tiles { reverse, light_size })
+        })
     }
 
     fn published() -> Vec<(&'static str, DataShape)> {

@@ -162,66 +162,10 @@ impl<'a, 's> Expander<'a, 's> {
             self.single(entry, name, pointer, environment, depth);
             return;
         };
-        let at = format!("{pointer}/for_each");
-        let [variable] = rounds.entries().unwrap_or_default() else {
-            self.reject(
-                codes::LOOP,
-                rounds,
-                &at,
-                "a loop has one variable",
-                "write { \"level\": 4 }",
-                entry,
-                &name,
-            );
-            return;
+        let (variable, values) = match self.rounds(rounds, &pointer, environment) {
+            Ok(found) => found,
+            Err(gap) => return self.leave_out(gap, entry, name),
         };
-        let at = pointer_join(&at, &variable.key);
-        let values = match self.evaluate(&variable.value, &at, environment) {
-            Some(Value::List(list)) => list,
-            Some(Value::Number(count)) if count.fract() == 0.0 && count >= 0.0 => {
-                if count > MAX_ROUNDS as f64 {
-                    let message = format!("{count} rounds are too many");
-                    let help = format!("a loop has at most {MAX_ROUNDS}");
-                    self.reject(codes::LOOP, &variable.value, &at, &message, &help, entry, &name);
-                    return;
-                }
-                (0..count as u32).map(|round| Value::Number(f64::from(round))).collect()
-            }
-            Some(other) => {
-                let found = match other {
-                    Value::Number(number) => number.to_string(),
-                    other => other.kind_name().to_owned(),
-                };
-                let message = format!("a loop goes over a list or a count (0, 1, 2, …), this is {found}");
-                self.reject(
-                    codes::LOOP,
-                    &variable.value,
-                    &at,
-                    &message,
-                    "write a count such as \"len(far)\", or a list",
-                    entry,
-                    &name,
-                );
-                return;
-            }
-            None => {
-                self.gaps.push((name, entry));
-                return;
-            }
-        };
-        if values.len() > MAX_ROUNDS {
-            let message = format!("{} rounds are too many", values.len());
-            self.reject(
-                codes::LOOP,
-                &variable.value,
-                &at,
-                &message,
-                &format!("a loop has at most {MAX_ROUNDS}"),
-                entry,
-                &name,
-            );
-            return;
-        }
         if values.is_empty() {
             self.absent.insert(name.clone());
             self.shared.programs.modules.lacks(entry, &pointer, "for_each", false);
@@ -234,6 +178,42 @@ impl<'a, 's> Expander<'a, 's> {
             inner.locals.insert(variable.key.clone(), value);
             self.single(entry, format!("{name}.{round}"), pointer.clone(), &Arc::new(inner), depth);
         }
+    }
+
+    /// The variable of a loop, and its values.
+    fn rounds(
+        &mut self,
+        rounds: &'a document::Value,
+        pointer: &str,
+        environment: &Environment,
+    ) -> Result<(&'a Entry, Vec<Value>), Gap> {
+        let at = format!("{pointer}/for_each");
+        let [variable] = rounds.entries().unwrap_or_default() else {
+            let help = "write { \"level\": 4 }";
+            return Err(gap(codes::LOOP, rounds, &at, "a loop has one variable".to_owned(), help));
+        };
+        let (at, value) = (pointer_join(&at, &variable.key), &variable.value);
+        let wrong = |message: String, help: &str| Err(gap(codes::LOOP, value, &at, message, help));
+        let too_many = |count: f64| {
+            wrong(format!("{count} rounds are too many"), &format!("a loop has at most {MAX_ROUNDS}"))
+        };
+        let values = match self.evaluate(value, &at, environment).ok_or(None)? {
+            Value::List(list) if list.len() <= MAX_ROUNDS => list,
+            Value::Number(count) if count.fract() == 0.0 && (0.0..=MAX_ROUNDS as f64).contains(&count) => {
+                (0..count as u32).map(|round| Value::Number(f64::from(round))).collect()
+            }
+            Value::List(list) => return too_many(list.len() as f64),
+            Value::Number(count) if count.fract() == 0.0 && count >= 0.0 => return too_many(count),
+            other => {
+                let found = match other {
+                    Value::Number(number) => number.to_string(),
+                    other => other.kind_name().to_owned(),
+                };
+                let message = format!("a loop goes over a list or a count (0, 1, 2, …), this is {found}");
+                return wrong(message, "write a count such as \"len(far)\", or a list");
+            }
+        };
+        Ok((variable, values))
     }
 
     fn single(
@@ -250,7 +230,11 @@ impl<'a, 's> Expander<'a, 's> {
             return;
         }
         match entry.value.get("use") {
-            Some(used) if !is_broken => self.used(entry, used, name, &pointer, environment, depth),
+            Some(used) if !is_broken => {
+                if let Err(gap) = self.used(entry, used, &name, &pointer, environment, depth) {
+                    self.leave_out(gap, entry, name);
+                }
+            }
             _ => self.instances.push(Instance {
                 name,
                 entry,
@@ -265,11 +249,11 @@ impl<'a, 's> Expander<'a, 's> {
         &mut self,
         entry: &'a Entry,
         used: &'a document::Value,
-        name: String,
+        name: &str,
         pointer: &str,
         environment: &Arc<Environment>,
         depth: usize,
-    ) {
+    ) -> Result<(), Gap> {
         let wanted = used.text().unwrap_or_default();
         let at = format!("{pointer}/use");
         // A file knows further files, whatever the pipeline declares.
@@ -283,43 +267,26 @@ impl<'a, 's> Expander<'a, 's> {
                 false => format!("there is no subgraph \"{wanted}\""),
             };
             let diagnostic = Diagnostic::error(codes::UNKNOWN_SUBGRAPH, used.span, message).pointer(at);
-            self.shared.diagnostics.push(diagnostic.suggest(wanted, known, Some(used.span), |known| {
-                match known {
+            return Err(Some(Box::new(diagnostic.suggest(
+                wanted,
+                known,
+                Some(used.span),
+                |known| match known {
                     _ if environment.is_file => "name a file, relative to this one".to_owned(),
                     [] => "declare it under \"subgraphs\", or name a file".to_owned(),
                     known => format!("the subgraphs are {}", known.join(", ")),
-                }
-            }));
-            self.gaps.push((name, entry));
-            return;
+                },
+            ))));
         };
         let inside = pointer_join("/subgraphs", wanted);
-        if let Some(at) = self.open.iter().position(|open| open == wanted) {
-            let way: Vec<&str> = self.open[at..].iter().map(String::as_str).chain([wanted]).collect();
+        if let Some(first) = self.open.iter().position(|open| open == wanted) {
+            let way: Vec<&str> = self.open[first..].iter().map(String::as_str).chain([wanted]).collect();
             let message = format!("the subgraph \"{wanted}\" uses itself: {}", way.join(" → "));
-            self.reject(
-                codes::UNKNOWN_SUBGRAPH,
-                used,
-                &at_use(pointer),
-                &message,
-                "a subgraph cannot use itself",
-                entry,
-                &name,
-            );
-            return;
+            return Err(gap(codes::UNKNOWN_SUBGRAPH, used, &at, message, "a subgraph cannot use itself"));
         }
         if depth >= MAX_DEPTH {
             let message = format!("subgraphs are used {MAX_DEPTH} levels deep");
-            self.reject(
-                codes::UNKNOWN_SUBGRAPH,
-                used,
-                &at,
-                &message,
-                "a subgraph cannot use itself",
-                entry,
-                &name,
-            );
-            return;
+            return Err(gap(codes::UNKNOWN_SUBGRAPH, used, &at, message, "a subgraph cannot use itself"));
         }
         if let Some(extra) = entry
             .value
@@ -329,53 +296,36 @@ impl<'a, 's> Expander<'a, 's> {
             .find(|member| self.registry.get(&member.key).is_some())
         {
             let message = format!("\"use\" and \"{}\" exclude one another", extra.key);
-            self.reject(codes::UNKNOWN_KEY, &extra.value, &at, &message, "make it two passes", entry, &name);
-            return;
+            return Err(gap(codes::UNKNOWN_KEY, &extra.value, &at, message, "make it two passes"));
         }
         if let Some(when) = entry.value.get("when") {
-            match self.evaluate(when, &format!("{pointer}/when"), environment) {
-                Some(Value::Bool(true)) => {}
-                Some(Value::Bool(false)) => {
-                    self.absent.insert(name);
+            let at = format!("{pointer}/when");
+            match self.evaluate(when, &at, environment).ok_or(None)? {
+                Value::Bool(true) => {}
+                Value::Bool(false) => {
+                    self.absent.insert(name.to_owned());
                     self.shared.programs.modules.lacks(entry, pointer, "when", environment.is_top());
-                    return;
+                    return Ok(());
                 }
-                Some(other) => {
+                other => {
                     let message = format!("a boolean is wanted here, this is {}", other.kind_name());
-                    self.reject(
-                        codes::EXPRESSION_TYPE,
-                        when,
-                        &format!("{pointer}/when"),
-                        &message,
-                        "make it a comparison",
-                        entry,
-                        &name,
-                    );
-                    return;
-                }
-                None => {
-                    self.gaps.push((name, entry));
-                    return;
+                    return Err(gap(codes::EXPRESSION_TYPE, when, &at, message, "make it a comparison"));
                 }
             }
         }
         self.shared.programs.modules.has(entry);
-        let Some(mut inner) =
-            self.environment_of(entry, &subgraph.value, &inside, wanted, &name, pointer, environment)
-        else {
-            self.gaps.push((name, entry));
-            return;
-        };
+        let found = self.environment_of(entry, &subgraph.value, &inside, wanted, name, pointer, environment);
+        let mut inner = found.ok_or(None)?;
         inner.toggles.clone_from(&environment.toggles);
         inner.toggles.extend(entry.value.get("toggle").and_then(document::Value::text).map(str::to_owned));
         if entry.value.get("passthrough").is_some() {
-            self.passthroughs.push((name.clone(), entry, pointer.to_owned(), environment.clone()));
+            self.passthroughs.push((name.to_owned(), entry, pointer.to_owned(), environment.clone()));
         }
         inner.side_effect = environment.side_effect
             || entry.value.get("side_effect").is_some_and(|value| matches!(value.kind, Kind::Bool(true)));
         if entry.value.get("after").is_some() {
             self.waiting.push(Waiting {
-                name: name.clone(),
+                name: name.to_owned(),
                 entry,
                 pointer: pointer.to_owned(),
                 environment: environment.clone(),
@@ -385,6 +335,7 @@ impl<'a, 's> Expander<'a, 's> {
         self.open.push(wanted.to_owned());
         self.sections(&subgraph.value, &inside, &Arc::new(inner), depth + 1);
         self.open.pop();
+        Ok(())
     }
 
     /// Stops the expansion, with one diagnostic.
@@ -597,25 +548,18 @@ impl<'a, 's> Expander<'a, 's> {
     }
 
     #[allow(clippy::too_many_arguments)]
-    fn reject(
-        &mut self,
-        code: Code,
-        value: &document::Value,
-        pointer: &str,
-        message: &str,
-        help: &str,
-        entry: &'a Entry,
-        name: &str,
-    ) {
-        self.shared
-            .diagnostics
-            .push(Diagnostic::error(code, value.span, message).pointer(pointer).help(help));
-        self.gaps.push((name.to_owned(), entry));
+    /// Leaves out what one entry stands for.
+    fn leave_out(&mut self, gap: Gap, entry: &'a Entry, name: String) {
+        self.shared.diagnostics.extend(gap.map(|diagnostic| *diagnostic));
+        self.gaps.push((name, entry));
     }
 }
 
-fn at_use(pointer: &str) -> String {
-    format!("{pointer}/use")
+/// Why an entry stands for nothing; `None` where that has its diagnostic already.
+type Gap = Option<Box<Diagnostic>>;
+
+fn gap(code: Code, value: &document::Value, pointer: &str, message: String, help: &str) -> Gap {
+    Some(Box::new(Diagnostic::error(code, value.span, message).pointer(pointer).help(help)))
 }
 
 /// An expression's value as it would stand in a document.

@@ -386,21 +386,64 @@ pub enum Usage {
     BlackboardWrite,
 }
 
+/// What an access does with the contents.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Effect {
+    Reads,
+    /// Both.
+    Loads,
+    /// Writes, and needs nothing of what was there, though not all of it may be written.
+    Writes,
+    /// Writes all.
+    Replaces,
+}
+
 impl Usage {
+    /// What it does, the usages that a texture and a buffer must be created with, and its name in diagnostics.
+    fn properties(self) -> (Effect, wgpu_types::TextureUsages, wgpu_types::BufferUsages, &'static str) {
+        use Effect::{Loads, Reads, Replaces, Writes};
+        use wgpu_types::{BufferUsages as B, TextureUsages as T};
+        const STORAGE: (T, B) = (T::STORAGE_BINDING, B::STORAGE);
+        const ATTACHMENT: (T, B) = (T::RENDER_ATTACHMENT, B::empty());
+        const DESTINATION: (T, B) = (T::COPY_DST, B::COPY_DST);
+        const DATA: (T, B) = (T::empty(), B::empty());
+        const fn buffer(usage: B) -> (T, B) {
+            (T::empty(), usage)
+        }
+        let (effect, (texture, buffer), name) = match self {
+            Usage::Sampled => (Reads, (T::TEXTURE_BINDING, B::empty()), "sampled texture"),
+            Usage::Uniform => (Reads, buffer(B::UNIFORM), "uniform buffer"),
+            Usage::StorageRead => (Reads, STORAGE, "read-only storage"),
+            Usage::StorageWrite => (Writes, STORAGE, "write-only storage"),
+            Usage::StorageReplace => (Replaces, STORAGE, "storage that is replaced"),
+            Usage::StorageReadWrite => (Loads, STORAGE, "read-write storage"),
+            Usage::ColorAttachment => (Replaces, ATTACHMENT, "color attachment"),
+            Usage::ColorAttachmentLoad => (Loads, ATTACHMENT, "color attachment"),
+            Usage::DepthAttachment => (Replaces, ATTACHMENT, "depth attachment"),
+            Usage::DepthAttachmentLoad => (Loads, ATTACHMENT, "depth attachment"),
+            Usage::DepthAttachmentReadOnly => (Reads, ATTACHMENT, "depth attachment"),
+            Usage::StencilAttachment => (Replaces, ATTACHMENT, "stencil attachment"),
+            Usage::StencilAttachmentLoad => (Loads, ATTACHMENT, "stencil attachment"),
+            Usage::StencilAttachmentReadOnly => (Reads, ATTACHMENT, "stencil attachment"),
+            Usage::ResolveTarget => (Replaces, ATTACHMENT, "resolve target"),
+            Usage::Vertex => (Reads, buffer(B::VERTEX), "vertex buffer"),
+            Usage::Index => (Reads, buffer(B::INDEX), "index buffer"),
+            Usage::Indirect => (Reads, buffer(B::INDIRECT), "indirect buffer"),
+            Usage::CopySource => (Reads, (T::COPY_SRC, B::COPY_SRC), "source of a copy"),
+            Usage::CopyDestination => (Writes, DESTINATION, "destination of a copy"),
+            Usage::CopyDestinationLoad => {
+                (Loads, DESTINATION, "destination of a copy of a subresource range")
+            }
+            Usage::CopyDestinationRows => (Loads, DESTINATION, "destination of rows of texels"),
+            Usage::BlackboardRead => (Reads, DATA, "blackboard data"),
+            Usage::BlackboardWrite => (Writes, DATA, "published blackboard data"),
+        };
+        (effect, texture, buffer, name)
+    }
+
     /// Whether contents from before are needed, or [stay](Self::keeps_what_is_there).
     pub fn reads(self) -> bool {
-        use Usage as U;
-        !matches!(
-            self,
-            U::StorageWrite
-                | U::StorageReplace
-                | U::ColorAttachment
-                | U::DepthAttachment
-                | U::StencilAttachment
-                | U::ResolveTarget
-                | U::CopyDestination
-                | U::BlackboardWrite
-        )
+        matches!(self.properties().0, Effect::Reads | Effect::Loads)
     }
 
     /// Whether contents from before are kept, but need not exist.
@@ -410,37 +453,12 @@ impl Usage {
 
     /// Whether a new version is made.
     pub fn writes(self) -> bool {
-        use Usage as U;
-        !matches!(
-            self,
-            U::Sampled
-                | U::Uniform
-                | U::StorageRead
-                | U::DepthAttachmentReadOnly
-                | U::StencilAttachmentReadOnly
-                | U::Vertex
-                | U::Index
-                | U::Indirect
-                | U::CopySource
-                | U::BlackboardRead
-        )
+        self.properties().0 != Effect::Reads
     }
 
     /// Whether it is an attachment.
     pub fn is_attachment(self) -> bool {
-        use Usage as U;
-        matches!(
-            self,
-            U::ColorAttachment
-                | U::ColorAttachmentLoad
-                | U::DepthAttachment
-                | U::DepthAttachmentLoad
-                | U::DepthAttachmentReadOnly
-                | U::StencilAttachment
-                | U::StencilAttachmentLoad
-                | U::StencilAttachmentReadOnly
-                | U::ResolveTarget
-        )
+        self.texture_usages() == wgpu_types::TextureUsages::RENDER_ATTACHMENT
     }
 
     /// Whether it is an attachment of depth.
@@ -450,87 +468,27 @@ impl Usage {
 
     /// Whether it is an attachment of stencil.
     pub fn is_stencil(self) -> bool {
-        matches!(
-            self,
-            Usage::StencilAttachment | Usage::StencilAttachmentLoad | Usage::StencilAttachmentReadOnly
-        )
+        use Usage as U;
+        matches!(self, U::StencilAttachment | U::StencilAttachmentLoad | U::StencilAttachmentReadOnly)
     }
 
     /// Whether all of a subresource range is certain to be written again, whatever it held.
     pub fn replaces_contents(self) -> bool {
-        matches!(
-            self,
-            Usage::StorageReplace
-                | Usage::ColorAttachment
-                | Usage::DepthAttachment
-                | Usage::StencilAttachment
-                | Usage::ResolveTarget
-        )
+        self.properties().0 == Effect::Replaces
     }
 
     /// The usage that a texture must be created with.
     pub fn texture_usages(self) -> wgpu_types::TextureUsages {
-        use wgpu_types::TextureUsages as T;
-        match self {
-            Usage::Sampled => T::TEXTURE_BINDING,
-            Usage::StorageRead | Usage::StorageWrite | Usage::StorageReplace | Usage::StorageReadWrite => {
-                T::STORAGE_BINDING
-            }
-            Usage::CopySource => T::COPY_SRC,
-            Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => T::COPY_DST,
-            Usage::Uniform
-            | Usage::BlackboardRead
-            | Usage::BlackboardWrite
-            | Usage::Vertex
-            | Usage::Index
-            | Usage::Indirect => T::empty(),
-            _ => T::RENDER_ATTACHMENT,
-        }
+        self.properties().1
     }
 
     /// The usage that a buffer must be created with.
     pub fn buffer_usages(self) -> wgpu_types::BufferUsages {
-        use wgpu_types::BufferUsages as B;
-        match self {
-            Usage::Uniform => B::UNIFORM,
-            Usage::StorageRead | Usage::StorageWrite | Usage::StorageReplace | Usage::StorageReadWrite => {
-                B::STORAGE
-            }
-            Usage::CopySource => B::COPY_SRC,
-            Usage::CopyDestination | Usage::CopyDestinationLoad | Usage::CopyDestinationRows => B::COPY_DST,
-            Usage::Vertex => B::VERTEX,
-            Usage::Index => B::INDEX,
-            Usage::Indirect => B::INDIRECT,
-            _ => B::empty(),
-        }
+        self.properties().2
     }
 
     /// The name of the usage in diagnostics.
     pub fn name(self) -> &'static str {
-        match self {
-            Usage::Sampled => "sampled texture",
-            Usage::Uniform => "uniform buffer",
-            Usage::StorageRead => "read-only storage",
-            Usage::StorageWrite => "write-only storage",
-            Usage::StorageReplace => "storage that is replaced",
-            Usage::StorageReadWrite => "read-write storage",
-            Usage::ColorAttachment | Usage::ColorAttachmentLoad => "color attachment",
-            Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly => {
-                "depth attachment"
-            }
-            Usage::StencilAttachment | Usage::StencilAttachmentLoad | Usage::StencilAttachmentReadOnly => {
-                "stencil attachment"
-            }
-            Usage::ResolveTarget => "resolve target",
-            Usage::Vertex => "vertex buffer",
-            Usage::Index => "index buffer",
-            Usage::Indirect => "indirect buffer",
-            Usage::CopySource => "source of a copy",
-            Usage::CopyDestination => "destination of a copy",
-            Usage::CopyDestinationLoad => "destination of a copy of a subresource range",
-            Usage::CopyDestinationRows => "destination of rows of texels",
-            Usage::BlackboardRead => "blackboard data",
-            Usage::BlackboardWrite => "published blackboard data",
-        }
+        self.properties().3
     }
 }

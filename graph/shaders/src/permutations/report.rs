@@ -110,11 +110,6 @@ impl TemplateReport {
             .map(|(text, _)| text)
     }
 
-    /// The bytes of all distinct texts together.
-    pub fn total_bytes(&self) -> usize {
-        self.variants.iter().map(|variant| variant.bytes).sum()
-    }
-
     /// The largest text.
     pub fn max(&self) -> Option<&VariantReport> {
         self.variants.iter().max_by_key(|variant| variant.bytes)

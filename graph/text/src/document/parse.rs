@@ -13,7 +13,7 @@ use super::{Document, Entry, Keys, Kind, Value};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes};
 use crate::source::{FileId, Sources, Span};
 
-const STRICT_TOKENS: ScannerOptions = ScannerOptions {
+pub(super) const STRICT_TOKENS: ScannerOptions = ScannerOptions {
     allow_single_quoted_strings: false,
     allow_hexadecimal_numbers: false,
     allow_unary_plus_numbers: false,

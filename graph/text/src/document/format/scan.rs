@@ -3,22 +3,16 @@
 //! The text has been parsed before; nothing is checked again. What cannot be read nevertheless ends the tree early and
 //! without a panic.
 
+use jsonc_parser::Scanner;
 use jsonc_parser::tokens::Token;
-use jsonc_parser::{Scanner, ScannerOptions};
 
+use super::super::parse::STRICT_TOKENS;
 use super::tree::{Comment, Container, Gap, Item, Node, Text, width};
 
 /// Reads a text that the parser takes.
 pub(super) fn scan(text: &str) -> Text<'_> {
-    let options = ScannerOptions {
-        allow_single_quoted_strings: false,
-        allow_hexadecimal_numbers: false,
-        allow_unary_plus_numbers: false,
-        allow_bare_decimal_point_numbers: false,
-        allow_non_finite_numbers: false,
-        allow_extended_string_escapes: false,
-    };
-    let mut reader = Reader { text, scanner: Scanner::new(text, &options), next: Lexeme::End, gap: Gap(0) };
+    let scanner = Scanner::new(text, &STRICT_TOKENS);
+    let mut reader = Reader { text, scanner, next: Lexeme::End, gap: Gap(0) };
     reader.advance();
     let leading = reader.comments();
     let gap = reader.gap;
