@@ -71,12 +71,8 @@ impl Node for Copy {
         let range = !buffers[1] && (self.extent.is_some() || self.to.origin.is_some());
         if self.from.contents.is_some() {
             let help = "remove \"contents\", which says whether what is copied to needs what was there";
-            return pass.reject(
-                codes::WRONG_RESOURCE,
-                "/from/contents",
-                "what is copied from is only read",
-                help,
-            );
+            let message = "what is copied from is only read";
+            return pass.reject(codes::WRONG_RESOURCE, "/from/contents", message, help);
         }
         let contents = match &self.to.contents {
             Some(word) => Some(pass.word(word, "/to/contents")?),
@@ -156,12 +152,8 @@ fn bytes_of(
     let bytes = pass.bytes(offset, size, at)?;
     if let Some(run) = bytes.filter(|run| words && (run.first % 4 != 0 || run.count % 4 != 0)) {
         let message = format!("{} bytes from byte {} are copied", run.count, run.first);
-        return pass.reject(
-            codes::DEVICE_RULE,
-            at,
-            message,
-            "copies begin at, and have, multiples of 4 bytes",
-        );
+        let help = "copies begin at, and have, multiples of 4 bytes";
+        return pass.reject(codes::DEVICE_RULE, at, message, help);
     }
     pass.buffer_range(name, bytes, pointer)
 }
@@ -206,12 +198,8 @@ fn buffer_end(pass: &mut PassBuilder<'_>, settings: &CopyEnd, bytes: bool, at: &
     let rows_per_image = pass.count_if(&settings.rows_per_image, &format!("{at}/rows_per_image"))?;
     if let Some(bytes) = bytes_per_row.filter(|bytes| bytes % 256 != 0) {
         let message = format!("rows begin every {bytes} bytes");
-        return pass.reject(
-            codes::DEVICE_RULE,
-            &format!("{at}/bytes_per_row"),
-            message,
-            "choose a multiple of 256",
-        );
+        let help = "choose a multiple of 256";
+        return pass.reject(codes::DEVICE_RULE, &format!("{at}/bytes_per_row"), message, help);
     }
     let ends = (settings.offset.as_ref(), settings.size.as_ref());
     let buffer = bytes_of(pass, &settings.name, ends, bytes, at, &format!("{at}/name"))?;

@@ -187,19 +187,16 @@ impl Writers {
 
 fn feedback(pipeline: &Pipeline, pass: PassHandle, first: &Access, second: &Access) -> Diagnostic {
     let name = &pipeline.resource(second.resource).name;
-    Diagnostic::error(
-        codes::FEEDBACK,
-        second.place,
-        format!(
-            "the pass \"{}\" uses \"{name}\" as {} and as {} at once",
-            pipeline.pass(pass).name,
-            first.usage.name(),
-            second.usage.name()
-        ),
-    )
-    .pointer(&second.pointer)
-    .related(first.place, "the other access")
-    .help("no device can read what the same pass writes: use another mip or layer, or a second texture")
+    let message = format!(
+        "the pass \"{}\" uses \"{name}\" as {} and as {} at once",
+        pipeline.pass(pass).name,
+        first.usage.name(),
+        second.usage.name()
+    );
+    Diagnostic::error(codes::FEEDBACK, second.place, message)
+        .pointer(&second.pointer)
+        .related(first.place, "the other access")
+        .help("no device can read what the same pass writes: use another mip or layer, or a second texture")
 }
 
 #[cfg(test)]

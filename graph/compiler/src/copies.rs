@@ -388,12 +388,8 @@ impl Copies<'_, '_> {
                 self.name(region.texture.resource),
                 format_name(texture.format)
             );
-            self.reject(
-                region.texture.resource,
-                written,
-                message,
-                "remove \"aspect\", or choose another format",
-            );
+            let help = "remove \"aspect\", or choose another format";
+            self.reject(region.texture.resource, written, message, help);
             return None;
         }
         Some(aspect)

@@ -37,14 +37,13 @@ pub(super) fn workgroups(
                         *count = number as u32;
                     }
                     other => {
+                        let message = format!("{other} is not a workgroup count");
                         diagnostics.push(
-                            Diagnostic::error(
-                                codes::DISPATCH,
-                                deferred.place,
-                                format!("{other} is not a workgroup count"),
-                            )
-                            .pointer(&deferred.pointer)
-                            .help(format!("whole numbers from 0 to {limit} are possible; ceil() rounds up")),
+                            Diagnostic::error(codes::DISPATCH, deferred.place, message)
+                                .pointer(&deferred.pointer)
+                                .help(format!(
+                                    "whole numbers from 0 to {limit} are possible; ceil() rounds up"
+                                )),
                         );
                         return None;
                     }

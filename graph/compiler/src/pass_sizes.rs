@@ -71,20 +71,17 @@ impl ResolvedResources<'_> {
                     let (place, pointer) = self.place_of(handle, attachment.target.resource);
                     let words =
                         |size: [u32; 3]| format!("{} by {} with {} samples", size[0], size[1], size[2]);
+                    let message = format!(
+                        "\"{}\" is {}, but \"{}\" of the same pass is {}",
+                        attachment.resource,
+                        words(own),
+                        other.resource,
+                        words(wanted)
+                    );
                     diagnostics.push(
-                        Diagnostic::error(
-                            codes::ATTACHMENTS,
-                            place,
-                            format!(
-                                "\"{}\" is {}, but \"{}\" of the same pass is {}",
-                                attachment.resource,
-                                words(own),
-                                other.resource,
-                                words(wanted)
-                            ),
-                        )
-                        .pointer(pointer)
-                        .help("attachments of one pass have one size and sample count"),
+                        Diagnostic::error(codes::ATTACHMENTS, place, message)
+                            .pointer(pointer)
+                            .help("attachments of one pass have one size and sample count"),
                     );
                 }
                 Some(_) => {}
@@ -110,17 +107,14 @@ impl ResolvedResources<'_> {
                 };
                 if size.layers > 1 && size.layers < shape.view_layers {
                     let (place, pointer) = self.place_of(handle, attachment.target.resource);
+                    let message = format!(
+                        "\"{}\" has {} layers for {} views",
+                        attachment.resource, size.layers, shape.max_views
+                    );
                     diagnostics.push(
-                        Diagnostic::error(
-                            codes::ATTACHMENTS,
-                            place,
-                            format!(
-                                "\"{}\" has {} layers for {} views",
-                                attachment.resource, size.layers, shape.max_views
-                            ),
-                        )
-                        .pointer(pointer)
-                        .help("give the texture a layer for each view"),
+                        Diagnostic::error(codes::ATTACHMENTS, place, message)
+                            .pointer(pointer)
+                            .help("give the texture a layer for each view"),
                     );
                 }
             }

@@ -426,13 +426,10 @@ pub fn plan(
 
 fn no_output(pipeline: &Pipeline) -> Diagnostic {
     let place = pipeline.passes[0].place;
-    Diagnostic::error(
-        codes::NO_OUTPUT,
-        place,
-        format!("nothing comes out of \"{}\": every pass is culled", pipeline.name),
+    let message = format!("nothing comes out of \"{}\": every pass is culled", pipeline.name);
+    Diagnostic::error(codes::NO_OUTPUT, place, message).pointer("/passes").help(
+        "let a pass write a resource with \"lifetime\": \"imported\", or give one \"side_effect\": true",
     )
-    .pointer("/passes")
-    .help("let a pass write a resource with \"lifetime\": \"imported\", or give one \"side_effect\": true")
 }
 
 impl Plan {

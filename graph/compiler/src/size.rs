@@ -110,15 +110,9 @@ impl<'a> Sizes<'a> {
             State::InProgress => {
                 let resource = self.pipeline.resource(handle);
                 let message = format!("the size of \"{}\" depends on itself", resource.name);
-                self.report(
-                    codes::SIZE_CYCLE,
-                    resource,
-                    "/texture/size",
-                    message,
-                    "give one of the resources a size of its own",
-                );
+                let help = "give one of the resources a size of its own";
                 self.states.borrow_mut()[handle.index()] = State::Failed;
-                None
+                self.reject_at(codes::SIZE_CYCLE, resource, "/texture/size", message, help)
             }
             State::Unknown => {
                 if self.steps.get() >= MAX_STEPS {
@@ -127,15 +121,9 @@ impl<'a> Sizes<'a> {
                         "the size of \"{}\" is reached over more than {MAX_STEPS} other resources",
                         resource.name
                     );
-                    self.report(
-                        codes::SIZE_CYCLE,
-                        resource,
-                        "/texture/size",
-                        message,
-                        "say the size with a parameter",
-                    );
+                    let help = "say the size with a parameter";
                     self.states.borrow_mut()[handle.index()] = State::Failed;
-                    return None;
+                    return self.reject_at(codes::SIZE_CYCLE, resource, "/texture/size", message, help);
                 }
                 self.states.borrow_mut()[handle.index()] = State::InProgress;
                 self.steps.set(self.steps.get() + 1);
@@ -199,14 +187,8 @@ impl<'a> Sizes<'a> {
                 let limit = self.pipeline.profile.limits.max_buffer_size as f64;
                 if !(1.0..=limit).contains(&bytes) {
                     let message = format!("the buffer \"{}\" has {bytes} bytes", resource.name);
-                    self.report(
-                        codes::SIZE_LIMIT,
-                        resource,
-                        "/buffer/size",
-                        message,
-                        &format!("1 to {limit} are possible"),
-                    );
-                    return None;
+                    let help = format!("1 to {limit} are possible");
+                    return self.reject_at(codes::SIZE_LIMIT, resource, "/buffer/size", message, &help);
                 }
                 Some(Size::Buffer((bytes as u64).next_multiple_of(4)))
             }
@@ -217,14 +199,8 @@ impl<'a> Sizes<'a> {
                 let sides = self.value_of(resource, &texture.size, "/texture/size")?.numbers();
                 let Some([width, height]) = sides.as_deref() else {
                     let message = format!("the size of \"{}\" is not a width and a height", resource.name);
-                    self.report(
-                        codes::SIZE_LIMIT,
-                        resource,
-                        "/texture/size",
-                        message,
-                        "write [width, height], or \"viewport\"",
-                    );
-                    return None;
+                    let help = "write [width, height], or \"viewport\"";
+                    return self.reject_at(codes::SIZE_LIMIT, resource, "/texture/size", message, help);
                 };
                 let limits = &self.pipeline.profile.limits;
                 let volume = texture.view == Some(TextureShape::D3);
@@ -240,8 +216,7 @@ impl<'a> Sizes<'a> {
                     let message = format!("the {what} of \"{}\" is {value}", resource.name);
                     let help =
                         format!("1 to {limit} are possible on the profile {}", self.pipeline.profile.name);
-                    self.report(codes::SIZE_LIMIT, resource, pointer, message, &help);
-                    None
+                    self.reject_at(codes::SIZE_LIMIT, resource, pointer, message, &help)
                 };
                 let width_whole = whole(*width, side, "width", "/texture/size");
                 let height_whole = whole(*height, side, "height", "/texture/size");
@@ -256,34 +231,21 @@ impl<'a> Sizes<'a> {
                 let mips = optional(&texture.mips, max, "mip count", "/texture/mips")?;
                 if samples != 1 && samples != 4 {
                     let message = format!("the sample count of \"{}\" is {samples}", resource.name);
-                    self.report(
-                        codes::SIZE_LIMIT,
-                        resource,
-                        "/texture/samples",
-                        message,
-                        "1 and 4 are possible",
-                    );
-                    return None;
+                    let help = "1 and 4 are possible";
+                    return self.reject_at(codes::SIZE_LIMIT, resource, "/texture/samples", message, help);
                 }
                 if matches!(texture.view, Some(TextureShape::Cube | TextureShape::CubeArray))
                     && (layers % 6 != 0 || width != height)
                 {
                     let message =
                         format!("the cube \"{}\" is {width} by {height} with {layers} layers", resource.name);
-                    self.report(
-                        codes::SIZE_LIMIT,
-                        resource,
-                        "/texture",
-                        message,
-                        "cubes are square and have six layers each",
-                    );
-                    return None;
+                    let help = "cubes are square and have six layers each";
+                    return self.reject_at(codes::SIZE_LIMIT, resource, "/texture", message, help);
                 }
                 let size = TextureSize { width, height, layers, mips, samples };
                 if let Some(rejected) = texture_rules::of_size(&resource.name, texture, size) {
                     let (pointer, message, help) = rejected;
-                    self.report(codes::DEVICE_RULE, resource, pointer, message, help);
-                    return None;
+                    return self.reject_at(codes::DEVICE_RULE, resource, pointer, message, help);
                 }
                 Some(Size::Texture(size))
             }
@@ -296,14 +258,8 @@ impl<'a> Sizes<'a> {
             Value::Number(number) => Some(number),
             other => {
                 let message = format!("a number is wanted here, this is {}", other.kind_name());
-                self.report(
-                    codes::EXPRESSION_TYPE,
-                    resource,
-                    pointer,
-                    message,
-                    "make the expression yield a number",
-                );
-                None
+                let help = "make the expression yield a number";
+                self.reject_at(codes::EXPRESSION_TYPE, resource, pointer, message, help)
             }
         }
     }
@@ -362,22 +318,19 @@ impl<'a> Sizes<'a> {
         names
     }
 
-    fn place(&self, resource: &Resource, pointer: &str) -> Span {
-        resource.value.nearest(pointer).span
-    }
-
-    fn report(
+    fn reject_at<T>(
         &self,
         code: crate::diagnostic::Code,
         resource: &Resource,
         pointer: &str,
         message: String,
         help: &str,
-    ) {
-        let diagnostic = Diagnostic::error(code, self.place(resource, pointer), message)
+    ) -> Option<T> {
+        let diagnostic = Diagnostic::error(code, resource.value.nearest(pointer).span, message)
             .help(help)
             .pointer(format!("{}{pointer}", resource.pointer));
         self.diagnostics.borrow_mut().push(diagnostic);
+        None
     }
 }
 

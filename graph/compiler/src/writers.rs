@@ -524,13 +524,10 @@ impl<'a> Builder<'a> {
             if members.len() > SHOWN {
                 names.push(format!("and {} more", members.len() - SHOWN));
             }
-            let mut diagnostic = Diagnostic::error(
-                codes::CYCLE,
-                first.place,
-                format!("the passes {} wait for one another", names.join(", ")),
-            )
-            .pointer(&first.pointer)
-            .help("break the cycle: read an older version (name@pass), or write to another resource");
+            let message = format!("the passes {} wait for one another", names.join(", "));
+            let mut diagnostic = Diagnostic::error(codes::CYCLE, first.place, message)
+                .pointer(&first.pointer)
+                .help("break the cycle: read an older version (name@pass), or write to another resource");
             for (at, pass) in members.iter().enumerate().take(SHOWN) {
                 let step = self.describe_step(*pass, members[(at + 1) % members.len()]);
                 diagnostic = diagnostic.related(self.pipeline.passes[*pass].place, step);
@@ -678,17 +675,14 @@ fn never_written(
 ) -> Diagnostic {
     let known = pipeline.resource(resource);
     let verb = if reader.writes { "loads" } else { "reads" };
-    let mut diagnostic = Diagnostic::error(
-        codes::NEVER_WRITTEN,
-        reader.one.place,
-        format!(
-            "\"{}\" {verb} \"{}\", which nothing writes before",
-            pipeline.pass(reader.pass).name,
-            known.name
-        ),
-    )
-    .pointer(&reader.one.pointer)
-    .related(known.place, "declared here");
+    let message = format!(
+        "\"{}\" {verb} \"{}\", which nothing writes before",
+        pipeline.pass(reader.pass).name,
+        known.name
+    );
+    let mut diagnostic = Diagnostic::error(codes::NEVER_WRITTEN, reader.one.place, message)
+        .pointer(&reader.one.pointer)
+        .related(known.place, "declared here");
     let others = list.iter().any(|access| access.writes && access.pass != reader.pass);
     diagnostic.help = Some(match (&known.kind, others, reader.writes) {
         (ResourceKind::Data(_), ..) => "let a CPU pass publish it".to_owned(),
@@ -719,18 +713,15 @@ fn unordered_writers(
     let (first, second) = if a.pass < b.pass { (a, b) } else { (b, a) };
     let name = |access: &PassAccess<'_>| &pipeline.pass(access.pass).name;
     let resource = &pipeline.resource(resource).name;
-    Diagnostic::error(
-        codes::UNORDERED_WRITERS,
-        second.one.place,
-        format!(
-            "\"{}\" and \"{}\" both write \"{resource}\", and nothing says which goes first",
-            name(first),
-            name(second)
-        ),
-    )
-    .pointer(&second.one.pointer)
-    .related(first.one.place, format!("\"{}\" writes it here", name(first)))
-    .help(order_help(name(first), name(second)))
+    let message = format!(
+        "\"{}\" and \"{}\" both write \"{resource}\", and nothing says which goes first",
+        name(first),
+        name(second)
+    );
+    Diagnostic::error(codes::UNORDERED_WRITERS, second.one.place, message)
+        .pointer(&second.one.pointer)
+        .related(first.one.place, format!("\"{}\" writes it here", name(first)))
+        .help(order_help(name(first), name(second)))
 }
 
 /// How the one pass is put behind the other: "after" stands beside what the two do not have in common, so that of two

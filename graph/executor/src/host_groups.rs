@@ -171,10 +171,7 @@ fn make<'a>(
 }
 
 fn lacks(name: &str, of: &str) -> Diagnostic {
-    Diagnostic::error(
-        codes::HOST_INTERFACE,
-        Place::Nowhere,
-        format!("the host gives nothing for \"{name}\" of {of}"),
-    )
-    .help("let its draw source give every binding that its interface names")
+    let message = format!("the host gives nothing for \"{name}\" of {of}");
+    Diagnostic::error(codes::HOST_INTERFACE, Place::Nowhere, message)
+        .help("let its draw source give every binding that its interface names")
 }

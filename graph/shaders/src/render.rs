@@ -329,11 +329,8 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
         else {
             continue;
         };
-        let diagnostic = Diagnostic::error(
-            codes::UNDECLARED_NAME,
-            Span::new(file, range.clone()),
-            format!("\"{name}\" is no axis of \"{root}\" and is bound by nothing"),
-        );
+        let message = format!("\"{name}\" is no axis of \"{root}\" and is bound by nothing");
+        let diagnostic = Diagnostic::error(codes::UNDECLARED_NAME, Span::new(file, range.clone()), message);
         if axes.and_then(|axes| axes.get(name)).is_some_and(|axis| axis.mode == AxisMode::Override) {
             let message = format!(
                 "\"{name}\" is an override axis: a constant of the WGSL, no variable of the template"

@@ -85,12 +85,9 @@ impl TemplateSet {
     pub fn add_file(&mut self, sources: &Sources, file: FileId, name: &str, diagnostics: &mut Diagnostics) {
         let Some(text) = sources.get(file).map(|source| source.text().clone()) else { return };
         let twice = || {
-            Diagnostic::error(
-                codes::TEMPLATE_TWICE,
-                Span::new(file, 0..0),
-                format!("\"{name}\" is given twice"),
-            )
-            .help("the first is used; remove this one, or give it another name")
+            let message = format!("\"{name}\" is given twice");
+            Diagnostic::error(codes::TEMPLATE_TWICE, Span::new(file, 0..0), message)
+                .help("the first is used; remove this one, or give it another name")
         };
         if let Some(stem) = name.strip_suffix(".axes.json") {
             if self.declarations.contains_key(stem) {

@@ -76,23 +76,15 @@ fn splits(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Splits> {
         && !(near > 0.0 && near < last)
     {
         let message = format!("the splits cannot begin at {near} m and end at {last} m");
-        return pass.reject(
-            codes::CASCADE_SPLITS,
-            "/splits/near",
-            message,
-            format!("begin above 0 m and before {last} m"),
-        );
+        let help = format!("begin above 0 m and before {last} m");
+        return pass.reject(codes::CASCADE_SPLITS, "/splits/near", message, help);
     }
     let lambda = match scheme {
         SplitScheme::Explicit => {
             if count > far.len() {
                 let message = format!("{count} cascades are wanted, but \"far\" has {} distances", far.len());
-                return pass.reject(
-                    codes::CASCADE_COUNT,
-                    "/splits/count",
-                    message,
-                    "add far distances, or choose a formula as the scheme",
-                );
+                let help = "add far distances, or choose a formula as the scheme";
+                return pass.reject(codes::CASCADE_COUNT, "/splits/count", message, help);
             }
             let mut all = [0.0; MAX_CASCADES];
             all[..count].copy_from_slice(&far[..count]);
@@ -146,12 +138,9 @@ fn up(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<DVec3> {
     let numbers = pass.numbers(expr, "/up")?;
     let up = <[f64; 3]>::try_from(numbers).ok().map(DVec3::from).and_then(DVec3::try_normalize);
     if up.is_none() {
-        pass.report(
-            codes::LIGHT_UP,
-            "/up",
-            "the up vector has no direction",
-            "write three numbers that are not all zero: [0, 1, 0]",
-        );
+        let message = "the up vector has no direction";
+        let help = "write three numbers that are not all zero: [0, 1, 0]";
+        pass.report(codes::LIGHT_UP, "/up", message, help);
     }
     up
 }
@@ -167,12 +156,8 @@ fn near_pull(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<NearPull
         Value::Text(word) if word == WORD => Some(NearPull::Casters),
         Value::Text(word) => {
             let message = format!("the near plane cannot be pulled to \"{word}\"");
-            pass.reject(
-                codes::CASCADE_DEPTH,
-                "/near_pull",
-                message,
-                "write \"casters\", or a number of metres from 0",
-            )
+            let help = "write \"casters\", or a number of metres from 0";
+            pass.reject(codes::CASCADE_DEPTH, "/near_pull", message, help)
         }
         _ => metres(pass, expr, "/near_pull").map(NearPull::Metres),
     }
@@ -188,12 +173,8 @@ fn resolutions(
     let (count, border) = (count?, border?);
     if numbers.len() != 1 && numbers.len() < count {
         let message = format!("there are {count} cascades, but {} resolutions", numbers.len());
-        return pass.reject(
-            codes::CASCADE_RESOLUTION,
-            "/resolution",
-            message,
-            "write one number for all, or one for each",
-        );
+        let help = "write one number for all, or one for each";
+        return pass.reject(codes::CASCADE_RESOLUTION, "/resolution", message, help);
     }
     let min = 2.0 * f64::from(border) + 2.0;
     let mut all = [0; MAX_CASCADES];
@@ -220,12 +201,8 @@ fn layout(settings: &Cascades, pass: &mut PassBuilder<'_>, resolutions: &[u32]) 
             let size = texels(&numbers).filter(|size| size.cmpgt(UVec2::ZERO).all());
             if size.is_none() {
                 let message = "the size of the map is no width and height in texels";
-                pass.report(
-                    codes::CASCADE_TILE,
-                    "/map",
-                    message,
-                    "write two whole numbers above zero: [2048, 2048]",
-                );
+                let help = "write two whole numbers above zero: [2048, 2048]";
+                pass.report(codes::CASCADE_TILE, "/map", message, help);
             }
             Some(size?)
         }
@@ -274,12 +251,8 @@ fn origins(expr: &Expr, pass: &mut PassBuilder<'_>, count: usize) -> Option<Vec<
         }
         Some(_) => return origins,
     };
-    pass.reject(
-        codes::CASCADE_TILE,
-        "/tiles",
-        message,
-        "write the upper left texel of each tile: [[0, 0], [1024, 0]]",
-    )
+    let help = "write the upper left texel of each tile: [[0, 0], [1024, 0]]";
+    pass.reject(codes::CASCADE_TILE, "/tiles", message, help)
 }
 
 /// The pointer of an element, where the list is written out; else that of the expression which yields the list.
@@ -333,10 +306,7 @@ fn fraction(
     if (0.0..=1.0).contains(&fraction) {
         return Some(fraction);
     }
-    pass.reject(
-        code,
-        pointer,
-        format!("{what} is {fraction}, which is not a fraction"),
-        "write a number from 0 to 1",
-    )
+    let message = format!("{what} is {fraction}, which is not a fraction");
+    let help = "write a number from 0 to 1";
+    pass.reject(code, pointer, message, help)
 }

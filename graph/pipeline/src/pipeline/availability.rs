@@ -105,13 +105,10 @@ pub(super) fn check_names(entry: &Entry, diagnostics: &mut Diagnostics) {
 /// The diagnostic that a feature is switched on where the profile lacks what it requires.
 pub(super) fn cannot_be_on(setting: &Setting, lacking: &Lacking, profile: &TargetProfile) -> Diagnostic {
     let Lacking { required, guaranteed, place } = lacking;
-    Diagnostic::error(
-        codes::FEATURE_UNAVAILABLE,
-        setting.place,
-        format!("\"{}\" requires {required}, but {} has {guaranteed}", setting.name, profile.name),
-    )
-    .related(*place, "required here")
-    .help("leave it away: it is off by itself where the target lacks what it requires")
+    let message = format!("\"{}\" requires {required}, but {} has {guaranteed}", setting.name, profile.name);
+    Diagnostic::error(codes::FEATURE_UNAVAILABLE, setting.place, message)
+        .related(*place, "required here")
+        .help("leave it away: it is off by itself where the target lacks what it requires")
 }
 
 fn required_limits(entry: &Entry) -> &[Entry] {

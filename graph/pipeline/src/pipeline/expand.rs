@@ -409,11 +409,8 @@ impl<'a, 's> Expander<'a, 's> {
                             inner.inputs.insert(input.key.clone(), Input { name, version, back, given });
                         }
                         Err(error) => {
-                            let diagnostic = Diagnostic::error(
-                                codes::BAD_REFERENCE,
-                                given.span,
-                                format!("\"{text}\" is not a reference"),
-                            );
+                            let message = format!("\"{text}\" is not a reference");
+                            let diagnostic = Diagnostic::error(codes::BAD_REFERENCE, given.span, message);
                             self.shared.diagnostics.push(diagnostic.pointer(&at).help(error.to_string()));
                             fine = false;
                         }
@@ -476,20 +473,19 @@ impl<'a, 's> Expander<'a, 's> {
                 fine = false;
                 continue;
             };
-            let diagnostics = &mut self.shared.diagnostics;
-            let decoded =
-                setting::decode_parameter(&parameter.key, &declaration, &value, &mut |diagnostic| {
-                    diagnostics
-                        .push(diagnostic.related(parameter.key_span, "the parameter is declared here"));
-                });
-            match decoded {
-                Some(value) => {
+            match setting::decode_parameter(&parameter.key, &declaration, &value) {
+                Ok(value) => {
                     if declaration.parameter_type == crate::language::ParameterType::Enum {
                         inner.words.insert(parameter.key.clone(), declaration.values.clone());
                     }
                     inner.locals.insert(parameter.key.clone(), value);
                 }
-                None => fine = false,
+                Err(errors) => {
+                    let declared = "the parameter is declared here";
+                    let errors = errors.into_iter().map(|one| one.related(parameter.key_span, declared));
+                    self.shared.diagnostics.extend(errors);
+                    fine = false;
+                }
             }
         }
         if fine && !section("derived").is_empty() {

@@ -110,19 +110,18 @@ pub(super) fn check(
         };
         for entry in values("parameters").iter().filter(|entry| !is_chosen(entry)) {
             let pointer = pointer_join(&format!("{at}/parameters"), &entry.key);
-            match parameters.get(&entry.key) {
+            let found = match parameters.get(&entry.key) {
                 Some(declaration) => {
-                    setting::decode_parameter(&entry.key, declaration, &entry.value, &mut |diagnostic| {
-                        diagnostics.push(diagnostic.pointer(&pointer));
-                    });
+                    let value = setting::decode_parameter(&entry.key, declaration, &entry.value);
+                    value.err().unwrap_or_default()
                 }
                 None => {
                     let taken = |name: &str| is_there("parameters", entry, name);
-                    let diagnostic =
-                        setting::not_there("parameter", &entry.key, parameters.keys(), entry.key_span, taken);
-                    diagnostics.push(diagnostic.pointer(pointer));
+                    let (name, known) = (&entry.key, parameters.keys());
+                    vec![setting::not_there("parameter", name, known, entry.key_span, taken)]
                 }
-            }
+            };
+            diagnostics.extend(found.into_iter().map(|diagnostic| diagnostic.pointer(&pointer)));
         }
         for entry in values("features").iter().filter(|entry| !is_chosen(entry)) {
             let pointer = pointer_join(&format!("{at}/features"), &entry.key);

@@ -87,15 +87,17 @@ impl Program {
                         if (&known.name, known.entry.ty, &known.block)
                             != (&new.name, new.entry.ty, &new.block)
                         {
+                            let message = format!(
+                                "binding {} of group {} is \"{}: {}\" in {first} and \"{}: {}\" in {label}",
+                                binding.binding,
+                                binding.group,
+                                known.name,
+                                known.type_name,
+                                new.name,
+                                new.type_name
+                            );
                             diagnostics.push(
-                                Diagnostic::error(
-                                    codes::VARIANT_INTERFACE,
-                                    place,
-                                    format!(
-                                        "binding {} of group {} is \"{}: {}\" in {first} and \"{}: {}\" in {label}",
-                                        binding.binding, binding.group, known.name, known.type_name, new.name, new.type_name
-                                    ),
-                                )
+                                Diagnostic::error(codes::VARIANT_INTERFACE, place, message)
                                 .help(format!("let the variants of {template} declare it alike, or at different bindings")),
                             );
                         }

@@ -93,16 +93,16 @@ pub(super) fn parameters(
             continue;
         }
         let Some(default) = entry.value.get("default") else { continue };
-        let from_default = decode_parameter(&entry.key, declaration, default, &mut |diagnostic| {
-            diagnostics.push(diagnostic.pointer(format!("{pointer}/default")));
-        });
+        let mut add = |found: Result<Value, Vec<Diagnostic>>, with: &dyn Fn(Diagnostic) -> Diagnostic| {
+            found.map_err(|errors| diagnostics.extend(errors.into_iter().map(with))).ok()
+        };
+        let from_default = decode_parameter(&entry.key, declaration, default);
+        let from_default = add(from_default, &|one| one.pointer(format!("{pointer}/default")));
         let mut chosen = None;
         for setting in overrides.iter().filter(|setting| setting.name == entry.key) {
-            chosen = decode_parameter(&entry.key, declaration, &setting.value, &mut |diagnostic| {
-                diagnostics.push(diagnostic.related(entry.key_span, "the parameter is declared here"));
-            })
-            .map(|value| (value, setting.place))
-            .or(chosen);
+            let found = decode_parameter(&entry.key, declaration, &setting.value);
+            let found = add(found, &|one| one.related(entry.key_span, "the parameter is declared here"));
+            chosen = found.map(|value| (value, setting.place)).or(chosen);
         }
         if let Some((value, place)) = chosen.or(from_default.map(|value| (value, default.span))) {
             parameters
@@ -329,134 +329,108 @@ pub(super) fn decode_parameter(
     name: &str,
     declaration: &ParameterDeclaration,
     value: &document::Value,
-    report: &mut dyn FnMut(Diagnostic),
-) -> Option<Value> {
+) -> Result<Value, Vec<Diagnostic>> {
     use ParameterType as T;
-    let unit = declaration
-        .unit
-        .as_deref()
-        .filter(|unit| *unit != "1")
-        .map(|unit| format!(" {unit}"))
-        .unwrap_or_default();
-    let wrong = |wanted: &str| {
-        Diagnostic::error(
-            codes::SETTING_TYPE,
-            value.span,
-            format!("the parameter \"{name}\" is {wanted}, this is {}", value.kind_name()),
-        )
-    };
-    let number = |value: &document::Value, whole: bool, report: &mut dyn FnMut(Diagnostic)| -> Option<f64> {
-        let document::Kind::Number(number) = &value.kind else {
-            report(
-                Diagnostic::error(
-                    codes::SETTING_TYPE,
-                    value.span,
-                    format!("the parameter \"{name}\" takes numbers, this is {}", value.kind_name()),
-                )
-                .help(if whole { "write a whole number" } else { "write a number" }),
-            );
-            return None;
-        };
-        let number = number.as_f64().unwrap_or(f64::MAX);
-        if whole && number.fract() != 0.0 {
-            report(
-                Diagnostic::error(
-                    codes::SETTING_TYPE,
-                    value.span,
-                    format!("the parameter \"{name}\" takes whole numbers, not {number}"),
-                )
-                .help(format!("write {} or {}", number.floor(), number.ceil())),
-            );
-            return None;
-        }
-        let low =
-            declaration.min.or(matches!(declaration.parameter_type, T::U32 | T::U32List).then_some(0.0));
-        let high = declaration.max.unwrap_or(if whole { f64::from(u32::MAX) } else { f64::from(f32::MAX) });
-        if number > high || low.is_some_and(|low| number < low) || number.abs() > f64::from(f32::MAX) {
-            let range = match low {
-                Some(low) => format!("{low} to {high}{unit}"),
-                None => format!("up to {high}{unit}"),
-            };
-            report(
-                Diagnostic::error(
-                    codes::SETTING_RANGE,
-                    value.span,
-                    format!("{number} is out of the range of \"{name}\""),
-                )
-                .help(format!("the range is {range}")),
-            );
-            return None;
-        }
-        Some(number)
+    let error =
+        |code, place, message: String, help: String| vec![Diagnostic::error(code, place, message).help(help)];
+    let wrong = |wanted: &str, help: String| {
+        let message = format!("the parameter \"{name}\" is {wanted}, this is {}", value.kind_name());
+        error(codes::SETTING_TYPE, value.span, message, help)
     };
     match declaration.parameter_type {
-        T::F32 => number(value, false, report).map(Value::Number),
-        T::U32 | T::I32 => number(value, true, report).map(Value::Number),
+        T::F32 => number(name, declaration, value, false).map_err(|diagnostic| vec![*diagnostic]),
+        T::U32 | T::I32 => number(name, declaration, value, true).map_err(|diagnostic| vec![*diagnostic]),
         T::Bool => match value.kind {
-            document::Kind::Bool(on) => Some(Value::Bool(on)),
-            _ => {
-                report(wrong("a boolean").help("write true or false"));
-                None
-            }
+            document::Kind::Bool(on) => Ok(Value::Bool(on)),
+            _ => Err(wrong("a boolean", "write true or false".to_owned())),
         },
         T::Enum => match value.text() {
             Some(word) if declaration.values.iter().any(|known| known == word) => {
-                Some(Value::Text(word.to_owned()))
+                Ok(Value::Text(word.to_owned()))
             }
-            Some(_) => {
-                report(document::schema::unknown_word(value, &words(&declaration.values)));
-                None
-            }
-            None => {
-                report(wrong("a word").help(format!("the words are {}", declaration.values.join(", "))));
-                None
-            }
+            Some(_) => Err(vec![document::schema::unknown_word(value, &words(&declaration.values))]),
+            None => Err(wrong("a word", format!("the words are {}", declaration.values.join(", ")))),
         },
         T::F32List | T::U32List => {
-            let Some(elements) = value.elements() else {
-                report(wrong("a list of numbers").help("write it as [1, 2, 3]"));
-                return None;
-            };
+            let elements = value.elements();
+            let elements =
+                elements.ok_or_else(|| wrong("a list of numbers", "write it as [1, 2, 3]".to_owned()))?;
             let whole = declaration.parameter_type == T::U32List;
             let (min, max) = (declaration.min_length.unwrap_or(0), declaration.max_length.unwrap_or(65_536));
             if !(min as usize..=max as usize).contains(&elements.len()) {
-                report(
-                    Diagnostic::error(
-                        codes::SETTING_RANGE,
-                        value.span,
-                        format!("the parameter \"{name}\" has {} elements", elements.len()),
-                    )
-                    .help(format!("it takes {min} to {max}")),
-                );
-                return None;
+                let message = format!("the parameter \"{name}\" has {} elements", elements.len());
+                return Err(error(
+                    codes::SETTING_RANGE,
+                    value.span,
+                    message,
+                    format!("it takes {min} to {max}"),
+                ));
             }
-            let numbers: Vec<Option<f64>> =
-                elements.iter().map(|element| number(element, whole, report)).collect();
-            let numbers: Vec<f64> = numbers.into_iter().collect::<Option<_>>()?;
-            for (at, pair) in numbers.windows(2).enumerate() {
+            let (mut numbers, mut errors) = (Vec::new(), Vec::new());
+            for element in elements {
+                match number(name, declaration, element, whole) {
+                    Ok(number) => numbers.push(number),
+                    Err(diagnostic) => errors.push(*diagnostic),
+                }
+            }
+            if !errors.is_empty() {
+                return Err(errors);
+            }
+            for (pair, element) in numbers.windows(2).zip(&elements[1..]) {
+                let [Value::Number(before), Value::Number(after)] = pair else { continue };
                 let (follows, word) = match declaration.order {
-                    Some(Order::StrictlyIncreasing) => (pair[0] < pair[1], "increase"),
-                    Some(Order::StrictlyDecreasing) => (pair[0] > pair[1], "decrease"),
+                    Some(Order::StrictlyIncreasing) => (before < after, "increase"),
+                    Some(Order::StrictlyDecreasing) => (before > after, "decrease"),
                     None => (true, ""),
                 };
                 if !follows {
-                    report(
-                        Diagnostic::error(
-                            codes::SETTING_ORDER,
-                            elements[at + 1].span,
-                            format!(
-                                "the elements of \"{name}\" must strictly {word}, but {} follows {}",
-                                pair[1], pair[0]
-                            ),
-                        )
-                        .help("sort the list and remove what appears twice"),
+                    let message = format!(
+                        "the elements of \"{name}\" must strictly {word}, but {after} follows {before}"
                     );
-                    return None;
+                    let help = "sort the list and remove what appears twice".to_owned();
+                    return Err(error(codes::SETTING_ORDER, element.span, message, help));
                 }
             }
-            Some(Value::List(numbers.into_iter().map(Value::Number).collect()))
+            Ok(Value::List(numbers))
         }
     }
+}
+
+/// A number, or an element of a list, of a parameter.
+fn number(
+    name: &str,
+    declaration: &ParameterDeclaration,
+    value: &document::Value,
+    whole: bool,
+) -> Result<Value, Box<Diagnostic>> {
+    let error = |code, message: String, help: String| {
+        Err(Box::new(Diagnostic::error(code, value.span, message).help(help)))
+    };
+    let document::Kind::Number(number) = &value.kind else {
+        let message = format!("the parameter \"{name}\" takes numbers, this is {}", value.kind_name());
+        let help = if whole { "write a whole number" } else { "write a number" };
+        return error(codes::SETTING_TYPE, message, help.to_owned());
+    };
+    let number = number.as_f64().unwrap_or(f64::MAX);
+    if whole && number.fract() != 0.0 {
+        let message = format!("the parameter \"{name}\" takes whole numbers, not {number}");
+        let help = format!("write {} or {}", number.floor(), number.ceil());
+        return error(codes::SETTING_TYPE, message, help);
+    }
+    let is_unsigned = matches!(declaration.parameter_type, ParameterType::U32 | ParameterType::U32List);
+    let low = declaration.min.or(is_unsigned.then_some(0.0));
+    let high = declaration.max.unwrap_or(if whole { f64::from(u32::MAX) } else { f64::from(f32::MAX) });
+    if number > high || low.is_some_and(|low| number < low) || number.abs() > f64::from(f32::MAX) {
+        let unit = declaration.unit.as_deref().filter(|unit| *unit != "1");
+        let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
+        let range = match low {
+            Some(low) => format!("{low} to {high}{unit}"),
+            None => format!("up to {high}{unit}"),
+        };
+        let message = format!("{number} is out of the range of \"{name}\"");
+        return error(codes::SETTING_RANGE, message, format!("the range is {range}"));
+    }
+    Ok(Value::Number(number))
 }
 
 fn words(values: &[String]) -> Vec<&str> {

@@ -120,14 +120,11 @@ impl Declaration {
 fn read_condition(written: &WrittenCondition, axes: &Axes) -> Result<Condition, Box<Diagnostic>> {
     let (name, _, _) = Condition::split(&written.text);
     let Some(axis) = axes.get(name) else {
-        let diagnostic = Diagnostic::error(
-            codes::AXIS_DECLARATION,
-            written.span,
-            format!(
-                "the condition \"{}\" is about \"{name}\", which is no axis of this template",
-                written.text
-            ),
+        let message = format!(
+            "the condition \"{}\" is about \"{name}\", which is no axis of this template",
+            written.text
         );
+        let diagnostic = Diagnostic::error(codes::AXIS_DECLARATION, written.span, message);
         let at = written.text.find(name).unwrap_or_default();
         let span = written.span.of_quoted(&written.text, at..at + name.len());
         return Err(Box::new(diagnostic.suggest(name, axes.names(), span, |_| {

@@ -320,13 +320,10 @@ fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Dia
             None => diagnostics.push(unknown_axis(axes, template, name, request.place.clone())),
             Some(axis) => {
                 diagnostics.extend(values.iter().filter(|value| !axis.kind.contains(value)).map(|value| {
-                    Diagnostic::error(
-                        codes::AXIS_VALUE,
-                        request.place.clone(),
-                        format!("{value} is not a value of the axis \"{name}\""),
-                    )
-                    .help(format!("the values are {}", axis.kind.describe()))
-                    .related(axis.span, "declared here")
+                    let message = format!("{value} is not a value of the axis \"{name}\"");
+                    Diagnostic::error(codes::AXIS_VALUE, request.place.clone(), message)
+                        .help(format!("the values are {}", axis.kind.describe()))
+                        .related(axis.span, "declared here")
                 }));
             }
         }

@@ -85,12 +85,9 @@ fn read_as(path: &Path, name: String, sources: &mut Sources) -> Result<FileId, D
             let at = error.utf8_error().valid_up_to();
             let text = String::from_utf8_lossy(error.as_bytes()).into_owned();
             let file = sources.add(name.clone(), text);
-            Err(Diagnostic::error(
-                codes::FILE_NOT_UTF8,
-                Span::new(file, at..at + 1),
-                format!("the file \"{name}\" is not UTF-8"),
-            )
-            .help("save it as UTF-8"))
+            let message = format!("the file \"{name}\" is not UTF-8");
+            Err(Diagnostic::error(codes::FILE_NOT_UTF8, Span::new(file, at..at + 1), message)
+                .help("save it as UTF-8"))
         }
     }
 }

@@ -92,11 +92,8 @@ fn lay_over(
             // A file below has lost what stood there.
             (None, Kind::Null) if changes.deleted.get(&at.to_string()) == Some(&entry.value.span) => {}
             (None, Kind::Null) if !keeps => {
-                let diagnostic = Diagnostic::error(
-                    codes::DELETES_NOTHING,
-                    entry.value.span,
-                    format!("there is no \"{}\" to delete", entry.key),
-                );
+                let message = format!("there is no \"{}\" to delete", entry.key);
+                let diagnostic = Diagnostic::error(codes::DELETES_NOTHING, entry.value.span, message);
                 let left = entries.iter().enumerate().filter(|(index, _)| !deleted.contains(index));
                 let names = left.map(|(_, known)| known.key.as_str());
                 let taken = |name: &str| written.iter().any(|key| key == name);
@@ -160,14 +157,11 @@ pub(super) fn reject_deletions(
             if changes.deleted.get(&at.to_string()) == Some(&entry.value.span) {
                 return false;
             }
+            let message = format!("there is no \"{}\" to delete", entry.key);
             diagnostics.push(
-                Diagnostic::error(
-                    codes::DELETES_NOTHING,
-                    entry.value.span,
-                    format!("there is no \"{}\" to delete", entry.key),
-                )
-                .pointer(at)
-                .help("null deletes what an extended file has under that key; leave the key out"),
+                Diagnostic::error(codes::DELETES_NOTHING, entry.value.span, message)
+                    .pointer(at)
+                    .help("null deletes what an extended file has under that key; leave the key out"),
             );
             false
         }),
@@ -197,11 +191,8 @@ pub(super) fn beside(whole: &mut Value, part: Value, diagnostics: &mut Diagnosti
             continue;
         }
         if !SECTIONS.contains(&section.key.as_str()) {
-            let diagnostic = Diagnostic::error(
-                codes::UNKNOWN_KEY,
-                section.key_span,
-                format!("an included file cannot say \"{}\"", section.key),
-            );
+            let message = format!("an included file cannot say \"{}\"", section.key);
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_KEY, section.key_span, message);
             let (known, written) = (SECTIONS.iter().copied(), Some(section.key_span));
             let taken = |name: &str| sections.iter().any(|key| key == name);
             diagnostics.push(diagnostic.suggest_unless(&section.key, known, written, taken, |known| {

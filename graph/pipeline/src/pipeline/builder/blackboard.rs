@@ -23,14 +23,11 @@ impl PassBuilder<'_> {
                 Some(self.subresource(handle, SubresourceRange::WHOLE, Version::Newest, pointer))
             }
             ResourceKind::Data(Some(_)) => {
-                let diagnostic = Diagnostic::error(
-                    codes::PUBLISHED_TWICE,
-                    place,
-                    format!("the data \"{name}\" is published by two passes"),
-                )
-                .related(resource.place, "it is published here too")
-                .help("give one of the two another name")
-                .pointer(at);
+                let message = format!("the data \"{name}\" is published by two passes");
+                let diagnostic = Diagnostic::error(codes::PUBLISHED_TWICE, place, message)
+                    .related(resource.place, "it is published here too")
+                    .help("give one of the two another name")
+                    .pointer(at);
                 self.shared.diagnostics.push(diagnostic);
                 None
             }
@@ -59,12 +56,8 @@ impl PassBuilder<'_> {
         if !matches!(resource.kind, ResourceKind::Data(_)) {
             let message =
                 format!("\"{name}\" is {}, but blackboard data is wanted here", resource.kind_name());
-            return self.reject(
-                codes::WRONG_RESOURCE,
-                pointer,
-                message,
-                "name what a CPU pass publishes, such as a camera",
-            );
+            let help = "name what a CPU pass publishes, such as a camera";
+            return self.reject(codes::WRONG_RESOURCE, pointer, message, help);
         }
         Some(self.subresource(handle, SubresourceRange::WHOLE, Version::Newest, pointer))
     }

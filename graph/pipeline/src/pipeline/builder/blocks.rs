@@ -20,12 +20,9 @@ impl PassBuilder<'_> {
         all: bool,
     ) -> Option<BlockValues> {
         let TypeLayout::Struct { members, .. } = layout else {
-            return self.reject(
-                codes::WRONG_RESOURCE,
-                at,
-                "values are bound to a struct",
-                "declare the uniform as a struct in the template",
-            );
+            let message = "values are bound to a struct";
+            let help = "declare the uniform as a struct in the template";
+            return self.reject(codes::WRONG_RESOURCE, at, message, help);
         };
         let mut fine = true;
         let mut unknown: Vec<&str> = Vec::new();

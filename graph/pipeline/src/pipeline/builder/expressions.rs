@@ -159,12 +159,9 @@ impl PassBuilder<'_> {
     }
 
     pub(super) fn wrong_type<T>(&mut self, pointer: &str, wanted: &str, found: &str) -> Option<T> {
-        self.reject(
-            codes::EXPRESSION_TYPE,
-            pointer,
-            format!("{wanted} is wanted here, this is {found}"),
-            format!("make the expression yield {wanted}"),
-        )
+        let message = format!("{wanted} is wanted here, this is {found}");
+        let help = format!("make the expression yield {wanted}");
+        self.reject(codes::EXPRESSION_TYPE, pointer, message, help)
     }
 
     /// Finds names in a deferred expression that exist nowhere; their values come later.

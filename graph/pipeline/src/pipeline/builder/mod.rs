@@ -144,12 +144,9 @@ impl PassBuilder<'_> {
     }
 
     pub(crate) fn settings_do_not_decode(&mut self, error: &serde_json::Error) {
-        self.report(
-            codes::WRONG_TYPE,
-            "",
-            format!("the settings do not decode: {error}"),
-            "compare them with the schema",
-        );
+        let message = format!("the settings do not decode: {error}");
+        let help = "compare them with the schema";
+        self.report(codes::WRONG_TYPE, "", message, help);
     }
 
     pub(in crate::pipeline) fn absolute(&self, pointer: &str) -> String {

@@ -122,12 +122,8 @@ impl PassBuilder<'_> {
         let reference = match Reference::parse(&text) {
             Ok(reference) => reference,
             Err(error) => {
-                return self.reject(
-                    codes::BAD_REFERENCE,
-                    pointer,
-                    format!("\"{text}\" is not a reference"),
-                    error.to_string(),
-                );
+                let message = format!("\"{text}\" is not a reference");
+                return self.reject(codes::BAD_REFERENCE, pointer, message, error.to_string());
             }
         };
         let outside = environment.resource(reference.resource);

@@ -149,12 +149,8 @@ impl PassBuilder<'_> {
             BindingType::Sampler(SamplerBindingType::Comparison) => {
                 let message =
                     format!("the comparison sampler \"{}\" of {template} is not bound", binding.name);
-                self.reject(
-                    codes::UNBOUND,
-                    here,
-                    message,
-                    "bind it: { \"sampler\": { \"compare\": \"less-equal\" } }",
-                )
+                let help = "bind it: { \"sampler\": { \"compare\": \"less-equal\" } }";
+                self.reject(codes::UNBOUND, here, message, help)
             }
             _ => {
                 let message =
@@ -187,12 +183,8 @@ impl PassBuilder<'_> {
             }
             BindingType::Sampler(kind) => {
                 let Bind::Object(BindObject::Sampler(sampler)) = bind else {
-                    return self.reject(
-                        codes::WRONG_RESOURCE,
-                        here,
-                        wanted("a sampler"),
-                        "bind { \"sampler\": { } } with its settings",
-                    );
+                    let help = "bind { \"sampler\": { } } with its settings";
+                    return self.reject(codes::WRONG_RESOURCE, here, wanted("a sampler"), help);
                 };
                 self.sampler(kind, sampler, &format!("{here}/sampler"), &wanted).map(SlotSource::Sampler)
             }
@@ -260,12 +252,9 @@ impl PassBuilder<'_> {
             wgpu_types::TextureViewDimension::CubeArray => TextureShape::CubeArray,
             wgpu_types::TextureViewDimension::D3 => TextureShape::D3,
             wgpu_types::TextureViewDimension::D1 => {
-                return self.reject(
-                    codes::WRONG_RESOURCE,
-                    here,
-                    "one-dimensional textures cannot be declared",
-                    "use a two-dimensional one",
-                );
+                let message = "one-dimensional textures cannot be declared";
+                let help = "use a two-dimensional one";
+                return self.reject(codes::WRONG_RESOURCE, here, message, help);
             }
         };
         let (name, range, shape, format, at) = match bind {

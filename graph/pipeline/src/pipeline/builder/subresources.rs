@@ -64,21 +64,13 @@ impl PassBuilder<'_> {
             let cube = layer.map_or(0, |run| run.first);
             let Some(first) = cube.checked_mul(6).and_then(|first| first.checked_add(face)) else {
                 let message = format!("there is no cube {cube}");
-                return self.reject(
-                    codes::OUT_OF_BOUNDS,
-                    &format!("{at}/layer"),
-                    message,
-                    "count cubes from 0",
-                );
+                let help = "count cubes from 0";
+                return self.reject(codes::OUT_OF_BOUNDS, &format!("{at}/layer"), message, help);
             };
             if settings.layers.is_some() {
                 let help = "remove \"layers\", or say the first layer by its number";
-                return self.reject(
-                    codes::OUT_OF_BOUNDS,
-                    &format!("{at}/layers"),
-                    "a face is one layer",
-                    help,
-                );
+                let message = "a face is one layer";
+                return self.reject(codes::OUT_OF_BOUNDS, &format!("{at}/layers"), message, help);
             }
             layer = Some(IndexRange::one(first));
         }
@@ -127,12 +119,9 @@ impl PassBuilder<'_> {
         let pointer = format!("{at}/size");
         let count = u64::from(self.count(expr, &pointer)?);
         if count == 0 {
-            return self.reject(
-                codes::OUT_OF_BOUNDS,
-                &pointer,
-                "a range of no bytes",
-                "a range has at least one byte",
-            );
+            let message = "a range of no bytes";
+            let help = "a range has at least one byte";
+            return self.reject(codes::OUT_OF_BOUNDS, &pointer, message, help);
         }
         Some(Some(IndexRange { first, count }))
     }

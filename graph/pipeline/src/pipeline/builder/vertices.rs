@@ -57,12 +57,8 @@ impl PassBuilder<'_> {
             if !compatible(parsed, input.format) {
                 let wanted = format_name(input.format);
                 let message = format!("\"{name}\" is {format}, which the shader cannot read as {wanted}");
-                self.report(
-                    codes::HOST_CONTRACT,
-                    &format!("{here}/format"),
-                    message,
-                    format!("store {wanted}"),
-                );
+                let help = format!("store {wanted}");
+                self.report(codes::HOST_CONTRACT, &format!("{here}/format"), message, help);
                 sound = false;
                 continue;
             }
