@@ -9,7 +9,8 @@
 
 use super::history;
 use super::lifetime::{AllocationRequest, Assignment, assign};
-use super::plan::{Fixed, Physical, PhysicalBuffer, PhysicalTexture, Plan, PlannedResource};
+use super::physical::{Physical, PhysicalBuffer, PhysicalTexture};
+use super::planned::{Fixed, Plan, PlannedResource};
 use super::resolved_resources::{Descriptor, ResolvedResources};
 use crate::language::Lifetime;
 use crate::pipeline::ResourceKind;

@@ -10,7 +10,7 @@
 //! Cost: for each attachment the accesses of its resource up to the one that decides.
 
 use super::cull::single_layer;
-use super::plan::{PlannedAttachment, PlannedPass, StoreOperation};
+use super::planned::{PlannedAttachment, PlannedPass, StoreOperation};
 use super::planner::Planner;
 use super::resolved_resources::TextureProperties;
 use crate::diagnostic::{Diagnostic, codes};
@@ -129,14 +129,5 @@ impl Planner<'_> {
         Diagnostic::error(codes::ATTACHMENTS, pass.place, format!("{template} {error}"))
             .pointer(&pass.pointer)
             .help("the outputs of the fragment shader and the color attachments match one to one")
-    }
-}
-
-/// The operation without its value.
-pub(super) fn load_kind<T>(load: &LoadOperation<T>) -> LoadOperation<()> {
-    match load {
-        LoadOperation::Load => LoadOperation::Load,
-        LoadOperation::Clear(_) => LoadOperation::Clear(()),
-        LoadOperation::Discard => LoadOperation::Discard,
     }
 }

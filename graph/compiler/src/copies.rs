@@ -15,7 +15,8 @@ use serde::Serialize;
 use wgpu_types::{COPY_BUFFER_ALIGNMENT, COPY_BYTES_PER_ROW_ALIGNMENT, TextureAspect, TextureFormat};
 
 use super::resolved_resources::{ResolvedResources, TextureProperties};
-use super::uninitialised::joined;
+use super::runs::Runs;
+use super::runs::joined;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::Value;
 use crate::language::format_name;
@@ -124,9 +125,6 @@ pub(super) fn copies(
         }
     }
 }
-
-/// Ascending runs, each with its first and the first after it, that do not touch.
-pub(super) type Runs = Vec<(u64, u64)>;
 
 /// The most runs of bytes that are told apart.
 const MAXIMUM_RUNS: u64 = 1 << 16;

@@ -28,7 +28,7 @@ use std::sync::Arc;
 use crate::data::{BlackboardData, DataShape};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::pipeline::ResourceKind;
-use crate::plan::Plan;
+use crate::planned::Plan;
 use crate::switches::Switches;
 use crate::work::{CpuContext, CpuRun, CpuWork, PassHandle, ResourceHandle, Subresource, Work};
 use umbragraph_pipeline::frame::FrameInput;

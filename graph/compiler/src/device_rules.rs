@@ -6,8 +6,8 @@
 //! bindings for each stage) are checked with the shader's variants, and what a copy joins where copies are planned
 //! ([`super::copies`]).
 
-use super::plan::{Plan, PlannedPass, PlannedResource};
-use super::size::TextureSize;
+use super::planned::{Plan, PlannedPass, PlannedResource};
+use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::TextureShape;
 use crate::pipeline::{Pass, Program};

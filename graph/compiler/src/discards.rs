@@ -9,8 +9,8 @@
 //!
 //! Cost: for each such attachment the accesses of its resource.
 
+use super::conditions;
 use super::graph::Graph;
-use super::toggles;
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
@@ -118,7 +118,7 @@ impl Check<'_> {
 
     /// Whether passes before write, in each frame with the reader, all that it reads of what is discarded.
     fn is_written(&self, reader: PassHandle, read: &Access) -> bool {
-        let Some(known) = toggles::known(self.pipeline.pass(reader), read) else { return true };
+        let Some(known) = conditions::known(self.pipeline.pass(reader), read) else { return true };
         let mut effort = Effort::default();
         let mut view = View::new(read.range, &known, &mut effort);
         for (writer, _) in self.graph.producers(reader).filter(|(_, resource)| *resource == read.resource) {

@@ -9,8 +9,8 @@ use std::collections::HashMap;
 use smallvec::SmallVec;
 use wgpu_types::{BindingType, TextureFormat, TextureFormatFeatureFlags, TextureSampleType, TextureUsages};
 
-use super::size::TextureSize;
 use super::texture_rules;
+use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{TextureDeclaration, TextureShape, format_name, parse_format, unknown_format};
 use crate::pipeline::{Access, Aspect, Pipeline, Program, Resource, Usage};

@@ -20,14 +20,9 @@ use petgraph::Direction;
 use petgraph::graph::{DiGraph, NodeIndex};
 use petgraph::visit::EdgeRef as _;
 
-use super::access::accesses;
-use super::discards;
-use super::history;
 use super::jagged_array::JaggedArray;
-use super::uninitialised::PartialRead;
-use super::writers::Builder;
-use crate::diagnostic::Diagnostics;
-use crate::pipeline::{Pipeline, SubresourceRange};
+use super::partial_read::PartialRead;
+use crate::pipeline::SubresourceRange;
 use crate::work::{PassHandle, ResourceHandle};
 
 /// A node of the graph.
@@ -138,17 +133,4 @@ impl Graph {
             GraphNode::Pass(_) => None,
         })
     }
-}
-
-/// Builds the graph of a pipeline.
-///
-/// Diagnostics: reads of what nothing writes or of what is discarded, unordered writers, cycles, a pass that reads and
-/// writes one subresource range in a way that no device allows. The result is `None` after errors that leave no order.
-pub fn build(pipeline: &Pipeline, diagnostics: &mut Diagnostics) -> Option<Graph> {
-    history::check_use(pipeline, diagnostics);
-    let accesses = accesses(pipeline, diagnostics);
-    let mut builder = Builder::new(pipeline, &accesses);
-    let graph = builder.order_all(diagnostics).then(|| builder.finish())?;
-    discards::check(pipeline, &graph, diagnostics);
-    Some(graph)
 }

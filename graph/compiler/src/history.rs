@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, HashSet};
 
 use serde::Serialize;
 
-use super::plan::Physical;
-use super::resolved_resources::{Descriptor, ResolvedResources};
+use super::physical::Physical;
+use super::resolved_resources::ResolvedResources;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::expression::Value;
 use crate::language::{Expr, WordValue};
@@ -139,19 +139,6 @@ fn initial(
             }
         }
         ResourceKind::Data(_) | ResourceKind::Broken => Ok(None),
-    }
-}
-
-/// The usages that clearing a history to its initial value needs.
-pub(super) fn clearing(descriptor: Descriptor) -> Descriptor {
-    match descriptor {
-        Descriptor::Texture(mut texture) => {
-            texture.usages |= wgpu_types::TextureUsages::RENDER_ATTACHMENT;
-            Descriptor::Texture(texture)
-        }
-        Descriptor::Buffer { bytes, usages } => {
-            Descriptor::Buffer { bytes, usages: usages | wgpu_types::BufferUsages::COPY_DST }
-        }
     }
 }
 

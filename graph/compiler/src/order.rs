@@ -12,82 +12,14 @@
 
 use std::collections::{BTreeSet, HashMap};
 
-use serde::Serialize;
-
 use super::graph::Graph;
 use super::merge::{self, Key, Merger};
 use super::order_memory;
+use super::order_report::{Objective, OrderMethod, OrderReport};
+use super::ready::Ready;
 use super::resolved_resources::ResolvedResources;
 use crate::pipeline::Pipeline;
 use crate::work::PassHandle;
-
-/// The objective of the order of the passes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Objective {
-    /// The order of the document where the graph leaves a choice.
-    #[default]
-    Declaration,
-    /// Few bytes.
-    Memory,
-    /// Few render passes.
-    FewPasses,
-}
-
-impl Objective {
-    /// All objectives.
-    pub const ALL: [Self; 3] = [Self::Declaration, Self::Memory, Self::FewPasses];
-
-    /// `declaration`, `memory` or `few-passes`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Declaration => "declaration",
-            Self::Memory => "memory",
-            Self::FewPasses => "few-passes",
-        }
-    }
-
-    /// An objective by its name.
-    pub fn from_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|objective| objective.name() == name)
-    }
-}
-
-/// How the order was chosen, and its bytes.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct OrderReport {
-    /// The objective.
-    pub objective: Objective,
-    /// How.
-    pub method: OrderMethod,
-    /// For `memory`: what was reached, and against what.
-    pub memory: Option<MemoryOrder>,
-    /// For `few-passes`: the render passes of the order of the document, and of the one chosen.
-    pub render_passes: Option<[usize; 2]>,
-}
-
-/// The method by which an order was found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum OrderMethod {
-    /// The order of the document.
-    Declaration,
-    /// No order is better.
-    Exact,
-    /// A good one.
-    Heuristic,
-}
-
-/// The bytes of orders.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-pub struct MemoryOrder {
-    /// The order of the document.
-    pub declaration: u64,
-    /// The order chosen.
-    pub chosen: u64,
-    /// A bound that no order goes below: for each class what single passes need at once, summed.
-    pub bound: u64,
-}
 
 /// Puts the live passes, which come in the order of the document, into the order of an objective.
 pub(super) fn choose<'a>(
@@ -176,64 +108,4 @@ fn gathered<'a>(
         arrived = ready.take(next);
     }
     order
-}
-
-/// The live passes that can run next.
-pub(super) struct Ready<'a> {
-    graph: &'a Graph,
-    missing: Vec<u32>,
-    live: Vec<bool>,
-    /// In the order of the document.
-    pub(super) passes: BTreeSet<PassHandle>,
-}
-
-impl<'a> Ready<'a> {
-    /// Before the first pass.
-    pub(super) fn new(graph: &'a Graph, live: &[PassHandle]) -> Self {
-        let count = graph.successors.len();
-        let mut ready =
-            Self { graph, missing: vec![0; count], live: vec![false; count], passes: BTreeSet::new() };
-        for pass in live {
-            ready.live[pass.index()] = true;
-        }
-        for to in graph.successors.items() {
-            ready.missing[to.index()] += 1;
-        }
-        let free: Vec<PassHandle> =
-            graph.order.iter().copied().filter(|pass| ready.missing[pass.index()] == 0).collect();
-        ready.arrive(free);
-        ready
-    }
-
-    /// Runs a pass; those that can run now and could not before.
-    pub(super) fn take(&mut self, pass: PassHandle) -> Vec<PassHandle> {
-        self.passes.remove(&pass);
-        let free = self.release(pass);
-        self.arrive(free)
-    }
-
-    fn release(&mut self, pass: PassHandle) -> Vec<PassHandle> {
-        let mut free = Vec::new();
-        for to in &self.graph.successors[pass.index()] {
-            self.missing[to.index()] -= 1;
-            if self.missing[to.index()] == 0 {
-                free.push(*to);
-            }
-        }
-        free
-    }
-
-    /// Culled passes take no time: what waits for them waits no longer.
-    fn arrive(&mut self, mut free: Vec<PassHandle>) -> Vec<PassHandle> {
-        let mut new = Vec::new();
-        while let Some(pass) = free.pop() {
-            if self.live[pass.index()] {
-                self.passes.insert(pass);
-                new.push(pass);
-            } else {
-                free.extend(self.release(pass));
-            }
-        }
-        new
-    }
 }

@@ -20,7 +20,8 @@ use std::collections::{HashMap, VecDeque};
 
 use super::graph::Graph;
 use super::lifetime::{AllocationRequest, assign};
-use super::order::{MemoryOrder, OrderMethod, Ready};
+use super::order_report::{MemoryOrder, OrderMethod};
+use super::ready::Ready;
 use super::resolved_resources::ResolvedResources;
 use crate::language::Lifetime;
 use crate::pipeline::Pipeline;

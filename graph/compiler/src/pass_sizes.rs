@@ -6,7 +6,7 @@
 use super::copies;
 use super::dispatch;
 use super::format;
-use super::plan::{PlannedAttachment, PlannedPass};
+use super::planned::{PlannedAttachment, PlannedPass};
 use super::resolved_resources::{ResolvedResources, TextureProperties};
 use super::values::{self, PackedBlock};
 use crate::diagnostic::{Diagnostic, codes};

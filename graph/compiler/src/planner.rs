@@ -1,14 +1,13 @@
 //! One live pass after the other, in their order: attachments, shader variants, and what its sizes
 //! come to.
 
-use super::attachments;
 use super::cull::KeepReason;
 use super::format;
-use super::plan::{Kept, PlannedAttachment, PlannedPass};
+use super::planned::{Kept, PlannedAttachment, PlannedPass};
 use super::resolved_resources::ResolvedResources;
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::{Access, Condition, Pipeline};
-use crate::work::{PassHandle, Work};
+use crate::work::{LoadOperation, PassHandle, Work};
 
 /// Plans the live passes of one order.
 pub(super) struct Planner<'a> {
@@ -101,15 +100,15 @@ impl<'a> Planner<'a> {
         }
         if let Work::Render(render) = pass.work() {
             for color in &render.color {
-                let load = attachments::load_kind(&color.load);
+                let load = load_kind(&color.load);
                 planned.color.push(self.attachment(at, &color.to, color.usage(), load, color.discard));
             }
             if let Some(depth) = &render.depth {
-                let load = attachments::load_kind(&depth.load);
+                let load = load_kind(&depth.load);
                 planned.depth = Some(self.attachment(at, &depth.to, depth.usage(), load, depth.discard));
             }
             if let Some(stencil) = &render.stencil {
-                let load = attachments::load_kind(&stencil.load);
+                let load = load_kind(&stencil.load);
                 let usage = stencil.usage();
                 planned.stencil = Some(self.attachment(at, &stencil.to, usage, load, stencil.discard));
             }
@@ -123,5 +122,14 @@ impl<'a> Planner<'a> {
             self.check_outputs(handle, &planned, render, diagnostics);
         }
         planned
+    }
+}
+
+/// The operation without its value.
+fn load_kind<T>(load: &LoadOperation<T>) -> LoadOperation<()> {
+    match load {
+        LoadOperation::Load => LoadOperation::Load,
+        LoadOperation::Clear(_) => LoadOperation::Clear(()),
+        LoadOperation::Discard => LoadOperation::Discard,
     }
 }

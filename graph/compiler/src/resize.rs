@@ -15,9 +15,13 @@ use std::collections::BTreeMap;
 use super::allocate;
 use super::device_rules;
 use super::graph::Graph;
-use super::order::Objective;
-use super::plan::{Plan, PlanOptions, plan};
+use super::history;
+use super::options::PlanOptions;
+use super::order_report::Objective;
+use super::plan::plan;
+use super::planned::Plan;
 use super::resolved_resources::ResolvedResources;
+use super::subresources;
 use super::toggles;
 use super::uninitialised;
 use crate::diagnostic::{Diagnostic, Diagnostics};
@@ -60,8 +64,10 @@ impl Plan {
             sources,
             &fixed.resolved,
             &fixed.conditional,
-            &mut diagnostics,
         )?;
+        diagnostics
+            .extend(subresources::beyond(&self.pipeline, &resolved.sizes).into_iter().map(|(_, one)| one));
+        history::check_initial(&resolved, &mut diagnostics);
         toggles::check_passthroughs(&self.pipeline, &resolved, &live, &mut diagnostics);
         uninitialised::check(&resolved, graph, |pass| self.position(pass).is_some(), &mut diagnostics);
         let mut passes = self.passes.clone();

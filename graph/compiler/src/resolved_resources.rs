@@ -15,11 +15,10 @@ use rustc_hash::FxHashMap;
 use wgpu_types::{BufferUsages, TextureFormat, TextureUsages};
 
 use super::format;
-use super::history;
-use super::plan::{Import, PlanOptions};
-use super::size::{Size, Sizes, TextureSize};
-use super::subresources;
+use super::options::{Import, PlanOptions};
+use super::size::{Size, Sizes};
 use super::texture_rules;
+use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{Pipeline, Resource, ResourceKind};
@@ -42,6 +41,21 @@ pub(super) struct TextureProperties {
 pub(super) enum Descriptor {
     Texture(TextureProperties),
     Buffer { bytes: u64, usages: BufferUsages },
+}
+
+impl Descriptor {
+    /// The usages that clearing a history to its initial value needs.
+    fn clearing(self) -> Self {
+        match self {
+            Descriptor::Texture(mut texture) => {
+                texture.usages |= wgpu_types::TextureUsages::RENDER_ATTACHMENT;
+                Descriptor::Texture(texture)
+            }
+            Descriptor::Buffer { bytes, usages } => {
+                Descriptor::Buffer { bytes, usages: usages | wgpu_types::BufferUsages::COPY_DST }
+            }
+        }
+    }
 }
 
 /// A resource that live passes use.
@@ -140,16 +154,12 @@ impl<'a> ResolvedResources<'a> {
                 _ => None,
             };
             let descriptor = match resource.history {
-                Some(_) => descriptor.map(history::clearing),
+                Some(_) => descriptor.map(Descriptor::clearing),
                 None => descriptor,
             };
             resolved.list[handle.index()] = Some(classes.resource(handle, descriptor));
         }
         resolved.classes = classes.known.len();
-        diagnostics.extend(
-            subresources::beyond(pipeline, &resolved.sizes).into_iter().map(|(_, diagnostic)| diagnostic),
-        );
-        history::check_initial(&resolved, diagnostics);
         resolved
     }
 
@@ -194,7 +204,6 @@ impl<'a> ResolvedResources<'a> {
         sources: &'a Sources,
         before: &[Option<ResolvedResource>],
         conditional: &[bool],
-        diagnostics: &mut Vec<Diagnostic>,
     ) -> Option<Self> {
         let mut resolved = Self::empty(pipeline, options, sources);
         let mut classes = CompatibilityClasses {
@@ -225,10 +234,6 @@ impl<'a> ResolvedResources<'a> {
             resolved.list[handle.index()] = Some(classes.resource(handle, descriptor));
         }
         resolved.classes = classes.known.len();
-        diagnostics.extend(
-            subresources::beyond(pipeline, &resolved.sizes).into_iter().map(|(_, diagnostic)| diagnostic),
-        );
-        history::check_initial(&resolved, diagnostics);
         Some(resolved)
     }
 

@@ -1,6 +1,7 @@
 //! Why two resources share memory, or do not, in words.
 
-use super::plan::{Physical, Plan, PlannedResource};
+use super::physical::Physical;
+use super::planned::{Plan, PlannedResource};
 use crate::language::{Lifetime, format_name};
 
 /// Why two named resources share memory, or every reason why they do not.

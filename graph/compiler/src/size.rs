@@ -11,6 +11,7 @@ use std::cell::{Cell, OnceCell, RefCell};
 use std::collections::{BTreeMap, HashMap};
 
 use super::texture_rules;
+use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document;
 use crate::expression::{self, Expression, ExpressionError, Scope, Value};
@@ -21,21 +22,6 @@ use crate::work::ResourceHandle;
 
 /// The maximum number of resources that one size may lead through; evaluation is recursive.
 const MAX_STEPS: u32 = 64;
-
-/// The size of a texture.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
-pub struct TextureSize {
-    /// In texels.
-    pub width: u32,
-    /// In texels.
-    pub height: u32,
-    /// Array layers; for a volume its depth.
-    pub layers: u32,
-    /// Mip levels.
-    pub mips: u32,
-    /// Samples of each texel.
-    pub samples: u32,
-}
 
 /// The size of a resource.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

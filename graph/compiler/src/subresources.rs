@@ -8,7 +8,7 @@
 
 use std::collections::BTreeSet;
 
-use super::plan::PlanOptions;
+use super::options::PlanOptions;
 use super::resolved_resources::sizes;
 use super::size::{Size, Sizes};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};

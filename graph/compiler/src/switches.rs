@@ -5,7 +5,7 @@
 //! resource stands for itself. In a frame without diagnostics nothing is allocated.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
-use crate::plan::Plan;
+use crate::planned::Plan;
 use crate::work::{PassHandle, ResourceHandle};
 
 /// The state of the toggles, and the resources that readers see.

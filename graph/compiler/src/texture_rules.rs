@@ -11,7 +11,7 @@
 
 use wgpu_types::{TextureFormat, TextureUsages};
 
-use super::size::TextureSize;
+use super::texture_size::TextureSize;
 use crate::language::{TextureDeclaration, TextureShape};
 
 /// The errors in the sizes of a texture: key, message, and the way out.

@@ -15,43 +15,23 @@
 
 use std::collections::BTreeSet;
 
-use super::copies::{self, Runs};
+use super::conditions;
+use super::copies;
 use super::extents::{Extents, extents};
 use super::graph::Graph;
+use super::partial_read::Left;
 use super::resolved_resources::{Descriptor, ResolvedResources};
-use super::toggles;
+
+use super::runs::{Runs, between, joined};
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, codes};
-use crate::pipeline::{Access, Condition, Pipeline, ResourceKind, SubresourceRange};
-use crate::source::Span;
+use crate::pipeline::{Access, Condition, Pipeline, ResourceKind};
 use crate::work::PassHandle;
 
 /// The maximum number of mips, ranges of layers or of bytes that a diagnostic names.
 const SHOWN: usize = 8;
 /// More mips than any texture has.
 const MAX_MIPS: u64 = 32;
-
-/// A read of which a subresource range may not be written.
-#[derive(Clone, Debug)]
-pub(super) struct PartialRead {
-    pub(super) reader: PassHandle,
-    /// The position of the use in its pass.
-    pub(super) at: usize,
-    pub(super) left: Left,
-}
-
-/// The remainder of a read that no write covers.
-#[derive(Clone, Debug)]
-pub(super) enum Left {
-    /// These boxes, as far as they exist.
-    Boxes(Vec<Extents>),
-    /// All but these ranges, which have one mip and one layer at most.
-    AllBut(Vec<SubresourceRange>),
-    /// Boxes in frames in which a condition does not hold, each with the pass that writes it in others, and where.
-    Toggled(Vec<(Extents, PassHandle, Span, Condition)>),
-    /// Of a copy of texels to a buffer boxes that nothing fills between its rows.
-    BetweenRows(Vec<Extents>),
-}
 
 /// What exists of a read.
 struct Wanted {
@@ -80,7 +60,8 @@ pub(super) fn check(
                 for (extents, writer, place, condition) in boxes {
                     if let Some(pieces) = existing(resolved, one, &[*extents]) {
                         let (reader, writer) = ((read.reader, one), (*writer, *place));
-                        diagnostics.push(toggles::taken_away(pipeline, reader, writer, *condition, &pieces));
+                        diagnostics
+                            .push(conditions::taken_away(pipeline, reader, writer, *condition, &pieces));
                         break;
                     }
                 }
@@ -158,7 +139,7 @@ fn check_earlier_frames(
             let uses = pipeline.pass(writer).accesses().iter();
             let mut written = uses.filter(|known| known.resource == history.of && known.usage.writes());
             let place = written.next().map_or(pipeline.pass(writer).place, |known| known.place);
-            diagnostics.push(toggles::taken_away(pipeline, (reader, one), (writer, place), off, &pieces));
+            diagnostics.push(conditions::taken_away(pipeline, (reader, one), (writer, place), off, &pieces));
         }
     }
 }
@@ -285,36 +266,6 @@ fn gaps(wanted: &Wanted, left: &Left) -> Vec<(u64, u64, Runs)> {
             each().map(|(mip, aspect)| (mip, aspect, between(&written(mip), wanted.run_of(mip)))).collect()
         }
     }
-}
-
-/// The same without overlaps.
-pub(super) fn joined(mut runs: Runs) -> Runs {
-    runs.retain(|(first, end)| first < end);
-    runs.sort_unstable();
-    let mut all = Runs::with_capacity(runs.len());
-    for (first, end) in runs {
-        match all.last_mut() {
-            Some(last) if first <= last.1 => last.1 = last.1.max(end),
-            _ => all.push((first, end)),
-        }
-    }
-    all
-}
-
-/// The difference of a range and others.
-fn between(runs: &[(u64, u64)], all: (u64, u64)) -> Runs {
-    let mut left = Runs::new();
-    let mut next = all.0;
-    for (first, end) in runs {
-        if next < (*first).min(all.1) {
-            left.push((next, (*first).min(all.1)));
-        }
-        next = next.max(*end);
-    }
-    if next < all.1 {
-        left.push((next, all.1));
-    }
-    left
 }
 
 /// The unwritten subresources in words: mips with the same layers are named together.

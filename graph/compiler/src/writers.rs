@@ -34,14 +34,15 @@ use petgraph::graph::{DiGraph, NodeIndex};
 use smallvec::SmallVec;
 
 use super::access::{PassAccess, Writers, in_conflict};
+use super::conditions;
+use super::conditions::Runs;
 use super::cycle;
 use super::extents::extents;
 use super::graph::{Edge, Graph, GraphNode, Hazard};
 use super::implied::Unmet;
 use super::jagged_array::JaggedArray;
 use super::later::{Later, Stated};
-use super::toggles::{self, Runs};
-use super::uninitialised::{Left, PartialRead};
+use super::partial_read::{Left, PartialRead};
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::Lifetime;
@@ -389,7 +390,7 @@ impl<'a> Builder<'a> {
         let pipeline = self.pipeline;
         let writers = in_view.writers;
         let list = &self.accesses[resource.index()];
-        let Some(known) = toggles::known(pipeline.pass(reader.pass), reader.one) else {
+        let Some(known) = conditions::known(pipeline.pass(reader.pass), reader.one) else {
             // It never happens: the pass runs only in frames in which the fallback is seen.
             return;
         };
@@ -482,7 +483,7 @@ impl<'a> Builder<'a> {
             } else if let Some((rank, condition)) = missing {
                 let writer = &list[writers.list[rank]];
                 let (reader, writer) = ((reader.pass, reader.one), (writer.pass, writer.one.place));
-                diagnostics.push(toggles::taken_away(pipeline, reader, writer, condition, ""));
+                diagnostics.push(conditions::taken_away(pipeline, reader, writer, condition, ""));
             } else if let Some(at) = at().filter(|_| !reader.writes) {
                 let toggled = toggled.into_iter().map(|(extents, rank, condition)| {
                     let writer = &list[writers.list[rank]];
@@ -497,7 +498,7 @@ impl<'a> Builder<'a> {
         let mut hazards = Hazards::new(reader.range, None);
         for rank in writers.after(later.start(), reader.range).filter(|rank| later.has(*rank)) {
             let writer = &list[writers.list[rank]];
-            let condition = match toggles::runs(pipeline.pass(writer.pass), &known) {
+            let condition = match conditions::runs(pipeline.pass(writer.pass), &known) {
                 Runs::Never => continue,
                 Runs::Always => None,
                 Runs::Sometimes(condition) => Some(condition),

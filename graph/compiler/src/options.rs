@@ -1,0 +1,57 @@
+//! What a plan is made for: the caller's knowledge of a frame in advance.
+
+use std::collections::BTreeMap;
+
+use wgpu_types::{TextureFormat, TextureUsages};
+
+use super::order_report::Objective;
+use super::texture_size::TextureSize;
+
+/// The caller's knowledge of a frame in advance: viewport, imports, objective.
+#[derive(Clone, Debug)]
+pub struct PlanOptions {
+    /// Width and height of the picture in texels.
+    pub viewport: [u32; 2],
+    /// The host's own textures by the name of the resource that stands for them. One that is not told is taken to be
+    /// as the pipeline declares it.
+    pub imports: BTreeMap<String, Import>,
+    /// The usages that the host's own textures were created with, by the name of the resource. One that is not told is
+    /// taken to allow everything.
+    pub import_usages: BTreeMap<String, TextureUsages>,
+    /// The sizes that blackboard data publishes, as `DATA.SIZE`, where they are other than their initial values.
+    pub data_sizes: BTreeMap<String, u32>,
+    /// Whether transient resources may share memory.
+    pub aliasing: bool,
+    /// The objective of the order of the passes.
+    pub objective: Objective,
+}
+
+impl PlanOptions {
+    /// A viewport, no imports told, with aliasing, in the order of the document.
+    pub fn new(width: u32, height: u32) -> Self {
+        Self {
+            viewport: [width, height],
+            imports: BTreeMap::new(),
+            import_usages: BTreeMap::new(),
+            data_sizes: BTreeMap::new(),
+            aliasing: true,
+            objective: Objective::Declaration,
+        }
+    }
+}
+
+/// A texture of the host's own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Import {
+    /// Its format.
+    pub format: TextureFormat,
+    /// Its size.
+    pub size: TextureSize,
+}
+
+impl PlanOptions {
+    /// The formats of the host's own textures.
+    pub(super) fn import_formats(&self) -> BTreeMap<String, TextureFormat> {
+        self.imports.iter().map(|(name, import)| (name.clone(), import.format)).collect()
+    }
+}

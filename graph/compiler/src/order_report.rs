@@ -1,0 +1,71 @@
+//! What an order is chosen for, and how it was.
+
+use serde::Serialize;
+
+/// The objective of the order of the passes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Objective {
+    /// The order of the document where the graph leaves a choice.
+    #[default]
+    Declaration,
+    /// Few bytes.
+    Memory,
+    /// Few render passes.
+    FewPasses,
+}
+
+impl Objective {
+    /// All objectives.
+    pub const ALL: [Self; 3] = [Self::Declaration, Self::Memory, Self::FewPasses];
+
+    /// `declaration`, `memory` or `few-passes`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Declaration => "declaration",
+            Self::Memory => "memory",
+            Self::FewPasses => "few-passes",
+        }
+    }
+
+    /// An objective by its name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|objective| objective.name() == name)
+    }
+}
+
+/// How the order was chosen, and its bytes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct OrderReport {
+    /// The objective.
+    pub objective: Objective,
+    /// How.
+    pub method: OrderMethod,
+    /// For `memory`: what was reached, and against what.
+    pub memory: Option<MemoryOrder>,
+    /// For `few-passes`: the render passes of the order of the document, and of the one chosen.
+    pub render_passes: Option<[usize; 2]>,
+}
+
+/// The method by which an order was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OrderMethod {
+    /// The order of the document.
+    Declaration,
+    /// No order is better.
+    Exact,
+    /// A good one.
+    Heuristic,
+}
+
+/// The bytes of orders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct MemoryOrder {
+    /// The order of the document.
+    pub declaration: u64,
+    /// The order chosen.
+    pub chosen: u64,
+    /// A bound that no order goes below: for each class what single passes need at once, summed.
+    pub bound: u64,
+}
