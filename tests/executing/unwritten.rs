@@ -26,7 +26,7 @@ fn text(layers: u32, resources: &str, passes: &[&str]) -> String {
 fn refused(layers: u32, resources: &str, passes: &[&str]) -> String {
     match try_plan_of_text(text(layers, resources, passes), SIDE) {
         Ok(plan) => panic!("{:?}", plan.passes.iter().map(|pass| &pass.name).collect::<Vec<_>>()),
-        Err(findings) => findings.lines().next().unwrap_or_default().to_owned(),
+        Err(diagnostics) => diagnostics.lines().next().unwrap_or_default().to_owned(),
     }
 }
 

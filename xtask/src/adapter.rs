@@ -10,7 +10,7 @@
 use std::path::Path;
 
 use crate::distribution::{DEBIAN_PACKAGES, Distribution};
-use crate::driver_search::{Finding, Machine};
+use crate::driver_search::{Machine, SearchResult};
 use crate::process;
 
 /// Whether an adapter can be had, after an attempt to install one where there was none.
@@ -26,20 +26,20 @@ pub(crate) fn ensure() -> bool {
 }
 
 fn ensure_on_linux() -> bool {
-    let finding = search();
-    if let Finding::Driver(manifest) = &finding {
+    let result = search();
+    if let SearchResult::Driver(manifest) = &result {
         println!("Vulkan driver: {}", manifest.display());
         return true;
     }
-    eprintln!("{}", explain(&finding));
-    if let Finding::Restricted { .. } = finding {
+    eprintln!("{}", explain(&result));
+    if let SearchResult::Restricted { .. } = result {
         return false;
     }
     let distribution = this_distribution();
     match installation_rights(distribution) {
         Ok(prefix) => match install(&prefix) {
             Ok(()) => match search() {
-                Finding::Driver(manifest) => {
+                SearchResult::Driver(manifest) => {
                     println!("Vulkan driver, now installed: {}", manifest.display());
                     true
                 }
@@ -61,7 +61,7 @@ fn ensure_on_linux() -> bool {
     }
 }
 
-fn search() -> Finding {
+fn search() -> SearchResult {
     let variable = |name: &str| std::env::var_os(name);
     Machine { root: Path::new("/"), variable: &variable }.search()
 }
@@ -74,16 +74,18 @@ fn this_distribution() -> Distribution {
     Distribution::from_os_release(&text)
 }
 
-fn explain(finding: &Finding) -> String {
-    match finding {
-        Finding::Driver(manifest) => format!("Vulkan driver: {}", manifest.display()),
-        Finding::Restricted { variable, value } => {
+fn explain(result: &SearchResult) -> String {
+    match result {
+        SearchResult::Driver(manifest) => format!("Vulkan driver: {}", manifest.display()),
+        SearchResult::Restricted { variable, value } => {
             format!(
                 "{variable} is set to `{value}`, which names no Vulkan driver that can work here; unset it or correct it"
             )
         }
-        Finding::NoLoader => "there is a Vulkan driver, but not the Vulkan loader, libvulkan.so.1".to_owned(),
-        Finding::NoDriver(passed_over) => {
+        SearchResult::NoLoader => {
+            "there is a Vulkan driver, but not the Vulkan loader, libvulkan.so.1".to_owned()
+        }
+        SearchResult::NoDriver(passed_over) => {
             let details: String = passed_over.iter().map(|line| format!("\n  {line}")).collect();
             format!("there is no Vulkan driver that can work here{details}")
         }
@@ -178,8 +180,8 @@ mod tests {
 
     #[test]
     fn a_restriction_is_explained_with_its_variable_and_value() {
-        let finding = Finding::Restricted { variable: "VK_DRIVER_FILES", value: "/none".to_owned() };
-        let words = explain(&finding);
+        let result = SearchResult::Restricted { variable: "VK_DRIVER_FILES", value: "/none".to_owned() };
+        let words = explain(&result);
         assert!(words.contains("VK_DRIVER_FILES") && words.contains("`/none`"), "{words}");
     }
 }

@@ -19,7 +19,7 @@ pub(crate) struct Machine<'a> {
 
 /// What the search found.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) enum Finding {
+pub(crate) enum SearchResult {
     /// A driver that can work, by its manifest.
     Driver(PathBuf),
     /// A variable restricts the search to drivers none of which can work; to install one would not help.
@@ -54,7 +54,7 @@ const SOFTWARE_DRIVERS: [&str; 3] = ["lvp_icd", "vk_swiftshader", "swrast"];
 
 impl Machine<'_> {
     /// Looks for a driver that can work.
-    pub(crate) fn search(&self) -> Finding {
+    pub(crate) fn search(&self) -> SearchResult {
         let restriction = RESTRICTIONS
             .into_iter()
             .find_map(|name| Some((name, (self.variable)(name).filter(|value| !value.is_empty())?)));
@@ -65,16 +65,16 @@ impl Machine<'_> {
         let mut passed_over = Vec::new();
         for manifest in manifests {
             match self.obstacle(&manifest) {
-                None if self.has_loader() => return Finding::Driver(manifest),
-                None => return Finding::NoLoader,
+                None if self.has_loader() => return SearchResult::Driver(manifest),
+                None => return SearchResult::NoLoader,
                 Some(obstacle) => passed_over.push(format!("{}: {obstacle}", manifest.display())),
             }
         }
         match restriction {
             Some((variable, value)) => {
-                Finding::Restricted { variable, value: value.to_string_lossy().into_owned() }
+                SearchResult::Restricted { variable, value: value.to_string_lossy().into_owned() }
             }
-            None => Finding::NoDriver(passed_over),
+            None => SearchResult::NoDriver(passed_over),
         }
     }
 

@@ -6,8 +6,8 @@
 
 use super::axes::{Axes, Axis, AxisKind, AxisMode};
 use super::scan::{Tag, Word, WordKind};
-use super::templates::Template;
-use super::{codes, render};
+use super::template::Template;
+use super::{codes, names};
 use crate::diagnostic::{AxisValue, Diagnostic};
 use crate::source::Span;
 
@@ -20,7 +20,7 @@ pub(super) fn check(template: &Template, axes: &Axes) -> Vec<Diagnostic> {
             let Some(axis) = words.text(at).and_then(|name| axes.get(name)) else { continue };
             if axis.mode != AxisMode::Template
                 || words.is_part_of_more(at.checked_sub(1))
-                || render::binds(template, &axis.name)
+                || names::binds(template, &axis.name)
             {
                 continue;
             }

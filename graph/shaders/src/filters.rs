@@ -4,11 +4,11 @@
 //! without bound: those of the engine that can (`format`, `list`, `batch`, ..) are left out, and `replace`, `join` and
 //! `indent` are own ones with a limit.
 
-use minijinja::syntax::SyntaxConfig;
 use minijinja::value::{Kwargs, Rest, Value, ValueKind};
 use minijinja::{Environment, Error, State, UndefinedBehavior, escape_formatter, filters, functions, tests};
 
 use super::guard;
+use super::scan::syntax;
 
 /// The names that are functions in every template.
 pub(crate) const FUNCTIONS: &[&str] = &["range", "namespace", "dict", guard::GUARD];
@@ -22,13 +22,6 @@ pub(crate) const FILTERS: &[&str] = &[
 /// The names of the tests that stand behind `is`.
 pub(crate) const TESTS: &[&str] =
     &["defined", "divisibleby", "even", "in", "integer", "none", "number", "odd", "string", "undefined"];
-
-/// How tags take white space away.
-pub(crate) fn syntax() -> SyntaxConfig {
-    let mut builder = SyntaxConfig::builder();
-    // The default delimiters, so building cannot fail.
-    builder.trim_blocks(true).lstrip_blocks(true).keep_trailing_newline(true).build().unwrap_or_default()
-}
 
 /// An environment without templates.
 pub(crate) fn environment() -> Environment<'static> {

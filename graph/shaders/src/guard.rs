@@ -32,6 +32,8 @@ const PIECE: usize = 64;
 const MAX_TIME: Duration = Duration::from_secs(if cfg!(debug_assertions) { 4 } else { 1 });
 /// The name of the inserted function; no axis can have it, since axis names start with a letter.
 pub(crate) const GUARD: &str = "__guard";
+/// Steps of the template engine for one rendering.
+const FUEL: u64 = 1_000_000;
 
 /// A template with its guards, as the engine gets it.
 #[derive(Clone, Debug)]
@@ -188,6 +190,12 @@ thread_local! {
     static WORK: Cell<usize> = const { Cell::new(0) };
     static CALLS: Cell<u32> = const { Cell::new(0) };
     static HAS_CLOCK: Cell<bool> = const { Cell::new(cfg!(not(target_family = "wasm"))) };
+}
+
+/// The fuel for one rendering in an environment that holds `longest` bytes of literal text in one piece: captured text
+/// does not reach the sink, so that steps times piece has to stay bounded as well.
+pub(crate) fn fuel(longest: usize) -> u64 {
+    ((1_u64 << 30) / (longest as u64).max(1)).clamp(10_000, FUEL)
 }
 
 /// From here on nothing but fuel and sizes ends a rendering on this thread, however slow the machine is.

@@ -26,6 +26,7 @@ mod limits;
 mod listing;
 mod markers;
 mod named_limits;
+mod names;
 pub mod permutations;
 mod profile;
 mod reflection;
@@ -33,6 +34,7 @@ mod render;
 mod scan;
 mod stages;
 mod syntax_help;
+mod template;
 mod template_error;
 mod templates;
 #[cfg(test)]

@@ -177,6 +177,15 @@ impl TargetProfile {
         Self { vertex_storage_buffers: 0, ..profile }
     }
 
+    /// The same profile with further features, as a device may have them.
+    #[must_use]
+    pub fn with_features(mut self, features: Features) -> Self {
+        self.features |= features;
+        self.capabilities |=
+            wgpu_naga_bridge::features_to_naga_capabilities(features, DownlevelFlags::empty());
+        self
+    }
+
     /// The same profile with no more than a device has, so that what is checked and planned runs on that device; `flags`
     /// are those of its adapter. A device that has more changes nothing; for features of WebGPU that the device has,
     /// there is [`TargetProfile::with_features`].

@@ -11,14 +11,13 @@ use std::sync::{Arc, Mutex, PoisonError};
 use minijinja::value::{Object, Value};
 
 use super::axes::{Axes, AxisMode};
-use super::templates::{Template, TemplateSet};
+use super::names::{NameUse, find_name};
+use super::template::Template;
+use super::templates::TemplateSet;
 use super::text_map::{Origin, Segment, TextMap};
 use super::{codes, complexity, filters, guard, template_error};
 use crate::diagnostic::{AxisValue, AxisValues, Diagnostic};
 use crate::source::{FileId, Span};
-
-/// Steps of the template engine for one rendering.
-const FUEL: u64 = 1_000_000;
 
 /// A generated text.
 #[derive(Clone, Debug)]
@@ -120,12 +119,6 @@ pub(crate) fn render_with(
             }))
         }
     }
-}
-
-/// The fuel for one rendering in an environment that holds `longest` bytes of literal text in one piece: captured text
-/// does not reach the sink, so that steps times piece has to stay bounded as well.
-pub(crate) fn fuel(longest: usize) -> u64 {
-    ((1_u64 << 30) / (longest as u64).max(1)).clamp(10_000, FUEL)
 }
 
 #[derive(Debug)]
@@ -354,49 +347,4 @@ pub(crate) fn undeclared_names(set: &TemplateSet, root: &str, unknown: &BTreeSet
         diagnostics.push(diagnostic);
     }
     diagnostics
-}
-
-/// Whether a tag of the template binds a name.
-pub(crate) fn binds(template: &Template, name: &str) -> bool {
-    find_name(template, name).is_some_and(|found| found.bound)
-}
-
-struct NameUse {
-    file: FileId,
-    uses: Vec<std::ops::Range<usize>>,
-    bound: bool,
-}
-
-fn find_name(template: &Template, name: &str) -> Option<NameUse> {
-    const BINDING: &[&str] = &["set", "for", "macro", "call", "with", "import", "from"];
-    let mut found = NameUse { file: template.file, uses: Vec::new(), bound: false };
-    for tag in &template.scan.tags {
-        let binds = tag.keyword(&template.text).is_some_and(|keyword| BINDING.contains(&keyword));
-        let word = |at: usize| tag.word(&template.text, at);
-        for at in 0..tag.words.len() {
-            if word(at) != Some(name) || (at > 0 && word(at - 1) == Some(".")) {
-                continue;
-            }
-            // The name of an argument is no use of a variable.
-            let is_argument = tag.keyword(&template.text) != Some("set") && word(at + 1) == Some("=");
-            if binds && is_target(at, &word) {
-                found.bound = true;
-            } else if !is_argument {
-                found.uses.push(tag.words[at].range.clone());
-            }
-        }
-    }
-    (found.bound || !found.uses.is_empty()).then_some(found)
-}
-
-/// Whether the word at an index of a binding tag is one that the tag binds.
-fn is_target<'t>(at: usize, word: &impl Fn(usize) -> Option<&'t str>) -> bool {
-    match word(0) {
-        Some("set") => (1..at).all(|before| word(before) != Some("=")),
-        Some("for") => (1..at).all(|before| word(before) != Some("in")),
-        Some("with") => word(at + 1) == Some("="),
-        Some("macro") => at == 1 || matches!(word(at - 1), Some("(" | ",")),
-        Some("call") => (1..at).all(|before| word(before) != Some(")")) && word(1) == Some("("),
-        _ => matches!(word(at - 1), Some("as" | "import" | ",")),
-    }
 }

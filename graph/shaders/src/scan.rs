@@ -12,8 +12,7 @@
 use std::ops::Range;
 
 use minijinja::machinery::{Token, Tokenizer};
-
-use super::filters;
+use minijinja::syntax::SyntaxConfig;
 
 /// The kind of a tag.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -100,7 +99,7 @@ impl Tag {
 /// Takes a template apart.
 pub(crate) fn scan(text: &str) -> Scan {
     let mut found = Scan::default();
-    let mut tokenizer = Tokenizer::new(text, "", false, filters::syntax());
+    let mut tokenizer = Tokenizer::new(text, "", false, syntax());
     loop {
         let (token, span) = match tokenizer.next_token() {
             Ok(Some(token)) => token,
@@ -138,6 +137,13 @@ pub(crate) fn scan(text: &str) -> Scan {
             _ => tag.words.push(Word { range, kind }),
         }
     }
+}
+
+/// How tags take white space away.
+pub(crate) fn syntax() -> SyntaxConfig {
+    let mut builder = SyntaxConfig::builder();
+    // The default delimiters, so building cannot fail.
+    builder.trim_blocks(true).lstrip_blocks(true).keep_trailing_newline(true).build().unwrap_or_default()
 }
 
 #[cfg(test)]

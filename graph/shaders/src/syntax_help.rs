@@ -6,9 +6,11 @@
 
 use std::ops::Range;
 
+use minijinja::Error;
+
 use super::codes;
 use super::scan::{Tag, TagKind};
-use super::templates::Template;
+use super::template::Template;
 use crate::diagnostic::Diagnostic;
 use crate::source::Span;
 
@@ -50,6 +52,30 @@ impl Open<'_> {
             _ => &[],
         }
     }
+}
+
+/// A template that cannot be compiled.
+pub(crate) fn syntax(template: &Template, error: &Error) -> Diagnostic {
+    let detail = error.detail().map_or_else(|| error.kind().to_string(), str::to_owned);
+    diagnostic(template, &detail, range(template, error))
+}
+
+pub(super) fn range(template: &Template, error: &Error) -> Option<Range<usize>> {
+    let prepared = &template.prepared;
+    if let Some(range) = error.range() {
+        let start = prepared.original(range.start).min(template.text.len());
+        let end = prepared.original(range.end).min(template.text.len());
+        return Some(start..end.max(start));
+    }
+    // Some errors know their line only; insertions contain no line break, so lines are the same in both texts.
+    let mut start = 0;
+    for _ in 1..error.line()? {
+        start += template.text[start..].find('\n')? + 1;
+    }
+    let length = template.text[start..].find('\n').unwrap_or(template.text.len() - start);
+    let indent =
+        template.text[start..start + length].len() - template.text[start..start + length].trim_start().len();
+    Some(start + indent..start + length)
 }
 
 /// The diagnostic for a template that the engine rejected with `detail` at a place.

@@ -4,21 +4,15 @@
 //! each level above it a related place. The engine's offsets are those of the guarded text, and are mapped back.
 
 use std::error::Error as _;
-use std::ops::Range;
 
 use minijinja::{Error, ErrorKind};
 
 use super::scan::WordKind;
-use super::templates::{Template, TemplateSet};
+use super::template::Template;
+use super::templates::TemplateSet;
 use super::{codes, filters, guard, syntax_help};
 use crate::diagnostic::{Code, Diagnostic, Place};
 use crate::source::Span;
-
-/// A template that cannot be compiled.
-pub(crate) fn syntax(template: &Template, error: &Error) -> Diagnostic {
-    let detail = error.detail().map_or_else(|| error.kind().to_string(), str::to_owned);
-    syntax_help::diagnostic(template, &detail, range(template, error))
-}
 
 /// A rendering of `root` that failed. `last` is where literal text was written last, for errors that know no place.
 pub(crate) fn explain(set: &TemplateSet, root: &str, error: &Error, last: Option<Span>) -> Diagnostic {
@@ -84,25 +78,7 @@ fn chain(error: &Error) -> Vec<&Error> {
 
 fn span(set: &TemplateSet, error: &Error) -> Option<Span> {
     let template = set.templates.get(error.name()?)?;
-    Some(Span::new(template.file, range(template, error)?))
-}
-
-fn range(template: &Template, error: &Error) -> Option<Range<usize>> {
-    let prepared = &template.prepared;
-    if let Some(range) = error.range() {
-        let start = prepared.original(range.start).min(template.text.len());
-        let end = prepared.original(range.end).min(template.text.len());
-        return Some(start..end.max(start));
-    }
-    // Some errors know their line only; insertions contain no line break, so lines are the same in both texts.
-    let mut start = 0;
-    for _ in 1..error.line()? {
-        start += template.text[start..].find('\n')? + 1;
-    }
-    let length = template.text[start..].find('\n').unwrap_or(template.text.len() - start);
-    let indent =
-        template.text[start..start + length].len() - template.text[start..start + length].trim_start().len();
-    Some(start + indent..start + length)
+    Some(Span::new(template.file, syntax_help::range(template, error)?))
 }
 
 fn broken_include(set: &TemplateSet, error: &Error) -> Option<Diagnostic> {

@@ -17,7 +17,8 @@ use minijinja::Environment;
 use super::axes::{self, Axes};
 use super::permutations::Space;
 use super::scan::{Scan, scan};
-use super::{codes, comparisons, filters, guard, render, template_error};
+use super::template::Template;
+use super::{codes, comparisons, filters, guard, syntax_help};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::{FileId, Sources, Span};
 
@@ -29,17 +30,6 @@ pub struct TemplateSet {
     declarations: BTreeMap<String, Declared>,
     resolved: BTreeMap<String, Resolved>,
     longest_literal: usize,
-}
-
-/// One template.
-#[derive(Debug)]
-pub(crate) struct Template {
-    pub(crate) file: FileId,
-    pub(crate) text: Arc<str>,
-    pub(crate) scan: Scan,
-    pub(crate) prepared: guard::Prepared,
-    /// Why it cannot be used at all.
-    pub(crate) broken: Option<Diagnostic>,
 }
 
 #[derive(Debug)]
@@ -134,13 +124,13 @@ impl TemplateSet {
     fn prepare(&mut self, file: FileId, name: &str, text: &Arc<str>) -> Template {
         let scan = scan(text);
         self.longest_literal = scan.literals.iter().map(Range::len).fold(self.longest_literal, usize::max);
-        self.environment.set_fuel(Some(render::fuel(self.longest_literal)));
+        self.environment.set_fuel(Some(guard::fuel(self.longest_literal)));
         let prepared = guard::prepare(text, &scan.tags);
         let mut template = Template { file, text: text.clone(), scan, prepared, broken: None };
         if let Err(error) =
             self.environment.add_template_owned(name.to_owned(), template.prepared.text.clone())
         {
-            template.broken = Some(template_error::syntax(&template, &error));
+            template.broken = Some(syntax_help::syntax(&template, &error));
         }
         template
     }

@@ -30,7 +30,8 @@ use crate::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperato
 use crate::pipeline::{Modules, Overrides, Pipeline, Setting, axis_value, inlined, load_sharing, of_preset};
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::Sources;
-use crate::varied::{FEW_VALUES, Mention, Varied, defaults, features, mentions_of, parse, varied};
+use crate::varied::{FEW_VALUES, Mention, defaults, features, mentions_of, parse, varied};
+use crate::varied_setting::Varied;
 use crate::witness::{Settings, Witness};
 
 /// The maximum number of configurations of features that are listed one by one.

@@ -12,7 +12,7 @@ use crate::language::FeatureDeclaration;
 use crate::shader::axes::{Condition, Constraint, Rule};
 use crate::shader::permutations::Space;
 use crate::source::Span;
-use crate::varied::Varied;
+use crate::varied_setting::Varied;
 
 /// The maximum number of settings of which pairs are covered.
 pub(super) const MAX_PAIRED: usize = 128;

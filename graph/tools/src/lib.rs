@@ -31,6 +31,7 @@ pub mod report;
 mod thresholds;
 mod unused;
 mod varied;
+mod varied_setting;
 pub mod verify;
 pub mod why;
 mod witness;

@@ -15,6 +15,7 @@ use crate::language::{FeatureDeclaration, Order, ParameterDeclaration, Parameter
 use crate::pipeline::{Overrides, has_word, lacking, off};
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::thresholds::Number;
+use crate::varied_setting::Varied;
 use crate::witness::value_of;
 
 /// The maximum number of lengths of a list.
@@ -22,15 +23,6 @@ pub(super) const FEW_VALUES: usize = 16;
 
 /// Keys under which a value decides about passes and axes.
 const DECIDING: &[&str] = &["when", "for_each", "axes", "with", "use", "shader"];
-
-/// A feature or parameter with the values that are tried, the default first.
-#[derive(Clone, Debug)]
-pub(super) struct Varied {
-    pub(super) name: String,
-    pub(super) feature: Option<FeatureDeclaration>,
-    pub(super) values: Vec<Value>,
-    pub(super) exhaustive: bool,
-}
 
 /// The place of a text among passes.
 pub(super) struct Mention<'a> {
@@ -57,23 +49,6 @@ pub(super) fn features(document: &Document, base: &Overrides, profile: &TargetPr
         varied.insert(&entry.key, Varied { name, values, feature: Some(declaration), exhaustive: true });
     }
     varied.into_values().collect()
-}
-
-impl Varied {
-    /// The group of features to which it belongs.
-    pub(super) fn group(&self) -> Option<&str> {
-        self.feature.as_ref()?.one_of.as_deref()
-    }
-
-    /// Whether a feature is on with this value; an enumeration is off with its first word.
-    pub(super) fn is_on(&self, value: &Value) -> bool {
-        let first = self.feature.as_ref().and_then(|declaration| declaration.values.first());
-        match &value.kind {
-            Kind::Bool(on) => *on,
-            Kind::Text(word) => first != Some(word),
-            _ => false,
-        }
-    }
 }
 
 /// The texts of passes and subgraphs, outside of `bind`, and the axes of all templates that they name. A derived value

@@ -12,7 +12,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::cover::Rules;
 use crate::document;
 use crate::expression::{BinaryOperator, Expression, ExpressionKind, Scope, UnaryOperator, Value, evaluate};
-use crate::varied::Varied;
+use crate::varied_setting::Varied;
 
 /// The maximum number of values that one condition's settings get.
 const MAX_STEPS: usize = 20_000;

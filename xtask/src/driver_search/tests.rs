@@ -29,7 +29,7 @@ impl Root {
         self.with("/usr/lib/x86_64-linux-gnu/libvulkan.so.1", "")
     }
 
-    fn search(&self, variables: &[(&str, &str)]) -> Finding {
+    fn search(&self, variables: &[(&str, &str)]) -> SearchResult {
         let variable = |name: &str| {
             variables.iter().find(|(candidate, _)| *candidate == name).map(|(_, value)| OsString::from(value))
         };
@@ -50,40 +50,40 @@ const LIBRARY: &str = "/usr/lib/x86_64-linux-gnu/libvulkan_some.so";
 #[test]
 fn a_bare_machine_has_no_driver() {
     let root = Root::new("bare");
-    assert_eq!(root.search(&[]), Finding::NoDriver(Vec::new()));
+    assert_eq!(root.search(&[]), SearchResult::NoDriver(Vec::new()));
 }
 
 #[test]
 fn a_software_driver_needs_no_hardware() {
     let root = Root::new("software").with_loader().with_driver(LAVAPIPE, LIBRARY);
-    assert_eq!(root.search(&[]), Finding::Driver(LAVAPIPE.into()));
+    assert_eq!(root.search(&[]), SearchResult::Driver(LAVAPIPE.into()));
 }
 
 #[test]
 fn a_driver_without_the_loader_is_told_apart() {
     let root = Root::new("no-loader").with_driver(LAVAPIPE, LIBRARY);
-    assert_eq!(root.search(&[]), Finding::NoLoader);
+    assert_eq!(root.search(&[]), SearchResult::NoLoader);
 }
 
 #[test]
 fn a_hardware_driver_counts_only_with_its_hardware() {
     let root = Root::new("hardware").with_loader().with_driver(RADEON, LIBRARY);
     match root.search(&[]) {
-        Finding::NoDriver(passed_over) => {
+        SearchResult::NoDriver(passed_over) => {
             assert_eq!(passed_over.len(), 1);
             assert!(passed_over[0].contains(RADEON) && passed_over[0].contains("graphics processor"));
         }
         other => panic!("{other:?}"),
     }
     let root = root.with("/dev/dri/renderD128", "");
-    assert_eq!(root.search(&[]), Finding::Driver(RADEON.into()));
+    assert_eq!(root.search(&[]), SearchResult::Driver(RADEON.into()));
 }
 
 #[test]
 fn a_manifest_whose_library_is_missing_is_passed_over() {
     let root = Root::new("no-library").with_loader().with_driver(LAVAPIPE, LIBRARY);
     std::fs::remove_file(root.0.join(LIBRARY.trim_start_matches('/'))).unwrap();
-    let Finding::NoDriver(passed_over) = root.search(&[]) else { panic!() };
+    let SearchResult::NoDriver(passed_over) = root.search(&[]) else { panic!() };
     assert!(passed_over[0].contains(LIBRARY), "{passed_over:?}");
 }
 
@@ -91,11 +91,11 @@ fn a_manifest_whose_library_is_missing_is_passed_over() {
 fn a_library_by_its_name_alone_is_sought_where_libraries_are() {
     let manifest = r#"{"ICD":{"library_path":"libvulkan_lvp.so"}}"#;
     let root = Root::new("by-name").with_loader().with(LAVAPIPE, manifest);
-    assert!(matches!(root.search(&[]), Finding::NoDriver(_)));
+    assert!(matches!(root.search(&[]), SearchResult::NoDriver(_)));
     let root = root.with("/opt/mesa/libvulkan_lvp.so", "");
-    assert_eq!(root.search(&[("LD_LIBRARY_PATH", "/opt/mesa")]), Finding::Driver(LAVAPIPE.into()));
+    assert_eq!(root.search(&[("LD_LIBRARY_PATH", "/opt/mesa")]), SearchResult::Driver(LAVAPIPE.into()));
     let root = root.with("/usr/lib64/libvulkan_lvp.so", "");
-    assert_eq!(root.search(&[]), Finding::Driver(LAVAPIPE.into()));
+    assert_eq!(root.search(&[]), SearchResult::Driver(LAVAPIPE.into()));
 }
 
 #[test]
@@ -103,7 +103,7 @@ fn a_library_relative_to_its_manifest_is_found() {
     let manifest = r#"{"ICD":{"library_path":"../../../lib/libvulkan_lvp.so"}}"#;
     let root = Root::new("relative").with_loader().with("/usr/lib/libvulkan_lvp.so", "");
     let root = root.with(LAVAPIPE, manifest);
-    assert_eq!(root.search(&[]), Finding::Driver(LAVAPIPE.into()));
+    assert_eq!(root.search(&[]), SearchResult::Driver(LAVAPIPE.into()));
 }
 
 #[test]
@@ -115,8 +115,8 @@ fn the_folders_of_the_environment_are_searched() {
     ] {
         let manifest = format!("{folder}/lvp_icd.json");
         let root = Root::new(variable).with_loader().with_driver(&manifest, LIBRARY);
-        assert!(matches!(root.search(&[]), Finding::NoDriver(_)), "{variable}");
-        assert_eq!(root.search(&[(variable, value)]), Finding::Driver(manifest.into()), "{variable}");
+        assert!(matches!(root.search(&[]), SearchResult::NoDriver(_)), "{variable}");
+        assert_eq!(root.search(&[(variable, value)]), SearchResult::Driver(manifest.into()), "{variable}");
     }
 }
 
@@ -124,11 +124,11 @@ fn the_folders_of_the_environment_are_searched() {
 fn named_drivers_replace_all_others() {
     let root = Root::new("named").with_loader().with_driver(LAVAPIPE, LIBRARY);
     for variable in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {
-        let restricted = Finding::Restricted { variable, value: "/none.json".to_owned() };
+        let restricted = SearchResult::Restricted { variable, value: "/none.json".to_owned() };
         assert_eq!(root.search(&[(variable, "/none.json")]), restricted);
         let both = format!("/none.json:{LAVAPIPE}");
-        assert_eq!(root.search(&[(variable, &both)]), Finding::Driver(LAVAPIPE.into()));
-        assert_eq!(root.search(&[(variable, "")]), Finding::Driver(LAVAPIPE.into()));
+        assert_eq!(root.search(&[(variable, &both)]), SearchResult::Driver(LAVAPIPE.into()));
+        assert_eq!(root.search(&[(variable, "")]), SearchResult::Driver(LAVAPIPE.into()));
     }
 }
 

@@ -9,7 +9,7 @@
 //! better way on each device without anybody switching anything. No configuration with it is gone through there; where
 //! the profile has it, both are.
 
-use super::setting::Setting;
+use super::overrides::Setting;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Entry, Kind, Value, pointer_join};
 use crate::language::{FeatureDeclaration, FeatureType};

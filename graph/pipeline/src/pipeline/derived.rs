@@ -13,7 +13,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::builder::expression_diagnostic;
+use super::expression_diagnostic::expression_diagnostic;
 use super::load::{RESERVED, VIEWPORT, bad_name, is_name};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Entry, pointer_join};

@@ -19,9 +19,10 @@ use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
 use std::sync::Arc;
 
-use super::builder::expression_diagnostic;
 use super::environment::{Environment, Given, Input};
-use super::load::{RESERVED, Shared, Waiting, bad_name, is_name};
+use super::expression_diagnostic::expression_diagnostic;
+use super::instance::{Instance, Waiting};
+use super::load::{RESERVED, Shared, bad_name, is_name};
 use super::{derived, setting};
 use crate::compose::is_path;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, suggested_name};
@@ -33,16 +34,6 @@ use crate::node::Registry;
 const MAX_ROUNDS: usize = 4096;
 const MAX_PASSES: usize = 65_536;
 const MAX_DEPTH: usize = 16;
-
-/// A pass or resource as it is used once.
-pub(super) struct Instance<'a> {
-    pub(super) name: String,
-    pub(super) entry: &'a Entry,
-    pub(super) pointer: String,
-    pub(super) environment: Arc<Environment>,
-    /// Whether it does not fit the schema, so that it has diagnostics already.
-    pub(super) is_broken: bool,
-}
 
 /// Expands a document.
 pub(super) struct Expander<'a, 's> {

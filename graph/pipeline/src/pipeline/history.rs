@@ -6,7 +6,7 @@
 //! together is their [`History`]: one format and size, copies that take turns, and that a pass that reads an earlier
 //! frame keeps those alive that write this one.
 
-use super::builder::expression_diagnostic;
+use super::expression_diagnostic::expression_diagnostic;
 use super::load::Shared;
 use super::{Resource, ResourceKind};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes};

@@ -19,11 +19,14 @@ mod builder;
 mod derived;
 mod environment;
 mod expand;
+mod expression_diagnostic;
 mod history;
 mod host_contract;
 mod inlined;
+mod instance;
 mod load;
 mod modules;
+mod overrides;
 mod preset;
 mod profiles;
 mod program;
@@ -33,23 +36,29 @@ mod scope;
 mod setting;
 mod subresource_range;
 mod toggle;
+mod usage;
+mod version;
 
 pub use availability::{Lacking, lacking, off};
 pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind, element_type, member_runs};
-pub use builder::{Face, PassBuilder, Produced, SubresourceRangeSettings, axis_value, expression_diagnostic};
+pub use builder::{Face, PassBuilder, Produced, SubresourceRangeSettings, axis_value};
 pub use derived::Derived;
 pub use environment::Environment;
+pub use expression_diagnostic::expression_diagnostic;
 pub use history::History;
 pub use inlined::inlined;
 pub use load::{as_written, has_word, is_name, load, load_sharing};
 pub use modules::{Absent, Chosen, EntryPoints, Modules, Wanted};
+pub use usage::Usage;
+pub use version::Version;
 
+pub use overrides::{Overrides, Setting};
 pub use preset::{ParameterFile, of_preset};
 pub use profiles::{claimed_profiles, profile_named};
 pub use program::{Program, ProgramBinding, ProgramVariant};
 pub use schema::{FileKind, schema, schema_of, schema_of_composed};
 pub use scope::StaticScope;
-pub use setting::{Feature, Overrides, Parameter, Setting};
+pub use setting::{Feature, Parameter};
 pub use subresource_range::{Aspect, IndexRange, SubresourceRange, canonical};
 pub use toggle::{Condition, Passthrough, Toggle, add_fallbacks};
 
@@ -318,177 +327,5 @@ impl Access {
     fn new(named: &Subresource, range: SubresourceRange, usage: Usage) -> Self {
         let Subresource { resource, version, place, pointer, .. } = named.clone();
         Self { resource, range, usage, version, when: Vec::new(), place, pointer }
-    }
-}
-
-/// The version of a resource that is read.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Version {
-    /// The newest; for a pass that reads and writes, the one before its own.
-    Newest,
-    /// The one that the named pass wrote.
-    WrittenBy(String),
-    /// What was there before the first write of the frame.
-    Before,
-}
-
-/// The usage of a resource by a pass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Usage {
-    /// A sampled texture binding.
-    Sampled,
-    /// A uniform buffer binding.
-    Uniform,
-    /// A storage binding that is read.
-    StorageRead,
-    /// A storage binding that is only written.
-    StorageWrite,
-    /// A storage binding that writes all of a subresource range, whatever it held.
-    StorageReplace,
-    /// A storage binding that is read and written.
-    StorageReadWrite,
-    /// A color attachment whose contents are not needed.
-    ColorAttachment,
-    /// A color attachment that is loaded.
-    ColorAttachmentLoad,
-    /// A depth attachment whose contents are not needed.
-    DepthAttachment,
-    /// A depth attachment that is loaded and written.
-    DepthAttachmentLoad,
-    /// A depth attachment that is only tested against.
-    DepthAttachmentReadOnly,
-    /// A stencil attachment whose contents are not needed.
-    StencilAttachment,
-    /// A stencil attachment that is loaded and written.
-    StencilAttachmentLoad,
-    /// A stencil attachment that is only tested against.
-    StencilAttachmentReadOnly,
-    /// The target of a multisample resolve.
-    ResolveTarget,
-    /// A buffer of vertices.
-    Vertex,
-    /// A buffer of indices.
-    Index,
-    /// A buffer of counts for a draw or a dispatch.
-    Indirect,
-    /// The source of a copy.
-    CopySource,
-    /// The destination of a copy that replaces all of a subresource range.
-    CopyDestination,
-    /// The destination of a copy that leaves the rest of a subresource range.
-    CopyDestinationLoad,
-    /// The destination of rows of texels, between which bytes of a buffer stay as they are, if they are anything.
-    CopyDestinationRows,
-    /// Blackboard data that is read.
-    BlackboardRead,
-    /// Blackboard data that is published.
-    BlackboardWrite,
-}
-
-/// What an access does with the contents.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Effect {
-    Reads,
-    /// Both.
-    Loads,
-    /// Writes, and needs nothing of what was there, though not all of it may be written.
-    Writes,
-    /// Writes all.
-    Replaces,
-}
-
-impl Usage {
-    /// What it does, the usages that a texture and a buffer must be created with, and its name in diagnostics.
-    fn properties(self) -> (Effect, wgpu_types::TextureUsages, wgpu_types::BufferUsages, &'static str) {
-        use Effect::{Loads, Reads, Replaces, Writes};
-        use wgpu_types::{BufferUsages as B, TextureUsages as T};
-        const STORAGE: (T, B) = (T::STORAGE_BINDING, B::STORAGE);
-        const ATTACHMENT: (T, B) = (T::RENDER_ATTACHMENT, B::empty());
-        const DESTINATION: (T, B) = (T::COPY_DST, B::COPY_DST);
-        const DATA: (T, B) = (T::empty(), B::empty());
-        const fn buffer(usage: B) -> (T, B) {
-            (T::empty(), usage)
-        }
-        let (effect, (texture, buffer), name) = match self {
-            Usage::Sampled => (Reads, (T::TEXTURE_BINDING, B::empty()), "sampled texture"),
-            Usage::Uniform => (Reads, buffer(B::UNIFORM), "uniform buffer"),
-            Usage::StorageRead => (Reads, STORAGE, "read-only storage"),
-            Usage::StorageWrite => (Writes, STORAGE, "write-only storage"),
-            Usage::StorageReplace => (Replaces, STORAGE, "storage that is replaced"),
-            Usage::StorageReadWrite => (Loads, STORAGE, "read-write storage"),
-            Usage::ColorAttachment => (Replaces, ATTACHMENT, "color attachment"),
-            Usage::ColorAttachmentLoad => (Loads, ATTACHMENT, "color attachment"),
-            Usage::DepthAttachment => (Replaces, ATTACHMENT, "depth attachment"),
-            Usage::DepthAttachmentLoad => (Loads, ATTACHMENT, "depth attachment"),
-            Usage::DepthAttachmentReadOnly => (Reads, ATTACHMENT, "depth attachment"),
-            Usage::StencilAttachment => (Replaces, ATTACHMENT, "stencil attachment"),
-            Usage::StencilAttachmentLoad => (Loads, ATTACHMENT, "stencil attachment"),
-            Usage::StencilAttachmentReadOnly => (Reads, ATTACHMENT, "stencil attachment"),
-            Usage::ResolveTarget => (Replaces, ATTACHMENT, "resolve target"),
-            Usage::Vertex => (Reads, buffer(B::VERTEX), "vertex buffer"),
-            Usage::Index => (Reads, buffer(B::INDEX), "index buffer"),
-            Usage::Indirect => (Reads, buffer(B::INDIRECT), "indirect buffer"),
-            Usage::CopySource => (Reads, (T::COPY_SRC, B::COPY_SRC), "source of a copy"),
-            Usage::CopyDestination => (Writes, DESTINATION, "destination of a copy"),
-            Usage::CopyDestinationLoad => {
-                (Loads, DESTINATION, "destination of a copy of a subresource range")
-            }
-            Usage::CopyDestinationRows => (Loads, DESTINATION, "destination of rows of texels"),
-            Usage::BlackboardRead => (Reads, DATA, "blackboard data"),
-            Usage::BlackboardWrite => (Writes, DATA, "published blackboard data"),
-        };
-        (effect, texture, buffer, name)
-    }
-
-    /// Whether contents from before are needed, or [stay](Self::keeps_what_is_there).
-    pub fn reads(self) -> bool {
-        matches!(self.properties().0, Effect::Reads | Effect::Loads)
-    }
-
-    /// Whether contents from before are kept, but need not exist.
-    pub fn keeps_what_is_there(self) -> bool {
-        self == Usage::CopyDestinationRows
-    }
-
-    /// Whether a new version is made.
-    pub fn writes(self) -> bool {
-        self.properties().0 != Effect::Reads
-    }
-
-    /// Whether it is an attachment.
-    pub fn is_attachment(self) -> bool {
-        self.texture_usages() == wgpu_types::TextureUsages::RENDER_ATTACHMENT
-    }
-
-    /// Whether it is an attachment of depth.
-    pub fn is_depth(self) -> bool {
-        matches!(self, Usage::DepthAttachment | Usage::DepthAttachmentLoad | Usage::DepthAttachmentReadOnly)
-    }
-
-    /// Whether it is an attachment of stencil.
-    pub fn is_stencil(self) -> bool {
-        use Usage as U;
-        matches!(self, U::StencilAttachment | U::StencilAttachmentLoad | U::StencilAttachmentReadOnly)
-    }
-
-    /// Whether all of a subresource range is certain to be written again, whatever it held.
-    pub fn replaces_contents(self) -> bool {
-        self.properties().0 == Effect::Replaces
-    }
-
-    /// The usage that a texture must be created with.
-    pub fn texture_usages(self) -> wgpu_types::TextureUsages {
-        self.properties().1
-    }
-
-    /// The usage that a buffer must be created with.
-    pub fn buffer_usages(self) -> wgpu_types::BufferUsages {
-        self.properties().2
-    }
-
-    /// The name of the usage in diagnostics.
-    pub fn name(self) -> &'static str {
-        self.properties().3
     }
 }

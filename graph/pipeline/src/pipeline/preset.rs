@@ -11,7 +11,8 @@
 
 use std::collections::BTreeMap;
 
-use super::setting::{self, Overrides, Setting};
+use super::overrides::{Overrides, Setting};
+use super::setting;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::{FeatureDeclaration, ParameterDeclaration};

@@ -4,7 +4,7 @@
 use schemars::SchemaGenerator;
 use serde_json::{Value as Json, json};
 
-use super::schema_overlays::for_overlays;
+use super::schema_overlays::{PASS, for_overlays};
 use crate::language::{
     ExtensionDeclaration, ParameterFileDeclaration, PassCommon, PipelineDeclaration, SubgraphDeclaration,
 };
@@ -39,9 +39,6 @@ pub fn schema_of(kind: FileKind, registry: &Registry) -> Json {
         FileKind::Parameters => composed,
     }
 }
-
-/// The definition of a pass.
-pub(super) const PASS: &str = "Pass";
 
 /// The schema of a kind of file once it is composed of all that it extends and includes.
 pub fn schema_of_composed(kind: FileKind, registry: &Registry) -> Json {

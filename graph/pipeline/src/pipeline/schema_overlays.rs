@@ -17,8 +17,8 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value as Json, json};
 
-use super::schema::PASS;
-
+/// The definition of a pass.
+pub(super) const PASS: &str = "Pass";
 /// The prefix of definitions that state required keys.
 const WHOLE: &str = "Whole";
 /// The definition of values without a null anywhere.

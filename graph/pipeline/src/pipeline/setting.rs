@@ -1,43 +1,14 @@
 //! Parameters and features: their values, where each comes from, and whether it is allowed.
 
 use super::availability;
-use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes, suggested_name};
+use super::overrides::Setting;
+use crate::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};
 use crate::document::{self, Entry};
 use crate::expression::Value;
 use crate::language::{FeatureDeclaration, FeatureType, Order, ParameterDeclaration, ParameterType};
 use crate::shader::TargetProfile;
 use crate::source::Span;
 use std::collections::BTreeMap;
-
-/// A value for a parameter or feature, given from outside the pipeline.
-#[derive(Clone, Debug)]
-pub struct Setting {
-    /// The name.
-    pub name: String,
-    /// The value.
-    pub value: document::Value,
-    /// The place of the value.
-    pub place: Span,
-}
-
-/// The caller's values for parameters and features. Later settings win.
-#[derive(Clone, Debug, Default)]
-pub struct Overrides {
-    /// Values of parameters.
-    pub parameters: Vec<Setting>,
-    /// Values of features.
-    pub features: Vec<Setting>,
-}
-
-impl Overrides {
-    /// This choice with another one over it: where both give a value, the other's counts.
-    #[must_use]
-    pub fn under(mut self, over: Overrides) -> Self {
-        self.parameters.extend(over.parameters);
-        self.features.extend(over.features);
-        self
-    }
-}
 
 /// A parameter with its value.
 #[derive(Clone, Debug)]
@@ -455,11 +426,5 @@ pub(super) fn decode_feature(
             let message = format!("the feature \"{name}\" is {wanted}, this is {}", value.kind_name());
             Err(Box::new(Diagnostic::error(codes::SETTING_TYPE, value.span, message)))
         }
-    }
-}
-
-impl From<&Setting> for Place {
-    fn from(setting: &Setting) -> Self {
-        Place::Span(setting.place)
     }
 }

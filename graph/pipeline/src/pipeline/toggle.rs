@@ -24,8 +24,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::builder::expression_diagnostic;
 use super::environment::Environment;
+use super::expression_diagnostic::expression_diagnostic;
 use super::load::{RESERVED, Shared, bad_name, is_name};
 use super::{Access, Pass, Pipeline, ResourceKind, Version, history};
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, list_of, suggested_name};

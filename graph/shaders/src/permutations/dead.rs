@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::sync::Arc;
 
 use super::explore::{Exploration, Explorer};
-use super::{Request, space_of};
+use super::request::{Request, space_of};
 use crate::axes::AxisMode;
 use crate::diagnostic::{AxisValue, Diagnostic};
 use crate::markers::MarkedTemplates;

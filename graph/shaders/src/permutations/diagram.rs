@@ -10,7 +10,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::space::Domain;
+use super::domain::Domain;
 use crate::axes::{Condition, Constraint, Rule};
 use crate::diagnostic::AxisValue;
 

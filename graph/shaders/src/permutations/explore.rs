@@ -19,7 +19,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use minijinja::value::{Object, Value};
 
-use super::space::{Domain, Space};
+use super::domain::Domain;
+use super::space::Space;
 use crate::axes::AxisKind;
 use crate::diagnostic::{AxisValues, Diagnostic, Place};
 use crate::guard;

@@ -12,7 +12,7 @@ use std::collections::HashSet;
 use rustc_hash::FxHashSet;
 
 use super::Schedule;
-use super::contents::{Event, Flow, covers, drops};
+use super::regions::{Event, Flow, covers, drops};
 use crate::compiler::{KeepReason, Plan};
 use crate::language::Lifetime;
 use crate::pipeline::Condition;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use wgpu_types::{BufferUsages, TextureUsages};
 
-use super::contents::extents;
+use super::regions::extents;
 use super::{ViolationKind, Violations};
 use crate::compiler::{Physical, PhysicalBuffer, Plan, PlanOptions, PlannedResource};
 use crate::language::{Lifetime, TextureShape};

@@ -27,6 +27,7 @@ mod contents;
 mod histories;
 mod memory;
 mod passes;
+mod regions;
 mod toggles;
 mod transfers;
 mod uninitialised;

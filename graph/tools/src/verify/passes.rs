@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::contents::Flow;
+use super::regions::Flow;
 use super::{Schedule, ViolationKind, Violations};
 use crate::compiler::{CullReason, KeepReason, Kept, Plan};
 use crate::language::Lifetime;

@@ -9,7 +9,7 @@
 
 use std::collections::BTreeSet;
 
-use super::contents::{Event, Regions};
+use super::regions::{Event, Regions};
 use super::{Schedule, ViolationKind, Violations};
 use crate::compiler::{Plan, PlannedResource};
 use crate::language::{Lifetime, TextureShape};

@@ -8,7 +8,7 @@
 use std::collections::BTreeSet;
 
 use super::origin::{computed, location, origins};
-use super::{Kind, Subject, Thing, fact, given};
+use super::{Kind, Subject, Thing, explain, given};
 use crate::document::{Entry, Value, pointer_join};
 
 const SECTIONS: &[(&str, Kind)] = &[
@@ -68,7 +68,7 @@ pub(super) fn things(subject: &Subject<'_>, name: &str) -> Vec<Thing> {
                 declared: location(subject.sources, resource.place),
                 value: None,
                 given: Vec::new(),
-                facts: fact::of_resource(subject, name, &[]),
+                facts: explain::of_resource(subject, name, &[]),
                 // What only a pass names is not written anywhere.
                 values: match resource.value.kind {
                     crate::document::Kind::Null => Vec::new(),
@@ -101,7 +101,7 @@ fn walk<'a>(
             name = format!("{name}.{round}");
             rest = behind;
             // A round that is switched off cannot be told from one that the loop does not have.
-            is_there = subject.checked.plan.is_none() || !fact::instances(subject, &name).is_empty();
+            is_there = subject.checked.plan.is_none() || !explain::instances(subject, &name).is_empty();
         }
         if rest.is_empty() {
             if is_there {
@@ -158,9 +158,9 @@ fn thing(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Thing {
         given::of_document(subject, "its expression", &entry.value, pointer, &mut given);
     }
     let facts = match kind {
-        Kind::Pass => fact::of_pass(subject, name, found),
-        Kind::Resource => fact::of_resource(subject, name, uses),
-        _ => fact::of_other(subject, name, found),
+        Kind::Pass => explain::of_pass(subject, name, found),
+        Kind::Resource => explain::of_resource(subject, name, uses),
+        _ => explain::of_other(subject, name, found),
     };
     let mut values = origins(subject, pointer, &entry.value, "");
     values.retain(|origin| origin.path != "description");
@@ -186,7 +186,7 @@ fn thing(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Thing {
     Thing {
         name: name.to_owned(),
         kind: *kind,
-        what: fact::what(subject, name, found),
+        what: explain::what(subject, name, found),
         description,
         declared: location(subject.sources, entry.key_span),
         value,

@@ -8,23 +8,24 @@
 //!   made of several files knows where it was written, and [`crate::compose::Composed`] keeps what it was laid over;
 //! - for parameters and features everything that gave a value, the lowest first: default, preset, parameter files,
 //!   command line; for derived values the expression, and what it follows from;
-//! - for passes and resources what the plan says of them ([`Fact`]): why they are kept or culled, and what shares memory.
+//! - for passes and resources what the plan says of them ([`PlanFact`]): why they are kept or culled, and what shares memory.
 //!
 //! [`why_memory`] says why two resources share memory or do not.
 //!
 //! A pipeline with errors is told of as far as it goes: names and values need only the documents. Values that nobody
 //! writes, the defaults of the language, are not listed.
 
-mod fact;
+mod explain;
 mod find;
 mod given;
 mod human;
 mod origin;
+mod plan_fact;
 
-pub use fact::Fact;
 pub use given::Given;
 pub use human::human;
 pub use origin::{Location, Older, Origin};
+pub use plan_fact::PlanFact;
 
 use std::collections::BTreeSet;
 
@@ -122,7 +123,7 @@ pub struct Thing {
     pub given: Vec<Given>,
     /// The facts from the plan.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub facts: Vec<Fact>,
+    pub facts: Vec<PlanFact>,
     /// Its values as they are written, each with the places that set it.
     pub values: Vec<Origin>,
 }

@@ -14,12 +14,10 @@ mod slots;
 mod subresources;
 mod vertices;
 
-pub use expressions::expression_diagnostic;
 pub use programs::axis_value;
 pub use subresources::{Face, SubresourceRangeSettings};
 
 use super::environment::Environment;
-use super::host_contract;
 use super::load::Shared;
 use crate::diagnostic::{Code, Diagnostic, codes};
 use crate::document;

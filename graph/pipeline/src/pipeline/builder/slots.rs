@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{PassBuilder, host_contract};
+use super::PassBuilder;
 use crate::diagnostic::{codes, suggested_name};
 use crate::document;
 use crate::draw::MATERIAL_GROUP;
 use crate::language::{TextureShape, Word};
+use crate::pipeline::host_contract;
 use crate::pipeline::{
     Bind, BindObject, Contents, IndexRange, Program, ProgramBinding, SubresourceRange, Usage,
 };

@@ -8,29 +8,19 @@
 //! Limits: [`MAX_PAIRS`] pairs of passes, since each is an edge of the graph.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::sync::Arc;
 
 use super::Shared;
 use super::versions::{is_absent, is_gap};
 use crate::diagnostic::{Diagnostic, Diagnostics, MAX_DIAGNOSTICS, codes, list_of};
 use crate::document::{Entry, Value};
-use crate::pipeline::builder::expression_diagnostic;
-use crate::pipeline::expand::Instance;
-use crate::pipeline::{Environment, Pass};
+use crate::pipeline::Pass;
+use crate::pipeline::expression_diagnostic::expression_diagnostic;
+use crate::pipeline::instance::Instance;
+use crate::pipeline::instance::Waiting;
 use crate::work::PassHandle;
 
 /// The maximum number of pairs of a pass and one that it waits for.
 const MAX_PAIRS: usize = 1 << 20;
-
-/// A pass, or a use of a subgraph, that says "after".
-pub(in crate::pipeline) struct Waiting<'a> {
-    /// Its name outside of all subgraphs.
-    pub(in crate::pipeline) name: String,
-    pub(in crate::pipeline) entry: &'a Entry,
-    pub(in crate::pipeline) pointer: String,
-    /// The scope of names there.
-    pub(in crate::pipeline) environment: Arc<Environment>,
-}
 
 /// Lets every pass know which it has to follow. Diagnostics: names of no pass, and what waits for itself.
 pub(super) fn connect(

@@ -17,7 +17,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Severity, codes};
 use crate::document::{Document, Value as Json, pointer_join};
 use crate::expression::{self, ErrorKind, Expression, ExpressionError, ExpressionKind, Value};
 use crate::language::{ConstraintSeverity, Expr};
-use crate::pipeline::builder::expression_diagnostic;
+use crate::pipeline::expression_diagnostic::expression_diagnostic;
 use crate::source::Span;
 
 /// Reports each constraint that does not hold, or that is no condition.

@@ -3,14 +3,15 @@
 use std::collections::BTreeSet;
 
 use super::Shared;
-use super::after::Waiting;
 use super::declared::{Declarations, Declared};
 use super::sound::Broken;
 use crate::diagnostic::{Diagnostics, MAX_DIAGNOSTICS};
 use crate::document::{Document, Entry, pointer_join};
 use crate::node::Registry;
 use crate::pipeline::builder::PassBuilder;
-use crate::pipeline::expand::{Expander, Instance};
+use crate::pipeline::expand::Expander;
+use crate::pipeline::instance::Instance;
+use crate::pipeline::instance::Waiting;
 use crate::pipeline::{Pass, Produced, Resource, Toggle, history, toggle};
 use crate::shader::AxisValues;
 

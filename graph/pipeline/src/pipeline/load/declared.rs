@@ -7,7 +7,7 @@ use crate::document::{Entry, decode_entries};
 use crate::language::{PassCommon, ResourceDeclaration};
 use crate::node::{Registry, Settings};
 use crate::pipeline::ResourceKind;
-use crate::pipeline::expand::Instance;
+use crate::pipeline::instance::Instance;
 
 /// The declaration of a pass.
 pub(super) struct Declared<'a> {

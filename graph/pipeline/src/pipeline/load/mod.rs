@@ -19,7 +19,6 @@ mod shared;
 mod sound;
 mod versions;
 
-pub(super) use after::Waiting;
 pub(super) use names::{RESERVED, VIEWPORT, bad_name};
 pub use names::{has_word, is_name};
 pub use sections::as_written;
@@ -93,7 +92,8 @@ pub fn load_sharing(
     constraints::check(document, &sound, &settings, diagnostics);
     let toggles = toggle::toggles(document, &sound.toggles, diagnostics);
     let programs = Programs::new(templates, profile, std::mem::take(modules));
-    let mut shared = Shared::new(&settings, &toggles, sound.geometry, programs, sources);
+    let names = toggles.iter().map(|toggle| toggle.name.clone()).collect();
+    let mut shared = Shared::new(settings.scope(), names, sound.geometry, programs, sources);
     let connected = declare(document, registry, &broken, &toggles, &mut shared)
         .map(|passes| Connected::new(document, passes, &toggles, &mut shared));
     diagnostics.extend(shared.diagnostics);

@@ -6,14 +6,13 @@ use std::sync::Arc;
 
 use super::VIEWPORT;
 use super::programs::Programs;
-use super::settings::Settings;
 use crate::data::ValueType;
 use crate::diagnostic::Diagnostics;
 use crate::document;
 use crate::expression::{Expression, ExpressionError, ExpressionKind, Scope as _, unknown_name};
 use crate::language::GeometryDeclaration;
 use crate::pipeline::environment::Environment;
-use crate::pipeline::{Resource, ResourceKind, StaticScope, Toggle};
+use crate::pipeline::{Resource, ResourceKind, StaticScope};
 use crate::source::{Sources, Span};
 use crate::work::ResourceHandle;
 
@@ -49,15 +48,15 @@ pub(in crate::pipeline) struct Shared {
 impl Shared {
     /// Before the first pass is declared.
     pub(super) fn new(
-        settings: &Settings,
-        toggles: &[Toggle],
+        scope: StaticScope,
+        toggles: Vec<String>,
         geometry: BTreeMap<String, GeometryDeclaration>,
         programs: Programs,
         sources: &Sources,
     ) -> Self {
         Self {
-            scope: settings.scope(),
-            toggles: toggles.iter().map(|toggle| toggle.name.clone()).collect(),
+            scope,
+            toggles,
             resources: Vec::new(),
             resource_index: HashMap::new(),
             geometry,

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::Shared;
 use crate::diagnostic::{Diagnostic, codes, list_of};
 use crate::document::Entry;
-use crate::pipeline::expand::Instance;
+use crate::pipeline::instance::Instance;
 use crate::pipeline::{Access, Environment, History, Pass, Passthrough, ResourceKind, Version};
 use crate::source::Span;
 use crate::work::ResourceHandle;

@@ -1,9 +1,8 @@
 //! What the compiler made of a thing, in words.
 
-use serde::Serialize;
-
 use super::find::{Found, SubgraphUse};
-use super::origin::{Location, location};
+use super::origin::location;
+use super::plan_fact::{PlanFact, fact};
 use super::{Kind, Subject, given};
 use crate::compiler::{Physical, Plan};
 use crate::document::{Entry, Value, pointer_join};
@@ -12,22 +11,6 @@ use crate::language::{Lifetime, format_name};
 use crate::pipeline::{Pipeline, ResourceKind};
 use crate::source::Span;
 use crate::work::{PassHandle, Work};
-
-/// One thing to know.
-#[derive(Clone, Debug, Serialize)]
-pub struct Fact {
-    /// The subject: `runs`, `kept`, `memory`.
-    pub about: &'static str,
-    /// In words.
-    pub text: String,
-    /// Where it is said, if somebody said it.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub at: Option<Location>,
-}
-
-fn fact(about: &'static str, text: impl Into<String>) -> Fact {
-    Fact { about, text: text.into(), at: None }
-}
 
 /// The kind in words, more exactly than the enumeration.
 pub(super) fn what(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> String {
@@ -85,7 +68,7 @@ pub(super) fn instances<'a>(subject: &Subject<'a>, name: &str) -> Vec<&'a str> {
 }
 
 /// The state of a pass, of a loop, or of a use of a subgraph in the plan.
-pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Vec<Fact> {
+pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Vec<PlanFact> {
     let mut facts = used(subject, &found.uses);
     let Some(pipeline) = subject.checked.pipeline.as_deref() else {
         facts.push(fact("runs", "not known: the pipeline has errors"));
@@ -128,7 +111,7 @@ pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> V
             _ => "reads",
         };
         let text = format!("{resource} ({})", one.usage.name());
-        facts.push(Fact { about, text, at: Some(location(subject.sources, one.place)) });
+        facts.push(PlanFact { about, text, at: Some(location(subject.sources, one.place)) });
     }
     facts
 }
@@ -137,7 +120,7 @@ pub(super) fn of_pass(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> V
 const MOST: usize = 64;
 
 /// Where a pass runs and why, or why it does not.
-fn state(pipeline: &Pipeline, plan: &Plan, name: &str) -> Vec<Fact> {
+fn state(pipeline: &Pipeline, plan: &Plan, name: &str) -> Vec<PlanFact> {
     let Some(handle) = pipeline.find_pass(name) else { return Vec::new() };
     match plan.position(handle) {
         Some(position) => {
@@ -153,7 +136,7 @@ fn state(pipeline: &Pipeline, plan: &Plan, name: &str) -> Vec<Fact> {
 }
 
 /// The way from a pass to an output. The last step speaks of the pass that the one before leads to.
-fn kept(plan: &Plan, name: &str, handle: PassHandle) -> Vec<Fact> {
+fn kept(plan: &Plan, name: &str, handle: PassHandle) -> Vec<PlanFact> {
     let mut at = name.to_owned();
     let mut facts = Vec::new();
     for step in plan.why_kept(handle) {
@@ -169,7 +152,7 @@ fn kept(plan: &Plan, name: &str, handle: PassHandle) -> Vec<Fact> {
 }
 
 /// Why a pass is not in the pipeline: a `when` that is false, on it or on a use of a subgraph around it.
-fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<Fact>) {
+fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<PlanFact>) {
     let own = (found.entry, String::new());
     let outer = found.uses.iter().map(|used| (used.entry, format!(" of {}", used.name)));
     let conditions: Vec<(&Value, String)> =
@@ -187,13 +170,13 @@ fn off(subject: &Subject<'_>, found: &Found<'_>, facts: &mut Vec<Fact>) {
     for (when, of_what) in conditions {
         let expression = when.text().map_or_else(|| super::origin::json(when), str::to_owned);
         let at = Some(location(subject.sources, when.span));
-        facts.push(Fact { about: "when", text: format!("\"when\"{of_what} is {expression}"), at });
+        facts.push(PlanFact { about: "when", text: format!("\"when\"{of_what} is {expression}"), at });
         values_in(subject, &expression, "when", facts);
     }
 }
 
 /// The values of what an expression names, each with what gives it.
-fn values_in(subject: &Subject<'_>, expression: &str, about: &'static str, facts: &mut Vec<Fact>) {
+fn values_in(subject: &Subject<'_>, expression: &str, about: &'static str, facts: &mut Vec<PlanFact>) {
     let root = &subject.composed.document.root;
     let sections = [("features", Kind::Feature), ("parameters", Kind::Parameter), ("derived", Kind::Derived)];
     for name in words(expression) {
@@ -206,13 +189,13 @@ fn values_in(subject: &Subject<'_>, expression: &str, about: &'static str, facts
                     .map(|one| super::origin::computed(&one.value));
                 let Some(value) = value else { continue };
                 let text = format!("{name} is {value}, by its expression");
-                facts.push(Fact { about, text, at: Some(location(subject.sources, entry.value.span)) });
+                facts.push(PlanFact { about, text, at: Some(location(subject.sources, entry.value.span)) });
                 continue;
             }
             let pointer = pointer_join(&format!("/{section}"), name);
             if let Some(last) = given::given(subject, kind, entry, &pointer).pop() {
                 let text = format!("{name} is {}, by {}", last.value, last.by);
-                facts.push(Fact { about, text, at: Some(last.at) });
+                facts.push(PlanFact { about, text, at: Some(last.at) });
             }
         }
     }
@@ -233,10 +216,10 @@ fn words(text: &str) -> Vec<&str> {
     words
 }
 
-fn used(subject: &Subject<'_>, uses: &[SubgraphUse<'_>]) -> Vec<Fact> {
+fn used(subject: &Subject<'_>, uses: &[SubgraphUse<'_>]) -> Vec<PlanFact> {
     let one = |used: &SubgraphUse<'_>| {
         let subgraph = used.entry.value.get("use").and_then(Value::text).unwrap_or_default();
-        Fact {
+        PlanFact {
             about: "part of",
             text: format!("{}, a use of the subgraph {subgraph}", used.name),
             at: Some(location(subject.sources, used.entry.key_span)),
@@ -246,7 +229,7 @@ fn used(subject: &Subject<'_>, uses: &[SubgraphUse<'_>]) -> Vec<Fact> {
 }
 
 /// Who uses a resource, and what stands for it on the device.
-pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse<'_>]) -> Vec<Fact> {
+pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse<'_>]) -> Vec<PlanFact> {
     let mut facts = used(subject, uses);
     let Some(pipeline) = subject.checked.pipeline.as_deref() else {
         facts.push(fact("memory", "not known: the pipeline has errors"));
@@ -263,7 +246,7 @@ pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse
             let culled = plan.is_some_and(|plan| plan.culled.contains_key(&pass.name));
             let culled = if culled { ", culled" } else { "" };
             let text = format!("{} ({}{culled})", pass.name, one.usage.name());
-            facts.push(Fact { about, text, at: Some(location(subject.sources, one.place)) });
+            facts.push(PlanFact { about, text, at: Some(location(subject.sources, one.place)) });
         }
     }
     // Writers before readers, each in the order of the document.
@@ -332,7 +315,7 @@ pub(super) fn of_resource(subject: &Subject<'_>, name: &str, uses: &[SubgraphUse
 }
 
 /// Who uses a toggle or a subgraph; whether a preset is taken.
-pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Vec<Fact> {
+pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> Vec<PlanFact> {
     let root = &subject.composed.document.root;
     match found.kind {
         Kind::Preset => {
@@ -371,7 +354,7 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
                 {
                     let without = pass.condition.is_some_and(|condition| !condition.on);
                     let text = format!("{}{}", pass.name, if without { ", while it is off" } else { "" });
-                    facts.push(Fact {
+                    facts.push(PlanFact {
                         about: "switches",
                         text,
                         at: Some(location(subject.sources, pass.place)),
@@ -382,7 +365,7 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
         }
         Kind::Feature | Kind::Parameter if found.uses.is_empty() => {
             let lacking =
-                given::lacking_in(subject, found.kind, found.entry).map(|(profile, lacking)| Fact {
+                given::lacking_in(subject, found.kind, found.entry).map(|(profile, lacking)| PlanFact {
                     about: "unavailable",
                     text: format!(
                         "the feature requires {}, {} has {}",
@@ -401,9 +384,8 @@ fn settings(preset: &Value) -> impl Iterator<Item = &Entry> {
     of("parameters").iter().chain(of("features"))
 }
 
-/// The passes of the document and of its subgraphs for which something holds.
 /// Who names a parameter, feature or derived value in an expression, or has a shader with an axis of its name.
-fn mentions(subject: &Subject<'_>, root: &Value, name: &str) -> Vec<Fact> {
+fn mentions(subject: &Subject<'_>, root: &Value, name: &str) -> Vec<PlanFact> {
     // A pass or a resource of the same name is what a text means that is nothing but the name, save under "when".
     let is_shared = ["passes", "resources"]
         .iter()
@@ -419,7 +401,7 @@ fn mentions(subject: &Subject<'_>, root: &Value, name: &str) -> Vec<Fact> {
     let mut facts = users(subject, root, |entry| in_text(entry) || has_axis(subject, &entry.key, name));
     for (section, what) in [("resources", "the resource"), ("derived", "the derived value")] {
         let entries = root.get(section).and_then(Value::entries).unwrap_or_default();
-        facts.extend(entries.iter().filter(|entry| in_text(entry)).map(|entry| Fact {
+        facts.extend(entries.iter().filter(|entry| in_text(entry)).map(|entry| PlanFact {
             about: "used by",
             text: format!("{what} {}", entry.key),
             at: Some(location(subject.sources, entry.key_span)),
@@ -441,7 +423,8 @@ fn has_axis(subject: &Subject<'_>, pass: &str, name: &str) -> bool {
     programs.any(|handle| pipeline.program(handle).axes.iter().any(|(axis, _)| axis == name))
 }
 
-fn users(subject: &Subject<'_>, root: &Value, holds: impl Fn(&Entry) -> bool) -> Vec<Fact> {
+/// The passes of the document and of its subgraphs for which something holds.
+fn users(subject: &Subject<'_>, root: &Value, holds: impl Fn(&Entry) -> bool) -> Vec<PlanFact> {
     let mut facts = Vec::new();
     let passes = |owner: &Value| -> Vec<(String, Span)> {
         let entries = owner.get("passes").and_then(Value::entries).unwrap_or_default();
@@ -449,7 +432,7 @@ fn users(subject: &Subject<'_>, root: &Value, holds: impl Fn(&Entry) -> bool) ->
         fitting.map(|entry| (entry.key.clone(), entry.key_span)).collect()
     };
     let mut push = |(text, place): (String, Span)| {
-        facts.push(Fact { about: "used by", text, at: Some(location(subject.sources, place)) });
+        facts.push(PlanFact { about: "used by", text, at: Some(location(subject.sources, place)) });
     };
     passes(root).into_iter().for_each(&mut push);
     for subgraph in root.get("subgraphs").and_then(Value::entries).unwrap_or_default() {

@@ -1,0 +1,12 @@
+//! Versions of resources.
+
+/// The version of a resource that is read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Version {
+    /// The newest; for a pass that reads and writes, the one before its own.
+    Newest,
+    /// The one that the named pass wrote.
+    WrittenBy(String),
+    /// What was there before the first write of the frame.
+    Before,
+}

@@ -1,0 +1,115 @@
+//! A template that is to be proven, and the space of its configurations.
+
+use std::collections::BTreeMap;
+
+use super::space::Space;
+use crate::axes::Axes;
+use crate::compile::unknown_axis;
+use crate::diagnostic::{AxisValue, AxisValues, Diagnostic, Place, describe};
+use crate::profile::TargetProfile;
+use crate::{TemplateSet, codes};
+
+/// A template that is to be proven.
+#[derive(Clone, Debug)]
+pub struct Request {
+    /// The name in reports: that of a pass, for one.
+    pub name: String,
+    /// The template.
+    pub template: String,
+    /// The values that axes can have; an axis that is not named can have all of its values.
+    pub allowed: BTreeMap<String, Vec<AxisValue>>,
+    /// Axes whose values are combined with all others, whether or not anything gives them together; with what yields them.
+    /// A diagnostic that such an axis provokes says so.
+    pub assumed: BTreeMap<String, String>,
+    /// The profiles that have to accept every variant.
+    pub profiles: Vec<TargetProfile>,
+    /// The place of diagnostics about the request itself.
+    pub place: Place,
+}
+
+impl Request {
+    /// Everything that a template can express.
+    pub fn all(template: &str, profiles: &[TargetProfile]) -> Self {
+        Self {
+            name: template.to_owned(),
+            template: template.to_owned(),
+            allowed: BTreeMap::new(),
+            assumed: BTreeMap::new(),
+            profiles: profiles.to_vec(),
+            place: Place::Nowhere,
+        }
+    }
+
+    /// One configuration; axes that `values` does not name have their defaults.
+    pub fn one(
+        templates: &TemplateSet,
+        template: &str,
+        values: &AxisValues,
+        profiles: &[TargetProfile],
+    ) -> Self {
+        let mut allowed: BTreeMap<String, Vec<AxisValue>> = BTreeMap::new();
+        let defaults = templates.axes(template).map(Axes::defaults).unwrap_or_default();
+        for (name, value) in defaults.iter().chain(values) {
+            allowed.insert(name.clone(), vec![value.clone()]);
+        }
+        Self { allowed, ..Self::all(template, profiles) }
+    }
+}
+
+pub(super) fn space_of(templates: &TemplateSet, request: &Request) -> Result<Space, Vec<Diagnostic>> {
+    let template = &request.template;
+    let Some(axes) = templates.axes(template) else {
+        return Err(vec![templates.unknown(template, request.place.clone())]);
+    };
+    if let Some(broken) = templates.templates.get(template).and_then(|template| template.broken.clone()) {
+        return Err(vec![broken]);
+    }
+    let mut diagnostics = templates.axes_diagnostics(template);
+    if templates.has_lost_axes(template) {
+        return Err(diagnostics);
+    }
+    for (name, values) in &request.allowed {
+        match axes.get(name) {
+            None => diagnostics.push(unknown_axis(axes, template, name, request.place.clone())),
+            Some(axis) => {
+                diagnostics.extend(values.iter().filter(|value| !axis.kind.contains(value)).map(|value| {
+                    let message = format!("{value} is not a value of the axis \"{name}\"");
+                    Diagnostic::error(codes::AXIS_VALUE, request.place.clone(), message)
+                        .help(format!("the values are {}", axis.kind.describe()))
+                        .related(axis.span, "declared here")
+                }));
+            }
+        }
+    }
+    if !diagnostics.is_empty() {
+        return Err(diagnostics);
+    }
+    let space = Space::new(axes, &request.allowed);
+    if space.possible(&AxisValues::new()) {
+        return Ok(space);
+    }
+    let clash = space.clash();
+    let place = match clash.first() {
+        Some(constraint) => Place::Span(constraint.span),
+        None => request.place.clone(),
+    };
+    let fixed: AxisValues = request
+        .allowed
+        .iter()
+        .filter_map(|(name, values)| match values.as_slice() {
+            [value] if clash.iter().any(|constraint| constraint.axes().contains(name.as_str())) => {
+                Some((name.clone(), value.clone()))
+            }
+            _ => None,
+        })
+        .collect();
+    let mut message = format!("the constraints of \"{template}\" leave no configuration");
+    if !fixed.is_empty() {
+        message.push_str(&format!(" with {}", describe(&fixed)));
+    }
+    let mut diagnostic = Diagnostic::error(codes::CONSTRAINTS_CONTRADICT, place, message);
+    for constraint in &clash {
+        diagnostic = diagnostic.related(constraint.span, constraint.to_string());
+    }
+    Err(vec![diagnostic.help("without any one of these constraints there would be a configuration")])
+}

@@ -1,0 +1,30 @@
+//! A setting that varies between configurations.
+
+use crate::document::{Kind, Value};
+use crate::language::FeatureDeclaration;
+
+/// A feature or parameter with the values that are tried, the default first.
+#[derive(Clone, Debug)]
+pub(super) struct Varied {
+    pub(super) name: String,
+    pub(super) feature: Option<FeatureDeclaration>,
+    pub(super) values: Vec<Value>,
+    pub(super) exhaustive: bool,
+}
+
+impl Varied {
+    /// The group of features to which it belongs.
+    pub(super) fn group(&self) -> Option<&str> {
+        self.feature.as_ref()?.one_of.as_deref()
+    }
+
+    /// Whether a feature is on with this value; an enumeration is off with its first word.
+    pub(super) fn is_on(&self, value: &Value) -> bool {
+        let first = self.feature.as_ref().and_then(|declaration| declaration.values.first());
+        match &value.kind {
+            Kind::Bool(on) => *on,
+            Kind::Text(word) => first != Some(word),
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The regions that the accesses of a resource tell apart, and what reaches what.
+
+use std::collections::{BTreeSet, HashMap, HashSet};
+
+use super::Schedule;
+use crate::compiler::{Plan, StoreOperation};
+use crate::pipeline::{Access, Aspect, IndexRange, SubresourceRange, Usage};
+use crate::work::{PassHandle, ResourceHandle};
+
+/// Which writes reach which reads.
+pub(super) struct Flow {
+    /// Writer, reader and resource.
+    pub(super) feeds: HashSet<(PassHandle, PassHandle, ResourceHandle)>,
+    /// The passes of whose writes something outlives the frame.
+    pub(super) lasting: BTreeSet<PassHandle>,
+    /// By history the passes of whose writes something is left for later frames.
+    pub(super) carried: HashMap<ResourceHandle, BTreeSet<PassHandle>>,
+}
+
+/// One access with its pass and the regions that it covers.
+pub(super) struct Event<'a> {
+    pub(super) pass: PassHandle,
+    pub(super) one: &'a Access,
+    pub(super) regions: Vec<usize>,
+}
+
+/// Regions of one resource: the product of what the accesses tell apart in mips, layers, aspects and bytes.
+pub(super) struct Regions {
+    axes: [Axis; 4],
+}
+
+/// One direction in which a resource is cut: at each place where some access begins or ends, and the rest.
+struct Axis {
+    cuts: Vec<u64>,
+}
+
+impl Axis {
+    fn new(runs: impl Iterator<Item = Option<(u64, u64)>>) -> Self {
+        let cuts: BTreeSet<u64> = runs.flatten().flat_map(|(first, end)| [first, end]).collect();
+        Self { cuts: cuts.into_iter().collect() }
+    }
+
+    /// The pieces between the cuts, and one more for the rest.
+    fn count(&self) -> usize {
+        self.cuts.len().max(1)
+    }
+
+    /// The extent of a piece; the last covers all that no access names.
+    fn piece(&self, at: usize) -> Vec<(u64, u64)> {
+        match (self.cuts.get(at), self.cuts.get(at + 1)) {
+            (Some(first), Some(end)) => vec![(*first, *end)],
+            (Some(last), None) => vec![(0, self.cuts[0]), (*last, u64::MAX)],
+            _ => vec![(0, u64::MAX)],
+        }
+    }
+
+    fn of(&self, run: Option<(u64, u64)>) -> std::ops::Range<usize> {
+        let at = |cut: u64| self.cuts.partition_point(|known| *known < cut);
+        run.map_or(0..self.count(), |(first, end)| at(first)..at(end))
+    }
+}
+
+/// What a subresource range covers in each direction; nothing said means everything.
+pub(super) fn extents(range: SubresourceRange) -> [Option<(u64, u64)>; 4] {
+    let aspect = match range.aspect {
+        Aspect::All => None,
+        Aspect::DepthOnly => Some((0, 1)),
+        Aspect::StencilOnly => Some((1, 2)),
+    };
+    [
+        range.mip.map(|run| (u64::from(run.first), run.end())),
+        range.layer.map(|run| (u64::from(run.first), run.end())),
+        aspect,
+        range.bytes.map(|run| (run.first, run.end())),
+    ]
+}
+
+impl Regions {
+    pub(super) fn new<'a>(accesses: impl Iterator<Item = &'a Access> + Clone) -> Self {
+        let axis = |at: usize| Axis::new(accesses.clone().map(move |one| extents(one.range)[at]));
+        let mut axes = [axis(0), axis(1), axis(2), axis(3)];
+        // Beside depth and stencil there is nothing: the second piece is the rest.
+        if !axes[2].cuts.is_empty() {
+            axes[2].cuts = vec![0, 1];
+        }
+        Self { axes }
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.axes.iter().map(Axis::count).product()
+    }
+
+    /// The extent of a region in each direction.
+    pub(super) fn pieces(&self, mut region: usize) -> [Vec<(u64, u64)>; 4] {
+        let mut pieces = [const { Vec::new() }; 4];
+        for (axis, pieces) in self.axes.iter().zip(&mut pieces).rev() {
+            *pieces = axis.piece(region % axis.count());
+            region /= axis.count();
+        }
+        pieces
+    }
+
+    pub(super) fn of(&self, range: SubresourceRange) -> Vec<usize> {
+        let mut regions = vec![0];
+        for (axis, extent) in self.axes.iter().zip(extents(range)) {
+            let pieces = axis.of(extent);
+            regions = regions
+                .into_iter()
+                .flat_map(|region| pieces.clone().map(move |piece| region * axis.count() + piece))
+                .collect();
+        }
+        regions
+    }
+}
+
+/// Whether an access is an attachment that the plan does not store.
+pub(super) fn drops(plan: &Plan, schedule: &Schedule, event: &Event<'_>) -> bool {
+    if !event.one.usage.is_attachment() {
+        return false;
+    }
+    let Some(planned) = schedule.of(event.pass).and_then(|at| plan.passes.get(at)) else {
+        return false;
+    };
+    let (depth, stencil) = (event.one.usage.is_depth(), event.one.usage.is_stencil());
+    let color = planned.color.iter().filter(|_| !depth && !stencil);
+    let depth = planned.depth.iter().filter(|_| depth);
+    color.chain(depth).chain(planned.stencil.iter().filter(|_| stencil)).any(|attachment| {
+        attachment.target.resource == event.one.resource
+            && event.one.range.mip == Some(IndexRange::one(attachment.target.mip))
+            && event.one.range.layer == attachment.target.layer.map(IndexRange::one)
+            && attachment.store == StoreOperation::Discard
+    })
+}
+
+/// Whether a pass clears or discards a region at its start, or says that it replaces it. `writers` are those of the
+/// region, each with whether it loads.
+pub(super) fn covers(
+    plan: &Plan,
+    resource: ResourceHandle,
+    pass: PassHandle,
+    writers: &[(PassHandle, bool)],
+) -> bool {
+    let loads = writers.iter().any(|(writer, loads)| *writer == pass && *loads);
+    let attached = plan.pipeline.pass(pass).accesses().iter().any(|one| {
+        let texture = plan.pipeline.resource(resource).texture();
+        let one_layer = one.range.layer.is_some() || texture.is_some_and(|texture| texture.layers.is_none());
+        let attached = one.usage.writes() && one.usage.is_attachment() && one_layer;
+        one.resource == resource && (attached || one.usage == Usage::StorageReplace)
+    });
+    !loads && attached
+}

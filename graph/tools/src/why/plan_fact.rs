@@ -1,0 +1,22 @@
+//! What a plan says of a name.
+
+use serde::Serialize;
+
+use super::origin::Location;
+
+/// One thing that the plan says of a name.
+#[derive(Clone, Debug, Serialize)]
+pub struct PlanFact {
+    /// The subject: `runs`, `kept`, `memory`.
+    pub about: &'static str,
+    /// In words.
+    pub text: String,
+    /// Where it is said, if somebody said it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at: Option<Location>,
+}
+
+/// A fact that no file says.
+pub(super) fn fact(about: &'static str, text: impl Into<String>) -> PlanFact {
+    PlanFact { about, text: text.into(), at: None }
+}
