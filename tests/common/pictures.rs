@@ -188,6 +188,16 @@ pub const VARIANTS: &[Variant] = &[
         &[("moment_filter", "\"msm\"")],
     ),
     variant(
+        ["awsm", "interior", "visibility_first"],
+        &[("lamp_radius", "0.1"), ("denoise_radius", "2")],
+        &[
+            ("light_filter", "\"pcss\""),
+            ("visibility_first", "true"),
+            ("denoise", "true"),
+            ("contact_shadows", "true"),
+        ],
+    ),
+    variant(
         ["awsm", "interior", "wide_filter"],
         &[("filter_radius", "1"), ("max_radius", "40"), ("atlas_max_side", "256")],
         &[("point_shadows", "false")],
