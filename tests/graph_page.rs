@@ -81,3 +81,29 @@ fn the_page_opens_without_a_network_and_answers_clicks() {
     let bytes = std::fs::read(&picture).expect("a picture");
     assert!(bytes.starts_with(b"\x89PNG") && bytes.len() > 20_000, "{} bytes", bytes.len());
 }
+
+#[test]
+fn loops_of_many_rounds_are_no_hairball() {
+    let pass = |name: &str, more: &str| {
+        format!(
+            r#""{name}": {{ "for_each": {{ "i": 25 }}, {more} "fullscreen": {{ "shader": "gradient.wgsl.jinja",
+            "color": [{{ "to": "{name}", "layer": "i" }}] }}, "side_effect": true }}"#
+        )
+    };
+    let texture = |name: &str| {
+        format!(r#""{name}": {{ "texture": {{ "format": "rgba8unorm", "size": [8, 8], "layers": 25 }} }}"#)
+    };
+    let text = format!(
+        r#"{{ "format": 1, "name": "rounds", "resources": {{ {}, {} }}, "passes": {{ {}, {} }} }}"#,
+        texture("first"),
+        texture("second"),
+        pass("first", ""),
+        pass("second", r#""after": ["first"],"#)
+    );
+    let outcome = common::check(&text);
+    let graph = outcome.checked.graph.as_ref().expect("a graph");
+    let report = Report::new(outcome.plan(), graph, &outcome.sources);
+    assert!(report.edges.len() >= 625, "{}", report.edges.len());
+    let picture = draw(&report, GraphFormat::Svg, None);
+    assert_eq!(picture.matches("data-from=").count(), 1);
+}

@@ -486,5 +486,8 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let side = |text: &str| text.parse::<u32>().map_err(|_| format!("\"{text}\" is no whole number"));
     let (width, height) =
         text.split_once('x').ok_or("a size is written as WIDTHxHEIGHT, such as 1280x720")?;
-    Ok([side(width)?, side(height)?])
+    match [side(width)?, side(height)?] {
+        [0, _] | [_, 0] => Err("a picture has at least one pixel in each direction".to_owned()),
+        size => Ok(size),
+    }
 }

@@ -70,6 +70,11 @@ fn whole(number: u128) -> serde_json::Value {
     }
 }
 
+/// A number with its noun.
+fn counted(number: usize, one: &str, several: &str) -> String {
+    format!("{number} {}", if number == 1 { one } else { several })
+}
+
 /// One line about a pipeline without errors; nothing where there is no plan.
 fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
     let Some(plan) = &covered.coverage.first.plan else { return String::new() };
@@ -94,11 +99,12 @@ fn summary(path: &Path, covered: &Covered, verified: bool) -> String {
         }
     };
     format!(
-        "{}: {passes} passes ({} culled), {} resources, {} shader variants, {configurations}{}, valid for {}\n",
+        "{}: {} ({} culled), {}, {}, {configurations}{}, valid for {}\n",
         path.display(),
+        counted(passes, "pass", "passes"),
         plan.culled.len(),
-        plan.resources.len(),
-        covered.coverage.variants.len(),
+        counted(plan.resources.len(), "resource", "resources"),
+        counted(covered.coverage.variants.len(), "shader variant", "shader variants"),
         if verified { ", plans verified" } else { "" },
         covered.profiles.join(", ")
     )

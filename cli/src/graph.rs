@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::diagnostic::render::human_all;
 use umbragraph::report::{GraphFormat, Report, diff, draw};
 
 use crate::arguments::{Choices, GraphArguments};
@@ -15,9 +17,8 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
     let report = report(&mut session, &arguments.pipeline, &arguments.choices);
     let other =
         arguments.compare.as_ref().and_then(|path| self::report(&mut session, path, &arguments.choices));
-    if !session.report() {
-        return false;
-    }
+    // Of a pipeline with errors, the passes that are sound are drawn.
+    let fine = session.report();
     let Some(report) = report else { return false };
     let comparison = other.map(|other| diff(&report, &other));
     let text = draw(&report, arguments.format, comparison.as_deref());
@@ -27,15 +28,17 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
                 GraphFormat::Json => print_json(&text),
                 _ => print_contents(text.as_bytes()),
             }
-            true
+            fine
         }
         Some(path) => {
             if let Err(error) = replace(path, text) {
-                session.diagnostics.push(unwritable(path, &error));
-            } else if arguments.format == GraphFormat::Html {
+                complain(&human_all(&Diagnostics::from_iter([unwritable(path, &error)]), &session.sources));
+                return false;
+            }
+            if arguments.format == GraphFormat::Html {
                 complain(&format!("open {} in a browser; it needs no network\n", path.display()));
             }
-            session.report()
+            fine
         }
     }
 }

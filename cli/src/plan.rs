@@ -11,8 +11,9 @@ pub(crate) fn run(arguments: &PlanArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
     let checked = session.check(&arguments.pipeline, &arguments.choices);
     let fine = session.report();
-    let Some(plan) = checked.plan.filter(|_| fine) else { return false };
-    if arguments.verify {
+    // Of a pipeline with errors, the plan is that of the passes that are sound.
+    let Some(plan) = checked.plan else { return false };
+    if arguments.verify && fine {
         let violations = verify(&plan, &Session::options(&arguments.choices));
         for violation in &violations {
             complain(&format!("violation: {violation}\n"));
@@ -27,7 +28,7 @@ pub(crate) fn run(arguments: &PlanArguments) -> bool {
     match serde_json::to_string_pretty(&plan) {
         Ok(text) => {
             print_json(&(text + "\n"));
-            true
+            fine
         }
         Err(_) => false,
     }

@@ -281,6 +281,18 @@ impl Session {
         let composed = self.compose(path, &choices.extension)?;
         let overrides = self.overrides(&choices.settings, &composed.document);
         let profiles = profiles(&composed.document, asked);
+        let max = profiles.first().map_or(u32::MAX, |profile| profile.limits.max_texture_dimension_2d);
+        if choices.size.iter().any(|side| *side > max) {
+            let text = format!("--size {}x{}", choices.size[0], choices.size[1]);
+            let at = self.sources.add("<command line>", text.as_str());
+            let message = format!("a picture of {} by {} is too large", choices.size[0], choices.size[1]);
+            let place = Span::new(at, "--size ".len()..text.len());
+            self.diagnostics.push(
+                Diagnostic::error(codes::SIZE_LIMIT, place, message)
+                    .help(format!("textures have at most {max} texels in each direction")),
+            );
+            return None;
+        }
         Some(Configured { composed, overrides, profiles })
     }
 

@@ -34,10 +34,42 @@ pub(crate) fn print_contents(bytes: &[u8]) {
     }
 }
 
-/// Prints a text to standard error.
+/// Prints a text to standard error; diagnostics in it have colors on a terminal, unless `NO_COLOR` is set.
 pub(crate) fn complain(text: &str) {
     let mut output = std::io::stderr().lock();
-    let _ = output.write_all(visible(text).as_bytes()).and_then(|()| output.flush());
+    let text = visible(text);
+    let has_colors =
+        output.is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+    let text = if has_colors { colored(&text).into() } else { text };
+    let _ = output.write_all(text.as_bytes()).and_then(|()| output.flush());
+}
+
+/// Diagnostics with colors. Excerpts of files stand behind the numbers of their lines, so they cannot be taken for them.
+fn colored(text: &str) -> String {
+    const SEVERITIES: [(&str, &str); 3] = [("error", "1;31"), ("warning", "1;33"), ("note", "1;36")];
+    let mut out = String::new();
+    for line in text.split_inclusive('\n') {
+        let severity = SEVERITIES
+            .iter()
+            .find(|(word, _)| line.strip_prefix(word).is_some_and(|rest| rest.starts_with(['[', ':'])));
+        let end = line.find(": ").unwrap_or(0);
+        let bare = line.trim_start();
+        let (color, length) = match severity {
+            Some((_, color)) => (*color, end),
+            None if bare.starts_with("= help:") => ("32", line.len() - bare.len() + "= help:".len()),
+            None if bare.starts_with("--> ") => ("34", line.trim_end().len()),
+            None if bare.starts_with("| ") && bare.contains('^') && bare[1..].trim().starts_with('^') => {
+                ("31", line.trim_end().len())
+            }
+            None => ("", 0),
+        };
+        if length == 0 {
+            out.push_str(line);
+        } else {
+            out.push_str(&format!("\u{1b}[{color}m{}\u{1b}[0m{}", &line[..length], &line[length..]));
+        }
+    }
+    out
 }
 
 /// Whether something that was printed is lost.

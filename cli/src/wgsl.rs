@@ -1,6 +1,6 @@
 //! `umbragraph wgsl`
 
-use umbragraph::diagnostic::{Diagnostic, codes};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes};
 use umbragraph::pipeline::{Pipeline, ProgramVariant};
 use umbragraph::shader::{self, Emitted, ShaderModule, TargetLanguage};
 use umbragraph::source::Span;
@@ -30,9 +30,9 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
             unknown_name(&mut session, "mesh property", name, &names);
         }
     }
-    if !session.report() {
-        return false;
-    }
+    // Of a pipeline with errors, the shaders of the passes that are sound are printed.
+    let fine = session.report();
+    session.diagnostics = Diagnostics::new();
     let mut output = Vec::new();
     for pass in
         pipeline.passes.iter().filter(|pass| arguments.pass.as_ref().is_none_or(|name| *name == pass.name))
@@ -59,7 +59,7 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
         }
     }
     print_contents(&output);
-    session.report()
+    session.report() && fine
 }
 
 fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {

@@ -83,6 +83,31 @@ fn plan_is_json_and_wgsl_is_the_text_of_the_pass() {
 }
 
 #[test]
+fn of_a_pipeline_with_a_broken_pass_the_others_are_shown_all_the_same() {
+    let folder = ScratchFolder::new("command-sound");
+    let path = folder.join("broken.json");
+    let lesson = std::fs::read_to_string(root().join("pipelines/learn/02-resources.json")).unwrap();
+    let broken = lesson.replacen("\"bind\"", "\"bid\"", 1);
+    assert_ne!(broken, lesson);
+    std::fs::write(&path, broken).unwrap();
+    let path = path.to_str().unwrap();
+    for arguments in [&["plan", path][..], &["wgsl", path], &["graph", path, "--format", "mermaid"]] {
+        let output = run(arguments);
+        let (shown, errors) = (text(&output.stdout), text(&output.stderr));
+        assert_eq!(output.status.code(), Some(1), "{errors}");
+        assert!(errors.contains("UG0102") && shown.contains("paint"), "{arguments:?}: {shown}\n{errors}");
+    }
+}
+
+#[test]
+fn a_size_that_cannot_be_is_told_at_the_option() {
+    rejected(&["check", "pipelines/nebula.json", "--size", "0x10"], 2, &["at least one pixel"]);
+    let errors =
+        rejected(&["check", "pipelines/nebula.json", "--size", "16384x64"], 1, &["--size 16384x64", "8192"]);
+    assert_eq!(errors.matches("error[").count(), 1, "{errors}");
+}
+
+#[test]
 fn a_command_line_that_cannot_be_understood_exits_with_2() {
     rejected(&["chekc"], 2, &[]);
     rejected(&["check"], 2, &[]);

@@ -3,15 +3,17 @@
 //! Passes stand side by side in the order in which they run, one column each. Below them every place in memory is a
 //! lane, and every resource a bar in its lane from its first to its last use, so that resources which share memory
 //! stand in one lane. On a bar a full dot is a write and a ring is a read; an arc leads from each write to the reads of
-//! its version. Arcs above the passes are hazards and explicit order. At the bottom the bytes alive at each pass stand
+//! its version. Arcs above the passes are hazards and explicit order; those that follow from others are left out, and of those
+//! between the rounds of two loops the shortest stands for all. At the bottom the bytes alive at each pass stand
 //! under the line of what is created. Culled passes and resources are grey.
 //!
 //! Coordinates are whole or half numbers and nothing depends on the machine, so the same plan gives the same text.
 //! Pictures of more than a few hundred passes are drawn, but are wide.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use super::model::{EdgeKind, PassReport, Report, ResourceReport, bytes_in_words};
+use super::model::{EdgeKind, EdgeReport, PassReport, Report, ResourceReport, bytes_in_words};
 
 const GUTTER: usize = 244;
 const COLUMN: usize = 116;
@@ -102,7 +104,7 @@ fn header(out: &mut String, report: &Report, width: usize) {
         bytes_in_words(memory.bound),
     );
     let words = [("host", "host"), ("draw", "draw"), ("compute", "compute"), ("copy", "copy")];
-    let mut x = width - 420;
+    let mut x = width - 440;
     for (class, word) in words {
         let _ = writeln!(
             out,
@@ -111,7 +113,7 @@ fn header(out: &mut String, report: &Report, width: usize) {
         );
         x += 84;
     }
-    let x = width - 420;
+    let x = width - 440;
     let _ = writeln!(
         out,
         "<circle class=\"write\" cx=\"{}\" cy=\"56\" r=\"5\"/><text x=\"{}\" y=\"60\">write</text><circle class=\"read\" cx=\"{}\" cy=\"56\" r=\"4.5\"/>\
@@ -123,18 +125,78 @@ fn header(out: &mut String, report: &Report, width: usize) {
         x + 168,
         x + 196
     );
+    let arcs = [
+        ("edge write-after-write", "overwritten", 0),
+        ("edge later-frame", "a later frame", 108),
+        ("edge explicit", "as said", 224),
+        ("group", "one render pass", 302),
+    ];
+    for (class, words, at) in arcs {
+        let x = x + at;
+        let _ = writeln!(
+            out,
+            "<path class=\"{class}\" d=\"M{x} 75h22\"/><text x=\"{}\" y=\"79\">{words}</text>",
+            x + 28
+        );
+    }
 }
 
 /// The arcs above the passes: hazards that no data says already, explicit order, and what later frames read.
-fn shown(report: &Report) -> impl Iterator<Item = &super::EdgeReport> {
-    let data = |from: usize, to: usize| {
-        report.edges.iter().any(|edge| edge.kind == EdgeKind::Data && (edge.from, edge.to) == (from, to))
-    };
-    report.edges.iter().filter(move |edge| match edge.kind {
+fn shown(report: &Report) -> impl Iterator<Item = &EdgeReport> {
+    let follows = followers(report);
+    let arcs = report.edges.iter().filter(|edge| match edge.kind {
         EdgeKind::Data => false,
         EdgeKind::LaterFrame => edge.from != edge.to,
-        _ => edge.from < edge.to && !data(edge.from, edge.to),
-    })
+        _ => edge.from < edge.to && !follows.contains(&(edge.from, edge.to)),
+    });
+    // Of all the arcs between two loops, or a loop and a pass, the shortest.
+    let ends = |edge: &EdgeReport| [edge.from, edge.to].map(|at| loop_of(&report.passes[at].name));
+    let mut shortest: BTreeMap<_, &EdgeReport> = BTreeMap::new();
+    for (at, edge) in arcs.enumerate() {
+        let [from, to] = ends(edge);
+        let apart = if from == to { at + 1 } else { 0 };
+        let known = shortest.entry((edge.kind, from, to, apart)).or_insert(edge);
+        if edge.to.abs_diff(edge.from) < known.to.abs_diff(known.from) {
+            *known = edge;
+        }
+    }
+    let mut shown: Vec<&EdgeReport> = shortest.into_values().collect();
+    shown.sort_by_key(|edge| (edge.from, edge.to));
+    shown.into_iter()
+}
+
+/// The loop that a pass is a round of; its own name without one.
+fn loop_of(pass: &str) -> &str {
+    match pass.rsplit_once('.') {
+        Some((name, round)) if round.bytes().all(|byte| byte.is_ascii_digit()) => name,
+        _ => pass,
+    }
+}
+
+/// The pairs of passes whose order follows from the order of others, or is that of a write and its read.
+fn followers(report: &Report) -> BTreeSet<(usize, usize)> {
+    let mut next: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+    let mut follows = BTreeSet::new();
+    for edge in report.edges.iter().filter(|edge| edge.kind != EdgeKind::LaterFrame && edge.from < edge.to) {
+        next.entry(edge.from).or_default().insert(edge.to);
+        if edge.kind == EdgeKind::Data {
+            follows.insert((edge.from, edge.to));
+        }
+    }
+    // From the last to the first: what runs after each of a pass's next is known before the pass.
+    let mut after: BTreeMap<usize, BTreeSet<usize>> = BTreeMap::new();
+    for (from, next) in next.iter().rev() {
+        let mut all = BTreeSet::new();
+        for to in next {
+            if all.contains(to) {
+                follows.insert((*from, *to));
+            }
+            all.insert(*to);
+            all.extend(after.get(to).into_iter().flatten());
+        }
+        after.insert(*from, all);
+    }
+    follows
 }
 
 fn arc_rise(length: usize) -> usize {
