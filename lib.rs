@@ -35,12 +35,17 @@
 //! Features: `gpu` (on by default) adds [`executor`] and re-exports wgpu; `gltf` (on by default) adds [`scene`].
 //! Without them nothing of wgpu-core is built.
 
+#[path = "pipelines/bundled.rs"]
+mod bundled;
+
+pub use bundled::{Bundled, PIPELINES};
 pub use umbragraph_graph::*;
 pub use umbragraph_passes as passes;
 pub use umbragraph_passes::registry;
 #[cfg(feature = "gltf")]
 pub use umbragraph_scene as scene;
 
+use std::path::Path;
 use std::sync::Arc;
 
 use crate::diagnostic::{Code, Diagnostics};
@@ -76,6 +81,29 @@ pub fn templates_with(
     }
     set.check(diagnostics);
     Arc::new(set)
+}
+
+/// Takes a pipeline file, with the files that it extends, includes and uses, all the way to a plan. Every diagnostic
+/// goes to `diagnostics`. What it names lies below the working folder or its own, or comes with this crate
+/// (`umbragraph:nebula.json`); further folders, or files that are not on a disk: [`compose::compose`], then
+/// [`check_document`].
+pub fn check_path(
+    path: &Path,
+    options: &CheckOptions<'_>,
+    sources: &mut Sources,
+    diagnostics: &mut Diagnostics,
+) -> CheckReport {
+    let file = match compose::read_source(path, sources) {
+        Ok(file) => file,
+        Err(diagnostic) => {
+            diagnostics.push(diagnostic);
+            return CheckReport::default();
+        }
+    };
+    let mut files = Bundled(compose::Disk(compose::Roots::of(path)));
+    compose::compose(file, path, &mut files, sources, diagnostics)
+        .map(|composed| check_document(&composed.document, options, sources, diagnostics))
+        .unwrap_or_default()
 }
 
 /// Every code that a diagnostic of this crate can have, by its id.

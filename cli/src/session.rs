@@ -14,7 +14,7 @@ use umbragraph::scene::interface;
 use umbragraph::shader::permutations::{self, Request};
 use umbragraph::shader::{AxisValues, TargetProfile, TemplateSet};
 use umbragraph::source::{FileId, Sources, Span};
-use umbragraph::{CheckOptions, CheckReport, Coverage, compose, read_source};
+use umbragraph::{Bundled, CheckOptions, CheckReport, Coverage, compose, read_source};
 
 use crate::arguments::{Choices, Settings};
 use crate::streams::complain;
@@ -46,14 +46,23 @@ struct Overlaid<'s> {
     disk: Option<Disk>,
 }
 
+/// What the command line names, wherever it lies.
+struct Named;
+
+impl compose::Files for Named {
+    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+        read_source(path, sources)
+    }
+}
+
 impl compose::Files for Overlaid<'_> {
     fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
         let name = path.display().to_string();
         let file = match self.texts.get(&name) {
             Some(text) => sources.add(name.as_str(), text.as_str()),
-            None => match &mut self.disk {
-                Some(disk) => disk.read(path, sources)?,
-                None => read_source(path, sources)?,
+            None => match self.disk.clone() {
+                Some(disk) => Bundled(disk).read(path, sources)?,
+                None => Bundled(Named).read(path, sources)?,
             },
         };
         self.files.insert(name);

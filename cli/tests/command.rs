@@ -100,6 +100,24 @@ fn of_a_pipeline_with_a_broken_pass_the_others_are_shown_all_the_same() {
 }
 
 #[test]
+fn pipelines_that_come_with_the_command_have_names_of_their_own() {
+    let folder = ScratchFolder::new("command-bundled");
+    let path = folder.join("own.json");
+    let own = r#"{ "format": 1, "name": "own", "extends": "umbragraph:nebula.json", "parameters": { "far": { "default": [9] } } }"#;
+    std::fs::write(&path, own).unwrap();
+    let path = path.to_str().unwrap();
+    let output = run(&["check", path, "umbragraph:nebula.json", "--config"]);
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    let why = text(&run(&["why", path, "exposure"]).stdout);
+    assert!(why.contains("umbragraph:base/forward.json"), "{why}");
+    std::fs::write(path, own.replace("nebula", "nebular")).unwrap();
+    rejected(&["check", path], 1, &["UG0001", "nebular.json", "there are awsm.json,"]);
+    rejected(&["check", "umbragraph:nebular.json"], 1, &["UG0001", "there are awsm.json,"]);
+    std::fs::write(path, own.replace("nebula.json", "../../../etc/passwd")).unwrap();
+    rejected(&["check", path], 1, &["etc/passwd"]);
+}
+
+#[test]
 fn a_size_that_cannot_be_is_told_at_the_option() {
     rejected(&["check", "pipelines/nebula.json", "--size", "0x10"], 2, &["at least one pixel"]);
     let errors =

@@ -24,8 +24,7 @@ pub use umbragraph_text::{codes, compose, diagnostic, document, expression, lang
 pub use umbragraph_pipeline::{data, frame, node, work};
 
 pub use umbragraph_tools::{
-    CheckOptions, CheckReport, Coverage, capture, check, check_configurations, check_document, check_path,
-    report, why,
+    CheckOptions, CheckReport, Coverage, capture, check, check_configurations, check_document, report, why,
 };
 
 #[cfg(feature = "gpu")]

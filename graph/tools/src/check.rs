@@ -1,10 +1,9 @@
 //! The whole way from a file to a plan.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use crate::compiler::{self, Graph, Plan, PlanOptions};
-use crate::compose::{self, read_source};
+use crate::compose;
 use crate::diagnostic::Diagnostics;
 use crate::document::{self, Document};
 use crate::node::Registry;
@@ -72,27 +71,6 @@ pub fn check(
             CheckReport::default()
         }
     }
-}
-
-/// Takes a pipeline file, with the files that it extends, includes and uses, all the way to a plan. Every diagnostic
-/// goes to `diagnostics`. What it names lies below the working folder or its own; further folders, or files that are
-/// not on a disk: [`crate::compose::compose`], then [`check_document`].
-pub fn check_path(
-    path: &Path,
-    options: &CheckOptions<'_>,
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
-) -> CheckReport {
-    let file = match read_source(path, sources) {
-        Ok(file) => file,
-        Err(diagnostic) => {
-            diagnostics.push(diagnostic);
-            return CheckReport::default();
-        }
-    };
-    compose::compose(file, path, &mut compose::Disk(compose::Roots::of(path)), sources, diagnostics)
-        .map(|composed| check_document(&composed.document, options, sources, diagnostics))
-        .unwrap_or_default()
 }
 
 /// Takes a document, perhaps composed of several files, all the way to a plan. Every diagnostic goes to `diagnostics`.

@@ -1,6 +1,6 @@
 //! The tools of umbragraph: what looks at pipelines and plans, and makes neither.
 //!
-//! - [`check`], [`check_document`], [`check_path`]: the whole way from a text to a plan in one call;
+//! - [`check`], [`check_document`]: the whole way from a text to a plan in one call;
 //! - [`Configurations`], [`check_configurations`], [`reach`]: the configurations of a pipeline, chosen, checked
 //!   and proven;
 //! - [`verify`](verify::verify): a second opinion on a plan, which shares no code with what made it;
@@ -36,7 +36,7 @@ pub mod verify;
 pub mod why;
 mod witness;
 
-pub use check::{CheckOptions, CheckReport, check, check_document, check_path};
+pub use check::{CheckOptions, CheckReport, check, check_document};
 pub use configurations::{Configuration, Configurations, MAX as MAX_CONFIGURATIONS};
 pub use cover::Cover;
 pub use coverage::{Coverage, check_configurations};

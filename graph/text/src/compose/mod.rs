@@ -9,7 +9,8 @@
 //! - `"use": "parts/blur.json"`: a pass that is a subgraph in a file of its own.
 //! - `"extends": "NAME"` of a pass: a group of `shared_settings` with the pass laid over it.
 //!
-//! Paths are relative to the folder of the file that names them. The result is one [`Document`] whose every value still
+//! Paths are relative to the folder of the file that names them; `umbragraph:nebula.json` is a file that comes with the
+//! module. The result is one [`Document`] whose every value still
 //! knows where it was written; what it replaced is kept in [`Composed::replaced`], so that `why` can tell all layers.
 //!
 //! Limits: 64 files, 32 levels; a file that leads back to itself is a diagnostic.
@@ -131,7 +132,8 @@ pub fn compose(
         paths: BTreeSet::new(),
         read: BTreeMap::new(),
     };
-    let mut root = composer.file(file, path)?;
+    let bundled = path.to_str().and_then(with_scheme);
+    let mut root = composer.file(file, bundled.as_deref().unwrap_or(path))?;
     let used = composer.use_files(&mut root)?;
     // The passes of an extension take over what the pipeline shares, too, once they are there.
     if root.get("inserts").is_none() {
@@ -265,7 +267,7 @@ impl Composer<'_> {
     }
 
     fn follow(&mut self, name: &str, place: Span, from: &Path, layer: Layer) -> Option<Value> {
-        let path = normalize(&from.parent().unwrap_or_else(|| Path::new("")).join(name));
+        let path = path_in(from.parent().unwrap_or_else(|| Path::new("")), name);
         if let Some(at) = self.chain.iter().position(|(known, _)| normalize(known) == path) {
             let mut diagnostic =
                 Diagnostic::error(codes::FILE_CYCLE, place, format!("\"{name}\" leads back to itself"))
@@ -314,6 +316,19 @@ impl Composer<'_> {
         self.read.insert(path.to_owned(), file);
         Some(file)
     }
+}
+
+/// The path that a name means in a file of a folder: below that folder, unless the name has a scheme.
+fn path_in(folder: &Path, name: &str) -> PathBuf {
+    normalize(&with_scheme(name).unwrap_or_else(|| folder.join(name)))
+}
+
+/// The path of a name with a scheme such as `umbragraph:`, which [`Files`] knows: as if that were a folder.
+fn with_scheme(name: &str) -> Option<PathBuf> {
+    let (scheme, rest) = name.split_once(':')?;
+    // One letter is a drive.
+    let is_scheme = scheme.len() > 1 && scheme.bytes().all(|byte| byte.is_ascii_alphanumeric());
+    is_scheme.then(|| Path::new(&format!("{scheme}:")).join(rest.trim_start_matches('/')))
 }
 
 /// A path without `.` and, where something stands before it, `..`.

@@ -11,7 +11,7 @@
 use std::collections::{BTreeSet, VecDeque};
 use std::path::Path;
 
-use super::{Composer, Layer, MAX_FILES, TOP, merge, normalize};
+use super::{Composer, Layer, MAX_FILES, TOP, merge, path_in};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::document::{self, Entry, Kind, Value};
 use crate::source::Span;
@@ -50,7 +50,7 @@ fn resolve_passes(passes: &mut Value, folder: &Path) {
         if let Kind::Text(text) = &mut used.value.kind
             && is_path(text)
         {
-            *text = normalize(&folder.join(&*text)).to_string_lossy().replace('\\', "/");
+            *text = path_in(folder, text).to_string_lossy().replace('\\', "/");
         }
     }
 }

@@ -1,0 +1,71 @@
+//! The pipelines that come with this crate: `"extends": "umbragraph:nebula.json"` works wherever a pipeline lies.
+//!
+//! Their names, which begin with [`SCHEME`], are paths like others: what they extend themselves is relative to them, and
+//! diagnostics name them so. A file of such a name on the disk is not looked for.
+
+use std::path::Path;
+
+use crate::compose::Files;
+use crate::diagnostic::{Diagnostic, codes};
+use crate::source::{FileId, Sources};
+
+/// What the names of bundled files begin with.
+pub(crate) const SCHEME: &str = "umbragraph:";
+
+/// Every bundled file: its name behind [`SCHEME`], and its text; sorted by name.
+pub const PIPELINES: &[(&str, &str)] = &[
+    ("awsm.json", include_str!("awsm.json")),
+    ("base/cascades.json", include_str!("base/cascades.json")),
+    ("base/fitted_cascades.json", include_str!("base/fitted_cascades.json")),
+    ("base/forward.json", include_str!("base/forward.json")),
+    ("base/hemisphere.json", include_str!("base/hemisphere.json")),
+    ("base/tiled_cascades.json", include_str!("base/tiled_cascades.json")),
+    ("caracal.json", include_str!("caracal.json")),
+    ("lore.json", include_str!("lore.json")),
+    ("mantis.json", include_str!("mantis.json")),
+    ("nebula.json", include_str!("nebula.json")),
+];
+
+/// The bundled files, and where all others come from.
+#[derive(Clone, Debug)]
+pub struct Bundled<F>(pub F);
+
+impl<F: Files> Files for Bundled<F> {
+    fn read(&mut self, path: &Path, sources: &mut Sources) -> Result<FileId, Diagnostic> {
+        let name = path.to_string_lossy().replace('\\', "/");
+        let Some(bundled) = name.strip_prefix(SCHEME).map(|name| name.trim_start_matches('/')) else {
+            return self.0.read(path, sources);
+        };
+        match PIPELINES.iter().find(|(known, _)| *known == bundled) {
+            Some((_, text)) => Ok(sources.add(format!("{SCHEME}{bundled}"), *text)),
+            None => {
+                let message = format!("no file \"{bundled}\" comes with this version");
+                let name = format!("{SCHEME}{bundled}");
+                let known = PIPELINES.iter().map(|(known, _)| *known);
+                Err(Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", message)
+                    .help(format!("there are {}", known.collect::<Vec<_>>().join(", "))))
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::PIPELINES;
+
+    #[test]
+    fn every_pipeline_beside_this_file_is_bundled() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines");
+        let mut found = Vec::new();
+        for (prefix, folder) in [("", folder.clone()), ("base/", folder.join("base"))] {
+            for entry in std::fs::read_dir(folder).unwrap().flatten() {
+                let name = entry.file_name().to_string_lossy().into_owned();
+                if name.ends_with(".json") {
+                    found.push(format!("{prefix}{name}"));
+                }
+            }
+        }
+        found.sort();
+        assert_eq!(PIPELINES.iter().map(|(name, _)| *name).collect::<Vec<_>>(), found);
+    }
+}
