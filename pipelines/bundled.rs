@@ -24,6 +24,8 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("lore.json", include_str!("lore.json")),
     ("mantis.json", include_str!("mantis.json")),
     ("nebula.json", include_str!("nebula.json")),
+    ("parts/blur.json", include_str!("parts/blur.json")),
+    ("parts/blur_tiles.json", include_str!("parts/blur_tiles.json")),
 ];
 
 /// The bundled files, and where all others come from.
@@ -57,7 +59,9 @@ mod tests {
     fn every_pipeline_beside_this_file_is_bundled() {
         let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("pipelines");
         let mut found = Vec::new();
-        for (prefix, folder) in [("", folder.clone()), ("base/", folder.join("base"))] {
+        for (prefix, folder) in
+            [("", folder.clone()), ("base/", folder.join("base")), ("parts/", folder.join("parts"))]
+        {
             for entry in std::fs::read_dir(folder).unwrap().flatten() {
                 let name = entry.file_name().to_string_lossy().into_owned();
                 if name.ends_with(".json") {

@@ -243,6 +243,25 @@ impl<'a> Drawing<'a> {
         let input = FrameInput { camera, index, ..input };
         let scopes = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::OutOfMemory]
             .map(|filter| device.push_error_scope(filter));
+        let drawn = self.record(&input);
+        let errors = scopes.into_iter().rev().map(|scope| pollster::block_on(scope.pop()));
+        // All of them are taken, the last first, whatever was found.
+        let rejected = errors.collect::<Vec<_>>().into_iter().flatten().next();
+        drawn?;
+        match rejected {
+            Some(error) => {
+                let message = format!("the device rejected the frame: {error}");
+                Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, message)
+                    .help("please report this: what a device rejects should have been found before")
+                    .into())
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// Records and submits a frame, planned again for as long as CPU passes want other sizes.
+    fn record(&mut self, input: &FrameInput) -> Result<(), Diagnostics> {
+        let Graphics { device, queue, .. } = self.graphics;
         for round in 0..ROUNDS {
             let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let imports: Vec<(&str, &wgpu::Texture)> =
@@ -250,7 +269,7 @@ impl<'a> Drawing<'a> {
             let toggles: Vec<(&str, bool)> =
                 self.toggles.iter().map(|(name, on)| (name.as_str(), *on)).collect();
             let frame =
-                Frame { input: &input, draws: Some(&self.draws), imports: &imports, toggles: &toggles };
+                Frame { input, draws: Some(&self.draws), imports: &imports, toggles: &toggles };
             let start = Instant::now();
             self.executor.record(&mut encoder, &frame)?;
             let end = Instant::now();
@@ -259,18 +278,10 @@ impl<'a> Drawing<'a> {
                 None => {
                     queue.submit([encoder.finish()]);
                     if let Some(timings) = &mut self.timings {
-                        timings.frame(&mut self.executor, [start, end], index);
+                        timings.frame(&mut self.executor, [start, end], input.index);
                     }
                     break;
                 }
-            }
-        }
-        for scope in scopes.into_iter().rev() {
-            if let Some(error) = pollster::block_on(scope.pop()) {
-                let message = format!("the device rejected the frame: {error}");
-                return Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, message)
-                    .help("please report this: what a device rejects should have been found before")
-                    .into());
             }
         }
         Ok(())

@@ -306,7 +306,7 @@ impl Composer<'_> {
         let result = self.files.read(path, self.sources);
         let rejected = |mut diagnostic: Diagnostic| {
             diagnostic.place = place.into();
-            if diagnostic.code == codes::FILE_UNREADABLE {
+            if diagnostic.code == codes::FILE_UNREADABLE && path.to_str().and_then(with_scheme).is_none() {
                 diagnostic.help =
                     Some("paths are relative to the folder of the file that names them".to_owned());
             }
