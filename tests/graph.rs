@@ -418,3 +418,47 @@ fn the_difference_of_two_plans_is_said_in_words() {
         ]
     );
 }
+
+#[test]
+fn an_order_given_through_what_a_loop_or_a_subgraph_leaves_out_holds() {
+    let fill = |name: &str, keys: &str, to: &str| {
+        format!(
+            r#""{name}": {{ {keys} "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "{to}" }}] }} }}"#
+        )
+    };
+    let part = |keys: &str| {
+        format!(
+            r#""subgraphs": {{ "part": {{
+              "resources": {{ "spare": {{ "texture": {{ "format": "rgba8unorm", "size": [8, 8] }} }} }},
+              "passes": {{ {} }} }} }},"#,
+            fill("p", keys, "spare")
+        )
+    };
+    let between = |keys: &str| format!(r#""between": {{ "after": ["first"], {keys} }}"#);
+    let rounds = |count: &str| {
+        fill("between", &format!(r#""after": ["first"], "for_each": {{ "i": {count} }},"#), "target")
+    };
+    let off = r#""when": "1 > 2","#;
+    let cases = [
+        (String::new(), rounds("0"), "between"),
+        (String::new(), rounds("[]"), "between"),
+        (part(""), between(r#""use": "part", "when": "1 > 2""#), "between"),
+        (part(""), between(r#""use": "part", "when": "1 > 2""#), "between.p"),
+        (part(off), between(r#""use": "part""#), "between"),
+        (part(off), between(r#""use": "part""#), "between.p"),
+        (part(""), between(r#""use": "part", "for_each": { "i": 2 }, "when": "i > 2""#), "between"),
+    ];
+    for (subgraphs, between, name) in cases {
+        let first = fill("first", "", "target");
+        let last = fill("last", &format!(r#""after": ["{name}"],"#), "target");
+        for passes in [[&last, &between, &first], [&first, &between, &last]] {
+            let text = format!(
+                r#"{{ "format": 1, "name": "left_out", {subgraphs} "resources": {{ "target": {{ "texture": {{
+                  "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }}, "passes": {{ {} }} }}"#,
+                passes.map(String::as_str).join(", ")
+            );
+            // What comes first is drawn over.
+            assert_eq!(check(&text).order(), ["last"], "{text}");
+        }
+    }
+}

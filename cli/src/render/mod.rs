@@ -268,8 +268,7 @@ impl<'a> Drawing<'a> {
                 self.imports.iter().map(|(name, texture)| (name.as_str(), texture)).collect();
             let toggles: Vec<(&str, bool)> =
                 self.toggles.iter().map(|(name, on)| (name.as_str(), *on)).collect();
-            let frame =
-                Frame { input, draws: Some(&self.draws), imports: &imports, toggles: &toggles };
+            let frame = Frame { input, draws: Some(&self.draws), imports: &imports, toggles: &toggles };
             let start = Instant::now();
             self.executor.record(&mut encoder, &frame)?;
             let end = Instant::now();

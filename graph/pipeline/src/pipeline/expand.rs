@@ -158,6 +158,7 @@ impl<'a, 's> Expander<'a, 's> {
             Err(gap) => return self.leave_out(gap, entry, name),
         };
         if values.is_empty() {
+            self.wait(entry, &name, &pointer, environment);
             self.absent.insert(name.clone());
             self.shared.programs.modules.lacks(entry, &pointer, "for_each", false);
         }
@@ -294,6 +295,7 @@ impl<'a, 's> Expander<'a, 's> {
             match self.evaluate(when, &at, environment).ok_or(None)? {
                 Value::Bool(true) => {}
                 Value::Bool(false) => {
+                    self.wait(entry, name, pointer, environment);
                     self.absent.insert(name.to_owned());
                     self.shared.programs.modules.lacks(entry, pointer, "when", environment.is_top());
                     return Ok(());
@@ -314,6 +316,16 @@ impl<'a, 's> Expander<'a, 's> {
         }
         inner.side_effect = environment.side_effect
             || entry.value.get("side_effect").is_some_and(|value| matches!(value.kind, Kind::Bool(true)));
+        self.wait(entry, name, pointer, environment);
+        self.uses += 1;
+        self.open.push(wanted.to_owned());
+        self.sections(&subgraph.value, &inside, &Arc::new(inner), depth + 1);
+        self.open.pop();
+        Ok(())
+    }
+
+    /// Notes what a loop or a use of a subgraph has to follow.
+    fn wait(&mut self, entry: &'a Entry, name: &str, pointer: &str, environment: &Arc<Environment>) {
         if entry.value.get("after").is_some() {
             self.waiting.push(Waiting {
                 name: name.to_owned(),
@@ -322,11 +334,6 @@ impl<'a, 's> Expander<'a, 's> {
                 environment: environment.clone(),
             });
         }
-        self.uses += 1;
-        self.open.push(wanted.to_owned());
-        self.sections(&subgraph.value, &inside, &Arc::new(inner), depth + 1);
-        self.open.pop();
-        Ok(())
     }
 
     /// Stops the expansion, with one diagnostic.

@@ -3,7 +3,8 @@
 //! What says `after` and what is named there may be a pass, all rounds of a loop, or all passes of one use of a
 //! subgraph: `"after": ["soften"]`, or one of them alone, `"after": ["soften.half"]`. Names are those of the place
 //! where `after` stands. Every pass on the one side then runs behind every pass on the other. Behind a pass that is not
-//! there, since its `when` does not hold, means behind those that it would have followed itself.
+//! there, since its `when` does not hold, its loop has no round or the subgraph is not used, means behind those that it
+//! would have followed itself.
 //!
 //! Limits: [`MAX_PAIRS`] pairs of passes, since each is an edge of the graph.
 
@@ -86,7 +87,10 @@ pub(super) fn connect(
             for follower in &followers {
                 passes[*follower].after.extend(before.iter().map(|index| PassHandle(*index as u32)));
             }
-            let is_known = !before.is_empty() || is_absent(absent, &name) || is_gap(gaps, &name);
+            let is_known = !before.is_empty()
+                || is_absent(absent, &name)
+                || has_absent(absent, &name)
+                || is_gap(gaps, &name);
             if is_known {
                 continue;
             }
@@ -110,6 +114,12 @@ pub(super) fn connect(
     }
 }
 
+/// Whether something that comes of a loop or of a use of a subgraph is switched off.
+fn has_absent(absent: &BTreeSet<String>, name: &str) -> bool {
+    let begin = format!("{name}.");
+    absent.range(begin.clone()..).next().is_some_and(|other| other.starts_with(&begin))
+}
+
 /// The names after which passes would run that are not there.
 fn followed(
     waiting: &[Waiting<'_>],
@@ -118,7 +128,8 @@ fn followed(
 ) -> BTreeMap<String, Vec<String>> {
     let mut followed: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for Waiting { name, entry, environment, .. } in waiting {
-        if is_absent(absent, name) {
+        // What a use of a subgraph follows, those of its passes follow that are not there.
+        if is_absent(absent, name) || has_absent(absent, name) {
             let wanted = entry.value.get("after").and_then(Value::elements).unwrap_or_default();
             let names = wanted.iter().filter_map(Value::text);
             let names = names.filter_map(|name| environment.interpolate(name, &shared.scope).ok());
