@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use common::{Outcome, With, check_with, root};
 use umbragraph::diagnostic::{Diagnostic, fix};
 use umbragraph::document;
+use umbragraph_test_support::property;
 
 struct Case {
     name: String,
@@ -102,7 +103,8 @@ fn every_broken_document_has_exactly_the_expected_diagnostics() {
 #[test]
 fn fixes_never_make_a_document_worse_and_come_to_an_end() {
     let mut mended = 0;
-    for case in &cases() {
+    let cases = property::part(cases(), 4);
+    for case in &cases {
         let text = case.text();
         let mut outcome = check_with("chain.json", &text, &with());
         for round in 0.. {
@@ -119,7 +121,7 @@ fn fixes_never_make_a_document_worse_and_come_to_an_end() {
         }
         mended += usize::from(!outcome.diagnostics.has_errors());
     }
-    assert!(mended >= 10, "only {mended} documents were mended in full");
+    assert!(mended * 20 >= cases.len(), "only {mended} of {} documents were mended in full", cases.len());
 }
 
 /// The text with only this diagnostic's fix made.
@@ -131,7 +133,7 @@ fn mended(diagnostic: &Diagnostic, outcome: &Outcome) -> Option<String> {
 #[test]
 fn a_diagnostic_that_names_what_was_meant_is_gone_when_its_fix_is_made() {
     let mut without = Vec::new();
-    let cases = cases();
+    let cases = property::part(cases(), 4);
     for case in &cases {
         let text = case.text();
         let outcome = check_with("chain.json", &text, &with());
@@ -154,20 +156,19 @@ fn a_diagnostic_that_names_what_was_meant_is_gone_when_its_fix_is_made() {
         }
     }
     // Another name is as close, or the right one is there already.
-    assert_eq!(
-        without,
-        [
-            "face-that-does-not-exist",
-            "as-close-to-two-names",
-            "misspelt-parameter-beside-the-right-one-in-a-preset"
-        ]
-    );
+    let mut known = vec![
+        "face-that-does-not-exist",
+        "as-close-to-two-names",
+        "misspelt-parameter-beside-the-right-one-in-a-preset",
+    ];
+    known.retain(|name| cases.iter().any(|case| case.name == *name));
+    assert_eq!(without, known);
 }
 
 #[test]
 fn pointers_lead_through_the_document_as_it_is_written() {
     let mut lost = Vec::new();
-    for case in &cases() {
+    for case in &property::part(cases(), 4) {
         let outcome = check_with("chain.json", &case.text(), &with());
         let file = outcome.sources.find("chain.json").unwrap();
         let Ok(document) = document::parse(&outcome.sources, file) else { continue };

@@ -16,6 +16,7 @@ use umbragraph::shader::TargetProfile;
 use umbragraph::wgpu_types::Limits;
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::image::Picture;
+use umbragraph_test_support::property;
 use umbragraph_test_support::truth::{self, BandScore, Scores, TruthScene};
 
 const AWSM: &str = "pipelines/awsm.json";
@@ -141,7 +142,7 @@ fn soft_shadows_agree_with_ray_traced_ones_with_the_same_parameters_everywhere()
 fn forward_and_reverse_depth_give_the_same_picture_with_every_filter() {
     let Some(gpu) = gpu::device() else { return };
     let scene = interior();
-    for filter in FILTERS {
+    for filter in property::part(FILTERS, 3) {
         let picture = |reverse| {
             let features = [("reverse_z", reverse), ("light_filter", filter)];
             let parameters = [("lamp_radius", "0.05")];
@@ -252,7 +253,7 @@ fn unusable_lights_and_cameras_change_no_pixel_to_something_that_is_none() {
 fn wide_filters_see_nothing_of_the_neighbouring_tile() {
     let Some(gpu) = gpu::device() else { return };
     let scene = interior();
-    for filter in ["\"grid_pcf\"", "\"poisson64\"", "\"vogel\"", "\"pcss\""] {
+    for filter in property::part(["\"grid_pcf\"", "\"poisson64\"", "\"vogel\"", "\"pcss\""], 2) {
         let outcome = small(
             &[
                 ("filter_radius", "4"),

@@ -157,8 +157,10 @@ fn nine_of_ten_faults_in_templates_show_in_a_picture() {
     let wanted = variable("UMBRAGRAPH_MUTANTS_IN").unwrap_or_default();
     let known = known();
     let mut planted: Vec<(String, Violation)> = Vec::new();
-    for (name, text) in templates().into_iter().filter(|(name, _)| name.contains(&wanted)) {
-        planted.extend(rules::violations(&text).into_iter().map(|fault| (name.clone(), fault)));
+    for (name, text) in templates() {
+        let faults =
+            rules::violations(&text).into_iter().filter(|fault| is_wanted(&wanted, &name, fault.line));
+        planted.extend(faults.map(|fault| (name.clone(), fault)));
     }
     let all = planted.len();
     shuffle(&mut planted);
@@ -190,6 +192,14 @@ fn nine_of_ten_faults_in_templates_show_in_a_picture() {
     assert!(found > 0, "nothing is drawn, and so nothing is tested");
     assert!((found + rejected) * 100 >= WANTED * verdicts.len(), "too few are found");
     assert!(survivors.is_empty(), "neither found nor listed:\n{}", survivors.join("\n"));
+}
+
+/// Whether a fault is among those that are asked for: parts of names of templates, or `NAME:LINE`, with commas between.
+fn is_wanted(wanted: &str, template: &str, line: usize) -> bool {
+    wanted.split(',').any(|one| match one.rsplit_once(':') {
+        Some((name, of_line)) => template.contains(name) && of_line.parse() == Ok(line),
+        None => template.contains(one),
+    })
 }
 
 /// The results of a function for a list, by so many threads.

@@ -77,7 +77,7 @@ fn collect(folder: &Path, tests: &mut BTreeSet<String>) {
 
 /// The names of the tests of a file that asks the helper for something.
 fn names(text: &str) -> Vec<String> {
-    let asks = ["config(", "seed()", "times()"].map(|call| format!("property::{call}"));
+    let asks = ["config(", "part(", "seed()", "times()"].map(|call| format!("property::{call}"));
     if !asks.iter().any(|call| text.contains(call)) {
         return Vec::new();
     }

@@ -31,6 +31,21 @@ pub fn times() -> u32 {
     number(&environment::process, TIMES).unwrap_or(1)
 }
 
+/// Of cases that take long together, the part that ordinary tests try: one out of so many, which ones as the seed says.
+/// All of them where more cases are asked for.
+#[must_use]
+pub fn part<T>(cases: impl IntoIterator<Item = T>, out_of: u64) -> Vec<T> {
+    part_of(cases, if times() > 1 { 1 } else { out_of }, seed())
+}
+
+fn part_of<T>(cases: impl IntoIterator<Item = T>, out_of: u64, seed: u64) -> Vec<T> {
+    let cases = cases.into_iter().enumerate();
+    let is_in = |at: usize| (at as u64).wrapping_add(seed).is_multiple_of(out_of.max(1));
+    let part: Vec<T> = cases.filter(|(at, _)| is_in(*at)).map(|(_, case)| case).collect();
+    assert!(!part.is_empty(), "no case is in the part, and so nothing is tested");
+    part
+}
+
 fn from(lookup: Lookup<'_>, cases: u32) -> Config {
     let times: u32 = number(lookup, TIMES).unwrap_or(1);
     Config {
@@ -69,6 +84,16 @@ mod tests {
         let plain = drawn(from(&|_| None, 9));
         assert_eq!(plain, drawn(from(&|_| None, 9)));
         assert_ne!(plain, drawn(from(&other, 9)));
+    }
+
+    #[test]
+    fn every_case_is_in_the_part_of_some_seed() {
+        let parts: Vec<Vec<u32>> = (0..3).map(|seed| part_of(0..8, 3, seed)).collect();
+        let mut all = parts.concat();
+        all.sort_unstable();
+        assert_eq!(all, (0..8).collect::<Vec<_>>());
+        assert!(parts.iter().all(|part| part.len() >= 2));
+        assert_eq!(part_of(0..8, 1, 5).len(), 8);
     }
 
     #[test]

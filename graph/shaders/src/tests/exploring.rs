@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
+use umbragraph_test_support::property;
+
 use super::{FRAGMENT, Fixture, values};
 use crate::diagnostic::{Place, Severity};
 use crate::permutations::{Count, Opinion, Options, Permutations, Request, Validator, check};
@@ -161,7 +163,7 @@ fn what_is_beyond_the_limits_is_an_error_and_no_axis_of_it_is_called_dead() {
         ),
         (switches.join(", "), reads.as_str(), 1 << 16, "constraints"),
     ];
-    for (axes, reader, covered, help) in cases {
+    for (axes, reader, covered, help) in property::part(cases, 2) {
         let main = format!("{reader}\n{FRAGMENT}");
         let axes = format!("{{ \"axes\": {{ {axes} }} }}");
         let fixture = Fixture::sound(&[("main.wgsl.jinja", &main), ("main.axes.json", &axes)]);
