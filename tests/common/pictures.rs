@@ -64,6 +64,15 @@ pub struct Variant {
     pub scene: &'static str,
     pub parameters: Settings,
     pub features: Settings,
+    /// Whether all materials receive shadows, or every other one.
+    pub receives_all: bool,
+}
+
+impl Variant {
+    /// The same where every other material receives no shadows.
+    const fn with_unshadowed_materials(self) -> Self {
+        Self { receives_all: false, ..self }
+    }
 }
 
 const fn variant(
@@ -71,12 +80,13 @@ const fn variant(
     parameters: Settings,
     features: Settings,
 ) -> Variant {
-    Variant { name, pipeline, scene, parameters, features }
+    Variant { name, pipeline, scene, parameters, features, receives_all: true }
 }
 
 pub const VARIANTS: &[Variant] = &[
     variant(["nebula", "courtyard", "forward_z"], &[("tone_map", "\"reinhard\"")], &[("reverse_z", "false")]),
     variant(["nebula", "courtyard", "one_cascade"], &[("far", "[40]"), ("tone_map", "\"none\"")], &[]),
+    variant(["nebula", "courtyard", "unshadowed"], &[], &[]).with_unshadowed_materials(),
     variant(["mantis", "courtyard", "one_tap"], &[("shadow_filter", "\"single\"")], &[]),
     variant(
         ["mantis", "courtyard", "wide_filter"],
@@ -118,6 +128,7 @@ pub const VARIANTS: &[Variant] = &[
         &[],
     ),
     variant(["lore", "courtyard", "faded"], &[("max_distance", "20"), ("fade_range", "15")], &[]),
+    variant(["awsm", "courtyard", "unshadowed"], &[], &[]).with_unshadowed_materials(),
     variant(["awsm", "figure", "hard"], &[], &[("light_filter", "\"hard\"")]),
     variant(
         ["awsm", "figure", "grid_pcf"],
@@ -226,6 +237,7 @@ pub struct Case {
     pipeline: String,
     parameters: Vec<(&'static str, String)>,
     features: Settings,
+    receives_all: bool,
 }
 
 /// The pictures of a pipeline on a scene: one for each debug view.
@@ -245,6 +257,7 @@ pub fn of_lessons() -> Vec<Case> {
         pipeline: format!("pipelines/learn/{lesson}.json"),
         parameters: scene.map_or(Vec::new(), |_| vec![("resolution", "1024".to_owned())]),
         features: &[],
+        receives_all: true,
     };
     LESSONS.iter().map(of).collect()
 }
@@ -254,7 +267,8 @@ pub fn of_variants(pipeline: &str) -> Vec<Case> {
     let own = VARIANTS.iter().filter(|variant| variant.pipeline == pipeline);
     own.map(|variant| {
         let name = format!("{}_{}_{}", variant.pipeline, variant.scene, variant.name);
-        case(&name, variant.pipeline, variant.scene, "off", variant.parameters, variant.features)
+        let case = case(&name, variant.pipeline, variant.scene, "off", variant.parameters, variant.features);
+        Case { receives_all: variant.receives_all, ..case }
     })
     .collect()
 }
@@ -284,6 +298,7 @@ fn case(
         pipeline: format!("pipelines/{pipeline}.json"),
         parameters,
         features,
+        receives_all: true,
     }
 }
 
@@ -325,7 +340,11 @@ impl Case {
     #[track_caller]
     pub fn render(&self, gpu: &Gpu, outcome: &Outcome) -> Picture {
         let Some(name) = self.scene else { return picture(gpu, outcome) };
-        let scene = loaded(name);
+        let mut scene = loaded(name);
+        if !self.receives_all {
+            let materials = Arc::make_mut(&mut scene).materials.iter_mut();
+            materials.step_by(2).for_each(|material| material.receive_shadow = false);
+        }
         let input = scene.frame_input(f64::from(SIZE[0]) / f64::from(SIZE[1]), 0.0);
         Host::new(gpu, outcome, &scene).picture(&input)
     }

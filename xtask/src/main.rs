@@ -35,6 +35,7 @@ usage: cargo xtask COMMAND
          or once; and what is too long for ordinary tests
   mutants [--sample N] [--seed N] [--jobs N] [--in NAME] [--rust]
          plant faults in the shader templates, all or N of them, and say which the reference pictures do not show;
+         NAME may be several parts of names with commas between, each with a line: lit.wgsl.jinja:83;
          with --rust in node kinds, scenes and engine, by cargo-mutants
   help   print this
 
