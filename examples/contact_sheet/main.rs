@@ -1,16 +1,20 @@
 //! Renders `examples/filters.png`: each filter on each kind of light, with labels.
 //!
-//! The figure of `examples/scenes/figure.glb` throws its shadow over plinth, floor and wall from one place: as a spot
-//! with a tile of the atlas, as a point light with a cube, and as a directional light with cascades. The filters have
-//! the same width in the world, so a column should look alike from top to bottom; "pcss" follows the penumbra, so its
-//! shadow begins sharp.
+//! The figure of `examples/scenes/figure.glb` throws its shadow over plinth, floor and wall from one place, and below it a
+//! fence, a ladder and a hand do over a table: as a spot with a tile of the atlas, as a point light with a cube, and as a
+//! directional light with cascades. The filters have the same width in the world, so a column should look alike from top
+//! to bottom; "pcss" follows the penumbra, so its shadow begins sharp. Cubes have no moments, so their cells stay empty there.
 //!
 //! `cargo run --release --example contact_sheet [FILE]`
 
 #[path = "../../tests/common/mod.rs"]
 mod common;
 
+#[path = "../glb/mod.rs"]
+mod glb;
+
 mod letters;
+mod table;
 
 use common::gpu::{Host, scene};
 use common::{With, check_file, root};
@@ -29,18 +33,32 @@ const LABEL: u32 = 16;
 /// A parameter with its value.
 type Setting = (&'static str, &'static str);
 
-/// The filters: a label, the feature, and the taps that go with it.
-const FILTERS: [(&str, &str, Option<Setting>); 9] = [
-    ("HARD", "hard", None),
-    ("GRID 3", "grid_pcf", Some(("grid_pcf_side", "3"))),
-    ("GRID 5", "grid_pcf", Some(("grid_pcf_side", "5"))),
-    ("GRID 7", "grid_pcf", Some(("grid_pcf_side", "7"))),
-    ("POISSON 9", "poisson9", None),
-    ("POISSON 16", "poisson16", None),
-    ("POISSON 64", "poisson64", None),
-    ("VOGEL 32", "vogel", Some(("vogel_taps", "32"))),
-    ("PCSS 32", "pcss", Some(("vogel_taps", "32"))),
+/// A column: a label, features, and parameters.
+type Column = (&'static str, &'static [Setting], &'static [Setting]);
+
+/// All cascades and spots by moments.
+const MOMENTS: &[Setting] =
+    &[("moment_cascades", "\"all\""), ("moment_spots", "true"), ("blur_radius", "12")];
+
+const COLUMNS: [Column; 14] = [
+    ("HARD", &[("light_filter", "\"hard\"")], &[]),
+    ("GRID 3", &[("light_filter", "\"grid_pcf\"")], &[("grid_pcf_side", "3")]),
+    ("GRID 5", &[("light_filter", "\"grid_pcf\"")], &[("grid_pcf_side", "5")]),
+    ("GRID 7", &[("light_filter", "\"grid_pcf\"")], &[("grid_pcf_side", "7")]),
+    ("POISSON 9", &[("light_filter", "\"poisson9\"")], &[]),
+    ("POISSON 16", &[("light_filter", "\"poisson16\"")], &[]),
+    ("POISSON 64", &[("light_filter", "\"poisson64\"")], &[]),
+    ("VOGEL 32", &[("light_filter", "\"vogel\"")], &[("vogel_taps", "32")]),
+    ("PCSS 32", &[("light_filter", "\"pcss\"")], &[("vogel_taps", "32")]),
+    ("PCSS CONTACT", &[("light_filter", "\"pcss\""), ("contact_shadows", "true")], &[("vogel_taps", "32")]),
+    ("EVSM FP32", &[("moment_filter", "\"evsm4\""), ("moment_precision", "\"fp32\"")], MOMENTS),
+    ("EVSM FP16", &[("moment_filter", "\"evsm4\""), ("moment_precision", "\"fp16\"")], MOMENTS),
+    ("EVSM CONTACT", &[("moment_precision", "\"fp32\""), ("contact_shadows", "true")], MOMENTS),
+    ("MSM", &[("moment_filter", "\"msm\"")], MOMENTS),
 ];
+
+/// A scene with how far around it the light reaches: a radius in metres, and the angle that a sun of that size has there.
+type Subject = (Scene, f32, f32);
 
 fn main() {
     let Some(gpu) = gpu::device() else {
@@ -49,17 +67,23 @@ fn main() {
     };
     let default = root().join("examples/filters.png");
     let path = std::env::args_os().nth(1).map_or(default, std::path::PathBuf::from);
-    let figure = scene(&root().join("examples/scenes/figure.glb"));
+    let subjects: [Subject; 2] =
+        [(scene(&root().join("examples/scenes/figure.glb")), 0.15, 4.0), (table::table(), 0.25, 7.0)];
     let kinds = [
         ("SPOT", LightKind::Spot { inner_angle: 0.45, outer_angle: 0.6 }),
         ("POINT", LightKind::Point),
         ("SUN", LightKind::Directional),
     ];
-    let (width, height) = (CELL[0] * FILTERS.len() as u32, (CELL[1] + LABEL) * kinds.len() as u32);
+    let rows = subjects.iter().flat_map(|subject| kinds.map(|kind| (subject, kind)));
+    let (width, height) =
+        (CELL[0] * COLUMNS.len() as u32, (CELL[1] + LABEL) * (subjects.len() * kinds.len()) as u32);
     let mut sheet = Picture::filled(width, height, Channels::Rgb, &[24, 26, 32]);
-    for (row, (kind_label, kind)) in kinds.into_iter().enumerate() {
-        for (column, (label, filter, taps)) in FILTERS.into_iter().enumerate() {
-            let cell = render(&gpu, &figure, kind, filter, taps);
+    for (row, (subject, (kind_label, kind))) in rows.enumerate() {
+        for (column, (label, features, parameters)) in COLUMNS.into_iter().enumerate() {
+            if kind == LightKind::Point && parameters == MOMENTS {
+                continue;
+            }
+            let cell = render(&gpu, subject, kind, features, parameters);
             let at = [CELL[0] * column as u32, (CELL[1] + LABEL) * row as u32];
             paste(&mut sheet, &cell, [at[0], at[1] + LABEL]);
             letters::write(&mut sheet, &format!("{kind_label} {label}"), [at[0] + 4, at[1] + 3]);
@@ -74,7 +98,13 @@ fn main() {
     }
 }
 
-fn render(gpu: &Gpu, figure: &Scene, kind: LightKind, filter: &str, taps: Option<(&str, &str)>) -> Picture {
+fn render(
+    gpu: &Gpu,
+    subject: &Subject,
+    kind: LightKind,
+    own_features: &[Setting],
+    own_parameters: &[Setting],
+) -> Picture {
     let mut parameters = vec![
         ("filter_radius", "0.06"),
         ("min_radius", "1"),
@@ -83,21 +113,17 @@ fn render(gpu: &Gpu, figure: &Scene, kind: LightKind, filter: &str, taps: Option
         ("cascade_side", "1024"),
         ("exposure", "0.8"),
     ];
-    parameters.extend(taps);
-    let filter = format!("\"{filter}\"");
-    let with = With {
-        parameters: &parameters,
-        features: &[("light_filter", &filter), ("msaa", "true")],
-        size: Some(CELL),
-        ..With::default()
-    };
+    parameters.extend(own_parameters);
+    let mut features = vec![("msaa", "true")];
+    features.extend(own_features);
+    let with = With { parameters: &parameters, features: &features, size: Some(CELL), ..With::default() };
     let outcome = check_file("pipelines/awsm.json", &with);
-    Host::new(gpu, &outcome, figure).picture(&frame(figure, kind))
+    Host::new(gpu, &outcome, &subject.0).picture(&frame(subject, kind))
 }
 
-/// The figure's shadow from near by, in the light of one lamp.
-fn frame(figure: &Scene, kind: LightKind) -> FrameInput {
-    let mut input = figure.frame_input(f64::from(CELL[0]) / f64::from(CELL[1]), 0.0);
+/// A shadow from near by, in the light of one lamp.
+fn frame((subject, radius, degrees): &Subject, kind: LightKind) -> FrameInput {
+    let mut input = subject.frame_input(f64::from(CELL[0]) / f64::from(CELL[1]), 0.0);
     let position = DVec3::new(2.4, 2.9, 2.6);
     let direction = (DVec3::new(-0.3, 0.5, -0.4) - position).normalize();
     let intensity = if kind == LightKind::Directional { 3.0 } else { 45.0 };
@@ -109,10 +135,9 @@ fn frame(figure: &Scene, kind: LightKind) -> FrameInput {
         color: Vec3::new(1.0, 0.93, 0.82),
         intensity,
         range: 20.0,
-        properties: vec!["cast_shadow".into()],
-        // So large does a lamp of that radius look from the figure.
-        angular_diameter: 4_f32.to_radians(),
-        radius: 0.15,
+        properties: vec!["cast_shadow".into(), "contact_shadow".into()],
+        angular_diameter: degrees.to_radians(),
+        radius: *radius,
         priority: 1.0,
     };
     input.lights = vec![light];

@@ -6,7 +6,7 @@
 //! every coordinate is rounded to a grid.
 //!
 //! Conventions are glTF's: right-handed, metres, Y up; faces are counter-clockwise seen from outside.
-#![allow(dead_code, reason = "each example uses its own part of it")]
+#![allow(dead_code, unused_imports, reason = "each example uses its own part of it")]
 
 pub(crate) mod document;
 pub(crate) mod functions;
