@@ -17,8 +17,8 @@ pub struct ShaderSettings {
     /// Values for axes of the template; an axis that is not named takes the feature or parameter of its name.
     #[serde(default)]
     pub axes: BTreeMap<String, Expr>,
-    /// What stands behind the shader's bindings. Where the host's meshes are drawn, those of groups 0 and 1; a block
-    /// "view" is the view being drawn.
+    /// Resources and values for the shader's bindings, by their names; of groups 0 and 1 where the host's meshes are
+    /// drawn, whose block "view" is the view being drawn.
     #[serde(default)]
     pub bind: BTreeMap<String, Bind>,
     /// The entry points by name, where a stage of the template has several; without a name the first by name.

@@ -31,9 +31,6 @@ use crate::importance::Eye;
 /// The first descriptor of a light without shadows.
 pub const NO_SHADOW: u32 = u32::MAX;
 
-/// The maximum number of lights or descriptors of a list.
-pub const MAX_CAPACITY: u32 = 4096;
-
 /// Publishes all lights of a frame by kind, and the descriptors of their shadows by backing.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -62,9 +59,9 @@ impl Node for LightList {
         "Publishes all lights by kind, and the descriptors of their shadows by backing.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let lights = placement::capacity(pass, &self.lights, "/lights", MAX_CAPACITY);
+        let lights = placement::capacity(pass, &self.lights, "/lights", placement::MAX_CAPACITY);
         let descriptors = match &self.descriptors {
-            Some(expr) => placement::capacity(pass, expr, "/descriptors", MAX_CAPACITY),
+            Some(expr) => placement::capacity(pass, expr, "/descriptors", placement::MAX_CAPACITY),
             None => Some(1),
         };
         let mut inputs = Vec::new();

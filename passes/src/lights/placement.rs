@@ -26,6 +26,8 @@ use crate::atlas::{self, Capacity, Fate, Key, Placement, Pool, PoolCounts, Reque
 use crate::codes;
 use crate::importance::{Eye, Importance};
 
+/// The maximum number of lights or descriptors of a list.
+pub const MAX_CAPACITY: u32 = 4096;
 /// The maximum number of cubes of an array.
 pub const MAX_CUBES: u32 = 341;
 
@@ -204,7 +206,7 @@ impl Node for ShadowAtlas {
         "Decides which lights cast shadows, and gives them tiles of an atlas, cubes and layers.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let descriptors = capacity(pass, &self.descriptors, "/descriptors", super::list::MAX_CAPACITY);
+        let descriptors = capacity(pass, &self.descriptors, "/descriptors", MAX_CAPACITY);
         let views = match &self.views {
             Some(expr) => capacity(pass, expr, "/views", u32::MAX),
             None => Some(u32::MAX),
@@ -260,7 +262,7 @@ fn room_for_a_directional_light(
 
 fn atlas(pass: &mut PassBuilder<'_>, spots: &SpotSettings, descriptors: Option<u32>) -> Option<Atlas> {
     let capacity = match &spots.capacity {
-        Some(expr) => count_between(pass, expr, "/spots/capacity", 0, super::list::MAX_CAPACITY),
+        Some(expr) => count_between(pass, expr, "/spots/capacity", 0, MAX_CAPACITY),
         None => descriptors,
     };
     let mut side = |expr: &Expr, pointer: &str| {

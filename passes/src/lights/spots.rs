@@ -37,7 +37,7 @@ impl Node for SpotShadows {
         "Publishes a view and a descriptor for each spot that has a tile of the atlas.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let capacity = placement::capacity(pass, &self.capacity, "/capacity", super::list::MAX_CAPACITY);
+        let capacity = placement::capacity(pass, &self.capacity, "/capacity", placement::MAX_CAPACITY);
         self.described.declare(pass, capacity, |capacity, reverse, light_size| {
             (descriptor::shape(capacity).views(capacity), Tiles { reverse, light_size })
         })
