@@ -159,3 +159,20 @@ fn maps_of_mixed_sizes_shadow_alike_in_one_array_and_in_a_texture_each() {
         [("debug_view", "\"shadow_term\""), ("resolutions", "[512, 1024, 1024, 1024]"), ("border", "2")];
     assert!(different(&textures, &courtyard(&gpu, LORE, &finer, &[])) > 100, "each has its own size");
 }
+
+#[test]
+fn the_preset_clean_takes_the_acne_of_caracal_away() {
+    let Some(gpu) = gpu::device() else { return };
+    let courtyard = scene(&root().join("examples/scenes/courtyard.glb"));
+    // The face of the tower, which the sun grazes.
+    let grey = |preset: Option<&str>| {
+        let parameters = &[("debug_view", "\"shadow_term\"")];
+        let with = With { preset, parameters, size: Some([320, 180]), ..With::default() };
+        let picture = render(&gpu, &check_file(CARACAL, &with), &courtyard);
+        let pixels: Vec<[u8; 4]> = picture.rgba_pixels().collect();
+        let part = (56..68).flat_map(|y| (126..137).map(move |x| y * 320 + x));
+        part.filter(|at| pixels[*at][0] < 250).count()
+    };
+    let (usual, clean) = (grey(None), grey(Some("clean")));
+    assert!(usual > 40 && clean < usual / 4, "{usual} grey pixels, {clean} with the preset");
+}

@@ -1,6 +1,6 @@
 //! The command line.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory as _, Parser, Subcommand};
@@ -35,11 +35,15 @@ impl Arguments {
             Command::Wgsl(WgslArguments { map: true, target, .. }) if *target != TargetLanguage::Wgsl => {
                 (ErrorKind::ArgumentConflict, "--map shows the lines of WGSL; leave out --target")
             }
-            Command::Graph(GraphArguments { compare: Some(_), format, .. })
-                if *format != GraphFormat::Html =>
-            {
+            Command::Graph(graph) if !graph.is_page() && graph.compare.is_some() => {
                 let message =
                     "--compare is part of the page: add --format html; `umbragraph diff` compares as text";
+                (ErrorKind::ArgumentConflict, message)
+            }
+            Command::Graph(graph)
+                if !graph.is_page() && (graph.captures.is_some() || graph.timings.is_some()) =>
+            {
+                let message = "--captures and --timings are shown on the page: add --format html";
                 (ErrorKind::ArgumentConflict, message)
             }
             _ => return Ok(arguments),
@@ -265,17 +269,31 @@ pub(crate) enum AnswerFormat {
 pub(crate) struct GraphArguments {
     /// The pipeline.
     pub(crate) pipeline: PathBuf,
-    /// The form: svg, html, dot, mermaid or json.
-    #[arg(long, value_name = "NAME", default_value = "svg", value_parser = parse_format)]
-    pub(crate) format: GraphFormat,
+    /// The form: svg, html, dot, mermaid or json; without it that of the extension of --out, else svg.
+    #[arg(long, value_name = "NAME", value_parser = parse_format)]
+    pub(crate) format: Option<GraphFormat>,
     /// Where it goes; without it to standard output.
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// A second pipeline to compare with; html only.
     #[arg(long, value_name = "FILE")]
     pub(crate) compare: Option<PathBuf>,
+    /// Shows the pictures of resources that `render --capture-all` has written to a folder; html only.
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) captures: Option<PathBuf>,
+    /// Shows the times of passes that `render --trace` has written; html only.
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) timings: Option<PathBuf>,
     #[command(flatten)]
     pub(crate) choices: Choices,
+}
+
+impl GraphArguments {
+    /// Whether a page is asked for, by the form or by the extension of the file.
+    fn is_page(&self) -> bool {
+        let by_extension = self.out.as_deref().and_then(Path::extension).is_some_and(|it| it == "html");
+        self.format.map_or(by_extension, |format| format == GraphFormat::Html)
+    }
 }
 
 #[derive(Args)]

@@ -2,16 +2,17 @@
 
 use std::path::Path;
 
-use umbragraph::diagnostic::Diagnostics;
 use umbragraph::diagnostic::render::human_all;
-use umbragraph::report::{GraphFormat, Report, diff, draw};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::report::{GraphFormat, Report, diff, draw, page};
 
 use crate::arguments::{Choices, GraphArguments};
+use crate::observed::observed;
 use crate::replace::{replace, unwritable};
 use crate::session::Session;
 use crate::streams::{complain, print_contents, print_json};
 
-/// Draws a graph; whether there were no errors.
+/// Draws a graph; whether there were no errors. Of a pipeline with errors it is the graph of what is sound.
 pub(crate) fn run(arguments: &GraphArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
     let report = report(&mut session, &arguments.pipeline, &arguments.choices);
@@ -21,10 +22,26 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
     let fine = session.report();
     let Some(report) = report else { return false };
     let comparison = other.map(|other| diff(&report, &other));
-    let text = draw(&report, arguments.format, comparison.as_deref());
+    let format = match format(arguments) {
+        Ok(format) => format,
+        Err(diagnostic) => {
+            complain(&human_all(&Diagnostics::from_iter([diagnostic]), &session.sources));
+            return false;
+        }
+    };
+    let text = match format {
+        GraphFormat::Html => match observed(arguments.captures.as_deref(), arguments.timings.as_deref()) {
+            Ok(observed) => page(&report, comparison.as_deref(), &observed),
+            Err(diagnostic) => {
+                complain(&human_all(&Diagnostics::from_iter([diagnostic]), &session.sources));
+                return false;
+            }
+        },
+        format => draw(&report, format, comparison.as_deref()),
+    };
     match &arguments.out {
         None => {
-            match arguments.format {
+            match format {
                 GraphFormat::Json => print_json(&text),
                 _ => print_contents(text.as_bytes()),
             }
@@ -35,10 +52,37 @@ pub(crate) fn run(arguments: &GraphArguments) -> bool {
                 complain(&human_all(&Diagnostics::from_iter([unwritable(path, &error)]), &session.sources));
                 return false;
             }
-            if arguments.format == GraphFormat::Html {
+            if format == GraphFormat::Html {
                 complain(&format!("open {} in a browser; it needs no network\n", path.display()));
             }
             fine
+        }
+    }
+}
+
+/// The form that is asked for: by its name, or by the extension of the file.
+///
+/// # Errors
+/// An extension of no form, or of another one than the name says.
+fn format(arguments: &GraphArguments) -> Result<GraphFormat, Diagnostic> {
+    let extension = arguments.out.as_deref().and_then(Path::extension).and_then(|it| it.to_str());
+    let by_extension = match extension {
+        Some("mmd" | "md") => Some(GraphFormat::Mermaid),
+        Some("gv") => Some(GraphFormat::Dot),
+        extension => extension.and_then(GraphFormat::from_name),
+    };
+    match (arguments.format, by_extension, extension) {
+        (Some(format), by_extension, _) if by_extension.is_none_or(|other| other == format) => Ok(format),
+        (None, Some(format), _) => Ok(format),
+        (None, None, None) => Ok(GraphFormat::Svg),
+        (asked, _, extension) => {
+            let name = extension.unwrap_or_default();
+            let message = match asked {
+                Some(format) => format!("--out: \".{name}\" is not the form {}", format.name()),
+                None => format!("--out: \".{name}\" is the extension of no form"),
+            };
+            let help = "the extensions are .svg, .html, .dot or .gv, .mmd or .md, and .json";
+            Err(Diagnostic::error(codes::PICTURE, Place::Nowhere, message).help(help))
         }
     }
 }

@@ -14,6 +14,7 @@ mod diff;
 mod fmt;
 mod graph;
 mod mend;
+mod observed;
 mod permutations;
 mod plan;
 #[cfg(feature = "gpu")]

@@ -103,6 +103,57 @@ fn a_capture_shows_the_version_that_a_pass_wrote() {
 }
 
 #[test]
+fn the_page_of_a_graph_shows_captures_and_times() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-page");
+    let file = |name: &str| folder.join(name).to_str().unwrap().to_owned();
+    let (out, all, trace, page) = (file("x.png"), file("all"), file("trace.json"), file("page.html"));
+    std::fs::create_dir(&all).unwrap();
+    let pipeline = "pipelines/nebula.json";
+    let arguments = ["--out", &out, "--capture-all", &all, "--trace", &trace, "--set", "resolution=64"];
+    fine(&render(pipeline, FIGURE, &arguments));
+    let graph = |arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
+        command.args(["graph", pipeline]).args(arguments).current_dir(root()).output().expect("the command")
+    };
+    fine(&graph(&["--out", &page, "--captures", &all, "--timings", &trace]));
+    let text = std::fs::read_to_string(&page).unwrap();
+    let observed =
+        text.split("id=\"observed\">").nth(1).and_then(|rest| rest.split("</script>").next()).unwrap();
+    let observed: serde_json::Value = serde_json::from_str(observed).unwrap();
+    let picture = observed["pictures"]["depth"].as_str().unwrap_or_default();
+    assert!(picture.starts_with("data:image/png;base64,iVBORw0KGgo"), "{picture:.60}");
+    assert!(observed["times"]["shade"][0].as_f64() > Some(0.0), "{}", observed["times"]);
+    // The form is that of the extension, and what is of the page alone is refused elsewhere.
+    rejected(&graph(&["--out", &file("x.svg"), "--timings", &trace]), 2, &["--format html"]);
+    rejected(&graph(&["--out", &file("x.png")]), 1, &["UG0808", ".svg"]);
+    rejected(&graph(&["--out", &file("x.svg"), "--format", "dot"]), 1, &["UG0808", "is not the form dot"]);
+    rejected(&graph(&["--out", &page, "--captures", &file("missing")]), 1, &["UG0001", "--capture-all"]);
+}
+
+#[test]
+fn lights_that_no_pass_reads_are_named() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-lights");
+    let out = folder.join("x.png");
+    let arguments = ["--out", out.to_str().unwrap(), "--set", "resolution=64"];
+    let interior = "examples/scenes/interior.glb";
+    let said = text(&render("pipelines/nebula.json", interior, &arguments).stderr);
+    assert!(
+        said.contains("warning[UG0811]") && said.contains("no pass of the pipeline reads the lights"),
+        "{said}"
+    );
+    let said = text(&render("pipelines/awsm.json", interior, &arguments[..2]).stderr);
+    assert!(!said.contains("UG0811"), "{said}");
+    let said = text(&render("pipelines/nebula.json", COURTYARD, &arguments).stderr);
+    assert!(!said.contains("UG0811"), "{said}");
+}
+
+#[test]
 fn times_of_each_pass_are_told_and_traced() {
     if !adapter() {
         return;
@@ -315,7 +366,8 @@ fn nothing_but_diagnostics_stands_on_standard_error() {
         return;
     }
     let folder = ScratchFolder::new("render-quiet");
-    let output = render("pipelines/nebula.json", FIGURE, &["--out", folder.join("x.png").to_str().unwrap()]);
+    let output =
+        render("pipelines/nebula.json", COURTYARD, &["--out", folder.join("x.png").to_str().unwrap()]);
     fine(&output);
     assert_eq!(text(&output.stderr), "");
 }

@@ -225,7 +225,7 @@ const LESSONS: &[(&str, Option<&str>)] = &[
     ("28-bloom", Some("courtyard")),
     ("29-temporal", Some("courtyard")),
     ("30-deferred", Some("courtyard")),
-    ("31-own-lighting", Some("courtyard")),
+    ("32-own-lighting", Some("courtyard")),
 ];
 
 /// One reference picture.

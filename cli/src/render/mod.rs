@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use umbragraph::CheckReport;
 use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes, list_of};
 use umbragraph::executor::{Executor, Frame, Texels, read_back, read_bytes};
 use umbragraph::frame::FrameInput;
 use umbragraph::scene::gpu::SceneResources;
@@ -192,6 +192,8 @@ struct Drawing<'a> {
     executor: Executor,
     imports: Vec<(String, wgpu::Texture)>,
     timings: Option<Timings>,
+    /// The lights that no pass read in any frame so far; `None` before the first.
+    unread_lights: Option<Vec<String>>,
 }
 
 impl<'a> Drawing<'a> {
@@ -228,6 +230,7 @@ impl<'a> Drawing<'a> {
             executor,
             imports,
             timings: None,
+            unread_lights: None,
         })
     }
 
@@ -283,6 +286,11 @@ impl<'a> Drawing<'a> {
                 }
             }
         }
+        let unread = self.executor.unread_lights(&input);
+        match &mut self.unread_lights {
+            Some(known) => known.retain(|name| unread.contains(&name.as_str())),
+            None => self.unread_lights = Some(unread.into_iter().map(str::to_owned).collect()),
+        }
         Ok(())
     }
 
@@ -294,9 +302,15 @@ impl<'a> Drawing<'a> {
         pollster::block_on(self.executor.set_plan(Arc::new(plan), Some(&self.draws)))
     }
 
-    /// What CPU passes had to say of the last frame.
+    /// What CPU passes had to say of the last frame, and the lights that no pass read.
     fn notices(&self) -> Vec<Diagnostic> {
-        self.executor.notices().cloned().collect()
+        let unread = self.unread_lights.as_deref().filter(|names| !names.is_empty()).map(|names| {
+            let names = list_of(names.iter().map(String::as_str));
+            let message = format!("no pass of the pipeline reads the lights {names}");
+            Diagnostic::warning(codes::UNREAD_LIGHTS, Place::Nowhere, message)
+                .help("the picture is without them; pipelines/awsm.json takes every kind of light")
+        });
+        self.executor.notices().cloned().chain(unread).collect()
     }
 
     /// The picture of the last frame, 8 bits a channel.

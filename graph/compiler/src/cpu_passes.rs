@@ -162,6 +162,15 @@ impl CpuPasses {
         self.data.iter().flatten().flat_map(|data| data.notices().iter())
     }
 
+    /// The lights of a frame that no pass has read in it: they have no part in the picture. Lights with unusable values are
+    /// none of them.
+    pub fn unread_lights<'f>(&self, frame: &'f FrameInput) -> Vec<&'f str> {
+        let is_read =
+            |at: usize| self.data.iter().flatten().any(|data| data.read_lights().contains(&(at as u32)));
+        let lights = frame.lights.iter().enumerate().filter(|(_, light)| light.check().is_none());
+        lights.filter(|(at, _)| !is_read(*at)).map(|(_, light)| light.name.as_str()).collect()
+    }
+
     /// The sizes that passes want other than the plan has them, for [`crate::PlanOptions::data_sizes`]; `None`
     /// if they are content. A frame is right without them too, only not as good.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {

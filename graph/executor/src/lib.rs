@@ -188,6 +188,11 @@ impl Executor {
         self.instantiated.cpu_passes.notices()
     }
 
+    /// The lights of the last recorded frame that no pass has read: they have no part in the picture.
+    pub fn unread_lights<'f>(&self, frame: &'f FrameInput) -> Vec<&'f str> {
+        self.instantiated.cpu_passes.unread_lights(frame)
+    }
+
     /// The sizes that CPU passes want other than the plan has them, for [`crate::compiler::PlanOptions::data_sizes`];
     /// `None` if they are content. A frame is right without them too, only not as good.
     pub fn wanted_sizes(&self) -> Option<BTreeMap<String, u32>> {

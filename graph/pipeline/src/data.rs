@@ -222,6 +222,8 @@ pub struct BlackboardData {
     sizes: Vec<(u32, u32)>,
     rejected: Option<String>,
     notices: Diagnostics,
+    /// The lights of the frame that the node has looked at, by their positions.
+    read_lights: Vec<u32>,
 }
 
 impl BlackboardData {
@@ -243,6 +245,7 @@ impl BlackboardData {
             sizes,
             rejected: None,
             notices: Diagnostics::new(),
+            read_lights: Vec::new(),
         }
     }
 
@@ -261,6 +264,17 @@ impl BlackboardData {
         self.words.fill(0);
         self.views.clear();
         self.rejected = None;
+        self.read_lights.clear();
+    }
+
+    /// Says that a light of the frame, by its position, has a part in the picture: lights that no node reads are told.
+    pub fn read_light(&mut self, position: usize) {
+        self.read_lights.push(position as u32);
+    }
+
+    /// The lights that the node has read, by their positions in the frame.
+    pub fn read_lights(&self) -> &[u32] {
+        &self.read_lights
     }
 
     /// Adds a view. Beyond the declared maximum it is rejected, which [`BlackboardData::rejected`] tells.

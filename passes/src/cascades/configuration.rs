@@ -101,6 +101,12 @@ impl CascadeSet {
 }
 
 impl Configuration {
+    /// The position in the frame of the light that is named, or matters most.
+    pub fn chosen_light(&self, frame: &FrameInput) -> Option<usize> {
+        let chosen = light::choose(&frame.lights, self.light.as_deref())?;
+        frame.lights.iter().position(|light| std::ptr::eq(light, chosen))
+    }
+
     /// Fits the cascades of one frame to the light that is named, or matters most.
     pub fn fit(&self, frame: &FrameInput) -> CascadeSet {
         match light::choose(&frame.lights, self.light.as_deref()) {

@@ -156,6 +156,9 @@ impl CpuNode for RunCascades {
     type State = ();
 
     fn run(&self, (): &mut (), context: &CpuContext<'_>, data: &mut BlackboardData) {
+        if let Some(at) = self.configuration.chosen_light(context.frame) {
+            data.read_light(at);
+        }
         let set = self.configuration.fit(context.frame);
         publish(&self.configuration, &set, data);
         if context.frame.camera.check().is_none() {

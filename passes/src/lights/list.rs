@@ -172,6 +172,8 @@ impl CpuNode for RunLightList {
         shadows.resize(frame.lights.len(), (NO_SHADOW, 0));
         self.publish_descriptors(&input, shadows, data);
         self.choose(frame, order);
+        // Those that are left out are told in the notices.
+        order.iter().for_each(|at| data.read_light(*at as usize));
         let (listed, left_out) = order.split_at(self.capacity.min(order.len()));
         let slotted = self.slots.as_ref().map_or(0, |slots| slots.choose(frame, listed, asking));
         let (slotted, slotless) = asking.split_at(slotted);

@@ -3,24 +3,39 @@
 //! The page has the report as JSON in itself and a script that only shows it: everything that is known is in the
 //! report. Nothing in it can break out: the JSON's `<` are escaped, and the script writes text, never markup.
 
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
 use super::model::Report;
 use super::svg::{self, escape};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
-/// The page of a report, with the lines of a comparison if there is one.
-pub(super) fn page(report: &Report, comparison: Option<&[String]>) -> String {
+/// What was seen and measured of frames, to be shown on the page.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Observed {
+    /// Pictures of resources by their names, each as a `data:` URL.
+    pub pictures: BTreeMap<String, String>,
+    /// The times of passes by their names: of the processor and of the GPU, in milliseconds.
+    pub times: BTreeMap<String, [f64; 2]>,
+}
+
+/// The page of a report, with the lines of a comparison if there is one, and what was observed.
+pub fn page(report: &Report, comparison: Option<&[String]>, observed: &Observed) -> String {
     let json = |value: serde_json::Result<String>| value.unwrap_or_default().replace('<', "\\u003c");
     let data = json(serde_json::to_string(report));
     let comparison = json(serde_json::to_string(&comparison));
+    let observed = json(serde_json::to_string(observed));
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" content=\"width=device-width\">\n\
          <title>{name} · umbragraph</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
          <header><h1>{name}</h1><input id=\"search\" type=\"search\" placeholder=\"Search passes and resources  ( / )\" autocomplete=\"off\">\
          <nav id=\"tabs\"></nav></header>\n<main>\n<section id=\"picture\">\n{picture}</section>\n<section id=\"table\" hidden></section>\n\
          <aside id=\"details\"></aside>\n</main>\n<script type=\"application/json\" id=\"report\">{data}</script>\n\
-         <script type=\"application/json\" id=\"comparison\">{comparison}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
+         <script type=\"application/json\" id=\"comparison\">{comparison}</script>\n\
+         <script type=\"application/json\" id=\"observed\">{observed}</script>\n<script>\n{SCRIPT}</script>\n</body>\n</html>\n",
         name = escape(&report.pipeline),
         picture = svg::picture(report),
     )

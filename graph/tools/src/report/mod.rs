@@ -14,6 +14,7 @@ mod svg;
 mod text;
 
 pub use diff::diff;
+pub use html::{Observed, page};
 pub use model::{
     AttachmentReport, CompatibilityClassReport, EdgeKind, EdgeReport, MAX_STEPS, MemoryReport, PassReport,
     Report, ResourceReport, bytes_in_words,
@@ -60,7 +61,7 @@ impl GraphFormat {
 pub fn draw(report: &Report, format: GraphFormat, comparison: Option<&[String]>) -> String {
     match format {
         GraphFormat::Svg => svg::picture(report),
-        GraphFormat::Html => html::page(report, comparison),
+        GraphFormat::Html => html::page(report, comparison, &Observed::default()),
         GraphFormat::Dot => text::dot(report),
         GraphFormat::Mermaid => text::mermaid(report),
         GraphFormat::Json => {

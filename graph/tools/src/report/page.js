@@ -1,6 +1,7 @@
 "use strict";
 const report = JSON.parse(document.getElementById("report").textContent);
 const comparison = JSON.parse(document.getElementById("comparison").textContent);
+const observed = JSON.parse(document.getElementById("observed").textContent);
 const passes = new Map(report.passes.map((pass, column) => [pass.name, { ...pass, column }]));
 const resources = new Map(report.resources.map((resource) => [resource.name, resource]));
 const svg = document.querySelector("#picture svg");
@@ -32,6 +33,34 @@ const meter = (value, most, red) => {
   fill.style.width = `${most ? (100 * value) / most : 0}%`;
   return make("div", { class: "meter" }, fill);
 };
+
+const milliseconds = (time) => `${time.toFixed(3)} ms`;
+const longest = Math.max(0, ...Object.values(observed.times).flat());
+const picture = (name) => name in observed.pictures
+  ? [make("figure", {}, make("img", { src: observed.pictures[name], alt: name }), make("figcaption", {}, link(name)))] : [];
+const timesOf = (name) => {
+  const times = observed.times[name];
+  if (!times) return [];
+  return [make("h3", {}, "Times"), make("div", {}, `${milliseconds(times[0])} processor`), meter(times[0], longest),
+    make("div", {}, times[1] ? `${milliseconds(times[1])} GPU` : "nothing measured on the GPU"), meter(times[1], longest, true)];
+};
+// Bars of the times and a picture of what it writes, at the box of each pass.
+function decorate() {
+  const add = (box, kind, attributes) => {
+    const element = document.createElementNS("http://www.w3.org/2000/svg", kind);
+    for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
+    box.append(element);
+  };
+  for (const box of svg.querySelectorAll("g.pass")) {
+    const body = box.querySelector("rect.body");
+    const [x, y, width, height] = ["x", "y", "width", "height"].map((key) => Number(body.getAttribute(key)));
+    const times = observed.times[box.dataset.pass] ?? [];
+    times.forEach((time, at) => add(box, "rect", { class: `time ${at ? "gpu" : "processor"}`, x: x + 6, y: y + height - 7 + 3 * at,
+      width: longest ? ((width - 12) * time) / longest : 0, height: 3 }));
+    const seen = passes.get(box.dataset.pass).writes.find((name) => name in observed.pictures);
+    if (seen) add(box, "image", { href: observed.pictures[seen], x: x + 22, y: y + height + 2, width: width - 44, height: 30 });
+  }
+}
 
 // The passes and resources that have to do with one name, itself among them.
 function related(name) {
@@ -81,6 +110,7 @@ function passDetails(pass) {
     make("div", { class: "soft" }, pass.declared),
     make("h3", {}, pass.live ? "Why it is kept" : "Why it is culled"), make("ol", {}, pass.why.map((step) => make("li", {}, step))),
     ...(pass.passthrough ? [make("h3", {}, "In a frame without it"), make("ul", {}, pass.passthrough.map((one) => make("li", {}, `readers see ${one}`)))] : []),
+    ...timesOf(pass.name), ...pass.writes.flatMap(picture),
     make("h3", {}, "Reads"), make("div", {}, ...list(pass.reads)), make("h3", {}, "Writes"), make("div", {}, ...list(pass.writes)),
     ...(pass.attachments.length ? [make("h3", {}, "Attachments"), rows(["", "load", "store"], pass.attachments.map((one) =>
       [[link(one.resource), ` ${one.kind}`], one.load, one.store + (one.transient_attachment ? " (never leaves the pass)" : "")]))] : []),
@@ -95,6 +125,7 @@ function resourceDetails(resource) {
   return [
     make("h2", {}, resource.name), make("div", {}, make("span", { class: "tag" }, resource.lifetime), make("span", { class: resource.live ? "tag" : "tag off" }, resource.place)),
     make("div", { class: "soft" }, resource.declared),
+    ...picture(resource.name),
     make("h3", {}, "What it is"), make("div", {}, `${resource.description || resource.kind}${resource.bytes ? ` · ${bytes(resource.bytes)}` : ""}`),
     make("h3", {}, "Shares memory with"), make("div", {}, ...list(resource.shares_with)),
     make("h3", {}, "Written by"), make("div", {}, ...at(resource.written_in)), make("h3", {}, "Read by"), make("div", {}, ...at(resource.read_in)),
@@ -138,6 +169,7 @@ search.addEventListener("keydown", (event) => {
   if (event.key === "Escape") { search.value = ""; pick(null); }
 });
 document.addEventListener("keydown", (event) => { if (event.key === "/" && event.target !== search) { event.preventDefault(); search.focus(); } });
+decorate();
 pick(null);
 // A link to a name opens with it: page.html#pass
 if (location.hash) pick(decodeURIComponent(location.hash.slice(1)));
