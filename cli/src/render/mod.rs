@@ -286,7 +286,7 @@ impl<'a> Drawing<'a> {
                 }
             }
         }
-        let unread = self.executor.unread_lights(&input);
+        let unread = self.executor.unread_lights(input);
         match &mut self.unread_lights {
             Some(known) => known.retain(|name| unread.contains(&name.as_str())),
             None => self.unread_lights = Some(unread.into_iter().map(str::to_owned).collect()),
