@@ -207,15 +207,15 @@ impl Attachments {
         &self,
         pass: &mut PassBuilder<'_>,
         covers: bool,
-        draw: Option<Draw>,
+        mut draw: Option<Draw>,
     ) -> Option<Produced> {
         let color: Vec<_> = (self.color.iter().enumerate())
             .map(|(at, settings)| settings.declare(pass, &format!("/color/{at}"), covers))
             .collect();
         let depth = self.depth.as_ref().map(|settings| settings.declare(pass, "/depth"));
         let stencil = self.stencil.as_ref().map(|settings| settings.declare(pass, "/stencil"));
-        let color = color.into_iter().collect::<Option<_>>()?;
-        let (depth, stencil) = (all(depth)?, all(stencil)?);
+        let color = color.into_iter().collect::<Option<Vec<_>>>()?;
+        let (mut depth, stencil) = (all(depth)?, all(stencil)?);
         if let (Some(depth), Some(stencil)) = (&depth, &stencil)
             && depth.to.target() != stencil.to.target()
         {
@@ -223,6 +223,7 @@ impl Attachments {
             let message = "depth and stencil of one pass belong to one texture";
             return pass.reject(codes::ATTACHMENTS, "/stencil/to", message, help);
         }
+        crate::draw::keep(pass, &color, depth.as_mut(), stencil.is_some(), draw.as_mut())?;
         let blend_constant = blend_constant(pass, &self.color)?;
         pass.produce(Work::Render(Box::new(RenderWork {
             color,

@@ -2,14 +2,20 @@
 
 use schemars::JsonSchema;
 use serde::Deserialize;
-use umbragraph_pipeline::language::Word;
+use umbragraph_pipeline::diagnostic::codes;
+use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
 use umbragraph_pipeline::wgpu_types::Face;
-use umbragraph_pipeline::work::{Draw as DrawWork, DrawOrder, SceneDraw};
+use umbragraph_pipeline::work::{
+    ColorAttachment, DepthAttachment, Draw as DrawWork, DrawOrder, LoadOperation, Redraw, SceneDraw,
+};
 
 use crate::attachment::Attachments;
 use crate::shader::ShaderSettings;
+
+/// The most frames that changed meshes can wait.
+const MAX_EVERY: f64 = 65536.0;
 
 /// Draws the host's meshes, once for each view. Without a fragment stage in the template only depth is drawn.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -31,6 +37,22 @@ pub struct Draw {
     pub cull: Option<Word<Cull>>,
     /// In which order opaque meshes are drawn: "state" without it.
     pub order: Option<Word<DrawOrder>>,
+    /// Which views are drawn: "always" without it.
+    pub redraw: Option<Word<RedrawWhen>>,
+    /// With "changed", changed meshes are drawn in every so many frames, each view in its turn: 1 without it. A number,
+    /// or a list with one for each view, whose last counts for all beyond. A view that is another is drawn at once.
+    pub every: Option<Expr>,
+}
+
+/// Which views are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RedrawWhen {
+    /// All in every frame.
+    Always,
+    /// Those that are not as they were drawn last, or whose meshes have changed as the host says. The texels of each are
+    /// cleared and drawn again; those of the others stay as they are, in a persistent depth texture.
+    Changed,
 }
 
 /// Which faces are not drawn. Front faces are counter-clockwise.
@@ -81,6 +103,48 @@ impl Draw {
             bindings: bindings?,
             cull: cull.face(),
             order,
+            redraw: self.redraw(pass)?,
         }))
     }
+
+    /// When views are drawn again; the depth to which they are cleared is the attachment's ([`keep`]).
+    fn redraw(&self, pass: &mut PassBuilder<'_>) -> Option<Option<Redraw>> {
+        if pass.word_or(&self.redraw, "/redraw", RedrawWhen::Always)? == RedrawWhen::Always {
+            return Some(None);
+        }
+        let numbers = self.every.as_ref().map_or(Some(vec![1.0]), |expr| pass.numbers(expr, "/every"))?;
+        let is_count = |number: &f64| number.fract() == 0.0 && (1.0..=MAX_EVERY).contains(number);
+        if numbers.is_empty() || !numbers.iter().all(is_count) {
+            let message = "changed meshes are drawn in every so many frames, a whole number";
+            return pass.reject(
+                codes::OUT_OF_BOUNDS,
+                "/every",
+                message,
+                format!("write numbers from 1 to {MAX_EVERY}"),
+            );
+        }
+        let every = numbers.into_iter().map(|number| number as u32).collect();
+        Some(Some(Redraw { clear: 0.0, every }))
+    }
+}
+
+/// Lets the depth attachment of a pass that draws changed views keep what is there; each view is cleared by itself.
+pub(crate) fn keep(
+    pass: &mut PassBuilder<'_>,
+    color: &[ColorAttachment],
+    depth: Option<&mut DepthAttachment>,
+    has_stencil: bool,
+    draw: Option<&mut DrawWork>,
+) -> Option<()> {
+    let Some(DrawWork::Scene(SceneDraw { redraw: Some(redraw), .. })) = draw else { return Some(()) };
+    if let (Some(DepthAttachment { load: load @ LoadOperation::Clear(_), write: true, .. }), [], false) =
+        (depth, color, has_stencil)
+        && let LoadOperation::Clear(clear) = std::mem::replace(load, LoadOperation::Load)
+    {
+        redraw.clear = clear;
+        return Some(());
+    }
+    let message = "what a pass that draws changed views keeps is depth that it clears and writes, and nothing else";
+    let help = "attach \"depth\" alone, with \"clear\"; or remove \"redraw\"";
+    pass.reject(codes::ATTACHMENTS, "/redraw", message, help)
 }

@@ -15,10 +15,22 @@ use crate::node::{LocalTransform, NodeId};
 use crate::scene::{Draw, Scene};
 
 /// Where every node of a scene stands at one time.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Pose {
     local: Vec<LocalTransform>,
     world: Vec<DMat4>,
+}
+
+impl Clone for Pose {
+    fn clone(&self) -> Self {
+        Self { local: self.local.clone(), world: self.world.clone() }
+    }
+
+    /// Without allocating, once there was room.
+    fn clone_from(&mut self, other: &Self) {
+        self.local.clone_from(&other.local);
+        self.world.clone_from(&other.world);
+    }
 }
 
 impl Pose {

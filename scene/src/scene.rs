@@ -101,6 +101,13 @@ impl Scene {
         matches!(self.material(draw).alpha_mode, AlphaMode::Mask { .. })
     }
 
+    /// Whether a draw stands elsewhere or has another shape in another pose.
+    pub fn moves(&self, draw: Draw, from: &Pose, to: &Pose) -> bool {
+        let moves = |node: NodeId| from.world(node) != to.world(node);
+        let skin = draw.skin.and_then(|skin| self.skins.get(skin));
+        draw.dynamic && (moves(draw.node) || skin.is_some_and(|skin| skin.joints.iter().any(|at| moves(*at))))
+    }
+
     /// The world box around everything that is drawn in a pose.
     pub fn bounds(&self, pose: &Pose) -> Bounds {
         self.bounds_where(pose, |_| true)

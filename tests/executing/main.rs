@@ -25,6 +25,7 @@ mod misuse;
 mod orders;
 mod passthroughs;
 mod plans;
+mod redraw;
 mod simulation;
 mod squares;
 mod stage;

@@ -66,6 +66,7 @@ type Script = Box<dyn Fn(&mut dyn DrawPass, &wgpu::Buffer) + Send + Sync>;
 pub(crate) struct Squares {
     pub(crate) interface: HostInterface,
     pub(crate) generation: u64,
+    pub(crate) revision: Option<u64>,
     pub(crate) material_count: u32,
     /// Whether a material has no buffer.
     pub(crate) lacks_material: bool,
@@ -122,6 +123,7 @@ impl Squares {
         Self {
             interface: interface(),
             generation: 0,
+            revision: None,
             material_count: tints.len() as u32,
             lacks_material: false,
             confuses_material: false,
@@ -191,6 +193,10 @@ impl DrawSource for Squares {
 
     fn generation(&self) -> u64 {
         self.generation
+    }
+
+    fn revision(&self, _: &str) -> Option<u64> {
+        self.revision
     }
 
     fn material_count(&self) -> u32 {

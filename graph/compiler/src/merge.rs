@@ -12,7 +12,7 @@ use std::collections::HashSet;
 use super::resolved_resources::ResolvedResources;
 use crate::pipeline::{Access, Condition, Pipeline};
 use crate::work::{
-    AttachmentTarget, LoadOperation, PassHandle, RenderWork, ResourceHandle, Subresource, Work,
+    AttachmentTarget, Draw, LoadOperation, PassHandle, RenderWork, ResourceHandle, Subresource, Work,
 };
 
 /// What has to be equal: the color attachments, and those of depth and stencil, each as texture, mip and layer. Beside
@@ -23,8 +23,9 @@ type Target = (ResourceHandle, u32, Option<u32>);
 /// The attachments of a pass; `None` for one that shares no render pass with others.
 pub(super) fn key(pipeline: &Pipeline, resolved: &ResolvedResources<'_>, pass: PassHandle) -> Option<Key> {
     let Work::Render(render) = pipeline.pass(pass).work() else { return None };
-    // Samples are resolved at the end of a render pass.
-    if render.color.iter().any(|color| color.resolve.is_some()) {
+    // Samples are resolved at the end of a render pass, and one that keeps what is there need not be recorded at all.
+    let keeps = matches!(&render.draw, Draw::Scene(scene) if scene.redraw.is_some());
+    if keeps || render.color.iter().any(|color| color.resolve.is_some()) {
         return None;
     }
     let target = |to: &Subresource| {

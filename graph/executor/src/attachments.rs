@@ -13,8 +13,10 @@
 use wgpu_profiler::GpuProfilerQuery;
 
 use super::creation::Creation;
+use super::redraw::Texels;
 use super::resources::{Resources, Viewed};
 use crate::compiler::{Plan, PlannedPass, StoreOperation};
+use crate::data::View;
 use crate::language::TextureShape;
 use crate::pipeline::{Aspect, IndexRange};
 use crate::work::{AttachmentTarget, LoadOperation, RenderWork, TextureView};
@@ -211,6 +213,29 @@ impl Attachments {
         let timestamps = query.and_then(GpuProfilerQuery::render_pass_timestamp_writes);
         let colors = &colors[..self.color.len().min(MAX_COLORS)];
         Some(begin(encoder, (label, timestamps), colors, depth))
+    }
+
+    /// Begins a render pass into a layer of the depth attachment alone, and clears that or keeps what is there.
+    pub(super) fn begin_depth(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        resources: &Resources,
+        (label, query): (&str, Option<&GpuProfilerQuery>),
+        layer: u32,
+        load: wgpu::LoadOp<f32>,
+    ) -> Option<wgpu::RenderPass<'static>> {
+        let depth = self.depth.as_ref()?;
+        let view = depth.layers.get(depth.position(layer))?.get(resources)?;
+        let operations = wgpu::Operations { load, store: depth.store };
+        let timestamps = query.and_then(GpuProfilerQuery::render_pass_timestamp_writes);
+        let depth = depth_attachment(view, Some(operations), None);
+        Some(begin(encoder, (label, timestamps), &[], Some(depth)))
+    }
+
+    /// The texels that a view draws into: the position of its layer in the depth attachment, and its viewport.
+    pub(super) fn texels(&self, view: &View) -> Texels {
+        let layer = self.depth.as_ref().map_or(0, |depth| depth.position(view.layer));
+        (layer, view.viewport.unwrap_or([0, 0, self.extent[0], self.extent[1]]))
     }
 
     /// Clears the layers that no view drew into, unless the pass loads them.

@@ -19,6 +19,13 @@ pub trait DrawSource: wgpu::WasmNotSend + wgpu::WasmNotSync {
         0
     }
 
+    /// Counts up whenever something that a filter lets through appears, vanishes, moves, or changes its shape or its
+    /// material's holes, so that passes with `"redraw": "changed"` draw it again; without it they do so in every frame.
+    fn revision(&self, filter: &str) -> Option<u64> {
+        let _ = filter;
+        None
+    }
+
     /// The number of materials.
     fn material_count(&self) -> u32;
 

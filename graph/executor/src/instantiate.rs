@@ -15,6 +15,7 @@ use super::host_groups::{HostLayout, Materials, Objects as HostObjects};
 use super::imports::Imports;
 use super::objects::Objects;
 use super::pipelines::{Layouts, Pipelines};
+use super::redraw::Kept;
 use super::resources::Resources;
 use super::textures::Textures;
 use super::transfer::{Counts, Transfer};
@@ -35,6 +36,8 @@ pub(super) struct Instantiated {
     pub(super) objects: Vec<HostObjects>,
     /// The host's interfaces, by the name of the geometry.
     pub(super) interfaces: Vec<(String, HostInterface)>,
+    /// For each pass the views whose texels it keeps.
+    pub(super) kept: Vec<Kept>,
     /// The CPU passes, with what they keep from frame to frame, and the toggles of the frame.
     pub(super) cpu_passes: CpuPasses,
 }
@@ -80,6 +83,18 @@ pub(super) struct InstantiatedScene {
     pub(super) materials: Option<usize>,
     /// The position in [`Instantiated::objects`].
     pub(super) objects: Option<usize>,
+    /// What clears a view's texels, where views are kept.
+    pub(super) clear: Option<wgpu::RenderPipeline>,
+}
+
+impl InstantiatedPass {
+    /// What clears a view's texels, in a pass that keeps views.
+    pub(super) fn clear(&self) -> Option<&wgpu::RenderPipeline> {
+        match &self.work {
+            InstantiatedWork::Scene { scene, .. } => scene.clear.as_ref(),
+            _ => None,
+        }
+    }
 }
 
 impl Instantiated {
@@ -108,6 +123,7 @@ impl Instantiated {
             materials: Vec::new(),
             objects: Vec::new(),
             interfaces,
+            kept: plan.passes.iter().map(|_| Kept::default()).collect(),
             cpu_passes: CpuPasses::new(plan.clone()),
             plan: plan.clone(),
         };
@@ -206,6 +222,7 @@ impl Instantiated {
                             pipelines: made,
                             materials,
                             objects,
+                            clear: pipelines.clear(render, scene),
                         };
                         Some(InstantiatedWork::Scene { scene, attachments })
                     }

@@ -15,6 +15,7 @@
 //! - `groups`, `host_groups`: bind groups of what the module binds, and of the host's materials and objects;
 //! - `inputs`: what a frame brings, checked;
 //! - `record`, `attachments`, `scene`, `buffer_draw`: render passes, and the draws in them;
+//! - `redraw`: views that are not drawn again while nothing changes;
 //! - `read_back`: what a texture holds, for the host to look at;
 //! - `times`: how long the processor works on each pass.
 //!
@@ -44,6 +45,7 @@ mod pipelines;
 mod pool;
 mod read_back;
 mod record;
+mod redraw;
 mod requirements;
 mod resources;
 mod reuse;
@@ -263,6 +265,14 @@ impl Executor {
         instantiated.plan.passes.iter().filter(skipped).map(|pass| pass.name.as_str())
     }
 
+    /// For each pass that draws changed views alone: how many of them the last record drew, and how many it left as they
+    /// were. A pass that did not run has the counts of when it did.
+    pub fn redrawn(&self) -> impl Iterator<Item = (&str, [usize; 2])> {
+        let passes = self.instantiated.plan.passes.iter().zip(&self.instantiated.passes);
+        let keeps = passes.zip(&self.instantiated.kept).filter(|((_, pass), _)| pass.clear().is_some());
+        keeps.map(|((planned, _), kept)| (planned.name.as_str(), kept.counts))
+    }
+
     /// The processor's time for preparing bind groups and uploading blocks in the last record.
     pub fn preparation_time(&self) -> Duration {
         self.times.preparation
@@ -297,7 +307,8 @@ impl Executor {
         self.times.add_preparation(start);
         self.gpu_times.reset(&self.device);
         let times = (&mut self.times, &self.gpu_times);
-        record::record(&mut self.instantiated, encoder, frame.draws, &mut self.scratch, times);
+        let host = (frame.draws, self.records);
+        record::record(&mut self.instantiated, encoder, host, &mut self.scratch, times);
         self.gpu_times.resolve(encoder);
         Ok(())
     }

@@ -96,6 +96,17 @@ impl Objects {
         self.modules.get(shader.hash, self.now, |_| creation.shader_module(&shader.template, &shader.wgsl))
     }
 
+    /// A module of the executor's own, under a key that is no hash.
+    pub(super) fn built_in(
+        &mut self,
+        creation: &mut Creation<'_>,
+        label: &str,
+        key: [u8; 32],
+        wgsl: &str,
+    ) -> wgpu::ShaderModule {
+        self.modules.get(key, self.now, |_| creation.shader_module(label, wgsl))
+    }
+
     pub(super) fn sampler(
         &mut self,
         creation: &mut Creation<'_>,

@@ -12,6 +12,7 @@ use std::collections::BTreeSet;
 
 use super::blocks;
 use super::creation::Creation;
+use super::redraw;
 use super::objects::{ComputeKey, Objects, Primitive, RenderKey, VertexBufferKey};
 use crate::compiler::Plan;
 use crate::pipeline::{Program, ProgramVariant};
@@ -133,6 +134,13 @@ impl Pipelines<'_, '_> {
             pipelines.push((*set, self.render(render, variant, layouts, buffers, primitive)));
         }
         pipelines
+    }
+
+    /// What clears the texels of a view that a pass keeps.
+    pub(super) fn clear(&mut self, render: &RenderWork, scene: &SceneDraw) -> Option<wgpu::RenderPipeline> {
+        scene.redraw.as_ref()?;
+        let depth = self.plan.resource(render.depth.as_ref()?.to.resource)?;
+        Some(redraw::clear_pipeline(self.creation, self.objects, depth.format?, depth.size?.samples))
     }
 
     fn render(

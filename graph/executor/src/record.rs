@@ -13,6 +13,7 @@ use super::gpu_times::GpuTimes;
 use super::groups;
 use super::instantiate::{Instantiated, InstantiatedPass, InstantiatedScene, InstantiatedWork};
 use super::pool::Taken;
+use super::redraw::{self, Kept};
 use super::resources::Resources;
 use super::scene::Scene;
 use super::times::Times;
@@ -20,7 +21,7 @@ use crate::DrawSource;
 use crate::compiler::PlannedPass;
 use crate::data::{BlackboardData, View};
 use crate::diagnostic::Diagnostic;
-use crate::work::{Draw, Work};
+use crate::work::{Draw, Redraw, SceneDraw, Work};
 use wgpu_profiler::GpuProfilerQuery;
 
 /// Memory that is used again in each record.
@@ -90,12 +91,14 @@ pub(super) fn forget(instantiated: &mut Instantiated) {
 pub(super) fn record(
     instantiated: &mut Instantiated,
     encoder: &mut wgpu::CommandEncoder,
-    source: Option<&dyn DrawSource>,
+    (source, record): (Option<&dyn DrawSource>, u64),
     scratch: &mut Scratch,
     (times, gpu_times): (&mut Times, &GpuTimes),
 ) {
     instantiated.resources.histories.record(encoder);
-    let instantiated = &*instantiated;
+    let mut all_kept = std::mem::take(&mut instantiated.kept);
+    let taken = &mut *instantiated;
+    let instantiated = &*taken;
     let resources = &instantiated.resources;
     for (at, (planned, pass)) in instantiated.plan.passes.iter().zip(&instantiated.passes).enumerate() {
         // Passes of one render pass have the same toggle.
@@ -138,7 +141,9 @@ pub(super) fn record(
                 let (name, label) = (&planned.name, &pass.label);
                 let mut recording =
                     Recording { instantiated, source, scratch, attachments, gpu_times, name, label };
-                if attachments.is_flat() {
+                if let Some((clear, kept)) = pass.clear().zip(all_kept.get_mut(at)) {
+                    recording.changed(encoder, (at, pass), clear, kept, record);
+                } else if attachments.is_flat() {
                     recording.flat(encoder, at, pass.merged);
                 } else {
                     recording.layered(encoder, at, pass);
@@ -147,6 +152,7 @@ pub(super) fn record(
         }
         times.add(at, start);
     }
+    taken.kept = all_kept;
 }
 
 /// One pass, or several that take one render pass.
@@ -230,6 +236,65 @@ impl Recording<'_> {
         self.attachments.clear_rest(encoder, resources, self.label, &self.scratch.drawn);
     }
 
+    /// A render pass for each run of changed views of one layer; the texels of others stay as they are.
+    fn changed(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (at, pass): (usize, &InstantiatedPass),
+        clear: &wgpu::RenderPipeline,
+        kept: &mut Kept,
+        record: u64,
+    ) {
+        kept.counts = [0, 0];
+        let (Some(source), InstantiatedWork::Scene { scene, .. }) = (self.source, &pass.work) else { return };
+        let Some(planned) = self.instantiated.plan.passes.get(at) else { return };
+        let Some(SceneDraw { redraw: Some(Redraw { clear: depth, every }), filter, .. }) =
+            scene_draw(self.instantiated, planned)
+        else {
+            return;
+        };
+        let (depth, attachments) = (*depth as f32, self.attachments);
+        let stamp = source.revision(filter).map(|revision| (revision, source.generation()));
+        let every_of = |at: usize| every.get(at).or(every.last()).copied().unwrap_or(1);
+        let mut first = 0;
+        let whole = [0, 0, attachments.extent[0], attachments.extent[1]];
+        for run in views_of(self.instantiated, scene).chunk_by(|a, b| a.layer == b.layer) {
+            let is_whole = run.len() == 1 && run.iter().all(|view| attachments.texels(view).1 == whole);
+            let load = if is_whole { wgpu::LoadOp::Clear(depth) } else { wgpu::LoadOp::Load };
+            let mut begun = None;
+            for (position, view) in (first..).zip(run) {
+                let texels = attachments.texels(view);
+                let (_, [_, _, width, height]) = texels;
+                if width == 0 || height == 0 {
+                    continue;
+                }
+                let is_due = kept.is_due(view, stamp, (position, every_of(position)), record);
+                kept.counts[usize::from(!is_due)] += 1;
+                if !is_due {
+                    continue;
+                }
+                let resources = &self.instantiated.resources;
+                if begun.is_none() {
+                    let query = self.gpu_times.pass(self.name, encoder);
+                    let labels = (self.label, query.as_ref());
+                    let render_pass = attachments.begin_depth(encoder, resources, labels, view.layer, load);
+                    begun = Some((render_pass, query));
+                }
+                let Some((Some(render_pass), _)) = &mut begun else { continue };
+                if !is_whole {
+                    redraw::clear(render_pass, clear, texels.1, depth);
+                }
+                self.draw(planned, pass, scene, (position, std::slice::from_ref(view)), render_pass);
+                kept.note(*view, texels, stamp, record);
+            }
+            if let Some((render_pass, query)) = begun {
+                drop(render_pass);
+                self.gpu_times.end(encoder, query);
+            }
+            first += run.len();
+        }
+    }
+
     /// Lets the host draw some views, the first of which is at a position among those of the pass.
     fn draw(
         &mut self,
@@ -240,10 +305,7 @@ impl Recording<'_> {
         render_pass: &mut wgpu::RenderPass<'static>,
     ) {
         let Some(source) = self.source else { return };
-        let Work::Render(render) = self.instantiated.plan.pipeline.pass(planned.handle).work() else {
-            return;
-        };
-        let Draw::Scene(work) = &render.draw else { return };
+        let Some(work) = scene_draw(self.instantiated, planned) else { return };
         let scene = Scene {
             geometry: &work.geometry,
             filter: &work.filter,
@@ -257,6 +319,16 @@ impl Recording<'_> {
         for (at, view) in (first..).zip(views) {
             scene.draw(source, view, at, render_pass, &mut self.scratch.offsets);
         }
+    }
+}
+
+fn scene_draw<'a>(instantiated: &'a Instantiated, planned: &PlannedPass) -> Option<&'a SceneDraw> {
+    match instantiated.plan.pipeline.pass(planned.handle).work() {
+        Work::Render(render) => match &render.draw {
+            Draw::Scene(scene) => Some(scene),
+            Draw::Fullscreen { .. } | Draw::Buffers(_) => None,
+        },
+        _ => None,
     }
 }
 

@@ -462,6 +462,18 @@ pub struct SceneDraw {
     pub cull: Option<wgpu_types::Face>,
     /// In which order.
     pub order: DrawOrder,
+    /// Where the depth attachment keeps what was drawn from frame to frame: when views are drawn again.
+    pub redraw: Option<Redraw>,
+}
+
+/// When a view is drawn again whose texels are kept: where it is not as it was drawn, or where draws have changed that
+/// its filter lets through.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Redraw {
+    /// The depth to which a view's texels are cleared before.
+    pub clear: f64,
+    /// In every how many frames changed draws are drawn, for each view in its turn; the last counts for all beyond.
+    pub every: Vec<u32>,
 }
 
 /// The order of opaque draws. Blended ones are drawn after them, from back to front, whatever this says.

@@ -42,6 +42,8 @@ pub struct SceneResources {
     objects: Objects,
     skinning: Skinning,
     items: Vec<Item>,
+    /// The pose that the buffers hold, and how often it has moved a draw.
+    pose: (Pose, u64),
     /// Transparent items of the view being drawn with their distance, kept to be used again.
     sorted: Mutex<Vec<(f64, u32)>>,
 }
@@ -71,7 +73,9 @@ impl SceneResources {
         let items = draws::sorted_items(scene, &geometry);
         let sorted = Mutex::new(Vec::with_capacity(items.len()));
         let interface = interface(scene);
-        let mut resources = Self { interface, geometry, materials, objects, skinning, items, sorted };
+        let pose_held = (pose.clone(), 0);
+        let mut resources =
+            Self { interface, geometry, materials, objects, skinning, items, pose: pose_held, sorted };
         for item in &mut resources.items {
             item.place(scene, pose);
         }
@@ -88,6 +92,9 @@ impl SceneResources {
     /// compute dispatches, in a command buffer that is submitted here. A device without compute stage, or with fewer
     /// than four storage buffers in it, leaves that to the processor.
     pub fn update(&mut self, queue: &wgpu::Queue, scene: &Scene, pose: &Pose) {
+        let (held, moves) = &mut self.pose;
+        *moves += u64::from(scene.draws().any(|draw| scene.moves(draw, held, pose)));
+        held.clone_from(pose);
         for item in self.items.iter_mut().filter(|item| item.draw.dynamic) {
             item.place(scene, pose);
         }
@@ -103,6 +110,10 @@ impl DrawSource for SceneResources {
 
     fn filters(&self) -> &[&str] {
         FILTERS
+    }
+
+    fn revision(&self, filter: &str) -> Option<u64> {
+        Some(if filter == "static_casters" { 0 } else { self.pose.1 })
     }
 
     fn material_count(&self) -> u32 {

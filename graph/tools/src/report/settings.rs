@@ -11,7 +11,7 @@ use crate::data::Component;
 use crate::pipeline::element_type;
 use crate::shader::{Member, TypeLayout};
 use crate::work::{
-    BlockValues, BoundSlot, Draw, DrawCounts, LoadOperation, RenderWork, ResourceHandle, SlotSource,
+    BlockValues, BoundSlot, Draw, DrawCounts, LoadOperation, Redraw, RenderWork, ResourceHandle, SlotSource,
     Subresource, TextureView, Work,
 };
 
@@ -106,6 +106,9 @@ impl Settings<'_> {
                 self.tell("views".to_owned(), views);
                 self.tell("order".to_owned(), word(&scene.order));
                 self.tell("cull".to_owned(), cull(scene.cull));
+                if let Some(Redraw { clear, every }) = &scene.redraw {
+                    self.tell("redraw".to_owned(), format!("changed, every {every:?} frames, over {clear}"));
+                }
             }
         }
         self.bindings(render.draw.bound().1);

@@ -1,0 +1,123 @@
+//! Views whose texels are kept from frame to frame.
+//!
+//! A pass that draws changed views ([`Redraw`](crate::work::Redraw)) notes each view that it drew, with the host's
+//! revision of what its filter lets through. A later view is left out while it is equal to the one that is noted where
+//! it lies, matrices included, and the revision is the same. Where the revision alone differs it is drawn in its turn,
+//! at the latest as many frames after it was drawn last as the cadence says; turns are staggered by the views'
+//! positions. What a view is drawn over is forgotten.
+//!
+//! A view that covers its layer alone is cleared by the render pass; of any other a triangle clears the texels, whose
+//! depth is that of its viewport.
+//!
+//! What is noted belongs to the textures of one plan: after another plan everything is drawn again. Nothing is allocated
+//! once there was room for as many views.
+//!
+//! Limits: the views of a pass do not overlap, and no other pass writes the texture. Blackboard data and values that the
+//! shader reads besides are not compared.
+
+use super::creation::Creation;
+use super::objects::{Objects, Primitive, RenderKey};
+use crate::data::View;
+
+/// The template's module in the cache of modules, whose other keys are hashes.
+const CLEAR_KEY: [u8; 32] = *b"executor: clears a tile of depth";
+
+const CLEAR: &str = "@vertex fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return vec4<f32>(f32((index << 1u) & 2u) * 2.0 - 1.0, f32(index & 2u) * 2.0 - 1.0, 0.0, 1.0);
+}
+";
+
+/// What can change without a view changing: the host's revision and generation; `None` where the host does not say.
+pub(super) type Stamp = Option<(u64, u64)>;
+
+/// The views that a pass has drawn, and whose texels are as they left them.
+#[derive(Default)]
+pub(super) struct Kept {
+    views: Vec<KeptView>,
+    /// How many views the last record drew, and how many it left as they were.
+    pub(super) counts: [usize; 2],
+}
+
+struct KeptView {
+    view: View,
+    texels: Texels,
+    stamp: Stamp,
+    /// The number of the record that drew it.
+    record: u64,
+}
+
+/// The texels of a view: the position of its layer, and x, y, width, height.
+pub(super) type Texels = (usize, [u32; 4]);
+
+impl Kept {
+    /// Whether a view is drawn in a record, in one of `every` if only the stamp differs; `position` is its place among
+    /// the views.
+    pub(super) fn is_due(
+        &self,
+        view: &View,
+        stamp: Stamp,
+        (position, every): (usize, u32),
+        record: u64,
+    ) -> bool {
+        let Some(kept) = self.views.iter().find(|kept| kept.view == *view) else { return true };
+        let is_same = stamp.is_some() && stamp == kept.stamp;
+        let every = u64::from(every.max(1));
+        let turn = (record + position as u64).is_multiple_of(every) || record - kept.record >= every;
+        !is_same && turn
+    }
+
+    /// Notes that a view is drawn, over whatever lay there.
+    pub(super) fn note(&mut self, view: View, texels: Texels, stamp: Stamp, record: u64) {
+        self.views.retain(|kept| !overlap(kept.texels, texels));
+        self.views.push(KeptView { view, texels, stamp, record });
+    }
+}
+
+fn overlap((layer, a): Texels, (other, b): Texels) -> bool {
+    let meet = |a: u32, length: u32, b: u32, other: u32| {
+        u64::from(a) < u64::from(b) + u64::from(other) && u64::from(b) < u64::from(a) + u64::from(length)
+    };
+    layer == other && meet(a[0], a[2], b[0], b[2]) && meet(a[1], a[3], b[1], b[3])
+}
+
+/// The pipeline that clears a view's texels of depth.
+pub(super) fn clear_pipeline(
+    creation: &mut Creation<'_>,
+    objects: &mut Objects,
+    format: wgpu::TextureFormat,
+    samples: u32,
+) -> wgpu::RenderPipeline {
+    let label = "clear a view";
+    let key = RenderKey {
+        layout: objects.pipeline_layout(creation, label, Vec::new()),
+        module: objects.built_in(creation, label, CLEAR_KEY, CLEAR),
+        vertex: Some("cover".to_owned()),
+        fragment: None,
+        constants: Vec::new(),
+        buffers: Vec::new(),
+        targets: Vec::new(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Always),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        samples,
+        primitive: Primitive::default(),
+    };
+    objects.render_pipeline(creation, label, key)
+}
+
+/// Clears a view's texels.
+pub(super) fn clear(
+    pass: &mut wgpu::RenderPass<'static>,
+    pipeline: &wgpu::RenderPipeline,
+    [x, y, width, height]: [u32; 4],
+    depth: f32,
+) {
+    pass.set_viewport(x as f32, y as f32, width as f32, height as f32, depth, depth);
+    pass.set_scissor_rect(x, y, width, height);
+    pass.set_pipeline(pipeline);
+    pass.draw(0..3, 0..1);
+}

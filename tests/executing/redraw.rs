@@ -1,0 +1,234 @@
+//! Views that are drawn again only when something changes.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use umbragraph::compiler::Plan;
+use umbragraph::executor::Executor;
+use umbragraph_test_support::gpu::{self, Gpu};
+
+use crate::common::gpu::import;
+use crate::squares::{RED, Square, Squares, WHOLE};
+use crate::stage::{executor, plan, show, target, texels, try_plan_of_text};
+use crate::views::frame;
+
+/// Steps of depth that 8 bits tell apart.
+const STEPS: u32 = 85;
+
+/// A persistent depth texture of some layers, drawn into as `draw` says, and one of its layers shown.
+fn kept(layers: u32, shown: u32, draw: &str) -> Arc<Plan> {
+    let maps = format!(
+        r#""maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "layers": {layers}, "view": "2d-array",
+            "lifetime": "persistent" }} }}, {}"#,
+        target(1)
+    );
+    let max = if layers > 1 { layers } else { 4 };
+    let passes = format!(
+        r#""views": {{ "views": {{ "to": "views", "max": {max} }} }},
+           "squares": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views", "cull": "none",
+               "shader": "square_depth.wgsl.jinja", {draw},
+               "depth": {{ "to": "maps", "clear": 1, "compare": "less-equal" }} }} }},
+           "show": {{ "fullscreen": {{ "shader": "show_depth.wgsl.jinja",
+               "bind": {{ "maps": "maps", "settings": {{ "values": {{ "layer": {shown} }} }} }},
+               "color": [{{ "to": "target" }}] }} }}"#
+    );
+    plan(&maps, &passes)
+}
+
+/// A host that draws one square over everything, whose depth tells its revision, and counts its draws.
+struct Stage<'a> {
+    gpu: &'a Gpu,
+    squares: Squares,
+    executor: Executor,
+    target: wgpu::Texture,
+    shown: Arc<AtomicU32>,
+    draws: Arc<AtomicU32>,
+}
+
+impl<'a> Stage<'a> {
+    fn new(gpu: &'a Gpu, plan: &Arc<Plan>) -> Self {
+        let steps: Vec<Square> = (0..STEPS)
+            .map(|step| Square { rectangle: WHOLE, color: RED, depth: step as f32 / STEPS as f32 })
+            .collect();
+        let (shown, draws) = (Arc::new(AtomicU32::new(0)), Arc::new(AtomicU32::new(0)));
+        let (object, count) = (shown.clone(), draws.clone());
+        let mut squares = Squares::new(&gpu.device, &gpu.queue, &steps, &[[1.0; 4]]);
+        squares.revision = Some(0);
+        let squares = squares.drawing(move |pass, corners| {
+            count.fetch_add(1, Ordering::Relaxed);
+            pass.set_object(object.load(Ordering::Relaxed));
+            pass.render_pass().set_vertex_buffer(0, corners.slice(..));
+            pass.render_pass().draw(0..6, 0..1);
+        });
+        let executor = executor(gpu, plan, Some(&squares));
+        Self { gpu, squares, executor, target: import(gpu, plan, "target"), shown, draws }
+    }
+
+    /// Moves what is drawn.
+    fn change(&mut self) {
+        let revision = self.squares.revision.map(|revision| revision + 1);
+        self.shown.store(revision.unwrap_or(0) as u32 % STEPS, Ordering::Relaxed);
+        self.squares.revision = revision;
+    }
+
+    /// Plays a frame; how many draws it took.
+    fn play(&mut self, views: &[&str]) -> u32 {
+        self.draws.store(0, Ordering::Relaxed);
+        show(self.gpu, &mut self.executor, Some(&self.squares), &self.target, &frame(views));
+        self.draws.load(Ordering::Relaxed)
+    }
+
+    /// The step that each texel of the shown layer has; those that are clear have [`STEPS`].
+    fn steps(&self) -> Vec<u32> {
+        let texels = texels(self.gpu, &self.target, 0);
+        texels.iter().map(|[red, ..]| (f32::from(*red) / 255.0 * STEPS as f32).round() as u32).collect()
+    }
+}
+
+const CHANGED: &str = r#""redraw": "changed""#;
+
+#[test]
+fn only_what_changed_is_drawn_again_and_the_rest_stays() {
+    let Some(gpu) = gpu::device() else { return };
+    let mut stage = Stage::new(&gpu, &kept(3, 1, CHANGED));
+    assert_eq!(stage.play(&["0", "1", "2"]), 3);
+    assert_eq!(stage.play(&["0", "1", "2"]), 0);
+    let counts: Vec<_> = stage.executor.redrawn().collect();
+    assert_eq!(counts, [("squares", [0, 3])]);
+    stage.change();
+    // A view moved, in a frame in which the others vanish, and come back.
+    assert_eq!(stage.play(&["1 0 0 8 8 2"]), 1);
+    assert!(stage.steps().iter().all(|step| *step == STEPS), "cleared, and drawn out of sight");
+    assert_eq!(stage.play(&["0", "1", "2"]), 3);
+    assert!(stage.steps().iter().all(|step| *step == 1));
+    // In another order.
+    assert_eq!(stage.play(&["2", "1", "0"]), 0);
+    // A host that does not say what changes, and one whose materials do.
+    stage.squares.generation += 1;
+    assert_eq!(stage.play(&["0", "1"]), 2);
+    stage.squares.revision = None;
+    assert_eq!((stage.play(&["0"]), stage.play(&["0"])), (1, 1));
+}
+
+#[test]
+fn another_plan_draws_everything_again() {
+    let Some(gpu) = gpu::device() else { return };
+    let plan = kept(1, 0, CHANGED);
+    let mut stage = Stage::new(&gpu, &plan);
+    assert_eq!((stage.play(&["0"]), stage.play(&["0"])), (1, 0));
+    let created = stage.executor.statistics();
+    let source = &stage.squares as &dyn umbragraph::draw::DrawSource;
+    pollster::block_on(stage.executor.set_plan(plan, Some(source))).expect("a plan");
+    assert_eq!(stage.executor.statistics().pipelines, created.pipelines, "those of the plan before are taken over");
+    assert_eq!(stage.play(&["0"]), 1);
+    let created = stage.executor.statistics();
+    assert_eq!(stage.play(&["0"]), 0);
+    assert_eq!(stage.executor.statistics(), created, "nothing is created for what is kept");
+}
+
+#[test]
+fn tiles_are_cleared_by_themselves() {
+    let Some(gpu) = gpu::device() else { return };
+    let mut stage = Stage::new(&gpu, &kept(1, 0, CHANGED));
+    stage.play(&["0 0 0 4 8", "0 4 0 4 8"]);
+    // The left tile looks elsewhere, where nothing is.
+    assert_eq!(stage.play(&["0 0 0 4 8 2", "0 4 0 4 8"]), 1);
+    let rows: Vec<u32> = stage.steps();
+    assert!(rows.chunks(8).all(|row| row[..4] == [STEPS; 4] && row[4..] == [0; 4]), "{rows:?}");
+    // A tile over parts of both takes their place; both are drawn when they come back.
+    stage.change();
+    assert_eq!(stage.play(&["0 2 2 4 4"]), 1);
+    let rows = stage.steps();
+    let is_inside = |at: usize| (2..6).contains(&(at % 8)) && (2..6).contains(&(at / 8));
+    assert!(rows.iter().enumerate().all(|(at, step)| (*step == 1) == is_inside(at)), "{rows:?}");
+    assert_eq!(stage.play(&["0 0 0 4 8", "0 4 0 4 8"]), 2);
+}
+
+/// A small generator of numbers.
+fn next(seed: &mut u64) -> u32 {
+    *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+    (*seed >> 33) as u32
+}
+
+#[test]
+fn no_tile_is_older_than_the_cadence_when_something_moved() {
+    let Some(gpu) = gpu::device() else { return };
+    let plans = [1, 2, 4, 8].map(|every| (every, kept(1, 0, &format!(r#"{CHANGED}, "every": {every}"#))));
+    for (run, (every, plan)) in (0..50_u64).zip(plans.iter().cycle()) {
+        let mut stage = Stage::new(&gpu, plan);
+        let mut seed = run;
+        let mut steps = Vec::new();
+        let mut corners = [0, 1, 2, 3];
+        for _ in 0..24 {
+            if next(&mut seed) % 3 > 0 {
+                stage.change();
+            }
+            // Four tiles that change places, some of which are not there.
+            if next(&mut seed).is_multiple_of(8) {
+                corners.swap(next(&mut seed) as usize % 4, next(&mut seed) as usize % 4);
+            }
+            let present = next(&mut seed) % 16;
+            let tile = |at: u32| (at % 2 * 4, at / 2 * 4);
+            let views: Vec<String> = corners
+                .iter()
+                .filter(|at| present >> **at & 1 == 1)
+                .map(|at| format!("0 {} {} 4 4", tile(*at).0, tile(*at).1))
+                .collect();
+            let views: Vec<&str> = views.iter().map(String::as_str).collect();
+            stage.play(&views);
+            steps.push(stage.squares.revision.unwrap_or(0) as u32);
+            let oldest = steps[steps.len().saturating_sub(*every)];
+            let drawn = stage.steps();
+            for at in (0..4).filter(|at| present >> at & 1 == 1) {
+                let (x, y) = tile(at);
+                let step = drawn[(y * 8 + x) as usize];
+                assert!(
+                    (oldest..=*steps.last().unwrap_or(&0)).contains(&step),
+                    "run {run}: tile {at} shows {step}, {oldest} is {every} frames old"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_cadence_saves_draws_and_turns_are_staggered() {
+    let Some(gpu) = gpu::device() else { return };
+    let mut stage = Stage::new(&gpu, &kept(4, 0, &format!(r#"{CHANGED}, "every": [1, 4, 4, 4]"#)));
+    stage.play(&["0", "1", "2", "3"]);
+    let counts: Vec<u32> = (0..8)
+        .map(|_| {
+            stage.change();
+            stage.play(&["0", "1", "2", "3"])
+        })
+        .collect();
+    assert_eq!(counts.iter().sum::<u32>(), 8 + 3 * 2);
+    assert!(counts.iter().all(|count| (1..=2).contains(count)), "{counts:?}");
+}
+
+#[test]
+fn what_cannot_be_kept_is_found() {
+    let draw = |lifetime: &str, more: &str| {
+        try_plan_of_text(
+            format!(
+                r#"{{ "format": 1, "name": "test", {}, "resources": {{
+                    "maps": {{ "texture": {{ "format": "depth32float", "size": "viewport", "lifetime": "{lifetime}" }} }} }},
+                  "passes": {{ "views": {{ "views": {{ "to": "views", "max": 1 }} }},
+                    "squares": {{ "draw": {{ "geometry": "squares", "filter": "all", "views": "views",
+                      "shader": "square_depth.wgsl.jinja", "redraw": "changed", {more} }} }} }} }}"#,
+                crate::squares::GEOMETRY
+            ),
+            8,
+        )
+        .map(drop)
+    };
+    let depth = r#""depth": { "to": "maps", "clear": 1, "compare": "less" }"#;
+    assert_eq!(draw("persistent", depth), Ok(()));
+    let said = |lifetime: &str, more: &str, wanted: &str| {
+        let error = draw(lifetime, more).expect_err("a diagnostic");
+        assert!(error.contains(wanted), "{error}");
+    };
+    said("persistent", r#""depth": { "to": "maps", "compare": "less" }"#, "UG0405");
+    said("persistent", &format!(r#""every": 0, {depth}"#), "every so many frames");
+    said("transient", depth, "UG04");
+}
