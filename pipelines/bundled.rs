@@ -26,6 +26,7 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("nebula.json", include_str!("nebula.json")),
     ("parts/blur.json", include_str!("parts/blur.json")),
     ("parts/blur_tiles.json", include_str!("parts/blur_tiles.json")),
+    ("parts/cached_casters.json", include_str!("parts/cached_casters.json")),
 ];
 
 /// The bundled files, and where all others come from.

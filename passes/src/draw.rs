@@ -144,7 +144,8 @@ pub(crate) fn keep(
         redraw.clear = clear;
         return Some(());
     }
-    let message = "what a pass that draws changed views keeps is depth that it clears and writes, and nothing else";
+    let message =
+        "what a pass that draws changed views keeps is depth that it clears and writes, and nothing else";
     let help = "attach \"depth\" alone, with \"clear\"; or remove \"redraw\"";
     pass.reject(codes::ATTACHMENTS, "/redraw", message, help)
 }

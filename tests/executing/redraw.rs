@@ -119,7 +119,11 @@ fn another_plan_draws_everything_again() {
     let created = stage.executor.statistics();
     let source = &stage.squares as &dyn umbragraph::draw::DrawSource;
     pollster::block_on(stage.executor.set_plan(plan, Some(source))).expect("a plan");
-    assert_eq!(stage.executor.statistics().pipelines, created.pipelines, "those of the plan before are taken over");
+    assert_eq!(
+        stage.executor.statistics().pipelines,
+        created.pipelines,
+        "those of the plan before are taken over"
+    );
     assert_eq!(stage.play(&["0"]), 1);
     let created = stage.executor.statistics();
     assert_eq!(stage.play(&["0"]), 0);
@@ -160,7 +164,7 @@ fn no_tile_is_older_than_the_cadence_when_something_moved() {
         let mut steps = Vec::new();
         let mut corners = [0, 1, 2, 3];
         for _ in 0..24 {
-            if next(&mut seed) % 3 > 0 {
+            if !next(&mut seed).is_multiple_of(3) {
                 stage.change();
             }
             // Four tiles that change places, some of which are not there.

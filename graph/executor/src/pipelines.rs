@@ -12,8 +12,8 @@ use std::collections::BTreeSet;
 
 use super::blocks;
 use super::creation::Creation;
-use super::redraw;
 use super::objects::{ComputeKey, Objects, Primitive, RenderKey, VertexBufferKey};
+use super::redraw;
 use crate::compiler::Plan;
 use crate::pipeline::{Program, ProgramVariant};
 use crate::shader::{ShaderModule, Stage};
