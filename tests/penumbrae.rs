@@ -275,3 +275,32 @@ fn whatever_size_a_light_has_visibility_is_a_number() {
         }
     }
 }
+
+#[test]
+fn each_light_says_how_hard_its_shadows_are() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = edge(0.6);
+    let with = [("filter_radius", "0.1"), ("hard_below", "2")];
+    let outcome = pcss(&with);
+    for kind in
+        [LightKind::Directional, LightKind::Spot { inner_angle: 0.5, outer_angle: 0.7 }, LightKind::Point]
+    {
+        // The pixels that are neither lit nor dark.
+        let grey = |word: &'static str, priority: f32, size: f32| {
+            let mut light = Light { priority, angular_diameter: size, radius: size, ..light(kind) };
+            light.properties.push(word.into());
+            let input = frame(&scene, light);
+            let picture = Host::new(&gpu, &outcome, &scene).picture(&input);
+            let dark = picture.rgba_pixels().filter(|pixel| pixel[0] == 0).count();
+            assert!(dark > 1000, "{kind:?} {word}: {dark} pixels are dark");
+            picture.rgba_pixels().filter(|pixel| !matches!(pixel[0], 0 | 255)).count()
+        };
+        let own = grey("", 3.0, 0.3);
+        let (hard, soft, sizeless) =
+            (grey("hard_shadow", 1.0, 0.3), grey("soft_shadow", 1.0, 0.3), grey("soft_shadow", 1.0, 0.0));
+        println!("{kind:?}: grey {own}, hard {hard}, soft {soft}, soft without a size {sizeless}");
+        assert_eq!(grey("pcss_shadow", 1.0, 0.3), own, "{kind:?}");
+        assert_eq!(grey("", 1.0, 0.3), hard, "{kind:?}: those of little priority are hard");
+        assert!(3 * hard < soft && soft == sizeless && soft != own, "{kind:?}");
+    }
+}

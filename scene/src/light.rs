@@ -1,7 +1,8 @@
 //! Lights of a scene: `KHR_lights_punctual`, placed by nodes.
 //!
 //! What glTF does not say comes from `extras` of the light or, stronger, of its node: `castShadow`,
-//! `contactShadow`, `angular_diameter_deg` (degrees), `radius` (metres) and `priority`.
+//! `contactShadow`, `shadowHardness` (`hard`, `soft` or `pcss`), `angular_diameter_deg` (degrees), `radius` (metres) and
+//! `priority`.
 
 use glam::{DMat4, DVec3};
 use umbragraph_pipeline::frame::Light;

@@ -23,7 +23,7 @@ use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use super::placement::{self, Backing};
 use super::slots::{self, SlotSettings, Slots};
-use super::{CONTACT_SHADOW, descriptor};
+use super::{CONTACT_SHADOW, HARDNESS, descriptor};
 use crate::cascades::light::radiance;
 use crate::codes;
 use crate::importance::Eye;
@@ -51,6 +51,8 @@ pub struct LightList {
     pub layers: Option<String>,
     /// Which lights have a slot of textures as large as the picture; none without it.
     pub slots: Option<SlotSettings>,
+    /// The priority below which the shadows of lights that do not say how hard they are are hard; 0 without it.
+    pub hard_below: Option<Expr>,
 }
 
 impl Node for LightList {
@@ -86,9 +88,11 @@ impl Node for LightList {
             return None;
         }
         let slots = slots.map_or(Some(None), |slots| slots.map(Some))?;
+        let hard_below =
+            self.hard_below.as_ref().map_or(Some(0.0), |expr| pass.number(expr, "/hard_below"))?;
         let (lights, descriptors) = (lights?, descriptors?);
         let output = pass.publish(&self.to, "/to", shape(lights, descriptors))?;
-        let node = RunLightList { capacity: lights as usize, sources, slots };
+        let node = RunLightList { capacity: lights as usize, sources, slots, hard_below };
         pass.produce(Work::Cpu(CpuWork::new(node, output, inputs)))
     }
 
@@ -123,7 +127,7 @@ pub fn shape(lights: u32, descriptors: u32) -> DataShape {
         .value(
             "light.shadow",
             ValueType::vector(Component::U32, 4).array(lights),
-            "first descriptor, or 2³² − 1 without a shadow; number of descriptors; slot, or 2³² − 1; 1 with contact shadows",
+            "first descriptor, or 2³² − 1 without a shadow; number of descriptors; slot, or 2³² − 1; 1 with contact shadows, and twice the hardness (1 hard, 2 soft, 3 PCSS)",
         )
         .value(
             "slot",
@@ -146,6 +150,7 @@ struct RunLightList {
     capacity: usize,
     sources: Sources,
     slots: Option<Slots>,
+    hard_below: f64,
 }
 
 /// Memory that is used again in each frame.
@@ -197,8 +202,9 @@ impl CpuNode for RunLightList {
         let shadows = order.iter().flat_map(|at| {
             let (first, count) = shadows[*at as usize];
             let slot = slotted.iter().position(|(_, slotted)| slotted == at);
-            let contact = frame.lights[*at as usize].has(CONTACT_SHADOW);
-            [first, count, slot.map_or(NO_SHADOW, |slot| slot as u32), u32::from(contact)]
+            let light = &frame.lights[*at as usize];
+            let flags = u32::from(light.has(CONTACT_SHADOW)) + 2 * self.hardness(light);
+            [first, count, slot.map_or(NO_SHADOW, |slot| slot as u32), flags]
         });
         data.set_words("light.shadow", shadows);
         slots::publish(data, order, slotted);
@@ -206,6 +212,12 @@ impl CpuNode for RunLightList {
 }
 
 impl RunLightList {
+    /// What a light says of its shadow's edges, else the rule of priority; 0 where the pipeline decides.
+    fn hardness(&self, light: &Light) -> u32 {
+        let said = HARDNESS.iter().position(|word| light.has(word)).map(|at| at as u32 + 1);
+        said.unwrap_or(u32::from(f64::from(light.priority) < self.hard_below))
+    }
+
     /// The usable lights, the most important first.
     fn choose(&self, frame: &FrameInput, order: &mut Vec<u32>) {
         order.clear();

@@ -34,6 +34,12 @@ impl ObjectExtras {
         self.typed(key, "a number that is not negative", number, report)
     }
 
+    /// One of some words, as its position; `None` where it is absent.
+    pub(super) fn word(&self, key: &str, words: &[&str], report: &mut Report) -> Option<usize> {
+        let known = |value: &Value| words.iter().position(|word| value.as_str() == Some(word));
+        self.typed(key, &format!("one of {}", words.join(", ")), known, report)
+    }
+
     fn typed<T>(
         &self,
         key: &str,

@@ -214,11 +214,16 @@ fn one(
     };
     let (angular_diameter_deg, radius) = (number("angular_diameter_deg"), number("radius"));
     let priority = number("priority");
+    let hardness =
+        extras.each_ref().map(|extras| extras.word("shadowHardness", &["hard", "soft", "pcss"], report));
+    let hardness = hardness.into_iter().flatten().next();
     let mut is_on = |key: &str| {
         let found = extras.each_ref().map(|extras| extras.boolean(key, report));
         found.into_iter().flatten().next().unwrap_or(true)
     };
     let switches = [("cast_shadow", is_on("castShadow")), ("contact_shadow", is_on("contactShadow"))];
+    let words = switches.into_iter().filter_map(|(word, is_on)| is_on.then_some(word));
+    let words = words.chain(hardness.map(|at| ["hard_shadow", "soft_shadow", "pcss_shadow"][at]));
     usable.then(|| Light {
         name,
         kind,
@@ -227,7 +232,7 @@ fn one(
         color: Vec3::from_array(json.color),
         intensity: json.intensity,
         range: json.range.unwrap_or(f32::INFINITY),
-        properties: switches.iter().filter(|(_, is_on)| *is_on).map(|(word, _)| (*word).into()).collect(),
+        properties: words.map(Into::into).collect(),
         angular_diameter: angular_diameter_deg.unwrap_or(0.0).min(180.0).to_radians(),
         radius: radius.unwrap_or(0.0),
         priority: priority.unwrap_or(1.0),
