@@ -121,3 +121,75 @@ pub(super) fn clear(
     pass.set_pipeline(pipeline);
     pass.draw(0..3, 0..1);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A small generator of numbers.
+    fn next(seed: &mut u64, end: u32) -> u32 {
+        *seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (*seed >> 33) as u32 % end
+    }
+
+    fn view(layer: u32, viewport: [u32; 4], matrix: u32) -> View {
+        View {
+            clip_from_world: glam::DMat4::from_translation(glam::DVec3::X * f64::from(matrix)),
+            view_from_world: glam::DMat4::IDENTITY,
+            position: glam::DVec3::ZERO,
+            forward: glam::DVec3::NEG_Z,
+            reverse: false,
+            layer,
+            viewport: Some(viewport),
+        }
+    }
+
+    /// Texel by texel: what is seen is of the same view, and as new as the cadence promises.
+    #[test]
+    fn whatever_comes_no_texel_is_of_another_view_or_older_than_the_cadence() {
+        let mut left = 0;
+        for run in 0..1000 {
+            let mut seed = run;
+            let every = 1 << next(&mut seed, 4);
+            let (mut kept, mut texels) = (Kept::default(), [[None; 64]; 2]);
+            let (mut revision, mut changes) = (0, Vec::new());
+            let mut matrices = [0; 4];
+            for record in 0..32 {
+                revision += u64::from(next(&mut seed, 3) > 0);
+                changes.push(revision);
+                matrices[next(&mut seed, 4) as usize] += next(&mut seed, 8) / 7;
+                // Quarters of two layers, or one tile across the quarters of one.
+                let is_one = next(&mut seed, 9) == 0;
+                let tiles = if is_one { vec![(0, [2, 2, 4, 4])] } else { quarters(next(&mut seed, 16)) };
+                for (position, (layer, area)) in tiles.into_iter().enumerate() {
+                    let view = view(layer, area, matrices[position]);
+                    let stamp = (next(&mut seed, 99) > 0).then_some((revision, 0));
+                    let inside = |at: usize| {
+                        let (x, y) = (at as u32 % 8, at as u32 / 8);
+                        (area[0]..area[0] + area[2]).contains(&x) && (area[1]..area[1] + area[3]).contains(&y)
+                    };
+                    if kept.is_due(&view, stamp, (position, every), record) {
+                        kept.note(view, (layer as usize, area), stamp, record);
+                        for at in (0..64).filter(|at| inside(*at)) {
+                            texels[layer as usize][at] = Some((view, revision));
+                        }
+                    } else {
+                        left += 1;
+                    }
+                    let oldest = changes[changes.len().saturating_sub(every as usize)];
+                    for at in (0..64).filter(|at| inside(*at)) {
+                        let (drawn, revision) = texels[layer as usize][at].expect("a texel that was drawn");
+                        assert_eq!(drawn, view, "run {run}, record {record}");
+                        assert!(revision >= oldest, "run {run}, record {record}: {revision} before {oldest}");
+                    }
+                }
+            }
+        }
+        assert!(left > 10_000, "{left} views were left as they were");
+    }
+
+    fn quarters(present: u32) -> Vec<(u32, [u32; 4])> {
+        let quarters = (0..4).filter(|at| present >> at & 1 == 1);
+        quarters.map(|at| (at % 2, [at % 2 * 4, at / 2 * 4, 4, 4])).collect()
+    }
+}
