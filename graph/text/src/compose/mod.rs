@@ -9,7 +9,7 @@
 //! - `"use": "parts/blur.json"`: a pass that is a subgraph in a file of its own.
 //! - `"extends": "NAME"` of a pass: a group of `shared_settings` with the pass laid over it.
 //!
-//! Paths are relative to the folder of the file that names them; `umbragraph:nebula.json` is a file that comes with the
+//! Paths are relative to the folder of the file that names them; `umbragraph:NAME.json` is a file that comes with the
 //! module. The result is one [`Document`] whose every value still
 //! knows where it was written; what it replaced is kept in [`Composed::replaced`], so that `why` can tell all layers.
 //!
