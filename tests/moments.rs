@@ -282,7 +282,7 @@ fn a_constant_stays_constant_to_the_last_texel_of_a_layer_and_of_a_tile_whatever
         ("packed_4x16unorm", "rg32uint", 1.0, 1.0 / 32768.0),
         ("rgba8unorm", "rgba8unorm", 1.0, 1e-6),
     ] {
-        for radius in [0, 6, 64] {
+        for radius in [0, 64] {
             for in_tiles in [false, true] {
                 let seen = blurred(&gpu, [texel, format], radius, constant, in_tiles);
                 // The third image is constant in each of its tiles.
