@@ -13,7 +13,8 @@ fn another_size_yields_what_planning_from_scratch_yields() {
     for folder in ["pipelines", "pipelines/learn"] {
         let mut entries: Vec<_> = std::fs::read_dir(root().join(folder)).unwrap().flatten().collect();
         entries.sort_by_key(std::fs::DirEntry::file_name);
-        for entry in entries.iter().filter(|entry| entry.path().is_file()) {
+        for entry in entries.iter().filter(|entry| entry.path().extension().is_some_and(|end| end == "json"))
+        {
             let name = format!("{folder}/{}", entry.file_name().to_string_lossy());
             compared += compare(&name);
         }

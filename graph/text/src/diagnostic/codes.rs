@@ -264,7 +264,7 @@ crate::codes! {
         "The camera or a light of a frame has a value that is not finite, a direction that is not of unit length, or an empty depth range. The frame is recorded without it.";
     /// Lights that no pass reads.
     UNREAD_LIGHTS = "UG0811", "lights without a part in the picture",
-        "The scene has lights that no pass of the pipeline reads, such as spots and point lights where the pipeline lights with one directional light alone. `pipelines/awsm.json` takes every kind.";
+        "The scene has lights that no pass of the pipeline reads, such as spots and point lights where the pipeline lights with one directional light alone. A pipeline with a `light_list` takes every kind.";
     /// A CPU pass that publishes what it did not declare.
     BLACKBOARD = "UG0807", "undeclared blackboard data",
         "A CPU pass sets a value that it did not declare, or more views or elements than declared. That is a defect of the node kind.";
