@@ -1,6 +1,6 @@
 //! The pipelines that come with this crate: `"extends": "umbragraph:nebula.json"` works wherever a pipeline lies.
 //!
-//! Their names, which begin with [`SCHEME`], are paths like others: what they extend themselves is relative to them, and
+//! Their names, which begin with `umbragraph:`, are paths like others: what they extend themselves is relative to them, and
 //! diagnostics name them so. A file of such a name on the disk is not looked for.
 
 use std::path::Path;
@@ -12,7 +12,7 @@ use crate::source::{FileId, Sources};
 /// What the names of bundled files begin with.
 pub(crate) const SCHEME: &str = "umbragraph:";
 
-/// Every bundled file: its name behind [`SCHEME`], and its text; sorted by name.
+/// Every bundled file: its name behind `umbragraph:`, and its text; sorted by name.
 pub const PIPELINES: &[(&str, &str)] = &[
     ("awsm.json", include_str!("awsm.json")),
     ("base/cascades.json", include_str!("base/cascades.json")),
