@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use crate::compose::Files;
-use crate::diagnostic::{Diagnostic, codes};
+use crate::diagnostic::{Diagnostic, codes, suggested_name};
 use crate::source::{FileId, Sources};
 
 /// What the names of bundled files begin with.
@@ -44,9 +44,12 @@ impl<F: Files> Files for Bundled<F> {
             None => {
                 let message = format!("no file \"{bundled}\" comes with this version");
                 let name = format!("{SCHEME}{bundled}");
-                let known = PIPELINES.iter().map(|(known, _)| *known);
-                Err(Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", message)
-                    .help(format!("there are {}", known.collect::<Vec<_>>().join(", "))))
+                let known = || PIPELINES.iter().map(|(known, _)| *known);
+                let help = match suggested_name(bundled, known()) {
+                    Some(suggested) => format!("did you mean \"{SCHEME}{suggested}\"?"),
+                    None => format!("there are {}", known().collect::<Vec<_>>().join(", ")),
+                };
+                Err(Diagnostic::in_file(codes::FILE_UNREADABLE, &name, "", message).help(help))
             }
         }
     }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use common::gpu::{Host, read, scene};
 use common::host::{published, quiet_frame};
-use common::{Outcome, With, check_file, root};
+use common::{Outcome, With, check_file, root, with_small_maps};
 use glam::{DVec3, Vec3};
 use umbragraph::executor::Executor;
 use umbragraph::frame::{FrameInput, Light, LightKind};
@@ -28,16 +28,7 @@ fn interior() -> Scene {
 
 /// A small picture with small maps.
 fn small(parameters: &[(&str, &str)], features: &[(&str, &str)]) -> Outcome {
-    let mut all = vec![
-        ("cascade_side", "256"),
-        ("cube_side", "128"),
-        ("atlas_min_side", "256"),
-        ("atlas_max_side", "1024"),
-        ("tile_max_side", "256"),
-        ("tile_min_side", "16"),
-    ];
-    all.retain(|(name, _)| parameters.iter().all(|(other, _)| other != name));
-    all.extend_from_slice(parameters);
+    let all = with_small_maps(parameters);
     check_file(AWSM, &With { parameters: &all, features, size: Some([160, 120]), ..With::default() })
 }
 
@@ -73,12 +64,6 @@ fn lit_by(scene: &Scene, lights: Vec<Light>) -> FrameInput {
 /// The lights of a scene.
 fn lights_of(scene: &Scene) -> Vec<Light> {
     scene.frame_input(1.0, 0.0).lights
-}
-
-/// The number of pixels of which a channel differs by more than so much.
-fn differing(a: &Picture, b: &Picture, by: u8) -> usize {
-    let differs = |(a, b): &([u8; 4], [u8; 4])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > by);
-    a.rgba_pixels().zip(b.rgba_pixels()).filter(differs).count()
 }
 
 /// The scores of a filter on a truth scene, after holding them to the limits. Biases are automatic; ranges come from the
@@ -154,7 +139,7 @@ fn forward_and_reverse_depth_give_the_same_picture_with_every_filter() {
             };
             Host::new(&gpu, &check_file(AWSM, &with), &scene).picture(&scene.frame_input(640.0 / 360.0, 0.0))
         };
-        let differing = differing(&picture("true"), &picture("false"), 2);
+        let differing = picture("true").differing(&picture("false"), 2);
         println!("{filter}: {differing} of {} pixels differ", 640 * 360);
         assert!(differing <= 640 * 360 / 10_000, "{filter}: {differing} pixels differ");
     }
@@ -194,7 +179,7 @@ fn the_order_of_the_lights_changes_nothing() {
         lights.rotate_left(2);
         lights.swap(0, 3);
         let again = Host::new(&gpu, &outcome, &scene).picture(&lit_by(&scene, lights.clone()));
-        assert_eq!(differing(&first, &again, 0), 0);
+        assert_eq!(first.differing(&again, 0), 0);
     }
 }
 
@@ -210,7 +195,7 @@ fn every_light_throws_a_shadow_of_its_own() {
         let mut fewer = lights.clone();
         fewer[at].properties.clear();
         let without = host.picture(&lit_by(&scene, fewer));
-        let differing = differing(&all, &without, 2);
+        let differing = all.differing(&without, 2);
         assert!(differing > 20, "{}: {differing} pixels", lights[at].name);
     }
 }
@@ -228,7 +213,7 @@ fn unusable_lights_and_cameras_change_no_pixel_to_something_that_is_none() {
     lights.push(Light { range: 0.0, ..lamp("short", [0.0, 2.0, 4.0]) });
     lights.push(Light { intensity: f32::NAN, ..lamp("nan", [0.0, 2.0, 4.0]) });
     let with = host.picture(&lit_by(&scene, lights));
-    assert_eq!(differing(&plain, &with, 0), 0);
+    assert_eq!(plain.differing(&with, 0), 0);
     for kind in [
         LightKind::Spot { inner_angle: 0.0, outer_angle: 0.0 },
         LightKind::Spot { inner_angle: 1.0, outer_angle: std::f32::consts::PI },
@@ -273,7 +258,7 @@ fn wide_filters_see_nothing_of_the_neighbouring_tile() {
             Host::new(&gpu, &outcome, &scene).picture(&lit_by(&scene, lights))
         };
         let (full, empty) = (picture(DVec3::NEG_Y), picture(DVec3::Y));
-        assert_eq!(differing(&full, &empty, 0), 0, "{filter}");
+        assert_eq!(full.differing(&empty, 0), 0, "{filter}");
     }
 }
 
@@ -372,7 +357,7 @@ fn two_executors_on_one_plan_do_not_notice_one_another() {
         for (host, speed, wanted) in [(&mut one, 0.7, &left[at]), (&mut other, -0.4, &right[at])] {
             let (picture, notices) = show(host, at, speed);
             assert_eq!(notices, wanted.1, "frame {at} at {speed}");
-            assert_eq!(differing(&picture, &wanted.0, 0), 0, "frame {at} at {speed}");
+            assert_eq!(picture.differing(&wanted.0, 0), 0, "frame {at} at {speed}");
         }
     }
 }
@@ -479,7 +464,7 @@ fn a_figure_that_moves_takes_its_shadow_along() {
     assert!(moved > 30, "{moved} pixels of the wall");
     host.scene.update(&gpu.queue, &scene, &scene.pose(4.0));
     let back = host.picture(&frame(4.0));
-    assert!(differing(&rest, &back, 8) < 60, "the animation ends where it began");
+    assert!(rest.differing(&back, 8) < 60, "the animation ends where it began");
 }
 
 #[test]
@@ -523,7 +508,7 @@ fn several_samples_smooth_the_edges_and_nothing_else() {
         Host::new(&gpu, &outcome, &scene).picture(&lit_by(&scene, lights_of(&scene)))
     };
     let (one, four) = (picture("false"), picture("true"));
-    let edges = differing(&one, &four, 8);
+    let edges = one.differing(&four, 8);
     assert!(edges > 300 && edges < 160 * 120 / 3, "{edges} pixels differ");
 }
 
@@ -570,7 +555,7 @@ fn lights_lie_in_a_storage_buffer_where_the_device_has_one_and_else_in_a_uniform
     let input = scene.frame_input(160.0 / 120.0, 0.0);
     let one = Host::new(&gpu, &usual, &scene).picture(&input);
     let other = Host::new(&without, &small_one, &scene).picture(&input);
-    assert_eq!(differing(&one, &other, 1), 0);
+    assert_eq!(one.differing(&other, 1), 0);
 }
 
 /// A small picture for a profile.

@@ -5,7 +5,7 @@
 mod common;
 
 use common::gpu::{Host, scene};
-use common::{Outcome, With, check_file, root};
+use common::{Outcome, With, check_file, root, with_small_maps};
 use glam::{DVec3, Vec3};
 use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph_test_support::gpu;
@@ -24,23 +24,8 @@ const KINDS: [(&str, &str, u64); 5] = [
 ];
 
 fn awsm(parameters: &[(&str, &str)], features: &[(&str, &str)], size: [u32; 2]) -> Outcome {
-    let mut all = vec![
-        ("cascade_side", "256"),
-        ("cube_side", "128"),
-        ("atlas_min_side", "256"),
-        ("atlas_max_side", "1024"),
-        ("tile_max_side", "256"),
-        ("tile_min_side", "16"),
-    ];
-    all.retain(|(name, _)| parameters.iter().all(|(other, _)| other != name));
-    all.extend_from_slice(parameters);
+    let all = with_small_maps(parameters);
     check_file(AWSM, &With { parameters: &all, features, size: Some(size), ..With::default() })
-}
-
-/// The number of pixels of which a channel differs by more than so much.
-fn differing(a: &Picture, b: &Picture, by: u8) -> usize {
-    let differs = |(a, b): &([u8; 4], [u8; 4])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > by);
-    a.rgba_pixels().zip(b.rgba_pixels()).filter(differs).count()
 }
 
 #[test]
@@ -148,7 +133,7 @@ fn a_blur_as_wide_as_can_be_brings_nothing_from_the_neighbouring_tile() {
                 Host::new(&gpu, &outcome, &scene).picture(&input)
             };
             let (full, empty) = (picture(DVec3::NEG_Y), picture(DVec3::Y));
-            assert_eq!(differing(&full, &empty, 0), 0, "{filter} {precision}, radius {radius}");
+            assert_eq!(full.differing(&empty, 0), 0, "{filter} {precision}, radius {radius}");
         }
     }
 }
@@ -170,7 +155,7 @@ fn forward_and_reverse_depth_give_the_same_shadows_of_moments() {
             let outcome = awsm(&parameters, &features, [640, 360]);
             Host::new(&gpu, &outcome, &scene).picture(&scene.frame_input(640.0 / 360.0, 0.0))
         };
-        let differing = differing(&picture("true"), &picture("false"), 2);
+        let differing = picture("true").differing(&picture("false"), 2);
         println!("{filter} {precision}: {differing} of {} pixels differ", 640 * 360);
         // Of 16 bits the last one may fall the other way, where depths differ in the last of theirs.
         let bound = if precision == "\"fp32\"" { 640 * 360 / 10_000 } else { 640 * 360 / 2000 };

@@ -125,12 +125,6 @@ fn beyond_the_last_cascade_and_where_shadows_are_off_everything_is_lit() {
     assert!(!is_lit(courtyard(&gpu, CARACAL, &[term], &[])));
 }
 
-/// The pixels of which a channel differs by more than two levels.
-fn different(a: &Picture, b: &Picture) -> usize {
-    let pairs = a.rgba_pixels().zip(b.rgba_pixels());
-    pairs.filter(|(a, b)| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 2)).count()
-}
-
 #[test]
 fn deferred_and_forward_lighting_show_the_same() {
     let Some(gpu) = gpu::device() else { return };
@@ -142,7 +136,7 @@ fn deferred_and_forward_lighting_show_the_same() {
         let (parameters, features) = ([("shadow_filter", filter)], [("reverse_z", reverse)]);
         let [deferred, forward] = [LORE, "tests/systems/lore_forward.json"]
             .map(|pipeline| courtyard(&gpu, pipeline, &parameters, &features));
-        let count = different(&deferred, &forward);
+        let count = deferred.differing(&forward, 2);
         assert!(count <= allowed, "{filter}, {reverse}: {count} pixels differ");
     }
 }
@@ -154,10 +148,10 @@ fn maps_of_mixed_sizes_shadow_alike_in_one_array_and_in_a_texture_each() {
         [("debug_view", "\"shadow_term\""), ("resolutions", "[512, 1024, 256, 64]"), ("border", "2")];
     let [textures, array] =
         ["false", "true"].map(|value| courtyard(&gpu, LORE, &parameters, &[("map_array", value)]));
-    assert!(different(&textures, &array) * 10_000 <= 256 * 144);
+    assert!(textures.differing(&array, 2) * 10_000 <= 256 * 144);
     let finer =
         [("debug_view", "\"shadow_term\""), ("resolutions", "[512, 1024, 1024, 1024]"), ("border", "2")];
-    assert!(different(&textures, &courtyard(&gpu, LORE, &finer, &[])) > 100, "each has its own size");
+    assert!(textures.differing(&courtyard(&gpu, LORE, &finer, &[]), 2) > 100, "each has its own size");
 }
 
 #[test]

@@ -111,8 +111,8 @@ fn pipelines_that_come_with_the_command_have_names_of_their_own() {
     let why = text(&run(&["why", path, "exposure"]).stdout);
     assert!(why.contains("umbragraph:base/forward.json"), "{why}");
     std::fs::write(path, own.replace("nebula", "nebular")).unwrap();
-    rejected(&["check", path], 1, &["UG0001", "nebular.json", "there are awsm.json,"]);
-    rejected(&["check", "umbragraph:nebular.json"], 1, &["UG0001", "there are awsm.json,"]);
+    rejected(&["check", path], 1, &["UG0001", "nebular.json", "did you mean \"umbragraph:nebula.json\"?"]);
+    rejected(&["check", "umbragraph:something.json"], 1, &["UG0001", "there are awsm.json,"]);
     std::fs::write(path, own.replace("nebula.json", "../../../etc/passwd")).unwrap();
     rejected(&["check", path], 1, &["etc/passwd"]);
 }

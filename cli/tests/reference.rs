@@ -50,6 +50,13 @@ fn the_pages_are_those_of_this_version() {
 }
 
 #[test]
+fn a_folder_that_is_not_there_is_a_diagnostic() {
+    let folder = ScratchFolder::new("reference-missing");
+    let (status, _, errors) = reference(&["--write", folder.join("nowhere").to_str().unwrap()]);
+    assert!(status == Some(1) && errors.contains("error[UG0004]"), "{errors}");
+}
+
+#[test]
 fn links_between_pages_lead_to_headings() {
     let files = contents(&root().join("docs/reference"));
     let anchor = |heading: &str| {

@@ -80,6 +80,22 @@ pub struct With<'a> {
     pub without_aliasing: bool,
 }
 
+/// Sides of the maps of `pipelines/awsm.json` that are enough for small pictures.
+pub const SMALL_MAPS: &[(&str, &str)] = &[
+    ("cascade_side", "256"),
+    ("cube_side", "128"),
+    ("atlas_min_side", "256"),
+    ("atlas_max_side", "1024"),
+    ("tile_max_side", "256"),
+    ("tile_min_side", "16"),
+];
+
+/// Parameters over [`SMALL_MAPS`].
+pub fn with_small_maps<'a>(parameters: &[(&'a str, &'a str)]) -> Vec<(&'a str, &'a str)> {
+    let is_free = |(name, _): &&(&str, &str)| parameters.iter().all(|(other, _)| other != name);
+    SMALL_MAPS.iter().filter(is_free).chain(parameters).copied().collect()
+}
+
 /// Takes a text all the way to a plan of 640 by 480.
 pub fn check(text: &str) -> Outcome {
     check_with("test.json", text, &With::default())

@@ -35,18 +35,7 @@ pub const PIPELINES: &[(&str, usize, Settings)] = &[
             ("filter_radius", "1"),
         ],
     ),
-    (
-        "awsm",
-        4,
-        &[
-            ("cascade_side", "256"),
-            ("cube_side", "128"),
-            ("atlas_min_side", "256"),
-            ("atlas_max_side", "1024"),
-            ("tile_max_side", "256"),
-            ("tile_min_side", "16"),
-        ],
-    ),
+    ("awsm", 4, super::SMALL_MAPS),
 ];
 
 /// A scene, and the distances at which cascades end on it.

@@ -164,6 +164,15 @@ fn a_storage_write_without_a_mip_writes_the_first() {
 }
 
 #[test]
+fn storage_of_several_mips_is_rejected() {
+    let resources = texture("image", r#", "mips": 2"#);
+    let half = r#""half": { "compute": { "shader": "half.wgsl.jinja", "workgroups": [1, 1, 1],
+        "bind": { "image": { "texture": { "name": "image", "mips": 2 } } } } }"#;
+    let said = refused(1, &resources, &[half, &copy("shown", "", "image", "target")]);
+    assert!(said.contains("UG0302") && said.contains("storage is one mip level, these are 2"), "{said}");
+}
+
+#[test]
 fn of_a_pass_that_no_output_needs_a_read_of_nothing_is_told_and_of_a_part_is_not() {
     let resources = [texture("dead", ""), texture("pair", r#", "layers": 2"#)].join(", ");
     let first = red("first", r#"{ "to": "pair", "layer": 0 }"#, "");

@@ -11,10 +11,12 @@ mod templates;
 
 use std::path::Path;
 
-use umbragraph::diagnostic::suggested_name;
+use umbragraph::diagnostic::render::human_all;
+use umbragraph::diagnostic::{Diagnostics, suggested_name};
+use umbragraph::source::Sources;
 
 use crate::arguments::ReferenceArguments;
-use crate::replace::replace;
+use crate::replace::{replace, unwritable};
 use crate::streams::{complain, print};
 
 /// One thing of the reference.
@@ -127,10 +129,7 @@ fn write(pages: &[Page], folder: &Path) -> bool {
     for (name, text) in files {
         let path = folder.join(format!("{name}.md"));
         if let Err(error) = replace(&path, text) {
-            complain(&format!(
-                "{} cannot be written: {error}; check that the folder exists and may be written to\n",
-                path.display()
-            ));
+            complain(&human_all(&Diagnostics::from_iter([unwritable(&path, &error)]), &Sources::new()));
             return false;
         }
     }

@@ -124,6 +124,12 @@ impl Picture {
         writer.finish().map_err(encode)
     }
 
+    /// The number of pixels of which a channel differs from that of another picture by more than so much.
+    pub fn differing(&self, other: &Self, by: u8) -> usize {
+        let differs = |(a, b): &([u8; 4], [u8; 4])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > by);
+        self.rgba_pixels().zip(other.rgba_pixels()).filter(differs).count()
+    }
+
     /// Pixels in a row.
     pub fn width(&self) -> u32 {
         self.width

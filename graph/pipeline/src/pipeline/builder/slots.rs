@@ -280,6 +280,10 @@ impl PassBuilder<'_> {
             _ => usage,
         };
         // Storage is one mip level.
+        if let Some(IndexRange { count: count @ 2.., .. }) = range.mip.filter(|_| usage != Usage::Sampled) {
+            let message = format!("storage is one mip level, these are {count}");
+            return self.reject(codes::WRONG_RESOURCE, here, message, "bind one of them, with \"mip\"");
+        }
         let mip = range.mip.or((usage != Usage::Sampled).then_some(IndexRange::one(0)));
         let texture = self.texture(name, SubresourceRange { mip, ..range }, &at)?;
         Some(SlotSource::Texture(BoundTexture { texture, usage, shape: shape.unwrap_or(declared), format }))

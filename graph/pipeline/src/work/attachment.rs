@@ -1,0 +1,127 @@
+//! Work that draws: its attachments, what is loaded and what is stored.
+
+use serde::Serialize;
+
+use super::{Draw, ResourceHandle, Subresource};
+use crate::pipeline::Usage;
+
+/// Drawing into attachments.
+#[derive(Clone, Debug)]
+pub struct RenderWork {
+    /// The color attachments in the order of the fragment shader's locations.
+    pub color: Vec<ColorAttachment>,
+    /// The depth attachment.
+    pub depth: Option<DepthAttachment>,
+    /// The stencil attachment: of the same texture, mip and layer as the depth attachment.
+    pub stencil: Option<StencilAttachment>,
+    /// The draw.
+    pub draw: Draw,
+    /// The constant of the blend equations, if there is one.
+    pub blend_constant: Option<[f64; 4]>,
+}
+
+/// The part of a texture that is attached.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct AttachmentTarget {
+    /// The texture.
+    pub resource: ResourceHandle,
+    /// The mip level.
+    pub mip: u32,
+    /// The layer: a fixed one, or `None` for the layer that each view names.
+    pub layer: Option<u32>,
+}
+
+/// A color attachment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ColorAttachment {
+    /// The target.
+    pub to: Subresource,
+    /// The load operation.
+    pub load: LoadOperation<[f64; 4]>,
+    /// The blend state.
+    pub blend: Option<wgpu_types::BlendState>,
+    /// The channels that are written.
+    pub write_mask: wgpu_types::ColorWrites,
+    /// The format in which it is written, if not the texture's own.
+    pub format: Option<wgpu_types::TextureFormat>,
+    /// The resolve target of its samples.
+    pub resolve: Option<Subresource>,
+    /// Whether its contents are discarded after the pass.
+    pub discard: bool,
+}
+
+impl ColorAttachment {
+    /// How the texture is used.
+    pub fn usage(&self) -> Usage {
+        match self.load {
+            LoadOperation::Load => Usage::ColorAttachmentLoad,
+            LoadOperation::Clear(_) | LoadOperation::Discard => Usage::ColorAttachment,
+        }
+    }
+}
+
+/// A depth attachment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DepthAttachment {
+    /// The target.
+    pub to: Subresource,
+    /// The load operation.
+    pub load: LoadOperation<f64>,
+    /// Whether depth is written.
+    pub write: bool,
+    /// The depth comparison.
+    pub compare: wgpu_types::CompareFunction,
+    /// The bias of the rasteriser per unit of depth slope, away from the viewer where positive and depth grows away.
+    pub slope_bias: f32,
+    /// Whether its contents are discarded after the pass.
+    pub discard: bool,
+}
+
+impl DepthAttachment {
+    /// How the texture is used.
+    pub fn usage(&self) -> Usage {
+        match (self.load, self.write) {
+            (LoadOperation::Load, false) => Usage::DepthAttachmentReadOnly,
+            (LoadOperation::Load, true) => Usage::DepthAttachmentLoad,
+            _ => Usage::DepthAttachment,
+        }
+    }
+}
+
+/// A stencil attachment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StencilAttachment {
+    /// The target.
+    pub to: Subresource,
+    /// The load operation.
+    pub load: LoadOperation<u32>,
+    /// Comparisons, operations and masks.
+    pub state: wgpu_types::StencilState,
+    /// The reference value for comparisons and writes.
+    pub reference: u32,
+    /// Whether its contents are discarded after the pass.
+    pub discard: bool,
+}
+
+impl StencilAttachment {
+    /// How the texture is used.
+    pub fn usage(&self) -> Usage {
+        match self.load {
+            LoadOperation::Load if self.state.is_read_only(None) => Usage::StencilAttachmentReadOnly,
+            LoadOperation::Load => Usage::StencilAttachmentLoad,
+            _ => Usage::StencilAttachment,
+        }
+    }
+}
+
+/// The load operation of an attachment.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum LoadOperation<T> {
+    /// The contents from before.
+    Load,
+    /// One value.
+    Clear(T),
+    /// Whatever; the pass writes all of it.
+    Discard,
+}

@@ -1,0 +1,30 @@
+//! Work that dispatches a compute shader.
+
+use super::{BoundSlot, Deferred, ProgramHandle, ResourceHandle, Subresource};
+
+/// Dispatching a compute shader.
+#[derive(Clone, Debug)]
+pub struct ComputeWork {
+    /// The shader.
+    pub program: ProgramHandle,
+    /// The bindings.
+    pub bindings: Vec<BoundSlot>,
+    /// The size of the dispatch.
+    pub dispatch: Dispatch,
+}
+
+/// The size of a dispatch.
+#[derive(Clone, Debug)]
+pub enum Dispatch {
+    /// So many workgroups.
+    Workgroups([Deferred; 3]),
+    /// As many workgroups as three words of a buffer say.
+    Indirect(Subresource),
+    /// As many workgroups as cover the width, height and layers of a texture with one invocation for each texel.
+    Over {
+        /// The texture.
+        resource: ResourceHandle,
+        /// The mip level whose size counts.
+        mip: u32,
+    },
+}

@@ -1,0 +1,83 @@
+//! Work on the CPU: a function from frame input to named data and views, with a state of its own for each executor.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use super::Subresource;
+use crate::data::BlackboardData;
+use crate::frame::FrameInput;
+
+/// A function from what the host says of a frame to named data and views. The node itself is part of the plan and does
+/// not change; equal nodes compute the same.
+pub trait CpuNode: PartialEq + Send + Sync + std::fmt::Debug + 'static {
+    /// What is kept from frame to frame; `()` for nothing. Each executor has one for each pass.
+    type State: Default + Send + 'static;
+
+    /// Computes the data of one frame. `data` comes cleared; whatever the input is, it must end up finite.
+    fn run(&self, state: &mut Self::State, context: &CpuContext<'_>, data: &mut BlackboardData);
+}
+
+/// A [`CpuNode`] without its type.
+pub trait AnyCpuNode: Any + Send + Sync + std::fmt::Debug {
+    /// The node with a new state.
+    fn start(self: Arc<Self>) -> Box<dyn CpuRun>;
+    /// Whether another node is of the same type and equal.
+    fn is_same(&self, other: &dyn AnyCpuNode) -> bool;
+}
+
+/// A CPU node with its state.
+pub trait CpuRun: Send {
+    /// Computes the data of the next frame.
+    fn run(&mut self, context: &CpuContext<'_>, data: &mut BlackboardData);
+}
+
+struct Started<N: CpuNode> {
+    node: Arc<N>,
+    state: N::State,
+}
+
+impl<N: CpuNode> AnyCpuNode for N {
+    fn start(self: Arc<Self>) -> Box<dyn CpuRun> {
+        Box::new(Started { node: self, state: N::State::default() })
+    }
+
+    fn is_same(&self, other: &dyn AnyCpuNode) -> bool {
+        let other: &dyn Any = other;
+        other.downcast_ref::<N>().is_some_and(|other| self == other)
+    }
+}
+
+impl<N: CpuNode> CpuRun for Started<N> {
+    fn run(&mut self, context: &CpuContext<'_>, data: &mut BlackboardData) {
+        self.node.run(&mut self.state, context, data);
+    }
+}
+
+/// The input of a CPU node for one frame.
+#[derive(Debug)]
+pub struct CpuContext<'a> {
+    /// The host's input.
+    pub frame: &'a FrameInput,
+    /// The width and height of the picture.
+    pub viewport: [u32; 2],
+    /// The data that the pass declared to read, in the order of the declaration.
+    pub inputs: &'a [&'a BlackboardData],
+}
+
+/// Work on the CPU.
+#[derive(Clone, Debug)]
+pub struct CpuWork {
+    /// The function.
+    pub node: Arc<dyn AnyCpuNode>,
+    /// The data that it computes.
+    pub output: Subresource,
+    /// The data that it reads.
+    pub inputs: Vec<Subresource>,
+}
+
+impl CpuWork {
+    /// A node that computes data from a frame and from other data.
+    pub fn new(node: impl CpuNode, output: Subresource, inputs: Vec<Subresource>) -> Self {
+        Self { node: Arc::new(node), output, inputs }
+    }
+}

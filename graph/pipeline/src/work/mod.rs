@@ -1,0 +1,131 @@
+//! What a pass does, as data: the executor and the compiler interpret it, no pass touches the device itself.
+//!
+//! A node kind turns its settings into one [`Work`]. Render and compute work is pure data (attachments, programs,
+//! bindings, sizes as expressions), so it can be checked, planned, compared and drawn without a GPU. CPU work is a
+//! function from frame input to named data and views; it knows no GPU either.
+//!
+//! What a pass accesses follows from its work ([`Work::accesses`]) and is said nowhere else.
+
+mod attachment;
+mod binding;
+mod compute;
+mod cpu;
+mod draw;
+mod handle;
+mod transfer;
+
+pub use attachment::{
+    AttachmentTarget, ColorAttachment, DepthAttachment, LoadOperation, RenderWork, StencilAttachment,
+};
+pub use binding::{
+    Address, BlockLayout, BlockRun, BlockValues, BoundSlot, BoundTexture, Compare, Deferred, Filter, Sampler,
+    SlotSource, TextureView,
+};
+pub use compute::{ComputeWork, Dispatch};
+pub use cpu::{AnyCpuNode, CpuContext, CpuNode, CpuRun, CpuWork};
+pub use draw::{BufferDraw, Draw, DrawCounts, DrawOrder, IndexStream, Redraw, SceneDraw, VertexStream};
+pub use handle::{PassHandle, ProgramHandle, ResourceHandle};
+pub use transfer::{BufferRegion, TextureRegion, TransferEnd, TransferWork};
+
+use crate::pipeline::{SubresourceRange, Usage, Version};
+use crate::source::Span;
+
+/// A resource and the part of it that a setting names.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Subresource {
+    /// The resource.
+    pub resource: ResourceHandle,
+    /// The part, as it is written.
+    pub range: SubresourceRange,
+    /// The version, where it is read.
+    pub version: Version,
+    /// The place in the document.
+    pub place: Span,
+    /// Its JSON pointer.
+    pub pointer: String,
+}
+
+impl Subresource {
+    /// The part as an attachment: one mip level, and one layer or the one that each view names.
+    pub fn target(&self) -> AttachmentTarget {
+        let (mip, layer) = (self.range.mip.map_or(0, |run| run.first), self.range.layer.map(|run| run.first));
+        AttachmentTarget { resource: self.resource, mip, layer }
+    }
+
+    /// The first byte; of all of a buffer 0.
+    pub fn offset(&self) -> u64 {
+        self.range.bytes.map_or(0, |run| run.first)
+    }
+}
+
+/// The work of a pass.
+#[derive(Clone, Debug)]
+pub enum Work {
+    /// Nothing: of a pass that is assembled only what it accesses is known.
+    Nothing,
+    /// Computes data and views on the CPU.
+    Cpu(CpuWork),
+    /// Draws into attachments.
+    Render(Box<RenderWork>),
+    /// Dispatches a compute shader.
+    Compute(Box<ComputeWork>),
+    /// Copies texels or bytes, or clears a buffer.
+    Transfer(Box<TransferWork>),
+}
+
+impl Work {
+    /// What it accesses and how, in the order in which it is done.
+    pub fn accesses(&self) -> Vec<(&Subresource, Usage)> {
+        let mut all = Vec::new();
+        match self {
+            Work::Nothing => {}
+            Work::Cpu(cpu) => {
+                all.extend(cpu.inputs.iter().map(|input| (input, Usage::BlackboardRead)));
+                all.push((&cpu.output, Usage::BlackboardWrite));
+            }
+            Work::Render(render) => {
+                match &render.draw {
+                    Draw::Fullscreen { bindings, .. } => all.extend(bound(bindings)),
+                    Draw::Buffers(draw) => {
+                        all.extend(bound(&draw.bindings));
+                        all.extend(draw.vertices.iter().map(|stream| (&stream.buffer, Usage::Vertex)));
+                        all.extend(draw.indices.iter().map(|indices| (&indices.buffer, Usage::Index)));
+                        if let DrawCounts::Indirect(counts) = &draw.counts {
+                            all.push((counts, Usage::Indirect));
+                        }
+                    }
+                    Draw::Scene(scene) => {
+                        all.push((&scene.views, Usage::BlackboardRead));
+                        all.extend(bound(&scene.bindings));
+                    }
+                }
+                for color in &render.color {
+                    all.push((&color.to, color.usage()));
+                    all.extend(color.resolve.iter().map(|to| (to, Usage::ResolveTarget)));
+                }
+                all.extend(render.depth.iter().map(|depth| (&depth.to, depth.usage())));
+                all.extend(render.stencil.iter().map(|stencil| (&stencil.to, stencil.usage())));
+            }
+            Work::Compute(compute) => {
+                all.extend(bound(&compute.bindings));
+                if let Dispatch::Indirect(counts) = &compute.dispatch {
+                    all.push((counts, Usage::Indirect));
+                }
+            }
+            Work::Transfer(transfer) => {
+                all.extend(transfer.source.iter().map(|end| (end.subresource(), Usage::CopySource)));
+                all.push((transfer.destination.subresource(), transfer.written));
+            }
+        }
+        all
+    }
+}
+
+fn bound(slots: &[BoundSlot]) -> impl Iterator<Item = (&Subresource, Usage)> {
+    slots.iter().filter_map(|slot| match &slot.source {
+        SlotSource::Texture(bound) => Some((&bound.texture, bound.usage)),
+        SlotSource::Buffer { buffer, usage } => Some((buffer, *usage)),
+        SlotSource::Data { data, .. } => Some((data, Usage::BlackboardRead)),
+        SlotSource::Sampler(_) | SlotSource::View | SlotSource::Values(_) => None,
+    })
+}

@@ -1,0 +1,63 @@
+//! Work that copies texels or bytes, or clears a buffer.
+
+use super::{Deferred, Subresource};
+use crate::pipeline::{IndexRange, Usage};
+
+/// Copying texels or bytes, or clearing a buffer.
+#[derive(Clone, Debug)]
+pub struct TransferWork {
+    /// From where; without it the destination, a buffer, is filled with zeros.
+    pub source: Option<TransferEnd>,
+    /// To where.
+    pub destination: TransferEnd,
+    /// How the destination is used: what stays of what was there.
+    pub written: Usage,
+    /// The width and height of the texels that are copied; all of a mip level without it.
+    pub extent: Option<[Deferred; 2]>,
+}
+
+/// One end of a transfer.
+#[derive(Clone, Debug)]
+pub enum TransferEnd {
+    /// Bytes of a buffer.
+    Buffer(BufferRegion),
+    /// Texels of a texture.
+    Texture(TextureRegion),
+}
+
+impl TransferEnd {
+    /// The part that is copied from or to.
+    pub fn subresource(&self) -> &Subresource {
+        match self {
+            TransferEnd::Buffer(region) => &region.buffer,
+            TransferEnd::Texture(region) => &region.texture,
+        }
+    }
+}
+
+/// Bytes of a buffer, or texels in it: row by row, layer by layer, mip level by mip level.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct BufferRegion {
+    /// The bytes.
+    pub buffer: Subresource,
+    /// From one row of texels to the next, a multiple of 256 (unit: bytes); as few as possible without it.
+    pub bytes_per_row: Option<u32>,
+    /// From one layer to the next (unit: rows of texel blocks); as few as possible without it.
+    pub rows_per_image: Option<u32>,
+}
+
+/// Texels of a texture.
+#[derive(Clone, Debug)]
+pub struct TextureRegion {
+    /// The mip levels, the first without it; and the layers, or slices of a volume, all without it.
+    pub texture: Subresource,
+    /// The texel with which it begins, from the left and from the top; the first without it.
+    pub origin: Option<[Deferred; 2]>,
+}
+
+impl TextureRegion {
+    /// The mip levels.
+    pub fn mip(&self) -> IndexRange<u32> {
+        self.texture.range.mip.unwrap_or(IndexRange::one(0))
+    }
+}
