@@ -55,4 +55,8 @@ fn samples_are_resolved_to_a_texture_of_their_format() {
     let to = r#"{ "to": "samples", "clear": [1, 0, 0, 1], "resolve": { "to": "target" } }"#;
     let Some(found) = formats(&samples, &draw(1, to), true) else { return };
     assert_eq!(found, ["Rgba8Unorm", "Rgba8Unorm"]);
+    // A copy would do with another encoding of the same bytes; a resolve does not.
+    let samples = texture("samples", r#"["rgba8unorm-srgb", "rgba8unorm"]"#, r#", "samples": 4"#);
+    let Some(found) = formats(&samples, &draw(1, to), true) else { return };
+    assert_eq!(found, ["Rgba8Unorm", "Rgba8Unorm"]);
 }

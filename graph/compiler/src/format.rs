@@ -28,8 +28,8 @@ pub(super) struct FormatRequirements<'a> {
     pub(super) bindings: Vec<(PassHandle, BindingType, TextureView)>,
     /// The formats in which it is seen, each with the pass.
     pub(super) views: Vec<(PassHandle, TextureFormat)>,
-    /// What it is copied or resolved to or from.
-    pub(super) alike: Vec<ResourceHandle>,
+    /// What it is copied or resolved to or from, and whether resolved, which needs the same format.
+    pub(super) alike: Vec<(ResourceHandle, bool)>,
     /// Whether some attachment blends.
     pub(super) blends: bool,
     /// Whether it is cleared to a value before passes use it.
@@ -90,11 +90,12 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Fo
                 }
             }
         }
+        let resolves = matches!(declared.work(), Work::Render(_));
         for (a, b) in copied(declared.work()) {
             for source in pipeline.fallbacks(a) {
                 let [a, b] = [source, b].map(|one| pipeline.resource(one).history.map_or(one, |all| all.of));
-                wants[a.index()].alike.push(b);
-                wants[b.index()].alike.push(a);
+                wants[a.index()].alike.push((b, resolves));
+                wants[b.index()].alike.push((a, resolves));
             }
         }
         if let Work::Render(render) = declared.work() {
@@ -199,18 +200,18 @@ pub(super) fn choose(
     Err(Box::new(diagnostic))
 }
 
-/// Whether a texture could be in a format that goes with one of another texture.
+/// Whether a texture could be in a format that fits.
 pub(super) fn could_be_like(
     pipeline: &Pipeline,
     texture: &TextureDeclaration,
     wants: &FormatRequirements<'_>,
     size: TextureSize,
-    other: TextureFormat,
+    fits: &dyn Fn(TextureFormat) -> bool,
 ) -> bool {
     let usages = wants.texture_usages();
     let volume = texture.view == Some(TextureShape::D3);
     texture.format.names().iter().filter_map(|name| parse_format(name)).any(|format| {
-        are_alike(format, other)
+        fits(format)
             && rejection(pipeline, format, wants, size.samples, &pipeline.profile).is_none()
             && texture_rules::of_format(format, size, volume, usages).is_none()
     })

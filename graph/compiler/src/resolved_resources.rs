@@ -172,24 +172,30 @@ impl<'a> ResolvedResources<'a> {
         format: TextureFormat,
         options: &PlanOptions,
     ) -> bool {
-        let mut known = vec![handle];
+        // Each with whether it is reached by resolves alone, and so has to be the same.
+        let mut known = vec![(handle, true)];
         let mut at = 0;
-        while let Some(one) = known.get(at).copied() {
-            for other in &wants[one.index()].alike {
-                if !known.contains(other) {
-                    known.push(*other);
+        while let Some((one, is_same)) = known.get(at).copied() {
+            for (other, resolves) in &wants[one.index()].alike {
+                let found = (*other, is_same && *resolves);
+                if !known.contains(&found) && !known.contains(&(*other, true)) {
+                    known.push(found);
                 }
             }
             at += 1;
         }
-        known[1..].iter().all(|other| {
+        known[1..].iter().all(|(other, is_same)| {
+            let fits = |other: TextureFormat| match is_same {
+                true => other == format,
+                false => format::are_alike(other, format),
+            };
             let resource = self.pipeline.resource(*other);
             let size = self.sizes.texture(*other);
             match (self.texture(*other), told(options, resource), resource.texture(), size) {
-                (Some(chosen), ..) => format::are_alike(chosen.format, format),
-                (None, Some(import), ..) => format::are_alike(import.format, format),
+                (Some(chosen), ..) => fits(chosen.format),
+                (None, Some(import), ..) => fits(import.format),
                 (None, None, Some(texture), Some(size)) => {
-                    format::could_be_like(self.pipeline, texture, &wants[other.index()], size, format)
+                    format::could_be_like(self.pipeline, texture, &wants[other.index()], size, &fits)
                 }
                 _ => true,
             }
