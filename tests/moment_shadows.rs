@@ -9,7 +9,6 @@ use common::{Outcome, With, check_file, root, with_small_maps};
 use glam::{DVec3, Vec3};
 use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph_test_support::gpu;
-use umbragraph_test_support::image::Picture;
 use umbragraph_test_support::truth::{self, BandScore, TruthScene};
 
 const AWSM: &str = "pipelines/awsm.json";
