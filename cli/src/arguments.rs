@@ -444,6 +444,10 @@ pub(crate) struct RenderArguments {
     /// Writes when the processor and the GPU work on each pass of each frame, as a trace for ui.perfetto.dev.
     #[arg(long, value_name = "FILE.json")]
     pub(crate) trace: Option<PathBuf>,
+    /// Writes what changes from frame to frame as JSON: how many of the points that two frames see have another shadow
+    /// term, and what passes that keep views have drawn. The pictures show the shadow term.
+    #[arg(long, value_name = "FILE.json")]
+    pub(crate) report: Option<PathBuf>,
     /// Compresses PNG files less, in a fraction of the time.
     #[arg(long)]
     pub(crate) fast: bool,

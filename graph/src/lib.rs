@@ -24,7 +24,8 @@ pub use umbragraph_text::{codes, compose, diagnostic, document, expression, lang
 pub use umbragraph_pipeline::{data, frame, node, work};
 
 pub use umbragraph_tools::{
-    CheckOptions, CheckReport, Coverage, capture, check, check_configurations, check_document, report, why,
+    CheckOptions, CheckReport, Coverage, capture, check, check_configurations, check_document, report,
+    reprojection, why,
 };
 
 #[cfg(feature = "gpu")]

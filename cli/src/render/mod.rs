@@ -4,6 +4,7 @@ pub(crate) mod camera;
 pub(crate) mod capture;
 mod files;
 mod layout;
+mod report;
 mod target;
 mod timings;
 
@@ -22,6 +23,7 @@ use umbragraph::shader::TargetProfile;
 
 use self::camera::CameraPath;
 use self::files::{Animation, Compression, Format};
+use self::report::Report;
 use self::timings::Timings;
 use crate::arguments::RenderArguments;
 use crate::device::{self, Graphics};
@@ -58,7 +60,10 @@ fn render(
 ) -> Result<Option<String>, Diagnostics> {
     let output = Output::of(arguments)?;
     let path = CameraPath::of(arguments.camera.as_ref())?;
-    let checked = progress.stage("check", || session.check(&arguments.pipeline, &arguments.choices));
+    let mut report = arguments.report.is_some().then(Report::default);
+    let choices =
+        &if report.is_some() { report::choices(&arguments.choices) } else { arguments.choices.clone() };
+    let checked = progress.stage("check", || session.check(&arguments.pipeline, choices));
     let scene = match progress.stage("load scene", || {
         umbragraph::scene::load_below(&arguments.scene, session.roots(&arguments.scene))
     }) {
@@ -74,7 +79,9 @@ fn render(
     if session.diagnostics.has_errors() {
         return Ok(None);
     }
-    let (captures, document) = capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref())?;
+    let also = report.as_ref().map(|_| report::depth());
+    let (captures, document) =
+        capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref(), also)?;
     let graphics = progress.stage("open device", device::open)?;
     let device_features =
         checked.pipeline.as_ref().map_or(wgpu::Features::empty(), |pipeline| pipeline.device_features())
@@ -83,13 +90,13 @@ fn render(
         let profile = profile.on_device(&graphics.device.limits(), graphics.flags);
         if device_features.is_empty() { profile } else { profile.with_features(device_features) }
     };
-    let checked = if captures.is_empty() {
+    let checked = if document.imports.is_empty() {
         checked
     } else {
         session.included = Some(document.text);
-        progress.stage("check captures", || session.check(&arguments.pipeline, &arguments.choices))
+        progress.stage("check captures", || session.check(&arguments.pipeline, choices))
     };
-    let checked = session.check_on(checked, &on_device, &arguments.pipeline, &arguments.choices);
+    let checked = session.check_on(checked, &on_device, &arguments.pipeline, choices);
     if checked.plan.is_none() || session.diagnostics.has_errors() {
         return Ok(None);
     }
@@ -115,6 +122,9 @@ fn render(
         let time = arguments.at + f64::from(at) / arguments.fps;
         let part = f64::from(at) / f64::from(output.frames);
         drawing.frame(&path, u64::from(at), time, part)?;
+        if let Some(report) = &mut report {
+            drawing.report(report, time)?;
+        }
         if let Some(animation) = &mut animation {
             animation.frame(at, &mut drawing.picture()?)?;
         }
@@ -133,6 +143,9 @@ fn render(
     let mut said = format!("{}: {frames}{width} by {height} on {}\n", arguments.out.display(), graphics.name);
     for (capture, texels) in captures.iter().zip(drawing.captured()?) {
         said.push_str(&capture.write(&texels, output.compression)?);
+    }
+    if let Some((report, path)) = report.as_ref().zip(arguments.report.as_ref()) {
+        said.push_str(&report.write(path)?);
     }
     if let Some(timings) = &drawing.timings {
         if arguments.timings {
@@ -323,11 +336,23 @@ impl<'a> Drawing<'a> {
 
     /// The captures of the last frame.
     fn captured(&self) -> Result<Vec<Texels>, Diagnostics> {
-        let Graphics { device, queue, .. } = self.graphics;
-        let find = |name: &String| self.imports.iter().find(|(import, _)| import == name);
-        let read =
-            |(_, texture): &(String, wgpu::Texture)| pollster::block_on(read_back(device, queue, texture));
-        let texels: Result<Vec<_>, Diagnostic> = self.captures.iter().filter_map(find).map(read).collect();
+        let texels: Result<Vec<_>, Diagnostic> =
+            self.captures.iter().filter_map(|name| self.capture(name)).collect();
         Ok(texels?)
+    }
+
+    /// The texels of an import.
+    fn capture(&self, name: &str) -> Option<Result<Texels, Diagnostic>> {
+        let Graphics { device, queue, .. } = self.graphics;
+        let (_, texture) = self.imports.iter().find(|(import, _)| import == name)?;
+        Some(pollster::block_on(read_back(device, queue, texture)))
+    }
+
+    /// Takes the last frame into a report, for which depth is the last of the captures.
+    fn report(&self, report: &mut Report, time: f64) -> Result<(), Diagnostics> {
+        if let Some(depth) = self.captures.last().and_then(|name| self.capture(name)) {
+            report.frame(&self.executor, (&self.picture()?, &depth?), time)?;
+        }
+        Ok(())
     }
 }
