@@ -1,18 +1,20 @@
 //! Shadows of the project's own scenes against rays on the CPU: through the holes of leaves, of a figure that moves, and of
 //! every kind of light with every kind of filter.
 //!
-//! The oracle knows nothing of shadow maps: triangles in the world, skinned by the joints of the pose, texels of alpha
-//! masks, and rays to the lights. It is asked at points that the camera sees on what stands still, away from the edges of shadows,
+//! The oracle (`umbragraph-score`) knows nothing of shadow maps: triangles in the world, skinned by the joints of the pose,
+//! texels of alpha masks, and rays to the lights. It is asked at points that the camera sees on what stands still, away from the edges of shadows,
 //! where no map of finite resolution can be right.
 
 mod common;
 
 use common::gpu::{Host, render_frame, scene};
 use common::{With, check_file, root};
-use glam::{DMat4, DVec2, DVec3};
-use umbragraph::frame::{Bounds, FrameInput, Light, LightKind};
+use glam::{DVec2, DVec3};
+use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph::scene::material::AlphaMode;
-use umbragraph::scene::{Draw, Pose, Scene};
+use umbragraph::scene::{Draw, Scene};
+use umbragraph_score::Rays;
+use umbragraph_score::rays::Seen;
 use umbragraph_test_support::gpu::{self, Gpu};
 use umbragraph_test_support::image::Picture;
 
@@ -21,100 +23,10 @@ const SIZE: [u32; 2] = [480, 270];
 /// The cosine between a surface's normal and the direction to a light that it faces well.
 const FACING: std::ops::Range<f64> = 0.3..1.1;
 
-/// A triangle in the world.
-struct Triangle {
-    corners: [DVec3; 3],
-    texcoords: [DVec2; 3],
-    draw: Draw,
-}
-
-/// A scene in a pose, to be asked by rays.
-struct Rays<'a> {
-    scene: &'a Scene,
-    draws: Vec<(Bounds, Vec<Triangle>)>,
-    /// Whether alpha masks are taken for what they are, or every card for a whole one.
-    has_holes: bool,
-}
-
-impl<'a> Rays<'a> {
-    fn new(scene: &'a Scene, pose: &Pose, has_holes: bool) -> Self {
-        let draws = scene.draws().map(|draw| (scene.draw_bounds(draw, pose), triangles(scene, pose, draw)));
-        Self { scene, draws: draws.collect(), has_holes }
-    }
-
-    /// The nearest hit of a ray, as its distance and the triangle.
-    fn nearest(&self, origin: DVec3, direction: DVec3) -> Option<(f64, &Triangle)> {
-        self.hits(origin, direction).min_by(|a, b| a.0.total_cmp(&b.0))
-    }
-
-    /// Whether a point sees a light; `None` where that does not shine, whatever stands between.
-    fn is_lit(&self, point: DVec3, light: &Light) -> Option<bool> {
-        let (to_light, distance) = incidence(light, point)?;
-        let between = |(t, triangle): (f64, &Triangle)| t < distance && triangle.draw.cast_shadow;
-        Some(!self.hits(point + to_light * 1e-3, to_light).any(between))
-    }
-
-    /// Whether something transparent lies before a distance, so that a pixel does not show what is there alone.
-    fn is_behind_glass(&self, origin: DVec3, direction: DVec3, distance: f64) -> bool {
-        let is_glass =
-            |triangle: &Triangle| self.scene.material(triangle.draw).alpha_mode == AlphaMode::Blend;
-        let draws = self.draws.iter().map(|(_, triangles)| triangles);
-        let mut glass = draws.filter(|triangles| triangles.first().is_some_and(is_glass)).flatten();
-        glass.any(|triangle| hit(&triangle.corners, origin, direction).is_some_and(|(t, ..)| t < distance))
-    }
-
-    fn hits(&self, origin: DVec3, direction: DVec3) -> impl Iterator<Item = (f64, &Triangle)> {
-        let near = self.draws.iter().filter(move |(bounds, _)| may_hit(bounds, origin, direction));
-        near.flat_map(|(_, triangles)| triangles).filter_map(move |triangle| {
-            let (t, b, c) = hit(&triangle.corners, origin, direction)?;
-            self.is_there(triangle, b, c).then_some((t, triangle))
-        })
-    }
-
-    fn is_there(&self, triangle: &Triangle, b: f64, c: f64) -> bool {
-        let material = self.scene.material(triangle.draw);
-        match material.alpha_mode {
-            AlphaMode::Mask { cutoff } if self.has_holes => {
-                let [first, second, third] = triangle.texcoords;
-                let at = first + (second - first) * b + (third - first) * c;
-                let Some(texture) = material.base_color_texture else { return true };
-                let image = &self.scene.images[self.scene.textures[texture].image];
-                let texel =
-                    |value: f64, count: u32| ((value - value.floor()) * f64::from(count)) as u32 % count;
-                let (x, y) = (texel(at.x, image.width), texel(at.y, image.height));
-                let alpha = image.rgba[(y as usize * image.width as usize + x as usize) * 4 + 3];
-                f32::from(alpha) / 255.0 * material.base_color[3] >= cutoff
-            }
-            AlphaMode::Blend => false,
-            _ => true,
-        }
-    }
-}
-
-fn triangles(scene: &Scene, pose: &Pose, draw: Draw) -> Vec<Triangle> {
-    let primitive = scene.primitive(draw);
-    let joints: Vec<DMat4> = scene.joint_transforms(draw.node, pose).collect();
-    let corner = |index: u32| {
-        let point = DVec3::from_array(primitive.positions[index as usize].map(f64::from));
-        match (&primitive.joints, draw.skin) {
-            (Some(moved), Some(_)) => {
-                let (four, weights) = (moved.joints[index as usize], moved.weights[index as usize]);
-                let parts = four.into_iter().zip(weights).filter(|(_, weight)| *weight > 0.0);
-                let place = |joint: u16| joints[usize::from(joint)].transform_point3(point);
-                parts.map(|(joint, weight)| place(joint) * f64::from(weight)).sum()
-            }
-            _ => pose.world(draw.node).transform_point3(point),
-        }
-    };
-    let texcoord = |index: u32| DVec2::from_array(primitive.texcoords[index as usize].map(f64::from));
-    let faces = primitive.indices.chunks_exact(3);
-    faces
-        .map(|face| Triangle {
-            corners: [corner(face[0]), corner(face[1]), corner(face[2])],
-            texcoords: [texcoord(face[0]), texcoord(face[1]), texcoord(face[2])],
-            draw,
-        })
-        .collect()
+/// Whether a point sees a light; `None` where that does not shine, whatever stands between.
+fn is_lit(rays: &Rays<'_>, triangle: u32, point: DVec3, light: &Light) -> Option<bool> {
+    let (to_light, distance) = incidence(light, point)?;
+    Some(!rays.is_blocked(triangle, point, to_light, [1e-3, distance]))
 }
 
 /// The unit direction to a light and how far away it is, less the lamp itself; `None` outside of its cone and range, and
@@ -132,42 +44,18 @@ fn incidence(light: &Light, at: DVec3) -> Option<(DVec3, f64)> {
     is_reached.then_some((offset.normalize(), offset.length() - LAMP))
 }
 
-/// Whether a ray meets a box (by slabs).
-fn may_hit(bounds: &Bounds, origin: DVec3, direction: DVec3) -> bool {
-    let (low, high) = ((bounds.min - origin) / direction, (bounds.max - origin) / direction);
-    let (enter, leave) = (low.min(high).max_element(), low.max(high).min_element());
-    // A ray along a face divides zero by zero: it counts as a hit.
-    let passes_by = leave < enter.max(0.0) - 1e-9;
-    !passes_by
-}
-
-/// Where a ray meets a triangle, from either side: the distance and two barycentric coordinates (Möller and Trumbore).
-fn hit(corners: &[DVec3; 3], origin: DVec3, direction: DVec3) -> Option<(f64, f64, f64)> {
-    let (ab, ac) = (corners[1] - corners[0], corners[2] - corners[0]);
-    let p = direction.cross(ac);
-    let determinant = ab.dot(p);
-    if determinant.abs() < 1e-14 {
-        return None;
-    }
-    let to_origin = origin - corners[0];
-    let b = to_origin.dot(p) / determinant;
-    let q = to_origin.cross(ab);
-    let c = direction.dot(q) / determinant;
-    let t = ac.dot(q) / determinant;
-    (b >= 0.0 && c >= 0.0 && b + c <= 1.0 && t > 0.0).then_some((t, b, c))
-}
-
 /// A point, the pixel that shows it, and whether light reaches it.
 struct Point {
     pixel: [u32; 2],
     at: DVec3,
+    triangle: u32,
     is_lit: bool,
 }
 
 /// Points that a camera sees on what stands still and faces a light so well, on a grid of pixels, so far away from edges of shadows in
 /// some directions.
 fn points_in_view(
-    rays: &Rays<'_>,
+    (scene, rays): (&Scene, &Rays<'_>),
     input: &FrameInput,
     light: &Light,
     step: u32,
@@ -175,6 +63,7 @@ fn points_in_view(
     facing: std::ops::Range<f64>,
 ) -> Vec<Point> {
     let world_from_clip = (input.camera.clip(false) * input.camera.view()).inverse();
+    let draws: Vec<Draw> = scene.draws().collect();
     let mut points = Vec::new();
     for y in (step / 2..SIZE[1]).step_by(step as usize) {
         for x in (step / 2..SIZE[0]).step_by(step as usize) {
@@ -184,14 +73,13 @@ fn points_in_view(
             );
             let origin = input.camera.position;
             let direction = (world_from_clip.project_point3(ndc.extend(0.5)) - origin).normalize();
-            let Some((t, triangle)) = rays.nearest(origin, direction) else { continue };
-            let at = origin + direction * t;
-            let [a, b, c] = triangle.corners;
-            let normal = (b - a).cross(c - a).normalize();
-            let is_masked = rays.scene.is_alpha_masked(triangle.draw);
+            let Some(seen) = rays.seen(origin, direction, [0.0, 14.0]) else { continue };
+            let at = origin + direction * seen.distance;
+            let Seen { triangle, normal, .. } = seen;
+            let draw = draws[rays.triangle(triangle).draw as usize];
             let faces_it =
                 incidence(light, at).is_some_and(|(to_light, _)| facing.contains(&normal.dot(to_light)));
-            if triangle.draw.dynamic || is_masked || !faces_it || t > 14.0 {
+            if draw.dynamic || scene.is_alpha_masked(draw) || !faces_it || !seen.counts {
                 continue;
             }
             let (across, along) = normal.any_orthonormal_pair();
@@ -199,11 +87,9 @@ fn points_in_view(
                 let (sin, cos) = (f64::from(turn) * std::f64::consts::TAU / f64::from(directions)).sin_cos();
                 at + (across * cos + along * sin) * margin
             });
-            let Some(is_lit) = rays.is_lit(at, light) else { continue };
-            if around.all(|other| rays.is_lit(other, light) == Some(is_lit))
-                && !rays.is_behind_glass(origin, direction, t)
-            {
-                points.push(Point { pixel: [x, y], at, is_lit });
+            let Some(lit) = is_lit(rays, triangle, at, light) else { continue };
+            if around.all(|other| is_lit(rays, triangle, other, light) == Some(lit)) {
+                points.push(Point { pixel: [x, y], at, triangle, is_lit: lit });
             }
         }
     }
@@ -240,16 +126,18 @@ fn sunlight_falls_through_the_holes_of_leaves_and_nowhere_else() {
     let scene = scene(&root().join("examples/scenes/foliage.glb"));
     let (input, pose) = (input(&scene, 0.0), scene.pose(0.0));
     let sun = &input.lights[0];
-    let points = points_in_view(&Rays::new(&scene, &pose, true), &input, sun, 3, (0.02, 4), FACING);
+    let points = points_in_view((&scene, &Rays::new(&scene, &pose)), &input, sun, 3, (0.02, 4), FACING);
     let picture = shadow_term(&gpu, &scene, &input);
     let agree = points.iter().filter(|point| is_lit_in(&picture, point) == point.is_lit).count();
     let shadowed = points.iter().filter(|point| !point.is_lit).count();
     assert!(shadowed > 100 && points.len() > 1000, "{shadowed} of {} points", points.len());
     assert!(share(agree, points.len()) > 0.97, "{agree} of {} points", points.len());
     // Where whole cards would throw a shadow, but the leaves that are cut out of them do not.
-    let whole = Rays::new(&scene, &pose, false);
-    let through: Vec<&Point> =
-        points.iter().filter(|point| point.is_lit && whole.is_lit(point.at, sun) == Some(false)).collect();
+    let mut without_holes = scene.clone();
+    without_holes.materials.iter_mut().for_each(|material| material.alpha_mode = AlphaMode::Opaque);
+    let whole = Rays::new(&without_holes, &pose);
+    let is_shadowed = |point: &Point| is_lit(&whole, point.triangle, point.at, sun) == Some(false);
+    let through: Vec<&Point> = points.iter().filter(|point| point.is_lit && is_shadowed(point)).collect();
     let lit = through.iter().filter(|point| is_lit_in(&picture, point)).count();
     assert!(through.len() > 100, "{} points are lit through holes", through.len());
     assert!(share(lit, through.len()) > 0.9, "{lit} of {} points", through.len());
@@ -262,8 +150,8 @@ fn the_shadow_of_a_skinned_figure_is_where_its_joints_have_taken_it() {
     let mut seen: Vec<(Vec<Point>, Picture)> = Vec::new();
     for time in [0.0, 1.5] {
         let input = input(&scene, time);
-        let rays = Rays::new(&scene, &scene.pose(time), true);
-        let points = points_in_view(&rays, &input, &input.lights[0], 3, (0.01, 4), FACING);
+        let rays = Rays::new(&scene, &scene.pose(time));
+        let points = points_in_view((&scene, &rays), &input, &input.lights[0], 3, (0.01, 4), FACING);
         let picture = shadow_term(&gpu, &scene, &input);
         let agree = points.iter().filter(|point| is_lit_in(&picture, point) == point.is_lit).count();
         assert!(points.len() > 1000, "{} points", points.len());
@@ -292,10 +180,11 @@ fn filters_agree_with_rays(name: &str, lights: &[&str]) {
     let Some(gpu) = gpu::device() else { return };
     let scene = scene(&root().join(format!("examples/scenes/{name}.glb")));
     let input = input(&scene, 0.0);
-    let rays = Rays::new(&scene, &scene.pose(0.0), true);
+    let rays = Rays::new(&scene, &scene.pose(0.0));
     let lights = input.lights.iter().filter(|light| lights.contains(&light.name.as_str()));
-    let sets: Vec<_> =
-        lights.map(|light| (light, points_in_view(&rays, &input, light, 7, (0.18, 8), FACING))).collect();
+    let sets: Vec<_> = lights
+        .map(|light| (light, points_in_view((&scene, &rays), &input, light, 7, (0.18, 8), FACING)))
+        .collect();
     assert!(!sets.is_empty());
     for filter in ["\"hard\"", "\"grid_pcf\"", "\"poisson16\"", "\"vogel\""] {
         let with = With {
@@ -338,8 +227,8 @@ fn what_light_grazes_does_not_shadow_itself() {
     // It shines along the ceiling.
     let light = all.lights.iter().find(|light| light.name == "stair spot").expect("the light");
     let input = FrameInput { lights: vec![light.clone()], ..all.clone() };
-    let rays = Rays::new(&scene, &scene.pose(0.0), true);
-    let mut points = points_in_view(&rays, &input, light, 6, (0.3, 8), 0.02..0.2);
+    let rays = Rays::new(&scene, &scene.pose(0.0));
+    let mut points = points_in_view((&scene, &rays), &input, light, 6, (0.3, 8), 0.02..0.2);
     points.retain(|point| point.is_lit);
     assert!(points.len() > 100, "{} points", points.len());
     for filter in ["\"grid_pcf\"", "\"poisson16\""] {

@@ -77,6 +77,9 @@ pub(crate) enum Command {
     /// Renders a scene through a pipeline to a PNG file.
     #[cfg(feature = "gpu")]
     Render(RenderArguments),
+    /// Holds the shadows of a pipeline against ray-traced ones, light by light.
+    #[cfg(feature = "gpu")]
+    Score(ScoreArguments),
 }
 
 /// What gives parameters and features their values.
@@ -454,6 +457,39 @@ pub(crate) struct RenderArguments {
     /// Switches a toggle; without a value it is switched on. Toggles change nothing about the plan.
     #[arg(long = "toggle", value_name = "NAME[=on|off]", value_parser = parse_toggle)]
     pub(crate) toggles: Vec<(String, bool)>,
+    #[command(flatten)]
+    pub(crate) choices: Choices,
+}
+
+#[cfg(feature = "gpu")]
+#[derive(Args)]
+pub(crate) struct ScoreArguments {
+    /// The pipeline; its shadow term is what it makes where the parameter "debug_view" is "shadow_term".
+    pub(crate) pipeline: PathBuf,
+    /// The glTF scene (.gltf or .glb).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: PathBuf,
+    /// Scores so many frames, which are drawn one after the other; the scene's animations play.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..))]
+    pub(crate) frames: u32,
+    /// Frames a second.
+    #[arg(long, value_name = "F", default_value_t = 30.0, value_parser = parse_rate)]
+    pub(crate) fps: f64,
+    /// Seconds since the start of the scene's animations, of the first frame.
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
+    pub(crate) at: f64,
+    /// How the camera moves: orbit, walk, or a file with its keys. Without it the scene's own camera.
+    #[arg(long, value_name = "orbit|walk|FILE", value_parser = CameraArgument::parse)]
+    pub(crate) camera: Option<CameraArgument>,
+    /// Writes where and how the last frame differs, one light below the other: red leaks, blue is acne.
+    #[arg(long, value_name = "FILE.png")]
+    pub(crate) out: Option<PathBuf>,
+    /// Limits on the scores of all lights together; exits with 1 if one is not met.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) limits: Option<PathBuf>,
+    /// The form of the scores: human or json.
+    #[arg(long, value_enum, value_name = "NAME", default_value_t)]
+    pub(crate) format: AnswerFormat,
     #[command(flatten)]
     pub(crate) choices: Choices,
 }

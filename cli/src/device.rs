@@ -1,6 +1,8 @@
 //! A graphics device for pictures without a window.
 
+use umbragraph::CheckReport;
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
+use umbragraph::shader::TargetProfile;
 use wgpu::{Adapter, Backend, Backends, Device, DeviceType, Instance, InstanceDescriptor, Queue};
 
 /// A device and the name of its adapter.
@@ -66,6 +68,21 @@ pub(crate) fn open() -> Result<Graphics, Diagnostic> {
             Err(Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("{name} gives no device: {error}"))
                 .help("update the driver, or close what uses up its memory"))
         }
+    }
+}
+
+/// What a profile becomes on a device: what it has less, and what it has more of what a pipeline can use.
+pub(crate) fn profile(
+    graphics: &Graphics,
+    checked: &CheckReport,
+) -> impl Fn(TargetProfile) -> TargetProfile + use<> {
+    let wanted =
+        checked.pipeline.as_ref().map_or(wgpu::Features::empty(), |pipeline| pipeline.device_features());
+    let features = wanted & graphics.device.features();
+    let (limits, flags) = (graphics.device.limits(), graphics.flags);
+    move |profile| {
+        let profile = profile.on_device(&limits, flags);
+        if features.is_empty() { profile } else { profile.with_features(features) }
     }
 }
 

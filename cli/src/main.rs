@@ -24,6 +24,8 @@ mod reference;
 mod render;
 mod replace;
 mod schema;
+#[cfg(feature = "gpu")]
+mod score;
 mod session;
 mod streams;
 mod validator;
@@ -62,6 +64,8 @@ fn main() -> ExitCode {
         Command::Schema(arguments) => schema::run(&arguments),
         #[cfg(feature = "gpu")]
         Command::Render(arguments) => render::run(&arguments),
+        #[cfg(feature = "gpu")]
+        Command::Score(arguments) => score::run(&arguments),
     };
     if fine && !streams::is_lost() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -29,7 +29,10 @@ impl Progress {
         }
         let start = Instant::now();
         let result = work();
-        self.stages.push((name, start.elapsed()));
+        match self.stages.iter_mut().find(|(known, _)| *known == name) {
+            Some((_, time)) => *time += start.elapsed(),
+            None => self.stages.push((name, start.elapsed())),
+        }
         result
     }
 

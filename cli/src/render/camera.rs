@@ -40,7 +40,7 @@ impl CameraArgument {
 
 /// How the camera moves.
 #[derive(Debug)]
-pub(super) enum CameraPath {
+pub(crate) enum CameraPath {
     /// As the scene says.
     Scene,
     Orbit,
@@ -51,7 +51,7 @@ pub(super) enum CameraPath {
 /// Where the camera is at a time.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct Key {
+pub(crate) struct Key {
     time: f64,
     position: [f64; 3],
     target: [f64; 3],
@@ -68,7 +68,7 @@ impl CameraPath {
     ///
     /// # Errors
     /// A file that cannot be read, is no camera path, or has values that no camera can use.
-    pub(super) fn of(argument: Option<&CameraArgument>) -> Result<Self, Diagnostic> {
+    pub(crate) fn of(argument: Option<&CameraArgument>) -> Result<Self, Diagnostic> {
         Ok(match argument {
             None => Self::Scene,
             Some(CameraArgument::Orbit) => Self::Orbit,
@@ -78,7 +78,7 @@ impl CameraPath {
     }
 
     /// The camera of a frame: `part` of the whole way is behind it, `time` is in seconds.
-    pub(super) fn camera(&self, scene: Camera, bounds: &Bounds, part: f64, time: f64) -> Camera {
+    pub(crate) fn camera(&self, scene: Camera, bounds: &Bounds, part: f64, time: f64) -> Camera {
         let (middle, radius) =
             if bounds.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), bounds.radius()) };
         match self {

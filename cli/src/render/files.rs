@@ -18,7 +18,7 @@ use crate::replace::{replace, unwritable};
 
 /// The format of a picture file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Format {
+pub(crate) enum Format {
     Png,
     Exr,
     Apng,
@@ -43,7 +43,7 @@ impl Format {
 ///
 /// # Errors
 /// The diagnostic, which names the option.
-pub(super) fn check(option: &str, path: &Path, formats: &[(&str, Format)]) -> Result<Format, Diagnostic> {
+pub(crate) fn check(option: &str, path: &Path, formats: &[(&str, Format)]) -> Result<Format, Diagnostic> {
     let place = |message: String| Diagnostic::error(codes::PICTURE, Place::Nowhere, message);
     let names: Vec<&str> = formats.iter().map(|(name, _)| *name).collect();
     // A device, such as /dev/null, has no extension.
@@ -71,8 +71,8 @@ pub(super) fn check(option: &str, path: &Path, formats: &[(&str, Format)]) -> Re
 
 /// How hard PNG files are compressed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Compression {
-    pub(super) fast: bool,
+pub(crate) struct Compression {
+    pub(crate) fast: bool,
 }
 
 impl Compression {
@@ -85,7 +85,7 @@ impl Compression {
 ///
 /// # Errors
 /// A file that cannot be written.
-pub(super) fn write_png(
+pub(crate) fn write_png(
     path: &Path,
     [width, height]: [u32; 2],
     rgba: &[u8],

@@ -2,9 +2,9 @@
 
 pub(crate) mod camera;
 pub(crate) mod capture;
-mod files;
+pub(crate) mod files;
 mod layout;
-mod report;
+pub(crate) mod report;
 mod target;
 mod timings;
 
@@ -19,7 +19,6 @@ use umbragraph::executor::{Executor, Frame, Texels, read_back, read_bytes};
 use umbragraph::frame::FrameInput;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{Pose, Scene};
-use umbragraph::shader::TargetProfile;
 
 use self::camera::CameraPath;
 use self::files::{Animation, Compression, Format};
@@ -83,13 +82,7 @@ fn render(
     let (captures, document) =
         capture::captures(plan, &arguments.capture, arguments.capture_all.as_deref(), also)?;
     let graphics = progress.stage("open device", device::open)?;
-    let device_features =
-        checked.pipeline.as_ref().map_or(wgpu::Features::empty(), |pipeline| pipeline.device_features())
-            & graphics.device.features();
-    let on_device = |profile: TargetProfile| {
-        let profile = profile.on_device(&graphics.device.limits(), graphics.flags);
-        if device_features.is_empty() { profile } else { profile.with_features(device_features) }
-    };
+    let on_device = device::profile(&graphics, &checked);
     let checked = if document.imports.is_empty() {
         checked
     } else {
@@ -121,7 +114,8 @@ fn render(
     for at in 0..output.frames {
         let time = arguments.at + f64::from(at) / arguments.fps;
         let part = f64::from(at) / f64::from(output.frames);
-        drawing.frame(&path, u64::from(at), time, part)?;
+        let input = drawing.input(&path, u64::from(at), time, part);
+        drawing.frame(&input)?;
         if let Some(report) = &mut report {
             drawing.report(report, time)?;
         }
@@ -190,7 +184,7 @@ impl Output {
 const ROUNDS: usize = 8;
 
 /// A scene, drawn frame by frame.
-struct Drawing<'a> {
+pub(crate) struct Drawing<'a> {
     graphics: &'a Graphics,
     scene: &'a Scene,
     checked: &'a CheckReport,
@@ -210,7 +204,7 @@ struct Drawing<'a> {
 }
 
 impl<'a> Drawing<'a> {
-    fn new(
+    pub(crate) fn new(
         graphics: &'a Graphics,
         scene: &'a Scene,
         checked: &'a CheckReport,
@@ -247,19 +241,28 @@ impl<'a> Drawing<'a> {
         })
     }
 
-    /// Draws a frame at a time, with the camera where its path says.
-    fn frame(&mut self, path: &CameraPath, index: u64, time: f64, part: f64) -> Result<(), Diagnostics> {
-        let Graphics { device, queue, .. } = self.graphics;
+    /// What a frame sees at a time, with the camera where its path says; meshes are placed.
+    pub(crate) fn input(&mut self, path: &CameraPath, index: u64, time: f64, part: f64) -> FrameInput {
         self.scene.pose_into(time, &mut self.pose);
-        self.draws.update(queue, self.scene, &self.pose);
+        self.draws.update(&self.graphics.queue, self.scene, &self.pose);
         let [width, height] = self.options.viewport;
         let aspect = f64::from(width) / f64::from(height);
         let input = self.scene.frame_input_of(&self.pose, aspect, time);
         let camera = path.camera(input.camera, &input.scene_bounds, part, time);
-        let input = FrameInput { camera, index, ..input };
+        FrameInput { camera, index, ..input }
+    }
+
+    /// Where everything stands since the last [`Self::input`].
+    pub(crate) fn pose(&self) -> &Pose {
+        &self.pose
+    }
+
+    /// Draws a frame.
+    pub(crate) fn frame(&mut self, input: &FrameInput) -> Result<(), Diagnostics> {
+        let Graphics { device, .. } = self.graphics;
         let scopes = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::OutOfMemory]
             .map(|filter| device.push_error_scope(filter));
-        let drawn = self.record(&input);
+        let drawn = self.record(input);
         let errors = scopes.into_iter().rev().map(|scope| pollster::block_on(scope.pop()));
         // All of them are taken, the last first, whatever was found.
         let rejected = errors.collect::<Vec<_>>().into_iter().flatten().next();
@@ -327,7 +330,7 @@ impl<'a> Drawing<'a> {
     }
 
     /// The picture of the last frame, 8 bits a channel.
-    fn picture(&self) -> Result<Vec<u8>, Diagnostic> {
+    pub(crate) fn picture(&self) -> Result<Vec<u8>, Diagnostic> {
         let Some((_, texture)) = self.imports.iter().find(|(name, _)| *name == self.picture) else {
             return Ok(Vec::new());
         };

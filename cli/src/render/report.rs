@@ -19,7 +19,7 @@ use crate::replace::{replace, unwritable};
 const SHADOW_TERM: &str = "debug_view=shadow_term";
 
 /// The choices under which the picture is the shadow term, unless they say what it is.
-pub(super) fn choices(choices: &Choices) -> Choices {
+pub(crate) fn choices(choices: &Choices) -> Choices {
     let mut choices = choices.clone();
     let is_said = choices.settings.set.iter().any(|set| set.starts_with("debug_view="));
     if !is_said {
@@ -35,7 +35,7 @@ pub(super) fn depth() -> Capture {
 
 /// What is known of some frames.
 #[derive(Default)]
-pub(super) struct Report {
+pub(crate) struct Report {
     before: Option<Kept>,
     frames: Vec<serde_json::Value>,
     changes: Changes,

@@ -265,6 +265,12 @@ crate::codes! {
     /// Lights that no pass reads.
     UNREAD_LIGHTS = "UG0811", "lights without a part in the picture",
         "The scene has lights that no pass of the pipeline reads, such as spots and point lights where the pipeline lights with one directional light alone. A pipeline with a `light_list` takes every kind.";
+    /// Shadows that cannot be held against rays.
+    SCORE = "UG0812", "nothing to score",
+        "`umbragraph score` asks a pipeline for its shadow term, a picture of how much of the lights arrives, white where all does, with alpha 1 where there is geometry: the picture that it makes where its parameter `debug_view` is `shadow_term`. So a pipeline declares `\"debug_view\": { \"type\": \"enum\", \"values\": [\"off\", \"shadow_term\"], \"default\": \"off\" }`, and its shaders write the visibility instead of the color then; what extends `umbragraph:base/forward.json` has the parameter, and the templates `forward`, `lit` and `deferred` have the axis `debug_mode` for it. The scene needs a light that casts shadows, and surfaces in view of its camera.";
+    /// Limits on scores that are not met, or cannot be.
+    SCORE_LIMITS = "UG0813", "limits of a score",
+        "The file of `umbragraph score --limits` is a JSON object with names of limits and numbers, such as `{ \"min_iou\": 0.99, \"max_leak_k2\": 0.001 }`; they are held to all lights together. A score that does not exist, such as the leak where nothing is shadowed, meets no limit.";
     /// A CPU pass that publishes what it did not declare.
     BLACKBOARD = "UG0807", "undeclared blackboard data",
         "A CPU pass sets a value that it did not declare, or more views or elements than declared. That is a defect of the node kind.";

@@ -1,0 +1,260 @@
+//! `umbragraph score`: the shadows of a pipeline against ray-traced ones.
+//!
+//! Every light that casts shadows is rendered alone, as the pipeline's shadow term, and the same pixels are asked of rays
+//! (`umbragraph-score`). Scores add up: "together" are the pixels of all lights and frames.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde_json::json;
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::document::Value;
+use umbragraph::frame::FrameInput;
+use umbragraph_score::{Counts, Limits, Rays, Rendered, Scores, Truth, difference};
+
+use crate::arguments::{AnswerFormat, ScoreArguments};
+use crate::device;
+use crate::progress::Progress;
+use crate::render::Drawing;
+use crate::render::camera::CameraPath;
+use crate::render::files::{self, Compression, Format};
+use crate::render::report;
+use crate::session::Session;
+use crate::streams::{print, print_json};
+
+/// The parameter and its value with which a pipeline shows its shadow term.
+const SHADOW_TERM: (&str, &str) = ("debug_view", "shadow_term");
+
+/// The property of lights that cast shadows.
+const CASTS: &str = "cast_shadow";
+
+/// Scores what the arguments ask for; whether there were no errors and all limits are met.
+pub(crate) fn run(arguments: &ScoreArguments) -> bool {
+    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
+    let mut progress = Progress::new();
+    let result = score(arguments, &mut session, &mut progress);
+    progress.finish();
+    let scored = result.unwrap_or_else(|diagnostics| {
+        session.diagnostics.extend(diagnostics);
+        None
+    });
+    if let Some(scored) = scored {
+        match arguments.format {
+            AnswerFormat::Human => print(&format!("{}{}\n", scored.text(), progress.summary())),
+            AnswerFormat::Json => print_json(&format!("{:#}\n", scored.json())),
+        }
+    }
+    session.report()
+}
+
+/// The scores of a pipeline on a scene.
+struct Scored {
+    adapter: String,
+    triangles: usize,
+    /// In the order of the scene; names may be there twice.
+    lights: Vec<(String, Scores)>,
+    together: Scores,
+}
+
+fn score(
+    arguments: &ScoreArguments,
+    session: &mut Session,
+    progress: &mut Progress,
+) -> Result<Option<Scored>, Diagnostics> {
+    let limits = arguments.limits.as_deref().map(read_limits).transpose()?;
+    if let Some(out) = &arguments.out {
+        files::check("--out", out, &[(".png", Format::Png)])?;
+    }
+    let path = CameraPath::of(arguments.camera.as_ref())?;
+    let choices = report::choices(&arguments.choices);
+    let Some(document) = session.open(&arguments.pipeline, &choices.extension) else { return Ok(None) };
+    has_shadow_term(&document.root)?;
+    let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
+    let scene = progress.stage("load scene", || {
+        umbragraph::scene::load_below(&arguments.scene, session.roots(&arguments.scene))
+    })?;
+    session.diagnostics.extend(scene.warnings.clone());
+    if checked.plan.is_none() || session.diagnostics.has_errors() {
+        return Ok(None);
+    }
+    let graphics = progress.stage("open device", device::open)?;
+    let on_device = device::profile(&graphics, &checked);
+    let checked = session.check_on(checked, &on_device, &arguments.pipeline, &choices);
+    if checked.plan.is_none() || session.diagnostics.has_errors() {
+        return Ok(None);
+    }
+    let options = Session::options(&choices);
+    let mut drawing = Drawing::new(&graphics, &scene, &checked, options, session, Vec::new())?;
+    let mut lights: Vec<(String, Scores)> = Vec::new();
+    let mut differences = Vec::new();
+    let mut triangles = 0;
+    let mut unshadowed = Vec::new();
+    for frame in 0..arguments.frames {
+        let time = arguments.at + f64::from(frame) / arguments.fps;
+        let part = f64::from(frame) / f64::from(arguments.frames);
+        let input = drawing.input(&path, u64::from(frame), time, part);
+        let pose = drawing.pose().clone();
+        let rays = progress.stage("boxes around triangles", || Rays::new(&scene, &pose));
+        triangles = rays.count();
+        let truth = progress.stage("rays of the camera", || Truth::new(&rays, &input.camera, choices.size));
+        if truth.points().iter().all(Option::is_none) {
+            return Err(
+                nothing("the camera sees no surface", "move it, or give another with --camera").into()
+            );
+        }
+        let casting: Vec<_> = input.lights.iter().filter(|light| light.has(CASTS)).collect();
+        if casting.is_empty() {
+            let help = "let one cast shadows: \"castShadow\" in its extras is not false";
+            return Err(nothing("no light of the scene casts shadows", help).into());
+        }
+        differences.clear();
+        for (at, light) in casting.into_iter().enumerate() {
+            let alone = FrameInput { lights: vec![light.clone()], ..input.clone() };
+            let drawn = progress.stage("draw", || drawing.frame(&alone));
+            drawn?;
+            let pixels = drawing.picture()?;
+            let rendered = Rendered::new(&pixels);
+            let Some(traced) = progress.stage("rays to lights", || truth.light(light)) else { continue };
+            let scores = Scores::of(&truth, &traced, rendered);
+            if rendered.is_lit_everywhere() && scores.band(2).leaking > 0 {
+                unshadowed.push(light.name.clone());
+            }
+            if arguments.out.is_some() {
+                differences.extend(difference::picture(&truth, &traced, rendered));
+            }
+            match lights.get_mut(at) {
+                Some((_, known)) => known.add(&scores),
+                None => lights.push((light.name.clone(), scores)),
+            }
+        }
+    }
+    unshadowed.sort();
+    unshadowed.dedup();
+    let left_out = unshadowed.into_iter().map(|name| {
+        let message = format!("the pipeline gives the light \"{name}\" no shadows at all");
+        Diagnostic::warning(codes::SCORE, Place::Nowhere, message)
+            .help("its scores say so; pipelines/awsm.json takes every kind of light")
+    });
+    let left_out: Vec<Diagnostic> = left_out.collect();
+    if let Some(out) = &arguments.out {
+        let [width, height] = choices.size;
+        let rows = height * (differences.len() / (4 * width as usize * height as usize)).max(1) as u32;
+        files::write_png(out, [width, rows], &differences, Compression { fast: false })?;
+    }
+    drop(drawing);
+    session.diagnostics.extend(left_out);
+    let mut together = Scores::default();
+    lights.iter().for_each(|(_, scores)| together.add(scores));
+    if let (Some(limits), Some(path)) = (&limits, &arguments.limits) {
+        session.diagnostics.extend(broken(limits, path, &together));
+    }
+    Ok(Some(Scored { adapter: graphics.name.clone(), triangles, lights, together }))
+}
+
+fn nothing(message: &str, help: &str) -> Diagnostic {
+    Diagnostic::error(codes::SCORE, Place::Nowhere, message).help(help)
+}
+
+/// # Errors
+/// A pipeline that does not show it.
+fn has_shadow_term(document: &Value) -> Result<(), Diagnostic> {
+    let view = document.get("parameters").and_then(|parameters| parameters.get(SHADOW_TERM.0));
+    let values = view.and_then(|view| view.get("values")).and_then(Value::elements).unwrap_or_default();
+    if values.iter().any(|value| value.text() == Some(SHADOW_TERM.1)) {
+        return Ok(());
+    }
+    let place = view.map_or(Place::Nowhere, |view| Place::Span(view.span));
+    let message = "the pipeline shows no shadow term";
+    Err(Diagnostic::error(codes::SCORE, place, message).help(
+        "declare the parameter \"debug_view\": { \"type\": \"enum\", \"values\": [\"off\", \"shadow_term\"], \"default\": \"off\" }, \
+         and with \"shadow_term\" write how much of the lights arrives as grey, with alpha 1 where there is geometry",
+    ))
+}
+
+fn read_limits(path: &Path) -> Result<Limits, Diagnostic> {
+    let name = path.display().to_string();
+    let wrong = |message: String| {
+        let names = Limits::names().join(", ");
+        Diagnostic::in_file(codes::SCORE_LIMITS, &name, "", message)
+            .help(format!("write an object with names and numbers; there are {names}"))
+    };
+    let mut sources = umbragraph::source::Sources::new();
+    let file = umbragraph::read_source(path, &mut sources)?;
+    let text = sources.get(file).map(|file| file.text().clone()).unwrap_or_default();
+    let values: BTreeMap<String, f64> = serde_json::from_str(&text)
+        .map_err(|error| wrong(format!("these are no limits of scores: {error}")))?;
+    Limits::new(values).map_err(|unknown| wrong(format!("no score has the limit \"{unknown}\"")))
+}
+
+fn broken<'a>(
+    limits: &'a Limits,
+    path: &'a Path,
+    together: &Scores,
+) -> impl Iterator<Item = Diagnostic> + use<'a> {
+    limits.broken(together).into_iter().map(|broken| {
+        let measured = match broken.measured {
+            Some(value) => format!("{value:.6}"),
+            None => "no pixel to measure it on".to_owned(),
+        };
+        let message = format!("{} is {}, but there is {measured}", broken.name, broken.limit);
+        let help = "look at the difference with --out FILE.png; red leaks, blue is acne";
+        Diagnostic::in_file(
+            codes::SCORE_LIMITS,
+            path.display().to_string(),
+            format!("/{}", broken.name),
+            message,
+        )
+        .help(help)
+    })
+}
+
+impl Scored {
+    fn json(&self) -> serde_json::Value {
+        let lights: Vec<_> =
+            self.lights.iter().map(|(name, scores)| json!({ "light": name, "scores": scores })).collect();
+        json!({ "adapter": self.adapter, "triangles": self.triangles, "lights": lights, "together": self.together })
+    }
+
+    fn text(&self) -> String {
+        let mut text = format!("{} triangles, on {}\n", self.triangles, self.adapter);
+        for (name, scores) in &self.lights {
+            table(&mut text, name, scores);
+        }
+        if self.lights.len() > 1 {
+            table(&mut text, "together", &self.together);
+        }
+        text
+    }
+}
+
+/// A score, or a dash where there is none.
+fn cell(value: Option<f64>) -> String {
+    value.map_or_else(|| format!("{:>8}", "-"), |value| format!("{value:8.4}"))
+}
+
+fn table(text: &mut String, name: &str, scores: &Scores) {
+    let line = |text: &mut String, what: &str, counts: &Counts| {
+        let [iou, leak, acne] = [counts.iou(), counts.leak(), counts.acne()].map(cell);
+        let _ = writeln!(text, "  {what:<24}{:>9}{iou}{leak}{acne}", counts.pixels());
+    };
+    let _ = writeln!(text, "{name}\n  {:<24}{:>9}{:>8}{:>8}{:>8}", "", "pixels", "IoU", "leak", "acne");
+    for (band, counts) in &scores.bands {
+        let what = match band {
+            0 => "all".to_owned(),
+            1 => "off the edges".to_owned(),
+            more => format!("{more} pixels off the edges"),
+        };
+        line(text, &what, counts);
+    }
+    for (doubling, counts) in &scores.distances {
+        let metres = f64::from(*doubling).exp2();
+        line(text, &format!("{metres} to {} m away", 2.0 * metres), counts);
+    }
+    let _ = writeln!(text, "  contact leak{}", cell(scores.contact.leak()));
+    if scores.mean_error.mean().is_some() {
+        let [mean, penumbra, bias] = [&scores.mean_error, &scores.penumbra_error, &scores.bias];
+        let [mean, penumbra, bias] = [mean, penumbra, bias].map(|errors| cell(errors.mean()));
+        let _ = writeln!(text, "  against its extent: mean error{mean}, in penumbrae{penumbra}, bias{bias}");
+    }
+}

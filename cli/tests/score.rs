@@ -1,0 +1,136 @@
+//! `umbragraph score` as a user meets it.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use umbragraph_test_support::image::Picture;
+use umbragraph_test_support::scratch::ScratchFolder;
+use umbragraph_test_support::skip;
+
+fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+fn score(pipeline: &str, scene: &str, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
+    command.args(["score", pipeline, "--scene", scene, "--size", "160x90"]).args(arguments);
+    command.current_dir(root()).output().expect("the command")
+}
+
+#[track_caller]
+fn rejected(output: &Output, says: &[&str]) {
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    for word in says {
+        assert!(errors.contains(word), "{word} is missing in\n{errors}");
+    }
+    assert!(!errors.contains("panicked"), "{errors}");
+}
+
+fn adapter() -> bool {
+    let found = umbragraph_test_support::gpu::device().is_some();
+    if !found {
+        skip::skipped("no adapter to render with");
+    }
+    found
+}
+
+const FIGURE: &str = "examples/scenes/figure.glb";
+const FOLIAGE: &str = "examples/scenes/foliage.glb";
+
+#[test]
+fn a_light_is_scored_alone_and_all_lights_are_together() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("a_light_is_scored_alone");
+    let picture = folder.join("difference.png");
+    let arguments =
+        ["--format", "json", "--out", picture.to_str().unwrap(), "--feature", "light_filter=hard"];
+    let output = score("pipelines/awsm.json", FIGURE, &arguments);
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let lights = json["lights"].as_array().unwrap();
+    let names: Vec<&str> = lights.iter().map(|light| light["light"].as_str().unwrap()).collect();
+    assert_eq!(names, ["sun", "stage spot"]);
+    let pixels = |scores: &serde_json::Value| scores["bands"]["0"]["pixels"].as_u64().unwrap();
+    assert_eq!(lights.iter().map(|light| pixels(&light["scores"])).sum::<u64>(), pixels(&json["together"]));
+    for light in lights {
+        let iou = light["scores"]["bands"]["1"]["iou"].as_f64().unwrap();
+        assert!(iou > 0.98, "{light}");
+    }
+    let picture = Picture::load(&picture).unwrap();
+    assert_eq!((picture.width(), picture.height()), (160, 180), "one light below the other");
+}
+
+#[test]
+fn what_a_pipeline_does_not_shadow_is_said_and_counts() {
+    if !adapter() {
+        return;
+    }
+    let output = score("pipelines/nebula.json", FIGURE, &[]);
+    assert_eq!(output.status.code(), Some(0));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(errors.contains("UG0812") && errors.contains("\"stage spot\" no shadows"), "{errors}");
+}
+
+#[test]
+fn limits_decide_the_exit_status() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("limits_decide_the_exit_status");
+    let limits = |text: &str| {
+        let path = folder.join("limits.json");
+        std::fs::write(&path, text).unwrap();
+        score("pipelines/nebula.json", FOLIAGE, &["--limits", path.to_str().unwrap()])
+    };
+    assert_eq!(limits(r#"{ "min_iou": 0.3, "max_acne_k2": 0.05 }"#).status.code(), Some(0));
+    rejected(&limits(r#"{ "min_iou": 0.999 }"#), &["UG0813", "min_iou is 0.999", "--out"]);
+    rejected(&limits(r#"{ "min_beauty": 1 }"#), &["UG0813", "\"min_beauty\"", "min_iou_k2"]);
+    rejected(&limits("[]"), &["UG0813", "no limits of scores"]);
+}
+
+#[test]
+fn a_pipeline_without_a_shadow_term_is_told_how_to_get_one() {
+    let output = score("pipelines/learn/01-smallest.json", FIGURE, &[]);
+    rejected(&output, &["UG0812", "shows no shadow term", "\"debug_view\"", "alpha 1"]);
+}
+
+#[test]
+fn a_scene_in_which_nothing_can_be_scored_is_told_what_is_missing() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("a_scene_in_which_nothing_can_be_scored");
+    let camera = folder.join("up.json");
+    // Into the sky.
+    std::fs::write(&camera, r#"{ "keys": [ { "time": 0, "position": [0, 90, 0], "target": [1, 95, 0] } ] }"#)
+        .unwrap();
+    let output = score("pipelines/nebula.json", FOLIAGE, &["--camera", camera.to_str().unwrap()]);
+    rejected(&output, &["UG0812", "no surface"]);
+    // A triangle without a light: the default one is scored. One whose only light casts no shadows: nothing is.
+    let scene = |lights: &str, nodes: &str| {
+        let path = folder.join("scene.gltf");
+        let positions = [-1.0_f32, 0.0, -1.0, 1.0, 0.0, -1.0, 0.0, 0.0, 1.0];
+        let bytes: Vec<u8> = positions.iter().flat_map(|number| number.to_le_bytes()).collect();
+        std::fs::write(folder.join("positions.bin"), bytes).unwrap();
+        let text = format!(
+            r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0, "scenes": [{{ "nodes": [0{nodes}] }}],
+              "extensionsUsed": ["KHR_lights_punctual"], {lights}
+              "nodes": [{{ "mesh": 0 }}, {{ "rotation": [-0.7071068, 0, 0, 0.7071068], "extensions": {{ "KHR_lights_punctual": {{ "light": 0 }} }} }}],
+              "materials": [{{ "doubleSided": true }}],
+              "meshes": [{{ "primitives": [{{ "attributes": {{ "POSITION": 0 }}, "material": 0 }}] }}],
+              "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [-1, 0, -1], "max": [1, 0, 1] }}],
+              "bufferViews": [{{ "buffer": 0, "byteLength": 36 }}], "buffers": [{{ "uri": "positions.bin", "byteLength": 36 }}] }}"#
+        );
+        std::fs::write(&path, text).unwrap();
+        score("pipelines/nebula.json", path.to_str().unwrap(), &[])
+    };
+    let dark = r#""extensions": { "KHR_lights_punctual": { "lights": [{ "type": "directional", "extras": { "castShadow": false } }] } },"#;
+    rejected(&scene(dark, ", 1"), &["UG0812", "no light of the scene casts shadows"]);
+    let sun = r#""extensions": { "KHR_lights_punctual": { "lights": [{ "type": "directional" }] } },"#;
+    let alone = scene(sun, "");
+    assert_eq!(alone.status.code(), Some(0), "{}", String::from_utf8_lossy(&alone.stderr));
+    assert!(String::from_utf8_lossy(&alone.stdout).contains("1 triangles"));
+}

@@ -1,0 +1,118 @@
+//! Limits on scores, for CI.
+//!
+//! A JSON object with names and numbers, for all lights together; a name says its sense and its score:
+//!
+//! | limit | score |
+//! |---|---|
+//! | `min_iou`, `min_iou_k1`, `_k2`, `_k4` | intersection over union, of all pixels or of a band |
+//! | `max_leak`, `max_acne`, with `_k1`, `_k2`, `_k4` | leak, acne |
+//! | `max_contact_leak` | leak where something very near casts the shadow |
+//! | `max_mean_error`, `max_penumbra_error`, `max_bias` | errors against lights with an extent |
+//! | `min_both_hit` | pixels that rays and picture hit, of those that rays hit |
+//!
+//! A score that does not exist meets no limit, and a name that is not known is an error: a limit that is silently not
+//! checked is worse than none.
+
+use std::collections::BTreeMap;
+
+use crate::scores::{BANDS, Counts, Scores, ratio};
+
+/// Limits by their names.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Limits(BTreeMap<String, f64>);
+
+/// A limit that is not met.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Broken {
+    /// Its name.
+    pub name: String,
+    /// Its value.
+    pub limit: f64,
+    /// What was measured, if that score exists.
+    pub measured: Option<f64>,
+}
+
+impl Limits {
+    /// Limits of these names and values.
+    ///
+    /// # Errors
+    /// The first name that says no score.
+    pub fn new(values: BTreeMap<String, f64>) -> Result<Self, String> {
+        match values.keys().find(|name| measured(name, &Scores::default()).is_none()) {
+            Some(unknown) => Err(unknown.clone()),
+            None => Ok(Self(values)),
+        }
+    }
+
+    /// The limits that scores do not meet.
+    pub fn broken(&self, scores: &Scores) -> Vec<Broken> {
+        let broken = self.0.iter().filter_map(|(name, limit)| {
+            let measured = measured(name, scores)?;
+            let met = measured.is_some_and(|measured| {
+                if name.starts_with("min_") { measured >= *limit } else { measured <= *limit }
+            });
+            (!met).then(|| Broken { name: name.clone(), limit: *limit, measured })
+        });
+        broken.collect()
+    }
+
+    /// The names of all limits that there are.
+    pub fn names() -> Vec<String> {
+        let banded = ["min_iou", "max_leak", "max_acne"].iter().flat_map(|name| {
+            BANDS.map(|band| if band == 0 { (*name).to_owned() } else { format!("{name}_k{band}") })
+        });
+        let others = ["min_both_hit", "max_contact_leak", "max_mean_error", "max_penumbra_error", "max_bias"];
+        banded.chain(others.map(str::to_owned)).collect()
+    }
+}
+
+/// The score that a limit is about; `None` where it is about none.
+fn measured(name: &str, scores: &Scores) -> Option<Option<f64>> {
+    let (plain, band) = match name.split_once("_k") {
+        Some((plain, band)) => (plain, band.parse().ok().filter(|band| *band != 0 && BANDS.contains(band))?),
+        None => (name, 0),
+    };
+    let banded: Option<fn(&Counts) -> Option<f64>> = match plain {
+        "min_iou" => Some(Counts::iou),
+        "max_leak" => Some(Counts::leak),
+        "max_acne" => Some(Counts::acne),
+        _ => None,
+    };
+    match (banded, name) {
+        (Some(score), _) => Some(score(&scores.band(band))),
+        (None, "min_both_hit") => Some(ratio(scores.hit_in_both, scores.hit)),
+        (None, "max_contact_leak") => Some(scores.contact.leak()),
+        (None, "max_mean_error") => Some(scores.mean_error.mean()),
+        (None, "max_penumbra_error") => Some(scores.penumbra_error.mean()),
+        (None, "max_bias") => Some(scores.bias.mean().map(f64::abs)),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_name_says_a_score_and_others_are_rejected() {
+        for name in Limits::names() {
+            assert!(Limits::new([(name.clone(), 0.5)].into()).is_ok(), "{name}");
+        }
+        for unknown in ["min_leak", "max_iou", "min_iou_k3", "min_iou_k0", "max_contact_leak_k2", "iou", ""] {
+            assert_eq!(Limits::new([(unknown.to_owned(), 0.5)].into()), Err(unknown.to_owned()));
+        }
+    }
+
+    #[test]
+    fn limits_are_met_up_to_their_value_and_not_by_what_does_not_exist() {
+        let counts = Counts { shadowed_in_both: 3, leaking: 1, acne: 0, lit_in_both: 4 };
+        let scores = Scores { bands: [(0, counts)].into(), ..Scores::default() };
+        let limits = |name: &str, value| Limits::new([(name.to_owned(), value)].into()).unwrap();
+        assert!(limits("min_iou", 0.75).broken(&scores).is_empty());
+        let broken = limits("min_iou", 0.76).broken(&scores);
+        assert_eq!((broken[0].limit, broken[0].measured), (0.76, Some(0.75)));
+        assert!(limits("max_leak", 0.25).broken(&scores).is_empty());
+        assert_eq!(limits("max_leak", 0.24).broken(&scores).len(), 1);
+        assert_eq!(limits("max_contact_leak", 1.0).broken(&scores)[0].measured, None);
+    }
+}

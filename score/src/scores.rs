@@ -1,0 +1,272 @@
+//! How a picture of visibility answers the truth.
+//!
+//! A pixel is shadowed when it is darker than half. Over the pixels that are evaluated and that the picture hits, with
+//! *shadowed* as the positive answer:
+//!
+//! | score | definition |
+//! |---|---|
+//! | intersection over union | pixels shadowed in both / pixels shadowed in either |
+//! | leak | pixels shadowed in the truth and lit in the picture / pixels shadowed in the truth |
+//! | acne | pixels lit in the truth and shadowed in the picture / pixels lit in the truth |
+//! | contact leak | leak over what something very near shadows, edges left out |
+//! | penumbra error | the mean of |grey − visible part| where that part is between 0.02 and 0.98; the mean error is over all |
+//!
+//! Each is given for the [`BANDS`]: band 0 holds all pixels, band *k* leaves out those nearer than *k* pixels to an edge
+//! of a shadow; and by distance from the camera, for each doubling. A score whose denominator is zero does not exist.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use serde::ser::SerializeMap;
+
+use crate::truth::{LightTruth, Truth};
+
+/// The bands for which scores are given.
+pub const BANDS: [u8; 4] = [0, 1, 2, 4];
+
+/// The visible part of a light at which a penumbra begins and ends.
+pub(crate) const PENUMBRA: std::ops::Range<f64> = 0.02..0.98;
+
+/// A picture of visibility: 8 bits for red, green, blue and alpha, row 0 on top.
+#[derive(Clone, Copy, Debug)]
+pub struct Rendered<'p> {
+    rgba: &'p [u8],
+}
+
+impl<'p> Rendered<'p> {
+    /// A picture; it is as large as the truth that it is compared with.
+    pub fn new(rgba: &'p [u8]) -> Self {
+        Self { rgba }
+    }
+
+    fn pixel(self, at: usize) -> [u8; 4] {
+        let bytes = self.rgba.get(4 * at..4 * at + 4);
+        bytes.and_then(|bytes| bytes.try_into().ok()).unwrap_or([255, 255, 255, 0])
+    }
+
+    pub(crate) fn hits(self, at: usize) -> bool {
+        self.pixel(at)[3] >= 128
+    }
+
+    pub(crate) fn is_shadowed(self, at: usize) -> bool {
+        self.pixel(at)[0] < 128
+    }
+
+    pub(crate) fn part(self, at: usize) -> f64 {
+        f64::from(self.pixel(at)[0]) / 255.0
+    }
+
+    /// Whether it is lit in all that it hits.
+    pub fn is_lit_everywhere(self) -> bool {
+        self.rgba.chunks_exact(4).all(|pixel| pixel[3] < 128 || pixel[0] == 255)
+    }
+}
+
+/// How a pixel is answered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Shadowed in the truth and in the picture.
+    ShadowedInBoth,
+    /// Shadowed in the truth, lit in the picture.
+    Leaking,
+    /// Lit in the truth, shadowed in the picture.
+    Acne,
+    /// Lit in both.
+    LitInBoth,
+}
+
+impl Answer {
+    pub(crate) fn new(lit: bool, shadowed: bool) -> Self {
+        match (lit, shadowed) {
+            (false, true) => Self::ShadowedInBoth,
+            (false, false) => Self::Leaking,
+            (true, true) => Self::Acne,
+            (true, false) => Self::LitInBoth,
+        }
+    }
+}
+
+/// How the pixels of one group were answered.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counts {
+    /// Shadowed in the truth and in the picture.
+    pub shadowed_in_both: u64,
+    /// Shadowed in the truth, lit in the picture: light leaks.
+    pub leaking: u64,
+    /// Lit in the truth, shadowed in the picture: acne.
+    pub acne: u64,
+    /// Lit in both.
+    pub lit_in_both: u64,
+}
+
+impl Counts {
+    /// Pixels shadowed in both, of those shadowed in either.
+    pub fn iou(&self) -> Option<f64> {
+        ratio(self.shadowed_in_both, self.shadowed_in_both + self.leaking + self.acne)
+    }
+
+    /// Pixels lit wrongly, of those shadowed in the truth.
+    pub fn leak(&self) -> Option<f64> {
+        ratio(self.leaking, self.shadowed_in_both + self.leaking)
+    }
+
+    /// Pixels shadowed wrongly, of those lit in the truth.
+    pub fn acne(&self) -> Option<f64> {
+        ratio(self.acne, self.acne + self.lit_in_both)
+    }
+
+    /// The number of pixels.
+    pub fn pixels(&self) -> u64 {
+        self.shadowed_in_both + self.leaking + self.acne + self.lit_in_both
+    }
+
+    fn count(&mut self, answer: Answer) {
+        *match answer {
+            Answer::ShadowedInBoth => &mut self.shadowed_in_both,
+            Answer::Leaking => &mut self.leaking,
+            Answer::Acne => &mut self.acne,
+            Answer::LitInBoth => &mut self.lit_in_both,
+        } += 1;
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.shadowed_in_both += other.shadowed_in_both;
+        self.leaking += other.leaking;
+        self.acne += other.acne;
+        self.lit_in_both += other.lit_in_both;
+    }
+}
+
+impl Serialize for Counts {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        map.serialize_entry("pixels", &self.pixels())?;
+        map.serialize_entry("iou", &self.iou())?;
+        map.serialize_entry("leak", &self.leak())?;
+        map.serialize_entry("acne", &self.acne())?;
+        map.serialize_entry("leaking_pixels", &self.leaking)?;
+        map.serialize_entry("acne_pixels", &self.acne)?;
+        map.end()
+    }
+}
+
+/// Errors of grey against the visible part of a light, summed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Errors {
+    sum: f64,
+    pixels: u64,
+}
+
+impl Errors {
+    /// The mean; `None` over no pixels.
+    pub fn mean(&self) -> Option<f64> {
+        (self.pixels > 0).then(|| self.sum / self.pixels as f64)
+    }
+
+    fn count(&mut self, error: f64) {
+        self.sum += error;
+        self.pixels += 1;
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.sum += other.sum;
+        self.pixels += other.pixels;
+    }
+}
+
+impl Serialize for Errors {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        self.mean().serialize(serializer)
+    }
+}
+
+/// The scores of a light, or of several together.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Scores {
+    /// Pixels that rays hit.
+    pub hit: u64,
+    /// Those of them that the picture hits too.
+    pub hit_in_both: u64,
+    /// Pixels that only the picture hits.
+    pub hit_in_picture_only: u64,
+    /// By the distance from edges of shadows in pixels: those at least so far away.
+    pub bands: BTreeMap<u8, Counts>,
+    /// By the distance from the camera: from these powers of two of a metre to the next.
+    pub distances: BTreeMap<i32, Counts>,
+    /// What something very near shadows, without edges.
+    pub contact: Counts,
+    /// The errors against lights with an extent.
+    pub mean_error: Errors,
+    /// Those of them in penumbrae.
+    pub penumbra_error: Errors,
+    /// What is grey too light, less what is too dark.
+    pub bias: Errors,
+}
+
+impl Scores {
+    /// How a picture answers what is true of a light.
+    pub fn of(truth: &Truth<'_>, light: &LightTruth, picture: Rendered<'_>) -> Self {
+        let mut scores =
+            Self { bands: BANDS.map(|band| (band, Counts::default())).into(), ..Self::default() };
+        for (at, point) in truth.points().iter().enumerate() {
+            let hits = picture.hits(at);
+            let Some(point) = point else {
+                scores.hit_in_picture_only += u64::from(hits);
+                continue;
+            };
+            scores.hit += 1;
+            scores.hit_in_both += u64::from(hits);
+            if !hits || !light.evaluated[at] {
+                continue;
+            }
+            let answer = Answer::new(light.lit[at], picture.is_shadowed(at));
+            for (band, counts) in &mut scores.bands {
+                if *band == 0 || light.edge[at] > f32::from(*band) - 1.0 {
+                    counts.count(answer);
+                }
+            }
+            let doubling = point.depth.abs().max(1e-30).log2().floor() as i32;
+            scores.distances.entry(doubling).or_default().count(answer);
+            if light.contact[at] && light.edge[at] > 0.0 {
+                scores.contact.count(answer);
+            }
+            if let Some(visible) = &light.visible {
+                let part = f64::from(visible[at]);
+                let difference = picture.part(at) - part;
+                scores.mean_error.count(difference.abs());
+                scores.bias.count(difference);
+                if PENUMBRA.contains(&part) {
+                    scores.penumbra_error.count(difference.abs());
+                }
+            }
+        }
+        scores
+    }
+
+    /// Adds the pixels of other scores.
+    pub fn add(&mut self, other: &Self) {
+        self.hit += other.hit;
+        self.hit_in_both += other.hit_in_both;
+        self.hit_in_picture_only += other.hit_in_picture_only;
+        other.bands.iter().for_each(|(band, counts)| self.bands.entry(*band).or_default().add(counts));
+        other.distances.iter().for_each(|(at, counts)| self.distances.entry(*at).or_default().add(counts));
+        self.contact.add(&other.contact);
+        self.mean_error.add(&other.mean_error);
+        self.penumbra_error.add(&other.penumbra_error);
+        self.bias.add(&other.bias);
+    }
+
+    /// The scores of a band.
+    pub fn band(&self, band: u8) -> Counts {
+        self.bands.get(&band).copied().unwrap_or_default()
+    }
+
+    /// Intersection over union of all pixels.
+    pub fn iou(&self) -> Option<f64> {
+        self.band(0).iou()
+    }
+}
+
+pub(crate) fn ratio(part: u64, whole: u64) -> Option<f64> {
+    (whole != 0).then(|| part as f64 / whole as f64)
+}

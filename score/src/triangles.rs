@@ -1,0 +1,208 @@
+//! The triangles of a scene in a pose, in the world.
+//!
+//! Positions are taken to the world in 64 bits: by the node of a draw, or by the joints that move a skinned vertex, whose
+//! weights sum to one. What a triangle does to rays depends on its material: alpha masks have holes, and of a material
+//! that is not double-sided a camera does not see the back; lights are stopped from either side, as casters are drawn.
+
+use glam::{DMat4, DVec2, DVec3};
+use umbragraph_scene::material::AlphaMode;
+use umbragraph_scene::texture::{Filter, Image, Texture, Wrap};
+use umbragraph_scene::{Draw, Pose, Scene};
+
+/// A triangle in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Triangle {
+    /// Its corners, counter-clockwise seen from its front.
+    pub corners: [DVec3; 3],
+    /// The index of the draw that it belongs to, among [`Scene::draws`].
+    pub draw: u32,
+    /// Its index among the triangles of that draw.
+    pub index: u32,
+}
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// How far along the ray, in lengths of its direction.
+    pub distance: f64,
+    /// The parts of the second and third corner in the point.
+    pub weights: DVec2,
+}
+
+impl Triangle {
+    /// The unit normal of its front; zero for a triangle without area.
+    pub fn normal(&self) -> DVec3 {
+        let [a, b, c] = self.corners;
+        (b - a).cross(c - a).normalize_or_zero()
+    }
+
+    /// Where a ray meets it, from either side (Möller and Trumbore, 1997).
+    pub fn hit(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
+        let [a, b, c] = self.corners;
+        let (ab, ac) = (b - a, c - a);
+        let p = direction.cross(ac);
+        let determinant = ab.dot(p);
+        if determinant == 0.0 {
+            return None;
+        }
+        let from_corner = origin - a;
+        let second = from_corner.dot(p) / determinant;
+        if !(0.0..=1.0).contains(&second) {
+            return None;
+        }
+        let q = from_corner.cross(ab);
+        let third = direction.dot(q) / determinant;
+        let inside = third >= 0.0 && second + third <= 1.0;
+        inside.then(|| Hit { distance: ac.dot(q) / determinant, weights: DVec2::new(second, third) })
+    }
+}
+
+/// All triangles that a scene shows in a pose, in the order of its draws.
+pub fn triangles_of(scene: &Scene, pose: &Pose) -> Vec<Triangle> {
+    let mut all = Vec::new();
+    for (at, draw) in (0_u32..).zip(scene.draws()) {
+        let primitive = scene.primitive(draw);
+        let joints: Vec<DMat4> = scene.joint_transforms(draw.node, pose).collect();
+        let world = pose.world(draw.node);
+        let place = |vertex: usize| {
+            let point = DVec3::from_array(primitive.positions[vertex].map(f64::from));
+            match (&primitive.joints, draw.skin) {
+                (Some(moved), Some(_)) => {
+                    let parts = moved.joints[vertex].into_iter().zip(moved.weights[vertex]);
+                    let joint = |index: u16| joints.get(usize::from(index)).copied().unwrap_or(world);
+                    let moved = parts.filter(|(_, weight)| *weight > 0.0);
+                    moved
+                        .map(|(index, weight)| joint(index).transform_point3(point) * f64::from(weight))
+                        .sum()
+                }
+                _ => world.transform_point3(point),
+            }
+        };
+        let places: Vec<DVec3> = (0..primitive.positions.len()).map(place).collect();
+        let faces = (0_u32..).zip(primitive.indices.chunks_exact(3));
+        all.extend(faces.map(|(index, face)| {
+            let corner = |corner: usize| places[face[corner] as usize];
+            Triangle { corners: [corner(0), corner(1), corner(2)], draw: at, index }
+        }));
+    }
+    all
+}
+
+/// What of a draw decides on rays.
+#[derive(Clone, Debug)]
+pub(crate) struct Surface {
+    pub(crate) casts: bool,
+    pub(crate) receives: bool,
+    pub(crate) is_blended: bool,
+    pub(crate) is_double_sided: bool,
+    pub(crate) mask: Option<Mask>,
+}
+
+/// An alpha mask: what has less alpha than its cutoff is a hole.
+#[derive(Clone, Debug)]
+pub(crate) struct Mask {
+    draw: Draw,
+    cutoff: f64,
+    factor: f64,
+    texture: Option<Texture>,
+}
+
+pub(crate) fn surface_of(scene: &Scene, draw: Draw) -> Surface {
+    let material = scene.material(draw);
+    let mask = match material.alpha_mode {
+        AlphaMode::Mask { cutoff } => Some(Mask {
+            draw,
+            cutoff: f64::from(cutoff),
+            factor: f64::from(material.base_color[3]),
+            texture: material.base_color_texture.and_then(|at| scene.textures.get(at)).copied(),
+        }),
+        _ => None,
+    };
+    Surface {
+        casts: draw.cast_shadow,
+        receives: draw.receive_shadow,
+        is_blended: material.alpha_mode == AlphaMode::Blend,
+        is_double_sided: material.double_sided,
+        mask,
+    }
+}
+
+impl Mask {
+    /// Whether a point of a triangle of its draw is a hole.
+    pub(crate) fn is_hole(&self, scene: &Scene, triangle: &Triangle, hit: Hit) -> bool {
+        let Some(texture) = self.texture else { return self.factor < self.cutoff };
+        let primitive = scene.primitive(self.draw);
+        let first = 3 * triangle.index as usize;
+        let Some(face) = primitive.indices.get(first..first + 3) else { return false };
+        let [a, b, c] = [0, 1, 2]
+            .map(|corner| DVec2::from_array(primitive.texcoords[face[corner] as usize].map(f64::from)));
+        let place = a + (b - a) * hit.weights.x + (c - a) * hit.weights.y;
+        alpha(&scene.images[texture.image], &texture, place) * self.factor < self.cutoff
+    }
+}
+
+/// The alpha of the base level at a texture coordinate.
+fn alpha(image: &Image, texture: &Texture, place: DVec2) -> f64 {
+    let size = DVec2::new(f64::from(image.width), f64::from(image.height));
+    let sampler = texture.sampler;
+    let texel = |x: f64, y: f64| {
+        let x = wrapped(x, image.width, sampler.wrap_u);
+        let y = wrapped(y, image.height, sampler.wrap_v);
+        let at = (y as usize * image.width as usize + x as usize) * 4 + 3;
+        f64::from(image.rgba.get(at).copied().unwrap_or(255)) / 255.0
+    };
+    match sampler.magnify {
+        Filter::Nearest => {
+            let at = (place * size).floor();
+            texel(at.x, at.y)
+        }
+        Filter::Linear => {
+            let at = place * size - 0.5;
+            let (low, part) = (at.floor(), at - at.floor());
+            let row = |y: f64| texel(low.x, y) * (1.0 - part.x) + texel(low.x + 1.0, y) * part.x;
+            row(low.y) * (1.0 - part.y) + row(low.y + 1.0) * part.y
+        }
+    }
+}
+
+/// The texel that stands for one of any coordinate.
+fn wrapped(at: f64, count: u32, wrap: Wrap) -> u32 {
+    let size = f64::from(count);
+    let inside = match wrap {
+        Wrap::Repeat => at.rem_euclid(size),
+        Wrap::ClampToEdge => at,
+        Wrap::MirroredRepeat => {
+            let twice = at.rem_euclid(2.0 * size);
+            if twice < size { twice } else { 2.0 * size - 1.0 - twice }
+        }
+    };
+    inside.clamp(0.0, size - 1.0) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ray_meets_a_triangle_from_both_sides_and_nothing_beside_it() {
+        let triangle = Triangle { corners: [DVec3::ZERO, DVec3::X, DVec3::Y], draw: 0, index: 0 };
+        for side in [1.0, -1.0] {
+            let from = DVec3::new(0.25, 0.5, 2.0 * side);
+            let hit = triangle.hit(from, DVec3::Z * -side).unwrap();
+            assert_eq!((hit.distance, hit.weights), (2.0, DVec2::new(0.25, 0.5)));
+            assert_eq!(triangle.hit(DVec3::new(0.6, 0.5, 2.0 * side), DVec3::Z * -side), None);
+            assert!(triangle.hit(from, DVec3::Z * side).unwrap().distance < 0.0);
+        }
+        assert_eq!(triangle.hit(DVec3::Z, DVec3::X), None, "along its plane");
+        assert_eq!(triangle.normal(), DVec3::Z);
+    }
+
+    #[test]
+    fn textures_repeat_end_or_are_mirrored() {
+        let at = |wrap| [-5.0, -1.0, 0.0, 3.0, 4.0, 6.0].map(|at| wrapped(at, 4, wrap));
+        assert_eq!(at(Wrap::Repeat), [3, 3, 0, 3, 0, 2]);
+        assert_eq!(at(Wrap::ClampToEdge), [0, 0, 0, 3, 3, 3]);
+        assert_eq!(at(Wrap::MirroredRepeat), [3, 0, 0, 3, 3, 1]);
+        assert_eq!(wrapped(f64::NAN, 4, Wrap::Repeat), 0);
+    }
+}

@@ -1,0 +1,238 @@
+//! What each pixel of a camera shows, and what of a light arrives there, by rays.
+//!
+//! | value | definition |
+//! |---|---|
+//! | hit | the ray through the middle of the pixel meets a surface between the camera's planes |
+//! | lit | nothing that casts shadows stands between that point and the light; surfaces do not shade themselves by facing away |
+//! | visible part | the part of a light with an extent that is seen from there |
+//! | evaluated | hit, of a surface that receives shadows with nothing blended before it; the light reaches the pixel and its eight neighbours; the cosine between the side that is seen and the light is at least [`MIN_COSINE`] |
+//! | edge | hit pixels of which a neighbour has the other answer, or whose 4 by 4 samples disagree |
+//! | contact | shadowed by something so near that it counts as contact: what the light meets first is nearer than [`CONTACT`] of the distance from the camera |
+//!
+//! The part of a light is counted by 16 samples, where they disagree by 256.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+use umbragraph_pipeline::frame::{Camera, Light, Projection};
+
+use crate::light::{Source, disc_sample};
+use crate::rays::{Rays, Seen};
+
+/// The least cosine between a surface and a light at which a pixel counts: renderers treat grazing light differently.
+pub const MIN_COSINE: f64 = 0.05;
+
+/// The distance of what casts a contact shadow, as a part of the distance from the camera.
+pub const CONTACT: f64 = 0.02;
+
+/// Samples of a light in full light or shadow, and in a penumbra.
+const SAMPLES: [u32; 2] = [16, 256];
+
+/// The samples of a pixel on each side.
+const SIDE: u32 = 4;
+
+/// What a camera sees.
+pub struct Truth<'r> {
+    rays: &'r Rays<'r>,
+    camera: Camera,
+    /// Pixels in a row, and rows.
+    pub size: [u32; 2],
+    points: Vec<Option<Point>>,
+}
+
+/// What a pixel shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Point {
+    /// Where it is.
+    pub position: DVec3,
+    /// Its distance along the axis of the view.
+    pub depth: f64,
+    /// What was hit.
+    pub seen: Seen,
+}
+
+/// What of a light arrives at each pixel; row 0 on top.
+pub struct LightTruth {
+    /// Whether nothing stands between; also where nothing is hit.
+    pub lit: Vec<bool>,
+    /// The part of the light that is visible, if it has an extent.
+    pub visible: Option<Vec<f32>>,
+    /// Whether the pixel counts.
+    pub evaluated: Vec<bool>,
+    /// How far away the next edge of a shadow is, in pixels, up to 5.
+    pub edge: Vec<f32>,
+    /// Whether the pixel is shadowed by what is very near.
+    pub contact: Vec<bool>,
+}
+
+impl<'r> Truth<'r> {
+    /// What a camera sees in a picture of a size.
+    pub fn new(rays: &'r Rays<'r>, camera: &Camera, size: [u32; 2]) -> Self {
+        let mut truth = Self { rays, camera: *camera, size, points: Vec::new() };
+        let middles = |pixel: usize| truth.see(pixel, DVec2::splat(0.5));
+        truth.points = (0..truth.pixels()).into_par_iter().map(middles).collect();
+        truth
+    }
+
+    /// What each pixel shows; row 0 on top.
+    pub fn points(&self) -> &[Option<Point>] {
+        &self.points
+    }
+
+    fn pixels(&self) -> usize {
+        self.size[0] as usize * self.size[1] as usize
+    }
+
+    /// What is seen through a place in a pixel.
+    fn see(&self, pixel: usize, within: DVec2) -> Option<Point> {
+        let width = self.size[0] as usize;
+        let at = DVec2::new((pixel % width) as f64, (pixel / width) as f64) + within;
+        let size = DVec2::new(f64::from(self.size[0]), f64::from(self.size[1]));
+        let place = (at / size * 2.0 - 1.0) * DVec2::new(self.camera.aspect, -1.0);
+        let (near, far) = self.camera.projection.depth_range();
+        let (origin, direction) = match self.camera.projection {
+            Projection::Perspective { vertical_fov, .. } => {
+                (DVec3::ZERO, (place * (0.5 * vertical_fov).tan()).extend(-1.0))
+            }
+            Projection::Orthographic { half_height, .. } => ((place * half_height).extend(0.0), DVec3::NEG_Z),
+        };
+        let (origin, direction) =
+            (self.camera.position + self.camera.rotation * origin, self.camera.rotation * direction);
+        // Lengths of the direction are distances along the axis.
+        let seen = self.rays.seen(origin, direction, [near, far])?;
+        Some(Point { position: origin + direction * seen.distance, depth: seen.distance, seen })
+    }
+
+    /// Where a ray towards a light begins to count: behind what numbers leave open of the point.
+    fn begin(&self, point: &Point) -> f64 {
+        let size = point.position.abs().max_element().max(point.depth.abs());
+        size * 1e-9
+    }
+
+    fn is_lit(&self, point: &Point, source: &Source, sample: DVec2) -> bool {
+        let (direction, distance) = source.ray(point.position, sample);
+        !self.rays.is_blocked(point.seen.triangle, point.position, direction, [self.begin(point), distance])
+    }
+
+    /// What of a light arrives.
+    pub fn light(&self, light: &Light) -> Option<LightTruth> {
+        let source = Source::of(light)?;
+        let pixels = (0..self.pixels()).into_par_iter();
+        let lit: Vec<bool> = pixels
+            .map(|pixel| self.points[pixel].is_none_or(|point| self.is_lit(&point, &source, DVec2::ZERO)))
+            .collect();
+        let visible = source.has_extent().then(|| self.visible(&source));
+        let contact = self.contact(&source, &lit);
+        let evaluated = self.evaluated(&source);
+        let edge = distances(&self.edges(&source, &lit), self.size);
+        Some(LightTruth { lit, visible, evaluated, edge, contact })
+    }
+
+    fn visible(&self, source: &Source) -> Vec<f32> {
+        let part = |point: &Point| {
+            let count = |range: std::ops::Range<u32>| {
+                range.filter(|index| self.is_lit(point, source, disc_sample(*index))).count() as u32
+            };
+            let few = count(0..SAMPLES[0]);
+            if few == 0 || few == SAMPLES[0] {
+                return few as f32 / SAMPLES[0] as f32;
+            }
+            (few + count(SAMPLES[0]..SAMPLES[1])) as f32 / SAMPLES[1] as f32
+        };
+        self.points.par_iter().map(|point| point.as_ref().map_or(1.0, part)).collect()
+    }
+
+    fn contact(&self, source: &Source, lit: &[bool]) -> Vec<bool> {
+        let touches = |(point, lit): (&Option<Point>, &bool)| {
+            let Some(point) = point.as_ref().filter(|_| !lit) else { return false };
+            let (direction, distance) = source.ray(point.position, DVec2::ZERO);
+            let range = [self.begin(point), distance];
+            let first = self.rays.first_blocker(point.seen.triangle, point.position, direction, range);
+            first.is_some_and(|first| first < CONTACT * point.position.distance(self.camera.position))
+        };
+        self.points.par_iter().zip(lit).map(touches).collect()
+    }
+
+    fn evaluated(&self, source: &Source) -> Vec<bool> {
+        let reached = |pixel: usize| self.points[pixel].is_none_or(|point| source.reaches(point.position));
+        let counts = |pixel: usize| {
+            let Some(point) = self.points[pixel] else { return false };
+            let (direction, _) = source.ray(point.position, DVec2::ZERO);
+            point.seen.counts
+                && point.seen.normal.dot(direction) >= MIN_COSINE
+                && reached(pixel)
+                && neighbours(pixel, self.size).all(reached)
+        };
+        (0..self.pixels()).into_par_iter().map(counts).collect()
+    }
+
+    fn edges(&self, source: &Source, lit: &[bool]) -> Vec<bool> {
+        let is_edge = |pixel: usize| {
+            if self.points[pixel].is_none() {
+                return false;
+            }
+            let other = |near: usize| self.points[near].is_some() && lit[near] != lit[pixel];
+            neighbours(pixel, self.size).any(other) || self.samples_disagree(pixel, source, lit[pixel])
+        };
+        (0..self.pixels()).into_par_iter().map(is_edge).collect()
+    }
+
+    fn samples_disagree(&self, pixel: usize, source: &Source, lit: bool) -> bool {
+        (0..SIDE * SIDE).any(|at| {
+            let place = (DVec2::new(f64::from(at % SIDE), f64::from(at / SIDE)) + 0.5) / f64::from(SIDE);
+            self.see(pixel, place).is_some_and(|point| self.is_lit(&point, source, DVec2::ZERO) != lit)
+        })
+    }
+}
+
+/// The pixels around a pixel, as far as the picture reaches.
+fn neighbours(pixel: usize, [width, height]: [u32; 2]) -> impl Iterator<Item = usize> {
+    let (width, height) = (i64::from(width), i64::from(height));
+    let (x, y) = (pixel as i64 % width, pixel as i64 / width);
+    (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (x + dx, y + dy))).filter_map(move |(i, j)| {
+        let inside = (0..width).contains(&i) && (0..height).contains(&j) && (i, j) != (x, y);
+        inside.then_some((j * width + i) as usize)
+    })
+}
+
+/// The farthest that distances to edges are told.
+const FARTHEST: i64 = 5;
+
+/// The distance from each pixel to the next one that is set.
+fn distances(set: &[bool], [width, height]: [u32; 2]) -> Vec<f32> {
+    let (width, height) = (i64::from(width), i64::from(height));
+    let nearest = |pixel: usize| {
+        let (x, y) = (pixel as i64 % width, pixel as i64 / width);
+        let mut nearest = FARTHEST * FARTHEST;
+        for j in (y - FARTHEST).max(0)..(y + FARTHEST + 1).min(height) {
+            for i in (x - FARTHEST).max(0)..(x + FARTHEST + 1).min(width) {
+                if set[(j * width + i) as usize] {
+                    nearest = nearest.min((i - x) * (i - x) + (j - y) * (j - y));
+                }
+            }
+        }
+        (nearest as f32).sqrt()
+    };
+    (0..set.len()).into_par_iter().map(nearest).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn distances_are_those_to_the_next_edge() {
+        let mut set = vec![false; 12 * 8];
+        set[3 * 12 + 4] = true;
+        let found = distances(&set, [12, 8]);
+        assert_eq!((found[3 * 12 + 4], found[3 * 12 + 6], found[0]), (0.0, 2.0, 5.0));
+        assert!((found[5 * 12 + 5] - 5_f32.sqrt()).abs() < 1e-6);
+        assert_eq!(found[7 * 12 + 11], 5.0, "far away");
+    }
+
+    #[test]
+    fn a_corner_has_three_neighbours() {
+        assert_eq!(neighbours(0, [3, 3]).collect::<Vec<_>>(), [1, 3, 4]);
+        assert_eq!(neighbours(4, [3, 3]).count(), 8);
+        assert_eq!(neighbours(0, [1, 1]).count(), 0);
+    }
+}
