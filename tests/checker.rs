@@ -43,7 +43,7 @@ fn right() -> Plan {
     let x2 = assembly.pass("x2").updates(x).handle();
     let x3 = assembly.pass("x3").updates(x).after(x2).handle();
     let _ = assembly.pass("remember").updates(state).after(x3);
-    let (range, usage, version) = buffer(Usage::StorageWrite);
+    let (range, usage, version) = buffer(Usage::StorageReplace);
     let _ = assembly.pass("count").accesses(first, range, usage, version.clone()).accesses(
         second,
         range,
@@ -441,7 +441,7 @@ fn a_resource_in_a_buffer_of_its_class_that_is_too_small_is_caught() {
         if let Some(previous) = previous.replace(buffer) {
             pass = pass.accesses(previous, SubresourceRange::WHOLE, Usage::StorageRead, Version::Newest);
         }
-        let _ = pass.accesses(buffer, SubresourceRange::WHOLE, Usage::StorageWrite, Version::Newest);
+        let _ = pass.accesses(buffer, SubresourceRange::WHOLE, Usage::StorageReplace, Version::Newest);
     }
     let mut plan = planned(assembly);
     assert_eq!(verify(&plan, &options()), Vec::new());

@@ -131,7 +131,7 @@ fn draws_that_a_storage_write_connects_do_not_share_a_render_pass() {
     let target = assembly.imported("target");
     let list = assembly.buffer("list", 64, Lifetime::Transient);
     let usage = |usage| (SubresourceRange::WHOLE, usage, Version::Newest);
-    let (range, write, version) = usage(Usage::StorageWrite);
+    let (range, write, version) = usage(Usage::StorageReplace);
     let first = assembly.pass("write").color(target, CLEAR).accesses(list, range, write, version).handle();
     let between = assembly.pass("between").color(target, LoadOperation::Load).after(first).handle();
     let (range, read, version) = usage(Usage::StorageRead);
@@ -482,7 +482,7 @@ fn buffers(sizes: &[u32]) -> Assembly {
         if let Some(previous) = previous {
             pass = pass.accesses(previous, SubresourceRange::WHOLE, Usage::StorageRead, Version::Newest);
         }
-        let _ = pass.accesses(buffer, SubresourceRange::WHOLE, Usage::StorageWrite, Version::Newest);
+        let _ = pass.accesses(buffer, SubresourceRange::WHOLE, Usage::StorageReplace, Version::Newest);
         previous = Some(buffer);
     }
     assembly

@@ -57,6 +57,18 @@ fn storage_that_replaces_lets_passes_before_it_be_left_out() {
 }
 
 #[test]
+fn storage_of_one_frame_keeps_what_no_invocation_writes() {
+    let image = r#""image": { "texture": { "format": "rgba8unorm", "size": "viewport" } }"#;
+    let red = fill("red", r#"{ "to": "image" }"#, "[1, 0, 0, 1]");
+    let again = half("").replace(r#""half": {"#, r#""again": { "after": ["half"], "#);
+    let passes = format!("{}, {again}, {red}, {SHOWN}", half(""));
+    let Some((names, found)) = picture(image, &passes) else { return };
+    assert_eq!(names, ["red", "half", "again", "shown"]);
+    let wanted: Vec<_> = (0..64).map(|at| if at % 8 < 4 { GREEN } else { RED }).collect();
+    assert_eq!(found, wanted);
+}
+
+#[test]
 fn a_buffer_that_is_replaced_needs_no_clear_before() {
     let resources = r#""words": { "buffer": { "size": 12 } }, "sum": { "buffer": { "size": 2048 } }"#;
     let passes = r#""none": { "clear": { "buffer": "sum" } },

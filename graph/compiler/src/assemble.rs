@@ -251,14 +251,14 @@ impl AssemblyPass<'_> {
         )
     }
 
-    /// Writes all of a resource as storage.
+    /// Replaces all of a resource as storage.
     pub fn writes(self, resource: ResourceHandle) -> Self {
         self.writes_range(resource, SubresourceRange::WHOLE)
     }
 
-    /// Writes a subresource range of a resource as storage.
+    /// Replaces a subresource range of a resource as storage.
     pub fn writes_range(self, resource: ResourceHandle, range: SubresourceRange) -> Self {
-        self.accesses(resource, range, Usage::StorageWrite, Version::Newest)
+        self.accesses(resource, range, Usage::StorageReplace, Version::Newest)
     }
 
     /// Reads and writes all of a resource as storage.

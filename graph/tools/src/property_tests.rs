@@ -167,7 +167,7 @@ fn pipeline(
             pass = pass.accesses(resource, range, Usage::Sampled, version);
         }
         if let Some(own) = scratch[at] {
-            pass = pass.accesses(own, SubresourceRange::WHOLE, Usage::StorageWrite, Version::Newest);
+            pass = pass.accesses(own, SubresourceRange::WHOLE, Usage::StorageReplace, Version::Newest);
         }
         for (back, earlier) in passes[..at].iter().rev().enumerate() {
             if let (Some((_, later)), Some(left)) = (earlier.scratch, scratch[at - 1 - back])

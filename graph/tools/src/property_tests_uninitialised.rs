@@ -123,9 +123,9 @@ fn pipeline(
         }),
     };
     let (read, write) = match kind {
-        Kind::Layered | Kind::Volume => (Usage::Sampled, Usage::StorageWrite),
+        Kind::Layered | Kind::Volume => (Usage::Sampled, Usage::StorageReplace),
         Kind::DepthStencil => (Usage::Sampled, Usage::CopyDestination),
-        Kind::Buffer => (Usage::StorageRead, Usage::StorageWrite),
+        Kind::Buffer => (Usage::StorageRead, Usage::StorageReplace),
     };
     for at in 0..TOGGLES {
         assembly.toggle(&format!("t{at}"));

@@ -35,7 +35,7 @@ fn planned(writers: &[Writer], toggles: usize, words: u64, read: (u64, u64)) -> 
         if let Some((toggle, on)) = writer.toggle {
             pass = pass.toggle(toggle, on);
         }
-        let usage = if writer.loads { Usage::StorageReadWrite } else { Usage::StorageWrite };
+        let usage = if writer.loads { Usage::StorageReadWrite } else { Usage::StorageReplace };
         let _ = pass.accesses(buffer, bytes(writer.range), usage, Version::Newest);
     }
     let end = assembly.pass("end").after(last).side_effect();

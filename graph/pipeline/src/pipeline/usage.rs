@@ -10,7 +10,7 @@ pub enum Usage {
     Uniform,
     /// A storage binding that is read.
     StorageRead,
-    /// A storage binding that is only written.
+    /// A storage binding that is only written, and keeps what it does not write.
     StorageWrite,
     /// A storage binding that writes all of a subresource range, whatever it held.
     StorageReplace,
@@ -82,7 +82,7 @@ impl Usage {
             Usage::Sampled => (Reads, (T::TEXTURE_BINDING, B::empty()), "sampled texture"),
             Usage::Uniform => (Reads, buffer(B::UNIFORM), "uniform buffer"),
             Usage::StorageRead => (Reads, STORAGE, "read-only storage"),
-            Usage::StorageWrite => (Writes, STORAGE, "write-only storage"),
+            Usage::StorageWrite => (Loads, STORAGE, "write-only storage"),
             Usage::StorageReplace => (Replaces, STORAGE, "storage that is replaced"),
             Usage::StorageReadWrite => (Loads, STORAGE, "read-write storage"),
             Usage::ColorAttachment => (Replaces, ATTACHMENT, "color attachment"),
@@ -116,7 +116,7 @@ impl Usage {
 
     /// Whether contents from before are kept, but need not exist.
     pub fn keeps_what_is_there(self) -> bool {
-        self == Usage::CopyDestinationRows
+        matches!(self, Usage::CopyDestinationRows | Usage::StorageWrite)
     }
 
     /// Whether a new version is made.

@@ -240,7 +240,7 @@ impl Player<'_, '_> {
             }
         }
         // What need not find anything is the first where nothing else is.
-        for event in events.iter().filter(|event| event.one.usage == Usage::CopyDestinationRows) {
+        for event in events.iter().filter(|event| event.one.usage.keeps_what_is_there()) {
             for region in &event.regions {
                 if writers[*region].iter().chain(&culled[*region]).all(|(_, loads)| *loads) {
                     let list = if is_live(event) { &mut writers[*region] } else { &mut culled[*region] };
@@ -308,7 +308,7 @@ impl Player<'_, '_> {
         let is_later = |writer: PassHandle| {
             event.one.version == Version::Before || self.after.leads(self.schedule, event.pass, writer)
         };
-        let mut written = lasting || event.one.usage == Usage::CopyDestinationRows;
+        let mut written = lasting || event.one.usage.keeps_what_is_there();
         let mut wrong: Option<(ViolationKind, String)> = None;
         for region in &event.regions {
             match content[*region] {
@@ -399,6 +399,7 @@ impl Player<'_, '_> {
                 }
             } else if let Some(needed) = needed_but_culled(&writers[*region], &culled[*region], self.single)
                 && written.is_none()
+                && !(event.one.usage.keeps_what_is_there() && self.may_follow(needed, event.pass))
             {
                 let (needed, _) = self.names(needed);
                 wrong = Some((
@@ -418,6 +419,31 @@ impl Player<'_, '_> {
         if let Some((kind, message)) = wrong {
             self.violations.add(kind, message);
         }
+    }
+
+    /// Whether "after", or what it reads, may put a pass behind another.
+    fn may_follow(&self, pass: PassHandle, other: PassHandle) -> bool {
+        let pipeline = &self.plan.pipeline;
+        let (mut seen, mut stack) = (HashSet::from([pass]), vec![pass]);
+        while let Some(pass) = stack.pop() {
+            let reads = |resource: ResourceHandle| {
+                let mut accesses = pipeline.pass(pass).accesses().iter();
+                accesses.any(|one| one.resource == resource && one.usage.reads())
+            };
+            let feeds = |writer: PassHandle| {
+                let mut accesses = pipeline.pass(writer).accesses().iter();
+                accesses.any(|one| one.usage.writes() && one.resource != self.handle && reads(one.resource))
+            };
+            for before in pipeline.pass_handles() {
+                if pipeline.pass(pass).after.contains(&before) || feeds(before) {
+                    if before == other {
+                        return true;
+                    }
+                    stack.extend(seen.insert(before).then_some(before));
+                }
+            }
+        }
+        false
     }
 
     /// The writes that remain at the end, for a resource that outlives the frame.
@@ -475,7 +501,7 @@ fn has_single_first(plan: &Plan, schedule: &Schedule, events: &[Event<'_>], afte
     };
     let mut first = writers(|usage| !usage.reads());
     if first.is_empty() {
-        first = writers(|usage| usage == Usage::CopyDestinationRows);
+        first = writers(Usage::keeps_what_is_there);
     }
     let others = || events.iter().filter(|event| event.one.usage.writes()).map(|event| event.pass);
     let is_behind = |first: PassHandle| others().any(|other| after.leads(schedule, other, first));
