@@ -294,7 +294,7 @@ fn an_import_used_beyond_its_usage_is_rejected_at_the_use() {
     let found: Vec<_> =
         diagnostics.iter().map(|diagnostic| (diagnostic.code.id, diagnostic.message.as_str())).collect();
     let message =
-        "\"p\" uses the import \"target\" as write-only storage, which the host's texture does not allow";
+        "\"p\" uses the import \"target\" as storage that is replaced, which the host's texture does not allow";
     assert_eq!(found, [("UG0408", message)]);
 }
 
