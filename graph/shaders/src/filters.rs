@@ -7,11 +7,11 @@
 use minijinja::value::{Kwargs, Rest, Value, ValueKind};
 use minijinja::{Environment, Error, State, UndefinedBehavior, escape_formatter, filters, functions, tests};
 
-use super::guard;
+use super::{growth, guard};
 use super::scan::syntax;
 
 /// The names that are functions in every template.
-pub(crate) const FUNCTIONS: &[&str] = &["range", "namespace", "dict", guard::GUARD];
+pub(crate) const FUNCTIONS: &[&str] = &["range", "namespace", "dict", guard::GUARD, growth::FITS, growth::FACTOR, growth::SEEN, growth::INDEXED];
 
 /// The names of the filters.
 pub(crate) const FILTERS: &[&str] = &[
@@ -56,12 +56,16 @@ pub(crate) fn environment() -> Environment<'static> {
     environment.add_function("namespace", functions::namespace);
     environment.add_function("dict", functions::dict);
     environment.add_function(guard::GUARD, |values: Rest<Value>| guard::guard(values));
+    environment.add_function(growth::FITS, guard::grown);
+    environment.add_function(growth::FACTOR, guard::factor);
+    environment.add_function(growth::SEEN, guard::seen);
+    environment.add_function(growth::INDEXED, guard::indexed);
     environment
 }
 
 fn add_filters(environment: &mut Environment<'static>) {
     environment.add_filter("abs", filters::abs);
-    environment.add_filter("count", filters::length);
+    environment.add_filter("count", length);
     environment.add_filter("default", filters::default);
     environment.add_filter("first", filters::first);
     environment.add_filter("float", filters::float);
@@ -69,7 +73,7 @@ fn add_filters(environment: &mut Environment<'static>) {
     environment.add_filter("int", filters::int);
     environment.add_filter("join", join);
     environment.add_filter("last", filters::last);
-    environment.add_filter("length", filters::length);
+    environment.add_filter("length", length);
     environment.add_filter("lower", lower);
     environment.add_filter("max", max);
     environment.add_filter("min", min);
@@ -98,6 +102,11 @@ fn read(text: &str) -> Result<&str, Error> {
         return Err(guard::limit("a filter gets a value larger than 1 MiB"));
     }
     guard::work(1, text.len()).map(|()| text)
+}
+
+fn length(value: &Value) -> Result<usize, Error> {
+    guard::work(1, value.as_str().map_or(0, str::len))?;
+    filters::length(value)
 }
 
 fn lower(value: &str) -> Result<String, Error> {

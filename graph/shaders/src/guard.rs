@@ -8,15 +8,15 @@
 //! no line break and take over the whitespace control of their tag, so they change no output; [`Prepared::original`]
 //! maps offsets back.
 //!
-//! Limit: one expression can still build a value that grows with the length of its text times 100 MB, the engine's own
-//! bound for `"x" * n`.
+//! What grows within one expression is [looked at](super::growth) there.
 
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
-use minijinja::value::{Rest, Value, ValueKind};
+use minijinja::value::{Rest, Tuple, Value, ValueKind};
 use minijinja::{Error, ErrorKind};
 
+use super::growth;
 use super::scan::{Tag, WordKind};
 
 /// The largest value that may be kept in a variable, in bytes of text or in elements.
@@ -63,8 +63,24 @@ impl Prepared {
 
 /// Inserts the guards.
 pub(crate) fn prepare(text: &str, tags: &[Tag]) -> Prepared {
+    let mut inserted = growth::insertions(text);
+    inserted.extend(behind_tags(text, tags));
+    inserted.sort_by_key(|(at, _)| *at);
     let mut prepared = Prepared { text: String::with_capacity(text.len() + 256), insertions: Vec::new() };
     let mut copied = 0;
+    for (at, insertion) in inserted {
+        prepared.text.push_str(&text[copied..at]);
+        copied = at;
+        prepared.insertions.push((at, insertion.len()));
+        prepared.text.push_str(&insertion);
+    }
+    prepared.text.push_str(&text[copied..]);
+    prepared
+}
+
+/// The guards of the names that tags bind.
+fn behind_tags(text: &str, tags: &[Tag]) -> Vec<(usize, String)> {
+    let mut guards = Vec::new();
     let mut open_sets: Vec<Vec<String>> = Vec::new();
     for tag in tags {
         let words: Vec<(&str, WordKind)> =
@@ -105,14 +121,9 @@ pub(crate) fn prepare(text: &str, tags: &[Tag]) -> Prepared {
             Some(b'+') => "+",
             _ => "",
         };
-        let insertion = format!("{{%do {GUARD}({}){control}%}}", names.join(","));
-        prepared.text.push_str(&text[copied..tag.range.end]);
-        copied = tag.range.end;
-        prepared.insertions.push((copied, insertion.len()));
-        prepared.text.push_str(&insertion);
+        guards.push((tag.range.end, format!("{{%do {GUARD}({}){control}%}}", names.join(","))));
     }
-    prepared.text.push_str(&text[copied..]);
-    prepared
+    guards
 }
 
 /// Whether what a `set` binds is written out in the template: it is no larger than the text of the tag, and a table of
@@ -259,6 +270,42 @@ pub(crate) fn guard(values: Rest<Value>) -> Result<Value, Error> {
     let fit = values.iter().all(|value| fits(value, &mut budget, &mut elements, 0));
     work(elements, 0)?;
     if fit { Ok(Value::from("")) } else { Err(limit("a value kept in a variable is larger than 1 MiB")) }
+}
+
+/// What an expression has made, if a variable could hold it.
+pub(crate) fn grown(value: Value) -> Result<Value, Error> {
+    if value.is_number() {
+        return Ok(value);
+    }
+    let (mut budget, mut elements) = (MAX_VALUE, 0);
+    let fit = fits(&value, &mut budget, &mut elements, 0);
+    work(elements, MAX_VALUE - budget)?;
+    if fit { Ok(value) } else { Err(limit("an expression makes a value larger than 1 MiB")) }
+}
+
+/// What is multiplied. The engine repeats lists as they are read, but tuples at once.
+pub(crate) fn factor(value: Value) -> Value {
+    match value.downcast_object_ref::<Tuple>() {
+        Some(tuple) => Value::from(tuple.iter().cloned().collect::<Vec<Value>>()),
+        None => value,
+    }
+}
+
+/// What is gone through: every element, or every byte of a text.
+pub(crate) fn seen(value: Value) -> Result<Value, Error> {
+    match value.as_str() {
+        Some(text) => work(1, text.len())?,
+        None => work(value.len().unwrap_or(1), 0)?,
+    }
+    Ok(value)
+}
+
+/// What an index is looked up in: the characters of a text are counted up to it.
+pub(crate) fn indexed(value: Value) -> Result<Value, Error> {
+    if let Some(text) = value.as_str() {
+        work(1, text.len())?;
+    }
+    Ok(value)
 }
 
 fn fits(value: &Value, budget: &mut usize, elements: &mut usize, depth: usize) -> bool {

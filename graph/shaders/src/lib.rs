@@ -19,6 +19,7 @@ mod comparisons;
 mod compile;
 mod complexity;
 mod filters;
+mod growth;
 mod guard;
 mod hint;
 pub mod interface;

@@ -85,7 +85,7 @@ impl MarkedTemplates {
         for (name, template) in &set.templates {
             // A template that uses the marker characters itself, or does not parse, is left out; what needs it then
             // fails to render, and the plain map stays.
-            if !template.text.contains([OPEN, CLOSE]) {
+            if template.broken.is_none() && !template.text.contains([OPEN, CLOSE]) {
                 let text = marked.mark(template.file, &template.text);
                 let prepared = guard::prepare(&text, &scan(&text).tags);
                 let _ = marked.environment.add_template_owned(name.clone(), prepared.text);

@@ -18,7 +18,7 @@ use super::axes::{self, Axes};
 use super::permutations::Space;
 use super::scan::{Scan, scan};
 use super::template::Template;
-use super::{codes, comparisons, filters, guard, syntax_help};
+use super::{codes, comparisons, filters, growth, guard, syntax_help};
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::source::{FileId, Sources, Span};
 
@@ -125,6 +125,18 @@ impl TemplateSet {
         let scan = scan(text);
         self.longest_literal = scan.literals.iter().map(Range::len).fold(self.longest_literal, usize::max);
         self.environment.set_fuel(Some(guard::fuel(self.longest_literal)));
+        if let Some((range, what)) = growth::too_long(text, &scan.tags) {
+            let message = format!("the template exceeds a limit: {what}");
+            let broken = Diagnostic::error(codes::TEMPLATE_LIMIT, Span::new(file, range), message)
+                .help("put parts of it into variables, with {% set %}, or a table into a list");
+            return Template {
+                file,
+                text: text.clone(),
+                scan,
+                prepared: guard::prepare("", &[]),
+                broken: Some(broken),
+            };
+        }
         let prepared = guard::prepare(text, &scan.tags);
         let mut template = Template { file, text: text.clone(), scan, prepared, broken: None };
         if let Err(error) =

@@ -40,6 +40,7 @@ fn names_bound_by_tags_are_no_axes() {
 fn no_template_runs_for_ever_or_explodes() {
     guard::without_clock();
     let variable = "a value kept in a variable is larger than 1 MiB";
+    let expression = "an expression makes a value larger than 1 MiB";
     let filter = "a filter makes a value larger than 1 MiB";
     let work = "its values and filters go through more than 4,194,304 elements";
     let cases = [
@@ -53,15 +54,18 @@ fn no_template_runs_for_ever_or_explodes() {
         ),
         (
             "{% set ns = namespace(s='x') %}{% for i in range(64) %}{% set ns.s = ns.s ~ ns.s %}{% endfor %}",
-            variable,
+            expression,
         ),
         (
             "{% set ns = namespace(s='x') %}{% for i in range(64) %}{% set ns.s = ns.s + ns.s %}{% endfor %}",
-            variable,
+            expression,
         ),
-        ("{% macro f(s) %}{{ f(s ~ s) }}{% endmacro %}{{ f('x') }}", variable),
-        ("{% set a = 'x' * 99999999 %}", variable),
-        ("{{ 'x' * 99999999 }}", "its expressions write more than 16 MiB"),
+        ("{% macro f(s) %}{{ f(s ~ s) }}{% endmacro %}{{ f('x') }}", expression),
+        ("{% set a = 'x' * 99999999 %}", expression),
+        ("{{ 'x' * 99999999 }}", expression),
+        ("{{ ((1, 2) * 40000000)|length }}", expression),
+        ("{% set a = 'x' * 1000000 %}{% set b = a ~ a ~ a ~ a %}", expression),
+        ("{% for i in range(20) %}{{ 'x' * 1000000 }}{% endfor %}", "the template writes more than 4 MiB of WGSL"),
         ("{% set a %}{{ 'x' * 1000000 }}{{ 'x' * 1000000 }}{% endset %}", variable),
         (
             "{% set ns = namespace(s=[1]) %}{% for i in range(64) %}{% set ns.s = [ns.s, ns.s] %}{% endfor %}",
@@ -69,10 +73,11 @@ fn no_template_runs_for_ever_or_explodes() {
         ),
         (
             "{% set ns = namespace(s=[1]) %}{% for i in range(64) %}{% set ns.s = ns.s + ns.s %}{% endfor %}",
-            variable,
+            expression,
         ),
         ("{{ ('x' * 100000)|replace('x', 'y' * 100000) }}", filter),
-        ("{{ ([1] * 50000000)|join('xxxxxxxxxxxxxx') }}", filter),
+        ("{{ ([1] * 50000000)|join('xxxxxxxxxxxxxx') }}", expression),
+        ("{{ ([1] * 500000)|join('xxxxxxxxxxxxxx') }}", filter),
         // Few steps, each of which takes long.
         ("{% set a = [1] * 500000 %}{% for i in range(100000) %}{% set b = [a] %}{% endfor %}", work),
         (
@@ -87,7 +92,10 @@ fn no_template_runs_for_ever_or_explodes() {
             "{% set a = [1] * 500000 %}{% for i in range(100000) %}{% if a|max == 2 %}{% endif %}{% endfor %}",
             work,
         ),
-        ("{% if ('x' * 99999999)|upper == 'y' %}{% endif %}", "a filter gets a value larger than 1 MiB"),
+        ("{% if ('x' * 99999999)|upper == 'y' %}{% endif %}", expression),
+        ("{% set a = 'x' * 1000000 %}{% for i in range(100000) %}{% if 'zz' in a %}{% endif %}{% endfor %}", work),
+        ("{% set a = 'x' * 1000000 %}{% for i in range(100000) %}{% if a[1:] == a[i] %}{% endif %}{% endfor %}", work),
+        ("{% set a = [1] * 500000 %}{% for i in range(100000) %}{% if 2 in a %}{% endif %}{% endfor %}", work),
     ];
     for (case, limit) in cases {
         let lines = rejection(&format!("{case}\n{FRAGMENT}"));
@@ -102,6 +110,32 @@ fn the_clock_ends_what_nothing_counts() {
         "{% set n = 99999999 %}{% for i in range(100000) %}{% if 'x' * n == 'y' %}{% endif %}{% endfor %}";
     let lines = rejection(&format!("{case}\n{FRAGMENT}"));
     assert!(lines.len() == 1 && lines[0].starts_with("UG0505 main.wgsl.jinja:"), "{lines:?}");
+}
+
+#[test]
+fn an_expression_of_any_length_takes_a_second() {
+    let sum = |count: usize, one: &str, sign: &str| vec![one; count].join(sign);
+    let long = "{% set s = 'x' * 1000000 %}";
+    let cases = [
+        format!("{{% set s = {} %}}", sum(16, "('x' * 90000000)", " ~ ")),
+        format!("{{% set s = {} %}}", sum(300_000, "'x'", "~")),
+        format!("{{% set s = {} %}}", sum(300_000, "1", "+")),
+        format!("{{% if {} %}}{{% endif %}}", sum(300_000, "true", " and ")),
+        format!("{long}{{% if {} %}}{{% endif %}}", sum(500, "s", " ~ ")),
+        format!("{long}{{% if {} %}}{{% endif %}}", sum(500, "s", " + ")),
+        format!("{{% if {} %}}{{% endif %}}", sum(300, "('x' * 90000000)", " * 1 ~ ")),
+        long.to_owned() + &"{% if s[1:] == s %}{% endif %}".repeat(20_000),
+        "{% if 1 %}".to_owned() + &"{% elif 1 %}".repeat(100_000) + "{% endif %}",
+        format!("{{{{ s{} }}}}", "|upper".repeat(100_000)),
+        format!("{{{{ {}1 }}}}", "not ".repeat(100_000)),
+    ];
+    for case in cases {
+        let start = Instant::now();
+        let lines = rejection(&format!("{case}\n{FRAGMENT}"));
+        // Without optimization everything takes longer.
+        assert!(start.elapsed().as_secs() < 5, "{}: {:?}", &case[..60], start.elapsed());
+        assert!(lines.len() == 1 && lines[0].starts_with("UG0505 "), "{}: {lines:?}", &case[..60]);
+    }
 }
 
 #[test]

@@ -1,0 +1,312 @@
+//! Guards inside the expressions of a template.
+//!
+//! Within one expression a value can grow by `~`, `+` and `*`, and `in`, slices and indices go through long ones, where
+//! neither the engine's steps nor the [guards](super::guard) behind tags see it; what consists of literals alone the
+//! engine computes when it parses. So the operators that can make something larger get a function around them that
+//! checks the result, and what is gone through one that counts it. Of a chain of one operator every [`LINKS`]th link is
+//! checked, so that calls nest less deep than the parser goes.
+//!
+//! Limits: an expression is as long as the engine's own recursion allows ([`MAX_WORDS`]); between two checks there are
+//! [`LINKS`] values of 1 MiB, or one of the 100 MB that the engine allows for `"x" * n`.
+
+use std::ops::Range;
+
+use minijinja::machinery::ast::{BinOpKind, CallArg, CompareOpKind, Expr, Stmt};
+use minijinja::machinery::parse;
+
+use super::scan::{Tag, WordKind, syntax};
+
+/// The function around what may have grown.
+pub(crate) const FITS: &str = "__fits";
+/// The function around what is multiplied.
+pub(crate) const FACTOR: &str = "__factor";
+/// The function around what is gone through.
+pub(crate) const SEEN: &str = "__seen";
+/// The function around what an index finds its way in: elements at once, characters one by one.
+pub(crate) const INDEXED: &str = "__indexed";
+
+/// The most operands of one chain between two checks.
+const LINKS: usize = 16;
+/// The most words of a tag between two commas, and the most branches of one `if`: the engine descends them on the stack.
+const MAX_WORDS: usize = 1024;
+
+/// A tag that is longer than an expression may be, or has more branches than an `if` may have.
+pub(crate) fn too_long(text: &str, tags: &[Tag]) -> Option<(Range<usize>, &'static str)> {
+    let mut branches: Vec<usize> = Vec::new();
+    for tag in tags {
+        let mut words = 0;
+        for word in &tag.words {
+            let is_comma = word.kind == WordKind::Sign && &text[word.range.clone()] == ",";
+            words = if is_comma { 0 } else { words + 1 };
+            if words > MAX_WORDS {
+                return Some((word.range.clone(), "an expression of more than 1024 words"));
+            }
+        }
+        match tag.keyword(text) {
+            Some("if") => branches.push(0),
+            Some("endif") => drop(branches.pop()),
+            Some("elif") => {
+                if let Some(count) = branches.last_mut() {
+                    *count += 1;
+                    if *count > MAX_WORDS {
+                        return Some((tag.range.clone(), "an \"if\" of more than 1024 branches"));
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
+/// What to insert where in a template that the engine can parse: sorted.
+pub(crate) fn insertions(text: &str) -> Vec<(usize, String)> {
+    let Ok(template) = parse(text, "", syntax()) else { return Vec::new() };
+    let mut found = Found::default();
+    found.statement(&template);
+    // What begins further out was found first, and what ends further out has to end last.
+    found.ends.reverse();
+    found.ends.extend(found.starts);
+    found.ends.sort_by_key(|(at, _)| *at);
+    found.ends
+}
+
+#[derive(Default)]
+struct Found {
+    starts: Vec<(usize, String)>,
+    ends: Vec<(usize, String)>,
+}
+
+impl Found {
+    fn wrap(&mut self, one: &Expr<'_>, function: &str) {
+        self.starts.push((start(one), format!("{function}(")));
+        self.ends.push((one.span().end_offset as usize, ")".to_owned()));
+    }
+
+    fn statements(&mut self, list: &[Stmt<'_>]) {
+        list.iter().for_each(|one| self.statement(one));
+    }
+
+    fn statement(&mut self, one: &Stmt<'_>) {
+        match one {
+            Stmt::Template(one) => self.statements(&one.children),
+            Stmt::EmitExpr(one) => self.expression(&one.expr),
+            Stmt::ForLoop(one) => {
+                self.expression(&one.iter);
+                self.expressions(&one.filter_expr);
+                self.statements(&one.body);
+                self.statements(&one.else_body);
+            }
+            Stmt::IfCond(one) => {
+                self.expression(&one.expr);
+                self.statements(&one.true_body);
+                self.statements(&one.false_body);
+            }
+            Stmt::WithBlock(one) => {
+                one.assignments.iter().for_each(|(_, value)| self.expression(value));
+                self.statements(&one.body);
+            }
+            Stmt::Set(one) => self.expression(&one.expr),
+            Stmt::SetBlock(one) => {
+                self.expressions(&one.filter);
+                self.statements(&one.body);
+            }
+            Stmt::AutoEscape(one) => {
+                self.expression(&one.enabled);
+                self.statements(&one.body);
+            }
+            Stmt::FilterBlock(one) => {
+                self.expression(&one.filter);
+                self.statements(&one.body);
+            }
+            Stmt::Block(one) => self.statements(&one.body),
+            Stmt::Import(one) => self.expression(&one.expr),
+            Stmt::FromImport(one) => self.expression(&one.expr),
+            Stmt::Extends(one) => self.expression(&one.name),
+            Stmt::Include(one) => self.expression(&one.name),
+            Stmt::Macro(one) => {
+                self.expressions(&one.defaults);
+                self.statements(&one.body);
+            }
+            Stmt::CallBlock(one) => {
+                self.arguments(&one.call.args);
+                self.expressions(&one.macro_decl.defaults);
+                self.statements(&one.macro_decl.body);
+            }
+            Stmt::Do(one) => self.arguments(&one.call.args),
+            Stmt::EmitRaw(_) => {}
+        }
+    }
+
+    fn expressions<'e, 'a: 'e>(&mut self, list: impl IntoIterator<Item = &'e Expr<'a>>) {
+        list.into_iter().for_each(|one| self.expression(one));
+    }
+
+    fn arguments(&mut self, list: &[CallArg<'_>]) {
+        for one in list {
+            let (CallArg::Pos(one) | CallArg::Kwarg(_, one) | CallArg::PosSplat(one) | CallArg::KwargSplat(one)) =
+                one;
+            self.expression(one);
+        }
+    }
+
+    fn expression(&mut self, one: &Expr<'_>) {
+        self.link(one, 0);
+    }
+
+    /// An expression that is the left side of so many unchecked links of a chain.
+    fn link(&mut self, one: &Expr<'_>, unchecked: usize) {
+        match one {
+            Expr::Var(_) | Expr::Const(_) => {}
+            Expr::UnaryOp(one) => self.expression(&one.expr),
+            Expr::BinOp(operation) => {
+                let mut links = 0;
+                if grows(one) {
+                    let checked = unchecked.is_multiple_of(LINKS);
+                    if checked {
+                        self.wrap(one, FITS);
+                    }
+                    links = unchecked + 1;
+                }
+                if matches!(operation.op, BinOpKind::Mul) {
+                    for side in [&operation.left, &operation.right] {
+                        if !is_number(side) {
+                            self.wrap(side, FACTOR);
+                        }
+                    }
+                    links = 0;
+                }
+                if matches!(operation.op, BinOpKind::In) {
+                    self.wrap(&operation.right, SEEN);
+                }
+                self.link(&operation.left, links);
+                self.expression(&operation.right);
+            }
+            Expr::Compare(one) => {
+                self.expression(&one.expr);
+                for each in &one.ops {
+                    if matches!(each.op, CompareOpKind::In | CompareOpKind::NotIn) {
+                        self.wrap(&each.expr, SEEN);
+                    }
+                    self.expression(&each.expr);
+                }
+            }
+            Expr::Slice(one) => {
+                self.wrap(&one.expr, SEEN);
+                self.expression(&one.expr);
+                self.expressions(one.start.iter().chain(&one.stop).chain(&one.step));
+            }
+            Expr::IfExpr(one) => {
+                self.expressions([&one.test_expr, &one.true_expr]);
+                self.expressions(&one.false_expr);
+            }
+            Expr::Filter(one) => {
+                self.expressions(&one.expr);
+                self.arguments(&one.args);
+            }
+            Expr::Test(one) => {
+                if one.name == "in"
+                    && let Some(CallArg::Pos(container)) = one.args.first()
+                {
+                    self.wrap(container, SEEN);
+                }
+                self.expression(&one.expr);
+                self.arguments(&one.args);
+            }
+            Expr::GetAttr(one) => self.expression(&one.expr),
+            Expr::GetItem(one) => {
+                self.wrap(&one.expr, INDEXED);
+                self.expressions([&one.expr, &one.subscript_expr]);
+            }
+            Expr::Call(one) => {
+                self.expression(&one.expr);
+                self.arguments(&one.args);
+            }
+            Expr::List(one) => self.expressions(&one.items),
+            Expr::Tuple(one) => self.expressions(&one.items),
+            Expr::Map(one) => {
+                self.expressions(&one.keys);
+                self.expressions(&one.values);
+            }
+        }
+    }
+}
+
+/// Where an expression begins: of filters, tests, calls and indices the engine notes the last of them alone.
+fn start(one: &Expr<'_>) -> usize {
+    match one {
+        Expr::Filter(filter) => filter.expr.as_ref().map_or(one.span().start_offset as usize, start),
+        Expr::Test(one) => start(&one.expr),
+        Expr::GetAttr(one) => start(&one.expr),
+        Expr::GetItem(one) => start(&one.expr),
+        Expr::Slice(one) => start(&one.expr),
+        Expr::Call(one) => start(&one.expr),
+        Expr::IfExpr(one) => start(&one.true_expr),
+        _ => one.span().start_offset as usize,
+    }
+}
+
+/// Whether an operation can make a text or a list larger than its operands.
+fn grows(one: &Expr<'_>) -> bool {
+    let Expr::BinOp(one) = one else { return false };
+    match one.op {
+        BinOpKind::Concat => true,
+        BinOpKind::Add => !is_number(&one.left) && !is_number(&one.right),
+        BinOpKind::Mul => !is_number(&one.left) || !is_number(&one.right),
+        _ => false,
+    }
+}
+
+/// Whether a value is a number wherever it is anything.
+fn is_number(one: &Expr<'_>) -> bool {
+    use BinOpKind::{Div, FloorDiv, Pow, Rem, Sub};
+    match one {
+        Expr::Const(one) => one.value.is_number(),
+        Expr::BinOp(one) => matches!(one.op, Div | FloorDiv | Pow | Rem | Sub),
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{filters, guard, scan};
+
+    /// What a template writes, with the guards and without.
+    fn both(text: &str) -> [Result<String, minijinja::ErrorKind>; 2] {
+        let guarded = guard::prepare(text, &scan::scan(text).tags).text;
+        [guarded.as_str(), text].map(|text| {
+            guard::begin();
+            filters::environment().render_str(text, ()).map_err(|error| error.kind())
+        })
+    }
+
+    #[test]
+    fn guarded_expressions_have_the_values_that_they_had() {
+        let operands = [
+            "a", "(a)", "b.c", "b['c']", "(a ~ a)", "l[0]", "(l + l)[1]", "l[1:][0]", "n|abs", "(n + 1)|abs", "-n", "2",
+            "(n if n is odd else 4)", "'x' 'y'", "m(n)", "(l|length)", "n is odd", "l|join('-')", "[n, n * 2]", "(n, n)",
+        ];
+        let operators = ["~", "+", "*", "in", "not in", "-", "==", "and", "~ a ~", "+ n +", "* n *", "~ 2 * n ~"];
+        let before = "{% set a = 'x' %}{% set n = 3 %}{% set l = [1, 2] %}{% set b = {'c': 'd'} %}\
+                      {% macro m(x) %}{{ x * 2 }}{% endmacro %}";
+        let mut written = 0;
+        for left in operands {
+            for right in operands {
+                for operator in operators {
+                    let text = format!("{before}{{{{ ({left} {operator} {right})|join(',') if ({left} {operator} {right}) is not string else {left} {operator} {right} }}}}");
+                    let [guarded, plain] = both(&text);
+                    assert_eq!(guarded, plain, "{left} {operator} {right}");
+                    written += usize::from(plain.is_ok());
+                }
+            }
+        }
+        assert!(written > 500, "{written}");
+    }
+
+    #[test]
+    fn a_chain_is_checked_every_few_links() {
+        let text = format!("{{{{ {} }}}}", vec!["a"; 100].join(" ~ "));
+        let guarded = guard::prepare(&text, &scan::scan(&text).tags).text;
+        assert_eq!(guarded.matches(super::FITS).count(), 7);
+    }
+}
