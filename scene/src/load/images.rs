@@ -1,6 +1,6 @@
 //! Textures and the decoding of their images.
 //!
-//! Only the images of textures that materials use are decoded, each once. The format is told from the bytes; the MIME
+//! Only the images of textures that materials use are decoded, each once, and those of the same bytes once together. The format is told from the bytes; the MIME
 //! type in the document is not trusted. Before any texel is decoded the size in the image's own header is held
 //! against the limits.
 
@@ -26,7 +26,7 @@ pub(super) fn read(
     report: &mut Report,
 ) -> (Vec<Image>, Vec<Texture>) {
     let root = accessors.root;
-    let (mut images, mut places) = (Vec::new(), BTreeMap::new());
+    let (mut images, mut places, mut sources) = (Vec::new(), BTreeMap::new(), Sources::default());
     let mut textures = Vec::with_capacity(wanted.len());
     for index in wanted {
         let Some(texture) = root.textures.get(*index) else { continue };
@@ -38,13 +38,62 @@ pub(super) fn read(
         let source = texture.source.value();
         let image = *places.entry(source).or_insert_with(|| {
             if report.lookup(&root.images, source, "image", &format!("{at}/source")).is_some() {
-                images.extend(read_image(accessors, source, resolver, report));
+                let found = sources.of(accessors, source);
+                let known = found.clone().and_then(|found| sources.decoded.get(&found).copied());
+                if let Some(known) = known {
+                    return known;
+                }
+                if let Some(image) = read_image(accessors, source, resolver, &mut sources, report) {
+                    sources.decoded.extend(found.map(|found| (found, images.len())));
+                    images.push(image);
+                }
             }
             images.len().saturating_sub(1)
         });
         textures.push(Texture { image, sampler: sampler.unwrap_or_default() });
     }
     (images, textures)
+}
+
+/// Where the bytes of an image come from.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord)]
+enum Source {
+    File(String),
+    /// A buffer, the first byte and how many.
+    View(usize, u64, u64),
+}
+
+/// The images that were decoded, and the bytes of each buffer that were counted as those of images.
+#[derive(Default)]
+struct Sources {
+    decoded: BTreeMap<Source, usize>,
+    counted: BTreeMap<usize, usize>,
+}
+
+impl Sources {
+    /// Where an image of the document comes from.
+    fn of(&self, accessors: &Accessors<'_>, image: usize) -> Option<Source> {
+        let json = accessors.root.images.get(image)?;
+        if let Some(uri) = &json.uri {
+            return Some(Source::File(uri.clone()));
+        }
+        let view = accessors.root.buffer_views.get(json.buffer_view?.value())?;
+        Some(Source::View(view.buffer.value(), view.byte_offset.unwrap_or_default().0, view.byte_length.0))
+    }
+
+    /// Of the bytes of an image those that are not those of others: of a buffer as many as it has, in whatever views.
+    fn new_bytes(&mut self, accessors: &Accessors<'_>, image: usize, bytes: usize) -> usize {
+        match self.of(accessors, image) {
+            Some(Source::View(buffer, ..)) => {
+                let all = accessors.buffers.get(buffer).and_then(Option::as_ref).map_or(0, Vec::len);
+                let counted = self.counted.entry(buffer).or_default();
+                let new = bytes.min(all.saturating_sub(*counted));
+                *counted += new;
+                new
+            }
+            _ => bytes,
+        }
+    }
 }
 
 fn read_sampler(index: usize, json: &JsonSampler, report: &mut Report) -> Sampler {
@@ -97,6 +146,7 @@ fn read_image(
     accessors: &Accessors<'_>,
     index: usize,
     resolver: &dyn Resolver,
+    sources: &mut Sources,
     report: &mut Report,
 ) -> Option<Image> {
     let json = accessors.root.images.get(index)?;
@@ -142,7 +192,7 @@ fn read_image(
         );
         return None;
     }
-    report.allow(bytes.len(), DECODED_PER_IMAGE_BYTE);
+    report.allow(sources.new_bytes(accessors, index, bytes.len()), DECODED_PER_IMAGE_BYTE);
     // Mip levels take another third.
     if !report.charge(u64::from(width) * u64::from(height) * 4 * 4 / 3, &at) {
         return None;

@@ -16,14 +16,14 @@ pub const MAX_OBJECTS: usize = 1 << 20;
 /// The objects of any document, and the bytes of JSON for each further one: one that says anything has as many.
 pub const FREE_OBJECTS: usize = 1 << 12;
 /// The fewest bytes of JSON for each object beyond [`FREE_OBJECTS`].
-pub const BYTES_PER_OBJECT: usize = 10;
+pub const BYTES_PER_OBJECT: usize = 20;
 
 /// What any scene may take once it is decoded, in bytes.
-pub const FREE_DECODED_BYTES: u64 = 1 << 20;
+pub const FREE_DECODED_BYTES: u64 = 64 << 20;
 /// What it may take besides for each byte that is read: primitives share vertices, and zeros need no bytes.
-pub const DECODED_PER_BYTE: u64 = 1 << 10;
-/// The same for each byte of an image, which may be of one color.
-pub const DECODED_PER_IMAGE_BYTE: u64 = 1 << 16;
+pub const DECODED_PER_BYTE: u64 = 1 << 6;
+/// The same for each byte of an image, which may be of one color; bytes that several images share count once.
+pub const DECODED_PER_IMAGE_BYTE: u64 = 1 << 12;
 
 /// The maximum number of bytes that buffers, vertices, indices, key frames and texels may take together once they are
 /// decoded.

@@ -142,7 +142,7 @@ fn a_huge_count_without_bytes_is_rejected_before_it_is_allocated() {
     assert_eq!(
         diagnostics(document.load()),
         [
-            "UG0715 /meshes/0/primitives/0/attributes/POSITION: decoding this would take the scene beyond 1 MiB, the most for files of their size \
+            "UG0715 /meshes/0/primitives/0/attributes/POSITION: decoding this would take the scene beyond 64 MiB, the most for files of their size \
           (simplify the scene, or share accessors and images instead of repeating them)"
         ]
     );
@@ -224,6 +224,64 @@ fn what_a_few_bytes_announce_takes_memory_in_proportion_to_them() {
     );
     let moved = nodes(json!({ "translation": [1, 2, 3] }), 100_000).to_string();
     assert!(from_slice("test.glb", moved.as_bytes(), &NoFiles).is_ok());
+}
+
+/// A triangle with so many materials, each of a picture of its own of the same white texels: the views of the pictures.
+fn pictures(side: u32, count: usize, view: impl Fn(&mut Document, &[u8], usize) -> usize) -> Document {
+    let mut png = Vec::new();
+    let texels = image::GrayImage::new(side, side);
+    texels.write_to(&mut std::io::Cursor::new(&mut png), image::ImageFormat::Png).unwrap();
+    let mut document = Document::triangle();
+    document.json["images"] = json!([]);
+    for at in 0..count {
+        let view = view(&mut document, &png, at);
+        document.push("images", json!({ "bufferView": view }));
+        document.push("textures", json!({ "source": at }));
+        let material = json!({ "pbrMetallicRoughness": { "baseColorTexture": { "index": at } } });
+        document.push("materials", material);
+    }
+    document
+}
+
+#[test]
+fn pictures_of_the_same_bytes_are_decoded_once() {
+    let document = pictures(256, 100, |document, png, at| if at == 0 { document.view(png) } else { 1 });
+    let scene = document.load().unwrap();
+    assert_eq!((scene.images.len(), scene.textures.len()), (1, 100));
+    assert!(scene.textures.iter().all(|texture| texture.image == 0));
+}
+
+#[test]
+fn views_of_the_bytes_of_one_picture_share_what_it_may_take() {
+    // What lies behind a picture in its view is no part of it, so each is a view of its own.
+    let document = pictures(1024, 40, |document, png, at| {
+        if at == 0 {
+            document.view(&[png, &[0; 64][..]].concat())
+        } else {
+            let whole = document.json["bufferViews"][1].clone();
+            let length = json!(whole["byteLength"].as_u64().unwrap() - at as u64);
+            let offset = &whole["byteOffset"];
+            document.push("bufferViews", json!({ "buffer": 0, "byteOffset": offset, "byteLength": length }))
+        }
+    });
+    let found = diagnostics(document.load());
+    assert!(found[0].starts_with("UG0715 /images/"), "{found:?}");
+    assert!(found[0].contains("decoding this would take the scene beyond "), "{found:?}");
+}
+
+#[test]
+fn accessors_that_share_a_view_share_what_it_may_take() {
+    let mut document = Document::triangle();
+    let positions = document.floats("VEC3", &vec![0.5; 3 << 14]);
+    let (mut accessors, mut primitives) = (Vec::new(), Vec::new());
+    for at in 0..2000 {
+        accessors.push(document.json["accessors"][positions].clone());
+        primitives.push(json!({ "attributes": { "POSITION": 2 + at } }));
+    }
+    document.json["accessors"].as_array_mut().unwrap().extend(accessors);
+    document.json["meshes"][0]["primitives"] = Value::Array(primitives);
+    let found = diagnostics(document.load());
+    assert!(found[0].starts_with("UG0715 /meshes/0/primitives/"), "{:?}", found[0]);
 }
 
 #[test]
