@@ -293,8 +293,7 @@ fn an_import_used_beyond_its_usage_is_rejected_at_the_use() {
     assert!(plan.is_none());
     let found: Vec<_> =
         diagnostics.iter().map(|diagnostic| (diagnostic.code.id, diagnostic.message.as_str())).collect();
-    let message =
-        "\"p\" uses the import \"target\" as storage that is replaced, which the host's texture does not allow";
+    let message = "\"p\" uses the import \"target\" as storage that is replaced, which the host's texture does not allow";
     assert_eq!(found, [("UG0408", message)]);
 }
 

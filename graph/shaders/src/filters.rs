@@ -7,11 +7,20 @@
 use minijinja::value::{Kwargs, Rest, Value, ValueKind};
 use minijinja::{Environment, Error, State, UndefinedBehavior, escape_formatter, filters, functions, tests};
 
-use super::{growth, guard};
 use super::scan::syntax;
+use super::{growth, guard};
 
 /// The names that are functions in every template.
-pub(crate) const FUNCTIONS: &[&str] = &["range", "namespace", "dict", guard::GUARD, growth::FITS, growth::FACTOR, growth::SEEN, growth::INDEXED];
+pub(crate) const FUNCTIONS: &[&str] = &[
+    "range",
+    "namespace",
+    "dict",
+    guard::GUARD,
+    growth::FITS,
+    growth::FACTOR,
+    growth::SEEN,
+    growth::INDEXED,
+];
 
 /// The names of the filters.
 pub(crate) const FILTERS: &[&str] = &[

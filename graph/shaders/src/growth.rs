@@ -144,8 +144,10 @@ impl Found {
 
     fn arguments(&mut self, list: &[CallArg<'_>]) {
         for one in list {
-            let (CallArg::Pos(one) | CallArg::Kwarg(_, one) | CallArg::PosSplat(one) | CallArg::KwargSplat(one)) =
-                one;
+            let (CallArg::Pos(one)
+            | CallArg::Kwarg(_, one)
+            | CallArg::PosSplat(one)
+            | CallArg::KwargSplat(one)) = one;
             self.expression(one);
         }
     }
@@ -283,17 +285,38 @@ mod tests {
     #[test]
     fn guarded_expressions_have_the_values_that_they_had() {
         let operands = [
-            "a", "(a)", "b.c", "b['c']", "(a ~ a)", "l[0]", "(l + l)[1]", "l[1:][0]", "n|abs", "(n + 1)|abs", "-n", "2",
-            "(n if n is odd else 4)", "'x' 'y'", "m(n)", "(l|length)", "n is odd", "l|join('-')", "[n, n * 2]", "(n, n)",
+            "a",
+            "(a)",
+            "b.c",
+            "b['c']",
+            "(a ~ a)",
+            "l[0]",
+            "(l + l)[1]",
+            "l[1:][0]",
+            "n|abs",
+            "(n + 1)|abs",
+            "-n",
+            "2",
+            "(n if n is odd else 4)",
+            "'x' 'y'",
+            "m(n)",
+            "(l|length)",
+            "n is odd",
+            "l|join('-')",
+            "[n, n * 2]",
+            "(n, n)",
         ];
-        let operators = ["~", "+", "*", "in", "not in", "-", "==", "and", "~ a ~", "+ n +", "* n *", "~ 2 * n ~"];
+        let operators =
+            ["~", "+", "*", "in", "not in", "-", "==", "and", "~ a ~", "+ n +", "* n *", "~ 2 * n ~"];
         let before = "{% set a = 'x' %}{% set n = 3 %}{% set l = [1, 2] %}{% set b = {'c': 'd'} %}\
                       {% macro m(x) %}{{ x * 2 }}{% endmacro %}";
         let mut written = 0;
         for left in operands {
             for right in operands {
                 for operator in operators {
-                    let text = format!("{before}{{{{ ({left} {operator} {right})|join(',') if ({left} {operator} {right}) is not string else {left} {operator} {right} }}}}");
+                    let text = format!(
+                        "{before}{{{{ ({left} {operator} {right})|join(',') if ({left} {operator} {right}) is not string else {left} {operator} {right} }}}}"
+                    );
                     let [guarded, plain] = both(&text);
                     assert_eq!(guarded, plain, "{left} {operator} {right}");
                     written += usize::from(plain.is_ok());

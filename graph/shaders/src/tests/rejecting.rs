@@ -65,7 +65,10 @@ fn no_template_runs_for_ever_or_explodes() {
         ("{{ 'x' * 99999999 }}", expression),
         ("{{ ((1, 2) * 40000000)|length }}", expression),
         ("{% set a = 'x' * 1000000 %}{% set b = a ~ a ~ a ~ a %}", expression),
-        ("{% for i in range(20) %}{{ 'x' * 1000000 }}{% endfor %}", "the template writes more than 4 MiB of WGSL"),
+        (
+            "{% for i in range(20) %}{{ 'x' * 1000000 }}{% endfor %}",
+            "the template writes more than 4 MiB of WGSL",
+        ),
         ("{% set a %}{{ 'x' * 1000000 }}{{ 'x' * 1000000 }}{% endset %}", variable),
         (
             "{% set ns = namespace(s=[1]) %}{% for i in range(64) %}{% set ns.s = [ns.s, ns.s] %}{% endfor %}",
@@ -93,9 +96,18 @@ fn no_template_runs_for_ever_or_explodes() {
             work,
         ),
         ("{% if ('x' * 99999999)|upper == 'y' %}{% endif %}", expression),
-        ("{% set a = 'x' * 1000000 %}{% for i in range(100000) %}{% if 'zz' in a %}{% endif %}{% endfor %}", work),
-        ("{% set a = 'x' * 1000000 %}{% for i in range(100000) %}{% if a[1:] == a[i] %}{% endif %}{% endfor %}", work),
-        ("{% set a = [1] * 500000 %}{% for i in range(100000) %}{% if 2 in a %}{% endif %}{% endfor %}", work),
+        (
+            "{% set a = 'x' * 1000000 %}{% for i in range(100000) %}{% if 'zz' in a %}{% endif %}{% endfor %}",
+            work,
+        ),
+        (
+            "{% set a = 'x' * 1000000 %}{% for i in range(100000) %}{% if a[1:] == a[i] %}{% endif %}{% endfor %}",
+            work,
+        ),
+        (
+            "{% set a = [1] * 500000 %}{% for i in range(100000) %}{% if 2 in a %}{% endif %}{% endfor %}",
+            work,
+        ),
     ];
     for (case, limit) in cases {
         let lines = rejection(&format!("{case}\n{FRAGMENT}"));
