@@ -8,6 +8,7 @@ use common::gpu::{Host, import, read, scene};
 use common::{Outcome, With, check_file, root};
 use glam::{DQuat, DVec3, Vec3};
 use umbragraph::compiler::PlanOptions;
+use umbragraph::executor::PassCounts;
 use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph::scene::Scene;
 use umbragraph_test_support::gpu::{self, Gpu};
@@ -84,6 +85,11 @@ fn play(host: &mut Host<'_>, scene: &Scene, at: u64, size: [u32; 2]) -> Vec<[u8;
     read(host.gpu, &host.target).rgba_pixels().collect()
 }
 
+/// What the passes of static casters have drawn.
+fn static_casters<'a>(host: &'a Host<'_>) -> impl Iterator<Item = (&'a str, PassCounts)> {
+    host.executor.pass_counts().filter(|(name, _)| name.ends_with(".static"))
+}
+
 /// Plays the same frames cached and not; how many views of static casters were drawn, and of how many.
 fn compare(
     gpu: &Gpu,
@@ -91,7 +97,7 @@ fn compare(
     parameters: &[(&str, &str)],
     more: &[(&str, &str)],
     frames: u64,
-) -> [usize; 2] {
+) -> [u64; 2] {
     let scene = figure();
     let cached = [more, &[("cached", "true")]].concat();
     let outcomes = [pipeline(path, parameters, more), pipeline(path, parameters, &cached)];
@@ -103,8 +109,8 @@ fn compare(
         let pictures = [play(&mut plain, &scene, at, size), play(&mut kept, &scene, at, size)];
         let differing = pictures[0].iter().zip(&pictures[1]).filter(|(a, b)| a != b).count();
         assert_eq!(differing, 0, "{path} in frame {at}");
-        for (_, [drawn, left]) in kept.executor.redrawn() {
-            counts = [counts[0] + drawn, counts[1] + drawn + left];
+        for (_, PassCounts { views, kept, .. }) in static_casters(&kept) {
+            counts = [counts[0] + views, counts[1] + views + kept];
         }
         let [picture, _] = pictures;
         shown.push(picture);
@@ -159,7 +165,7 @@ fn where_nothing_moves_nothing_is_drawn_and_nothing_created() {
     let outcome = pipeline("pipelines/nebula.json", &[("resolution", "128")], &[("cached", "true")]);
     let mut host = Host::new(&gpu, &outcome, &scene);
     let input = scene.frame_input(1.5, 0.0);
-    let drawn = |host: &Host<'_>| host.executor.redrawn().map(|(_, [drawn, _])| drawn).sum::<usize>();
+    let drawn = |host: &Host<'_>| static_casters(host).map(|(_, counts)| counts.views).sum::<u64>();
     host.frame(&input);
     assert!(drawn(&host) > 0);
     let mut created = Vec::new();
@@ -172,4 +178,111 @@ fn where_nothing_moves_nothing_is_drawn_and_nothing_created() {
         created.push(host.executor.statistics());
     }
     assert_eq!(created[2], created[9]);
+}
+
+/// What all passes of casters have drawn in some frames together.
+fn drawn(host: &Host<'_>) -> PassCounts {
+    let mut sum = PassCounts::default();
+    let casters = host
+        .executor
+        .pass_counts()
+        .filter(|(name, _)| name.contains("casters") || name.starts_with("cached"));
+    casters.for_each(|(_, counts)| sum += counts);
+    sum
+}
+
+/// The texels and draws of frames of casters cached, and not.
+fn saved(
+    gpu: &Gpu,
+    (path, sizes): (&str, &[(&'static str, &'static str)]),
+    scene: &str,
+    frames: &[(f64, DVec3)],
+) -> [PassCounts; 2] {
+    let scene = self::scene(&root().join("examples/scenes").join(scene));
+    let mut parameters = vec![("fit", "\"sphere\""), ("far", "[8, 32, 128]"), ("scroll", "true")];
+    parameters.extend(sizes);
+    let outcomes = ["false", "true"].map(|cached| pipeline(path, &parameters, &[("cached", cached)]));
+    outcomes.each_ref().map(|outcome| {
+        let mut host = Host::new(gpu, outcome, &scene);
+        let mut sum = PassCounts::default();
+        for (at, (time, moved)) in frames.iter().enumerate() {
+            host.scene.update(&gpu.queue, &scene, &scene.pose(*time));
+            let mut input = scene.frame_input(1.5, *time);
+            input.camera.position += *moved;
+            while host.frame(&input) {}
+            // Everything is drawn first.
+            sum += if at == 0 { PassCounts::default() } else { drawn(&host) };
+        }
+        sum
+    })
+}
+
+#[test]
+fn a_mover_and_a_walking_camera_draw_a_small_part_of_cascades() {
+    let Some(gpu) = gpu::device() else { return };
+    draw_a_small_part(&gpu, ("pipelines/nebula.json", &[("resolution", "512")]));
+}
+
+#[test]
+fn a_mover_and_a_walking_camera_draw_a_small_part_of_every_kind_of_map() {
+    let Some(gpu) = gpu::device() else { return };
+    let sizes = [
+        ("cascade_side", "256"),
+        ("cube_side", "64"),
+        ("atlas_min_side", "128"),
+        ("tile_min_side", "16"),
+        ("atlas_max_side", "256"),
+        ("tile_max_side", "64"),
+    ];
+    draw_a_small_part(&gpu, ("pipelines/awsm.json", &sizes));
+}
+
+fn draw_a_small_part(gpu: &Gpu, subject: (&str, &[(&'static str, &'static str)])) {
+    let (path, _) = subject;
+    let percent = |[all, cached]: [PassCounts; 2]| {
+        let of = |cached: u64, all: u64| 100.0 * cached as f64 / all.max(1) as f64;
+        (of(cached.texels, all.texels), of(cached.draws, all.draws), cached)
+    };
+    let still = [(0.5, DVec3::ZERO); 4];
+    let (texels, _, counts) = percent(saved(gpu, subject, "courtyard.glb", &still));
+    println!("{path}: nothing moves: {texels} % of the texels");
+    assert_eq!((counts.texels, counts.draws), (0, 0), "{path}");
+    let mover: Vec<_> = (0..8).map(|at| (f64::from(at) / 8.0, DVec3::ZERO)).collect();
+    let (texels, draws, _) = percent(saved(gpu, subject, "figure.glb", &mover));
+    println!("{path}: one mover: {texels:.2} % of the texels, {draws:.1} % of the draws");
+    assert!(texels > 0.0 && texels <= 5.0, "{path}: {texels} %");
+    // At 1.5 m a second, 30 frames a second.
+    let walk: Vec<_> = (0..20).map(|at| (0.5, DVec3::new(0.015, 0.0, -0.0475) * f64::from(at))).collect();
+    let (texels, draws, _) = percent(saved(gpu, subject, "courtyard.glb", &walk));
+    println!("{path}: a walk: {texels:.2} % of the texels, {draws:.1} % of the draws");
+    assert!(texels > 0.0 && texels <= 10.0, "{path}: {texels} %");
+}
+
+/// The pictures of a walk whose maps scroll, against those of maps that are drawn anew: what rounding moves alone differs.
+#[test]
+fn maps_that_scroll_show_the_same_picture_but_for_rounding() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = scene(&root().join("examples/scenes/courtyard.glb"));
+    let parameters =
+        [("fit", "\"sphere\""), ("far", "[8, 32, 128]"), ("scroll", "true"), ("resolution", "512")];
+    let outcomes =
+        ["false", "true"].map(|cached| pipeline("pipelines/nebula.json", &parameters, &[("cached", cached)]));
+    let mut hosts = outcomes.each_ref().map(|outcome| Host::new(&gpu, outcome, &scene));
+    let (mut differing, mut all) = (0, 0);
+    for at in 0..60 {
+        let mut input = scene.frame_input(1.5, 0.5);
+        let step = f64::from(at);
+        input.camera.position += DVec3::new(0.02 * step, 0.0, -0.06 * step);
+        input.camera.rotation = DQuat::from_rotation_y(0.004 * step) * input.camera.rotation;
+        let [fresh, scrolled] = hosts.each_mut().map(|host| {
+            host.frame(&input);
+            read(&gpu, &host.target).rgba_pixels().collect::<Vec<_>>()
+        });
+        all += fresh.len();
+        let is_off = |(a, b): &(&[u8; 4], &[u8; 4])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 2);
+        differing += fresh.iter().zip(&scrolled).filter(is_off).count();
+    }
+    let percent = 100.0 * differing as f64 / all as f64;
+    println!("{percent:.4} % of the pixels differ");
+    assert!(percent < 0.02, "{percent} %");
 }

@@ -36,7 +36,7 @@ fn effect(plan: &Plan) -> String {
             Work::Render(render) => {
                 let _ = writeln!(text, "{:?} {:?}", render.color, render.depth);
                 if let Draw::Scene(scene) = &render.draw {
-                    let _ = writeln!(text, "{:?} {:?}", scene.cull, scene.order);
+                    let _ = writeln!(text, "{:?} {:?} {:?}", scene.cull, scene.order, scene.redraw);
                 }
             }
             Work::Cpu(_) => {

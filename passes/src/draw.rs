@@ -42,6 +42,10 @@ pub struct Draw {
     /// With "changed", changed meshes are drawn in every so many frames, each view in its turn: 1 without it. A number,
     /// or a list with one for each view, whose last counts for all beyond. A view that is another is drawn at once.
     pub every: Option<Expr>,
+    /// With "changed", whether a view that moved over its own plane by whole texels, as cascades on the world's grid do,
+    /// keeps what it still shows, and only the strips that came into view are drawn: false without it. The depth of
+    /// the views has to stay as it is ("near_pull": "scene").
+    pub scroll: Option<Expr>,
 }
 
 /// Which views are drawn.
@@ -124,7 +128,8 @@ impl Draw {
             );
         }
         let every = numbers.into_iter().map(|number| number as u32).collect();
-        Some(Some(Redraw { clear: 0.0, every }))
+        let scroll = pass.boolean_or(&self.scroll, "/scroll", false)?;
+        Some(Some(Redraw { clear: 0.0, every, scroll }))
     }
 }
 

@@ -149,7 +149,11 @@ impl Scene {
             camera,
             lights: self.placed_lights(pose),
             scene_bounds,
-            filter_bounds: vec![("casters".into(), self.caster_bounds(pose))],
+            filter_bounds: vec![
+                ("casters".into(), self.caster_bounds(pose)),
+                ("static_casters".into(), self.bounds_where(pose, |draw| draw.cast_shadow && !draw.dynamic)),
+                ("dynamic_casters".into(), self.bounds_where(pose, |draw| draw.cast_shadow && draw.dynamic)),
+            ],
             time,
             index: 0,
         }

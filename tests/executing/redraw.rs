@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use umbragraph::compiler::Plan;
-use umbragraph::executor::Executor;
+use umbragraph::executor::{Executor, PassCounts};
 use umbragraph_test_support::gpu::{self, Gpu};
 
 use crate::common::gpu::import;
@@ -93,8 +93,9 @@ fn only_what_changed_is_drawn_again_and_the_rest_stays() {
     let mut stage = Stage::new(&gpu, &kept(3, 1, CHANGED));
     assert_eq!(stage.play(&["0", "1", "2"]), 3);
     assert_eq!(stage.play(&["0", "1", "2"]), 0);
-    let counts: Vec<_> = stage.executor.redrawn().collect();
-    assert_eq!(counts, [("squares", [0, 3])]);
+    let counts: Vec<_> = stage.executor.pass_counts().collect();
+    let left = PassCounts { kept: 3, ..PassCounts::default() };
+    assert_eq!(counts, [("squares", left)]);
     stage.change();
     // A view moved, in a frame in which the others vanish, and come back.
     assert_eq!(stage.play(&["1 0 0 8 8 2"]), 1);
@@ -128,6 +129,40 @@ fn another_plan_draws_everything_again() {
     let created = stage.executor.statistics();
     assert_eq!(stage.play(&["0"]), 0);
     assert_eq!(stage.executor.statistics(), created, "nothing is created for what is kept");
+}
+
+#[test]
+fn what_a_view_still_shows_is_moved_along_and_strips_are_drawn() {
+    let Some(gpu) = gpu::device() else { return };
+    let scroll = format!(r#"{CHANGED}, "scroll": true"#);
+    let mut stage = Stage::new(&gpu, &kept(2, 1, &scroll));
+    stage.play(&["1 0 0 8 8 1"]);
+    let texels =
+        |stage: &Stage<'_>| stage.executor.pass_counts().map(|(_, counts)| counts.texels).sum::<u64>();
+    assert_eq!(texels(&stage), 64);
+    // What is drawn from now on has another depth, of which the host does not tell.
+    stage.shown.store(5, Ordering::Relaxed);
+    let created = stage.executor.statistics();
+    assert_eq!(stage.play(&["1 0 0 8 8"]), 1);
+    assert_eq!((texels(&stage), stage.executor.statistics()), (32, created));
+    let rows = stage.steps();
+    assert!(rows.chunks(8).all(|row| row[..4] == [0; 4] && row[4..] == [5; 4]), "{rows:?}");
+    // Back, where nothing is drawn at the left.
+    assert_eq!(stage.play(&["1 0 0 8 8 1"]), 1);
+    let rows = stage.steps();
+    assert!(rows.chunks(8).all(|row| row[..4] == [STEPS; 4] && row[4..] == [0; 4]), "{rows:?}");
+    // Two tiles, of which one moves; what lies beside it stays.
+    stage.play(&["1 0 0 4 8", "1 4 0 4 8"]);
+    stage.shown.store(7, Ordering::Relaxed);
+    assert_eq!(stage.play(&["1 0 0 4 8", "1 4 0 4 8 1"]), 1);
+    let rows = stage.steps();
+    assert!(rows.chunks(8).all(|row| *row == [5, 5, 5, 5, STEPS, STEPS, 5, 5]), "{rows:?}");
+    // What changed is drawn again as a whole, and so is a view that jumps.
+    stage.change();
+    stage.play(&["1 0 0 4 8", "1 4 0 4 8"]);
+    assert_eq!(texels(&stage), 64);
+    stage.play(&["1 0 0 4 8", "1 4 0 4 8 9"]);
+    assert_eq!(texels(&stage), 32);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! `--report`: what changes from frame to frame, as JSON.
 //!
 //! Of each frame but the first, the share of the points that the frame before saw too whose shadow term is another one
-//! ([`umbragraph::reprojection`]), and how many views each pass that keeps some has drawn and left. The picture is the
+//! ([`umbragraph::reprojection`]), and what each pass has drawn of the scene and left as it was. The picture is the
 //! shadow term; depth is the texture `depth`, the camera's matrix that of the data `eye`.
 
 use std::path::Path;
@@ -9,7 +9,7 @@ use std::path::Path;
 use serde_json::json;
 use umbragraph::capture::Capture;
 use umbragraph::diagnostic::{Diagnostic, Place, codes};
-use umbragraph::executor::{Executor, Texels};
+use umbragraph::executor::{Executor, PassCounts, Texels};
 use umbragraph::reprojection::{Changes, Seen, changes};
 
 use crate::arguments::Choices;
@@ -87,14 +87,17 @@ impl Report {
         let found = self.before.as_ref().map(|before| changes(&before.seen(), &kept.seen()));
         self.changes += found.unwrap_or_default();
         let passes: serde_json::Map<_, _> = executor
-            .redrawn()
-            .map(|(name, [drawn, left])| (name.to_owned(), json!({ "drawn": drawn, "left": left })))
+            .pass_counts()
+            .map(|(name, PassCounts { views, kept, draws, texels })| {
+                let counts = json!({ "views": views, "kept": kept, "draws": draws, "texels": texels });
+                (name.to_owned(), counts)
+            })
             .collect();
         self.frames.push(json!({
             "time": time,
             "points": found.map(|found| found.points),
             "changed": found.map(|found| found.changed),
-            "views": passes,
+            "passes": passes,
         }));
         self.before = Some(kept);
         Ok(())

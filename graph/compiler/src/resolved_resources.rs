@@ -23,7 +23,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::language::{Lifetime, TextureShape};
 use crate::pipeline::{Pipeline, Resource, ResourceKind};
 use crate::source::Sources;
-use crate::work::{PassHandle, ResourceHandle};
+use crate::work::{Draw, PassHandle, ResourceHandle, Work};
 
 /// The properties of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -121,6 +121,11 @@ impl<'a> ResolvedResources<'a> {
             let descriptor = match (&resource.kind, resolved.sizes.of(handle)) {
                 (ResourceKind::Texture(texture), Some(Size::Texture(size))) => {
                     let usages = wants.texture_usages();
+                    let usages = if scrolls(pipeline, handle, wants) {
+                        usages | TextureUsages::COPY_SRC
+                    } else {
+                        usages
+                    };
                     resolved.check_import(handle, usages, wants, options, diagnostics);
                     let format = match told(options, resource) {
                         Some(import) => Some(import.format),
@@ -375,4 +380,18 @@ fn texture_bytes(texture: &TextureProperties) -> u64 {
         })
         .sum::<u64>()
         * u64::from(size.samples)
+}
+
+/// Whether a pass moves what it keeps in a texture, which takes a copy.
+fn scrolls(pipeline: &Pipeline, texture: ResourceHandle, wants: &format::FormatRequirements<'_>) -> bool {
+    wants.accesses.iter().any(|(pass, _)| match pipeline.pass(*pass).work() {
+        Work::Render(render) => match (&render.draw, &render.depth) {
+            (Draw::Scene(scene), Some(depth)) => {
+                let scrolls = scene.redraw.as_ref().is_some_and(|redraw| redraw.scroll);
+                scrolls && depth.to.resource == texture
+            }
+            _ => false,
+        },
+        _ => false,
+    })
 }

@@ -17,6 +17,7 @@ use super::objects::Objects;
 use super::pipelines::{Layouts, Pipelines};
 use super::redraw::Kept;
 use super::resources::Resources;
+use super::scroll::Scroll;
 use super::textures::Textures;
 use super::transfer::{Counts, Transfer};
 
@@ -85,6 +86,8 @@ pub(super) struct InstantiatedScene {
     pub(super) objects: Option<usize>,
     /// What clears a view's texels, where views are kept.
     pub(super) clear: Option<wgpu::RenderPipeline>,
+    /// What moves what a view still shows, where that is wanted.
+    pub(super) scroll: Option<Scroll>,
 }
 
 impl InstantiatedPass {
@@ -217,12 +220,19 @@ impl Instantiated {
                             let objects = HostObjects::new(layout, interface);
                             position(&mut self.objects, objects, HostObjects::is_alike)
                         });
+                        let scrolls = scene.redraw.as_ref().is_some_and(|redraw| redraw.scroll);
+                        let scroll = scrolls.then(|| {
+                            let (creation, objects) = (&mut *pipelines.creation, &mut *pipelines.objects);
+                            let of = (&self.resources, &*plan);
+                            Scroll::new(creation, objects, of, render, attachments.extent)
+                        });
                         let scene = InstantiatedScene {
                             views: scene.views.resource,
                             pipelines: made,
                             materials,
                             objects,
                             clear: pipelines.clear(render, scene),
+                            scroll: scroll.flatten(),
                         };
                         Some(InstantiatedWork::Scene { scene, attachments })
                     }

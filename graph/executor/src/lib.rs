@@ -15,7 +15,7 @@
 //! - `groups`, `host_groups`: bind groups of what the module binds, and of the host's materials and objects;
 //! - `inputs`: what a frame brings, checked;
 //! - `record`, `attachments`, `scene`, `buffer_draw`: render passes, and the draws in them;
-//! - `redraw`: views that are not drawn again while nothing changes;
+//! - `redraw`: views that are not drawn again while nothing changes; `scroll`: those that moved by whole texels;
 //! - `read_back`: what a texture holds, for the host to look at;
 //! - `times`: how long the processor works on each pass.
 //!
@@ -50,6 +50,7 @@ mod requirements;
 mod resources;
 mod reuse;
 mod scene;
+mod scroll;
 mod statistics;
 mod textures;
 mod times;
@@ -62,7 +63,7 @@ use std::time::Duration;
 pub use draw::{DrawPass, DrawSource};
 pub use gpu_times::GpuTime;
 pub use read_back::{Texels, read_back, read_bytes};
-pub use statistics::Statistics;
+pub use statistics::{PassCounts, Statistics};
 pub use wgpu;
 
 use crate::compiler::{Physical, Plan, PlannedPass, Switches};
@@ -73,7 +74,7 @@ use umbragraph_pipeline::draw::HostInterface;
 
 use creation::{Caught, Creation};
 use gpu_times::GpuTimes;
-use instantiate::Instantiated;
+use instantiate::{Instantiated, InstantiatedPass, InstantiatedWork};
 use objects::Objects;
 use pool::Pool;
 use record::Scratch;
@@ -265,12 +266,12 @@ impl Executor {
         instantiated.plan.passes.iter().filter(skipped).map(|pass| pass.name.as_str())
     }
 
-    /// For each pass that draws changed views alone: how many of them the last record drew, and how many it left as they
-    /// were. A pass that did not run has the counts of when it did.
-    pub fn redrawn(&self) -> impl Iterator<Item = (&str, [usize; 2])> {
+    /// For each pass that draws the host's meshes, what the last record has drawn.
+    pub fn pass_counts(&self) -> impl Iterator<Item = (&str, PassCounts)> {
         let passes = self.instantiated.plan.passes.iter().zip(&self.instantiated.passes);
-        let keeps = passes.zip(&self.instantiated.kept).filter(|((_, pass), _)| pass.clear().is_some());
-        keeps.map(|((planned, _), kept)| (planned.name.as_str(), kept.counts))
+        let draws = |pass: &InstantiatedPass| matches!(pass.work, InstantiatedWork::Scene { .. });
+        let drawn = passes.zip(self.scratch.counts()).filter(move |((_, pass), _)| draws(pass));
+        drawn.map(|((planned, _), counts)| (planned.name.as_str(), *counts))
     }
 
     /// The processor's time for preparing bind groups and uploading blocks in the last record.
@@ -307,7 +308,7 @@ impl Executor {
         self.times.add_preparation(start);
         self.gpu_times.reset(&self.device);
         let times = (&mut self.times, &self.gpu_times);
-        let host = (frame.draws, self.records);
+        let host = (frame, self.records);
         record::record(&mut self.instantiated, encoder, host, &mut self.scratch, times);
         self.gpu_times.resolve(encoder);
         Ok(())

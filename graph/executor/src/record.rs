@@ -15,9 +15,10 @@ use super::instantiate::{Instantiated, InstantiatedPass, InstantiatedScene, Inst
 use super::pool::Taken;
 use super::redraw::{self, Kept};
 use super::resources::Resources;
-use super::scene::Scene;
+use super::scene::{Scene, common, covered};
+use super::scroll::strips;
+use super::statistics::PassCounts;
 use super::times::Times;
-use crate::DrawSource;
 use crate::compiler::PlannedPass;
 use crate::data::{BlackboardData, View};
 use crate::diagnostic::Diagnostic;
@@ -29,6 +30,22 @@ use wgpu_profiler::GpuProfilerQuery;
 pub(super) struct Scratch {
     offsets: Vec<u32>,
     drawn: Drawn,
+    /// What each pass has drawn.
+    counts: Vec<PassCounts>,
+}
+
+impl Scratch {
+    /// What each pass of the plan has drawn in the last record.
+    pub(super) fn counts(&self) -> &[PassCounts] {
+        &self.counts
+    }
+
+    fn count(&mut self, at: usize) -> &mut PassCounts {
+        if self.counts.len() <= at {
+            self.counts.resize(at + 1, PassCounts::default());
+        }
+        &mut self.counts[at]
+    }
 }
 
 /// Creates what a record needs and does not have.
@@ -91,11 +108,13 @@ pub(super) fn forget(instantiated: &mut Instantiated) {
 pub(super) fn record(
     instantiated: &mut Instantiated,
     encoder: &mut wgpu::CommandEncoder,
-    (source, record): (Option<&dyn DrawSource>, u64),
+    (frame, record): (&Frame<'_>, u64),
     scratch: &mut Scratch,
     (times, gpu_times): (&mut Times, &GpuTimes),
 ) {
     instantiated.resources.histories.record(encoder);
+    scratch.counts.clear();
+    scratch.counts.resize(instantiated.plan.passes.len(), PassCounts::default());
     let mut all_kept = std::mem::take(&mut instantiated.kept);
     let taken = &mut *instantiated;
     let instantiated = &*taken;
@@ -140,7 +159,7 @@ pub(super) fn record(
                 }
                 let (name, label) = (&planned.name, &pass.label);
                 let mut recording =
-                    Recording { instantiated, source, scratch, attachments, gpu_times, name, label };
+                    Recording { instantiated, frame, scratch, attachments, gpu_times, name, label };
                 if let Some((clear, kept)) = pass.clear().zip(all_kept.get_mut(at)) {
                     recording.changed(encoder, (at, pass), clear, kept, record);
                 } else if attachments.is_flat() {
@@ -158,7 +177,7 @@ pub(super) fn record(
 /// One pass, or several that take one render pass.
 struct Recording<'a> {
     instantiated: &'a Instantiated,
-    source: Option<&'a dyn DrawSource>,
+    frame: &'a Frame<'a>,
     scratch: &'a mut Scratch,
     attachments: &'a Attachments,
     gpu_times: &'a GpuTimes,
@@ -177,7 +196,7 @@ impl Recording<'_> {
         let begun = self.attachments.begin(encoder, resources, labels, 0, &mut self.scratch.drawn);
         let Some(mut render_pass) = begun else { return self.gpu_times.end(encoder, query) };
         let passes = self.instantiated.plan.passes.iter().zip(&self.instantiated.passes);
-        for (planned, pass) in passes.skip(first).take(count) {
+        for (at, (planned, pass)) in passes.enumerate().skip(first).take(count) {
             if count > 1 {
                 render_pass.push_debug_group(&planned.name);
             }
@@ -198,7 +217,7 @@ impl Recording<'_> {
                 }
                 InstantiatedWork::Scene { scene, .. } => {
                     let views = views_of(self.instantiated, scene);
-                    self.draw(planned, pass, scene, (0, views), &mut render_pass);
+                    self.draw((at, scene), (0, views), None, &mut render_pass);
                 }
                 _ => {}
             }
@@ -227,7 +246,7 @@ impl Recording<'_> {
                     self.attachments.begin(encoder, resources, labels, layer, drawn)
                 {
                     set_constants(self.instantiated, planned, &mut render_pass);
-                    self.draw(planned, pass, scene, (first, run), &mut render_pass);
+                    self.draw((at, scene), (first, run), None, &mut render_pass);
                 }
                 self.gpu_times.end(encoder, query);
                 first += run.len();
@@ -245,46 +264,71 @@ impl Recording<'_> {
         kept: &mut Kept,
         record: u64,
     ) {
-        kept.counts = [0, 0];
-        let (Some(source), InstantiatedWork::Scene { scene, .. }) = (self.source, &pass.work) else { return };
+        let (Some(source), InstantiatedWork::Scene { scene, .. }) = (self.frame.draws, &pass.work) else {
+            return;
+        };
         let Some(planned) = self.instantiated.plan.passes.get(at) else { return };
-        let Some(SceneDraw { redraw: Some(Redraw { clear: depth, every }), filter, .. }) =
+        let Some(SceneDraw { redraw: Some(Redraw { clear: depth, every, .. }), filter, .. }) =
             scene_draw(self.instantiated, planned)
         else {
             return;
         };
-        let (depth, attachments) = (*depth as f32, self.attachments);
+        let (depth, attachments, resources) = (*depth as f32, self.attachments, &self.instantiated.resources);
         let stamp = source.revision(filter).map(|revision| (revision, source.generation()));
         let every_of = |at: usize| every.get(at).or(every.last()).copied().unwrap_or(1);
         let mut first = 0;
         let whole = [0, 0, attachments.extent[0], attachments.extent[1]];
         for run in views_of(self.instantiated, scene).chunk_by(|a, b| a.layer == b.layer) {
             let is_whole = run.len() == 1 && run.iter().all(|view| attachments.texels(view).1 == whole);
-            let load = if is_whole { wgpu::LoadOp::Clear(depth) } else { wgpu::LoadOp::Load };
-            let mut begun = None;
+            let mut begun: Option<(Option<wgpu::RenderPass<'static>>, _)> = None;
             for (position, view) in (first..).zip(run) {
                 let texels = attachments.texels(view);
-                let (_, [_, _, width, height]) = texels;
-                if width == 0 || height == 0 {
+                let (layer, area) = texels;
+                if area[2] == 0 || area[3] == 0 {
                     continue;
                 }
-                let is_due = kept.is_due(view, stamp, (position, every_of(position)), record);
-                kept.counts[usize::from(!is_due)] += 1;
-                if !is_due {
+                if !kept.is_due(view, stamp, (position, every_of(position)), record) {
+                    self.scratch.count(at).kept += 1;
                     continue;
                 }
-                let resources = &self.instantiated.resources;
-                if begun.is_none() {
+                let scrolled = scene.scroll.as_ref().zip(kept.moved(view, texels, stamp));
+                if scrolled.is_some_and(|(_, by)| by == [0, 0]) {
+                    kept.note(*view, texels, stamp, record);
+                    self.scratch.count(at).kept += 1;
+                    continue;
+                }
+                if let Some((scroll, _)) = scrolled {
+                    if let Some((render_pass, query)) = begun.take() {
+                        drop(render_pass);
+                        self.gpu_times.end(encoder, query);
+                    }
+                    scroll.copy(encoder, resources, layer);
+                }
+                let load = if is_whole && scrolled.is_none() {
+                    wgpu::LoadOp::Clear(depth)
+                } else {
+                    wgpu::LoadOp::Load
+                };
+                let (render_pass, _) = begun.get_or_insert_with(|| {
                     let query = self.gpu_times.pass(self.name, encoder);
                     let labels = (self.label, query.as_ref());
-                    let render_pass = attachments.begin_depth(encoder, resources, labels, view.layer, load);
-                    begun = Some((render_pass, query));
+                    (attachments.begin_depth(encoder, resources, labels, view.layer, load), query)
+                });
+                let Some(render_pass) = render_pass else { continue };
+                let one = (position, std::slice::from_ref(view));
+                if let Some((scroll, by)) = scrolled {
+                    scroll.draw(render_pass, area, by);
+                    self.scratch.count(at).views += 1;
+                    for strip in strips(area, by) {
+                        redraw::clear(render_pass, clear, strip, depth);
+                        self.draw((at, scene), one, Some(strip), render_pass);
+                    }
+                } else {
+                    if !is_whole {
+                        redraw::clear(render_pass, clear, area, depth);
+                    }
+                    self.draw((at, scene), one, None, render_pass);
                 }
-                let Some((Some(render_pass), _)) = &mut begun else { continue };
-                if !is_whole {
-                    redraw::clear(render_pass, clear, texels.1, depth);
-                }
-                self.draw(planned, pass, scene, (position, std::slice::from_ref(view)), render_pass);
                 kept.note(*view, texels, stamp, record);
             }
             if let Some((render_pass, query)) = begun {
@@ -295,16 +339,18 @@ impl Recording<'_> {
         }
     }
 
-    /// Lets the host draw some views, the first of which is at a position among those of the pass.
+    /// Lets the host draw some views of the pass at a position, the first of which is at a position among those of the
+    /// pass; into all of their texels, or some.
     fn draw(
         &mut self,
-        planned: &PlannedPass,
-        pass: &InstantiatedPass,
-        instantiated: &InstantiatedScene,
+        (at, instantiated): (usize, &InstantiatedScene),
         (first, views): (usize, &[View]),
+        within: Option<[u32; 4]>,
         render_pass: &mut wgpu::RenderPass<'static>,
     ) {
-        let Some(source) = self.source else { return };
+        let Some(source) = self.frame.draws else { return };
+        let passes = self.instantiated.plan.passes.get(at).zip(self.instantiated.passes.get(at));
+        let Some((planned, pass)) = passes else { return };
         let Some(work) = scene_draw(self.instantiated, planned) else { return };
         let scene = Scene {
             geometry: &work.geometry,
@@ -316,8 +362,16 @@ impl Recording<'_> {
             objects: instantiated.objects.and_then(|at| self.instantiated.objects.get(at)),
             extent: self.attachments.extent,
         };
-        for (at, view) in (first..).zip(views) {
-            scene.draw(source, view, at, render_pass, &mut self.scratch.offsets);
+        let bounds = self.frame.input.filter_bounds.iter().find(|(known, _)| *known == work.filter);
+        for (position, view) in (first..).zip(views) {
+            let texels = scene.texels(view);
+            let texels = bounds.map_or(Some(texels), |(_, bounds)| covered(bounds, view, texels));
+            let texels =
+                texels.and_then(|texels| within.map_or(Some(texels), |within| common(texels, within)));
+            let Some(texels) = texels else { continue };
+            let drawn = scene.draw(source, view, (position, texels), render_pass, &mut self.scratch.offsets);
+            let views = u64::from(within.is_none());
+            *self.scratch.count(at) += PassCounts { views, ..drawn };
         }
     }
 }

@@ -17,6 +17,7 @@
 
 use super::creation::Creation;
 use super::objects::{Objects, Primitive, RenderKey};
+use super::scroll;
 use crate::data::View;
 
 /// The template's module in the cache of modules, whose other keys are hashes.
@@ -34,8 +35,6 @@ pub(super) type Stamp = Option<(u64, u64)>;
 #[derive(Default)]
 pub(super) struct Kept {
     views: Vec<KeptView>,
-    /// How many views the last record drew, and how many it left as they were.
-    pub(super) counts: [usize; 2],
 }
 
 struct KeptView {
@@ -64,6 +63,14 @@ impl Kept {
         let every = u64::from(every.max(1));
         let turn = (record + position as u64).is_multiple_of(every) || record - kept.record >= every;
         !is_same && turn
+    }
+
+    /// By how many texels what a view shows has moved since it was drawn, if that and nothing else has changed.
+    pub(super) fn moved(&self, view: &View, texels: Texels, stamp: Stamp) -> Option<[i32; 2]> {
+        let is_same = |kept: &&KeptView| kept.texels == texels && kept.stamp == stamp;
+        let kept = self.views.iter().find(is_same).filter(|_| stamp.is_some())?;
+        let (_, [_, _, width, height]) = texels;
+        scroll::moved(&kept.view, view, [width, height])
     }
 
     /// Notes that a view is drawn, over whatever lay there.

@@ -6,8 +6,12 @@
 //! materials) is not offered to the host.
 
 use super::groups::{self, Group};
+use glam::DVec2;
+
 use super::host_groups::{Materials, Objects};
+use super::statistics::PassCounts;
 use crate::data::View;
+use crate::frame::Bounds;
 use crate::work::DrawOrder;
 use crate::{DrawPass, DrawSource};
 use umbragraph_pipeline::draw::{MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
@@ -26,33 +30,41 @@ pub(super) struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// Lets the host draw a view, which is the one at `position` among those of the pass.
+    /// The texels that a view is drawn into.
+    pub(super) fn texels(&self, view: &View) -> [u32; 4] {
+        view.viewport.unwrap_or([0, 0, self.extent[0], self.extent[1]])
+    }
+
+    /// Lets the host draw a view, which is the one at `position` among those of the pass, into some of its texels; its draws and texels.
     pub(super) fn draw(
         &self,
         source: &dyn DrawSource,
         view: &View,
-        position: usize,
+        (position, texels): (usize, [u32; 4]),
         pass: &mut wgpu::RenderPass<'static>,
         offsets: &mut Vec<u32>,
-    ) {
-        let [x, y, width, height] = view.viewport.unwrap_or([0, 0, self.extent[0], self.extent[1]]);
-        let Some((_, pipeline)) = self.pipelines.first().filter(|_| width > 0 && height > 0) else { return };
+    ) -> PassCounts {
+        let [x, y, width, height] = self.texels(view);
+        let none = PassCounts::default();
+        let Some((_, pipeline)) = self.pipelines.first().filter(|_| width > 0 && height > 0) else {
+            return none;
+        };
         let material = match self.materials {
             Some(materials) => match materials.get(0) {
                 Some(group) => Some(group),
-                None => return,
+                None => return none,
             },
             None => None,
         };
         let object = match self.objects {
             Some(objects) => match objects.get(0, offsets) {
                 Some(group) => Some(group),
-                None => return,
+                None => return none,
             },
             None => None,
         };
         pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
-        pass.set_scissor_rect(x, y, width, height);
+        pass.set_scissor_rect(texels[0], texels[1], texels[2], texels[3]);
         pass.set_pipeline(pipeline);
         groups::bind_render(self.groups, pass, position);
         if let Some(group) = material {
@@ -61,8 +73,43 @@ impl Scene<'_> {
         if let Some(group) = object {
             pass.set_bind_group(OBJECT_GROUP, group, offsets);
         }
-        source.draw(&mut ScenePass { scene: self, view, pass, offsets });
+        let mut drawing = ScenePass { scene: self, view, pass, offsets, draws: 0 };
+        source.draw(&mut drawing);
+        let texels = u64::from(texels[2]) * u64::from(texels[3]);
+        PassCounts { draws: drawing.draws, texels, ..PassCounts::default() }
     }
+}
+
+/// The texels, of those of a view, that lie within bounds; `None` if none do.
+pub(super) fn covered(bounds: &Bounds, view: &View, texels: [u32; 4]) -> Option<[u32; 4]> {
+    if *bounds == Bounds::EMPTY {
+        return None;
+    }
+    let [x, y, width, height] = texels;
+    let size = DVec2::new(f64::from(width), f64::from(height));
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for corner in bounds.corners() {
+        let clip = view.clip_from_world * corner.extend(1.0);
+        let place = DVec2::new(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w) * size;
+        // What lies behind the eye, or nowhere, may cover everything.
+        if clip.w <= 0.0 || !place.is_finite() {
+            return Some(texels);
+        }
+        (low, high) = (low.min(place), high.max(place));
+    }
+    // A texel more to each side than what rounding may take.
+    let low = (low - 1.0).floor().clamp(DVec2::ZERO, size);
+    let high = (high + 1.0).ceil().clamp(DVec2::ZERO, size);
+    let [wide, high] = [high.x - low.x, high.y - low.y].map(|length| length as u32);
+    (wide > 0 && high > 0).then_some([x + low.x as u32, y + low.y as u32, wide, high])
+}
+
+/// What two rectangles have in common.
+pub(super) fn common(a: [u32; 4], b: [u32; 4]) -> Option<[u32; 4]> {
+    let low = [a[0].max(b[0]), a[1].max(b[1])];
+    let wide = (a[0] + a[2]).min(b[0] + b[2]).checked_sub(low[0])?;
+    let high = (a[1] + a[3]).min(b[1] + b[3]).checked_sub(low[1])?;
+    (wide > 0 && high > 0).then_some([low[0], low[1], wide, high])
 }
 
 /// The render pass of one view, as the host sees it.
@@ -71,6 +118,8 @@ struct ScenePass<'a> {
     view: &'a View,
     pass: &'a mut wgpu::RenderPass<'static>,
     offsets: &'a mut Vec<u32>,
+    /// How often an object was bound.
+    draws: u64,
 }
 
 impl DrawPass for ScenePass<'_> {
@@ -107,6 +156,7 @@ impl DrawPass for ScenePass<'_> {
     }
 
     fn set_object(&mut self, object: u32) {
+        self.draws += 1;
         if let Some(group) = self.scene.objects.and_then(|objects| objects.get(object, self.offsets)) {
             self.pass.set_bind_group(OBJECT_GROUP, group, self.offsets);
         }

@@ -1,4 +1,4 @@
-//! What an executor has created on the device.
+//! What an executor has created on the device, and what its last record has drawn.
 
 /// The numbers of objects that an executor has created so far. They only grow; in a steady frame none of them does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -23,4 +23,26 @@ pub struct Statistics {
     pub pipelines: u64,
     /// Bind groups.
     pub bind_groups: u64,
+}
+
+/// What a pass has drawn of the host's meshes in one record.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PassCounts {
+    /// Views that were drawn, or the strips of which that came into view.
+    pub views: u64,
+    /// Views whose texels were left as they were.
+    pub kept: u64,
+    /// How often the host bound an object: once for each of its draws.
+    pub draws: u64,
+    /// Texels within which draws were issued: those of the views, as far as the host's bounds reach.
+    pub texels: u64,
+}
+
+impl std::ops::AddAssign for PassCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.views += other.views;
+        self.kept += other.kept;
+        self.draws += other.draws;
+        self.texels += other.texels;
+    }
 }

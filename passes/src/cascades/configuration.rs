@@ -153,8 +153,12 @@ impl Configuration {
             Texels { resolution, border: self.border, square: self.square },
             self.snap,
         );
+        let slice_depths = match self.near_pull {
+            NearPull::Scene => scene_depths(frame, light),
+            NearPull::Casters | NearPull::Metres(_) => None,
+        };
         let (near, far) = depth::planes(
-            (extent.near, extent.min.z),
+            slice_depths.unwrap_or((extent.near, extent.min.z)),
             &rectangle,
             frame.bounds_of(CASTERS),
             light,
@@ -202,6 +206,13 @@ impl Cascade {
             && (self.texel_size as f32).is_finite()
             && (self.depth_range as f32).is_finite()
     }
+}
+
+/// The largest and the smallest light-space z of scene and casters; `None` where there are no bounds.
+fn scene_depths(frame: &FrameInput, light: &DMat3) -> Option<(f64, f64)> {
+    let bounds = frame.scene_bounds.union(*frame.bounds_of(CASTERS));
+    let bounds = fit::in_light_space(&bounds, light);
+    (!bounds.is_empty()).then_some((bounds.max.z, bounds.min.z))
 }
 
 /// Light space to clip space: `near_center` becomes the middle of the near plane; `size` is width, height and depth.

@@ -146,17 +146,21 @@ fn up(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<DVec3> {
 }
 
 fn near_pull(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<NearPull> {
-    const WORD: &str = "casters";
+    let named = |word: &str| match word {
+        "casters" => Some(NearPull::Casters),
+        "scene" => Some(NearPull::Scene),
+        _ => None,
+    };
     let expr = match &settings.near_pull {
         None => return Some(NearPull::Casters),
-        Some(Expr(serde_json::Value::String(word))) if word == WORD => return Some(NearPull::Casters),
+        Some(Expr(serde_json::Value::String(word))) if named(word).is_some() => return named(word),
         Some(expr) => expr,
     };
     match pass.value(expr, "/near_pull")? {
-        Value::Text(word) if word == WORD => Some(NearPull::Casters),
+        Value::Text(word) if named(&word).is_some() => named(&word),
         Value::Text(word) => {
             let message = format!("the near plane cannot be pulled to \"{word}\"");
-            let help = "write \"casters\", or a number of metres from 0";
+            let help = "write \"casters\", \"scene\", or a number of metres from 0";
             pass.reject(codes::CASCADE_DEPTH, "/near_pull", message, help)
         }
         _ => metres(pass, expr, "/near_pull").map(NearPull::Metres),

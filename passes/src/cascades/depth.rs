@@ -34,6 +34,9 @@ pub enum NearPull {
     Casters,
     /// So many metres beyond the slice.
     Metres(f64),
+    /// To the bounds of the scene, wherever the slice lies, and the far plane to their other end: depth stays as it is
+    /// while the camera moves.
+    Scene,
 }
 
 /// The corners of a box's faces, as [`Bounds::corners`] counts them.
@@ -56,6 +59,7 @@ pub fn planes(
             highest.max(slice_near).min(slice_near + LONGEST_REACH)
         }
         NearPull::Metres(metres) => slice_near + metres,
+        NearPull::Scene => slice_near,
     };
     let step = rectangle.texel.max_element();
     // One step more, so that what lies on a plane, or is moved off its surface by a bias, stays inside.

@@ -62,7 +62,8 @@ pub struct Cascades {
     /// The world direction that is up in the map; [0, 1, 0] without it.
     pub up: Option<Expr>,
     /// How far the near plane is pulled towards the light: "casters" (also without it) to the bounds of what casts
-    /// shadows, or a number of metres beyond the slice.
+    /// shadows, a number of metres beyond the slice, or "scene" to the bounds of the scene, with the far plane at their
+    /// other end, so that depth stays as it is while the camera moves.
     pub near_pull: Option<Expr>,
     /// How far behind the slice the far plane stands, in metres; 0 without it.
     pub far_extension: Option<Expr>,

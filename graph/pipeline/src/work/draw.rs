@@ -115,6 +115,8 @@ pub struct Redraw {
     pub clear: f64,
     /// In every how many frames changed draws are drawn, for each view in its turn; the last counts for all beyond.
     pub every: Vec<u32>,
+    /// Whether what a view still shows is moved along where it moved by whole texels over its plane.
+    pub scroll: bool,
 }
 
 /// The order of opaque draws. Blended ones are drawn after them, from back to front, whatever this says.

@@ -106,8 +106,10 @@ impl Settings<'_> {
                 self.tell("views".to_owned(), views);
                 self.tell("order".to_owned(), word(&scene.order));
                 self.tell("cull".to_owned(), cull(scene.cull));
-                if let Some(Redraw { clear, every }) = &scene.redraw {
-                    self.tell("redraw".to_owned(), format!("changed, every {every:?} frames, over {clear}"));
+                if let Some(Redraw { clear, every, scroll }) = &scene.redraw {
+                    let scrolled = if *scroll { ", scrolled" } else { "" };
+                    let redraw = format!("changed{scrolled}, every {every:?} frames, over {clear}");
+                    self.tell("redraw".to_owned(), redraw);
                 }
             }
         }

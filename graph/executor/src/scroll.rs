@@ -1,0 +1,221 @@
+//! A view that moved over its own plane by whole texels: what it still shows is moved along, and not drawn again.
+//!
+//! Both views have one projection without perspective, but for a translation by whole texels; depth is the same. What
+//! both see is copied: the layer to a texture of the same size, and from there to its new place by a triangle that
+//! writes depth, since parts of depth textures cannot be copied. What came into view is left: a strip at each of two
+//! edges at most, which are cleared and drawn.
+//!
+//! Limits: textures of one sample. Texels that were moved were drawn with the matrix of another frame, which in 32 bits
+//! may round them otherwise than the one of this frame does.
+
+use super::creation::Creation;
+use super::objects::{Objects, Primitive, RenderKey};
+use super::resources::{Resources, Texture};
+use crate::compiler::Plan;
+use crate::data::View;
+use crate::work::RenderWork;
+
+/// By how much of a texel a translation may be off; what is off adds up from frame to frame.
+const TOLERANCE: f64 = 1e-6;
+
+/// The template's module in the cache of modules, whose other keys are hashes.
+const KEY: [u8; 32] = *b"executor: scrolls a view's depth";
+
+const WGSL: &str = "@group(0) @binding(0) var kept: texture_depth_2d;
+struct Moved { @builtin(position) position: vec4<f32>, @location(0) @interpolate(flat) by: vec2<i32> }
+@vertex fn cover(@builtin(vertex_index) index: u32, @builtin(instance_index) by: u32) -> Moved {
+    let corner = vec4<f32>(f32((index << 1u) & 2u) * 2.0 - 1.0, f32(index & 2u) * 2.0 - 1.0, 0.0, 1.0);
+    return Moved(corner, vec2<i32>(i32(by & 0xffffu), i32(by >> 16u)) - 32768);
+}
+@fragment fn moved(texel: Moved) -> @builtin(frag_depth) f32 {
+    return textureLoad(kept, vec2<i32>(texel.position.xy) - texel.by, 0);
+}
+";
+
+/// What moves the texels of a pass's depth attachment.
+pub(super) struct Scroll {
+    pipeline: wgpu::RenderPipeline,
+    group: wgpu::BindGroup,
+    /// What a layer is copied to.
+    copy: wgpu::Texture,
+    attached: Texture,
+    mip: u32,
+    /// The layer, where it is not the view's.
+    layer: Option<u32>,
+}
+
+impl Scroll {
+    /// Of a pass of a plan; `None` where there is no depth of one sample.
+    pub(super) fn new(
+        creation: &mut Creation<'_>,
+        objects: &mut Objects,
+        (resources, plan): (&Resources, &Plan),
+        render: &RenderWork,
+        [width, height]: [u32; 2],
+    ) -> Option<Self> {
+        let target = render.depth.as_ref()?.to.target();
+        let planned = plan.resource(target.resource)?;
+        let format = planned.format?;
+        if planned.size?.samples > 1 {
+            return None;
+        }
+        let label = "scroll a view";
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let descriptor = wgpu::TextureDescriptor {
+            label: Some(label),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        };
+        let bytes = u64::from(width) * u64::from(height) * 4;
+        let copy = creation.texture(&descriptor, bytes);
+        let aspect = wgpu::TextureAspect::DepthOnly;
+        let descriptor = wgpu::TextureViewDescriptor { label: Some(label), aspect, ..Default::default() };
+        let view = creation.view(&copy, &descriptor);
+        let entry = wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Depth,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        };
+        let layout = objects.group_layout(creation, label, vec![entry]);
+        let entries =
+            [wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) }];
+        let descriptor = wgpu::BindGroupDescriptor { label: Some(label), layout: &layout, entries: &entries };
+        let group = creation.bind_group(&descriptor);
+        let key = RenderKey {
+            layout: objects.pipeline_layout(creation, label, vec![Some(layout)]),
+            module: objects.built_in(creation, label, KEY, WGSL),
+            vertex: Some("cover".to_owned()),
+            fragment: Some("moved".to_owned()),
+            constants: Vec::new(),
+            buffers: Vec::new(),
+            targets: Vec::new(),
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::Always),
+                stencil: wgpu::StencilState::default(),
+                bias: wgpu::DepthBiasState::default(),
+            }),
+            samples: 1,
+            primitive: Primitive::default(),
+        };
+        let pipeline = objects.render_pipeline(creation, label, key);
+        let attached = resources.texture(plan, target.resource)?;
+        Some(Self { pipeline, group, copy, attached, mip: target.mip, layer: target.layer })
+    }
+
+    /// Copies what lies in a layer, before the render pass into it.
+    pub(super) fn copy(&self, encoder: &mut wgpu::CommandEncoder, resources: &Resources, layer: usize) {
+        let Some(texture) = self.attached.get(resources) else { return };
+        let z = self.layer.unwrap_or(layer as u32);
+        let origin = wgpu::Origin3d { z, ..wgpu::Origin3d::ZERO };
+        let from = wgpu::TexelCopyTextureInfo { mip_level: self.mip, origin, ..texture.as_image_copy() };
+        encoder.copy_texture_to_texture(from, self.copy.as_image_copy(), self.copy.size());
+    }
+
+    /// Draws what the view of some texels still shows where it is now.
+    pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'static>, texels: [u32; 4], by: [i32; 2]) {
+        let [x, y, width, height] = texels;
+        let [left, top] = [by[0].max(0) as u32, by[1].max(0) as u32];
+        let packed = (by[0] + 32768) as u32 | ((by[1] + 32768) as u32) << 16;
+        pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+        let (wide, high) = (width - by[0].unsigned_abs(), height - by[1].unsigned_abs());
+        pass.set_scissor_rect(x + left, y + top, wide, high);
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.draw(0..3, packed..packed + 1);
+    }
+}
+
+/// By how many texels what a view shows has moved, to the right and down; `None` if there is another difference, or
+/// nothing that both show.
+pub(super) fn moved(from: &View, to: &View, [width, height]: [u32; 2]) -> Option<[i32; 2]> {
+    let (a, b) = (&from.clip_from_world, &to.clip_from_world);
+    let is_flat = a.row(3) == glam::DVec4::W && b.row(3) == glam::DVec4::W;
+    let is_alike = a.x_axis == b.x_axis && a.y_axis == b.y_axis && a.z_axis == b.z_axis;
+    let by = b.w_axis - a.w_axis;
+    if !(is_flat && is_alike && by.z == 0.0 && from.reverse == to.reverse) {
+        return None;
+    }
+    let texels = |by: f64, length: u32| {
+        let texels = 0.5 * by * f64::from(length);
+        let whole = texels.round();
+        let is_whole = (texels - whole).abs() < TOLERANCE && whole.abs() < f64::from(length.min(32768));
+        is_whole.then_some(whole as i32)
+    };
+    Some([texels(by.x, width)?, texels(-by.y, height)?])
+}
+
+/// What came into view of some texels: at the left or the right over the whole height, and what is left of it above or
+/// below.
+pub(super) fn strips([x, y, width, height]: [u32; 4], by: [i32; 2]) -> impl Iterator<Item = [u32; 4]> {
+    let [wide, high] = by.map(i32::unsigned_abs);
+    let left = if by[0] > 0 { x } else { x + width - wide };
+    let rest = if by[0] > 0 { x + wide } else { x };
+    let top = if by[1] > 0 { y } else { y + height - high };
+    let strips = [[left, y, wide, height], [rest, top, width - wide, high]];
+    strips.into_iter().filter(|[_, _, width, height]| *width > 0 && *height > 0)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat4, DVec3};
+
+    use super::*;
+
+    fn view(scale: DVec3, offset: DVec3) -> View {
+        View {
+            clip_from_world: DMat4::from_translation(offset) * DMat4::from_scale(scale),
+            view_from_world: DMat4::IDENTITY,
+            position: DVec3::ZERO,
+            forward: DVec3::NEG_Z,
+            reverse: false,
+            layer: 0,
+            viewport: None,
+        }
+    }
+
+    #[test]
+    fn only_translations_by_whole_texels_at_one_depth_are_found() {
+        let from = view(DVec3::ONE, DVec3::ZERO);
+        let to = |x: f64, y: f64, z: f64| moved(&from, &view(DVec3::ONE, DVec3::new(x, y, z)), [8, 16]);
+        assert_eq!(to(0.25, 0.5, 0.0), Some([1, -4]));
+        assert_eq!(to(-1.75, 0.0, 0.0), Some([-7, 0]));
+        assert_eq!(to(0.3, 0.0, 0.0), None);
+        assert_eq!(to(2.0, 0.0, 0.0), None, "nothing is left in view");
+        assert_eq!(to(0.25, 0.0, 1e-9), None, "another depth");
+        assert_eq!(moved(&from, &view(DVec3::splat(2.0), DVec3::ZERO), [8, 8]), None);
+        let mut perspective = view(DVec3::ONE, DVec3::X);
+        perspective.clip_from_world.z_axis.w = -1.0;
+        assert_eq!(moved(&perspective, &perspective, [8, 8]), None);
+    }
+
+    #[test]
+    fn what_is_moved_and_the_strips_cover_each_texel_once() {
+        for by in [[0, 0], [3, 0], [-3, 2], [1, -7], [0, 5], [-7, -7]] {
+            let [x, y, width, height] = [4, 2, 8, 9];
+            let mut covered = vec![0; 20 * 20];
+            let [left, top] = [by[0].max(0) as u32, by[1].max(0) as u32];
+            let (wide, high) = (width - i32::unsigned_abs(by[0]), height - i32::unsigned_abs(by[1]));
+            let kept = [x + left, y + top, wide, high];
+            for [x, y, width, height] in strips([x, y, width, height], by).chain([kept]) {
+                for at in 0..width * height {
+                    covered[((y + at / width) * 20 + x + at % width) as usize] += 1;
+                }
+            }
+            let inside =
+                |at: u32| (x..x + width).contains(&(at % 20)) && (y..y + height).contains(&(at / 20));
+            assert!((0..400).all(|at| covered[at as usize] == u32::from(inside(at))), "{by:?}");
+        }
+    }
+}
