@@ -4,10 +4,12 @@ use std::collections::{BTreeMap, BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use umbragraph::compiler::PlanOptions;
+use umbragraph::compiler::{Plan, PlanOptions};
 use umbragraph::compose::{Composed, Disk, Files as _, Roots};
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes, render};
 use umbragraph::document::{self, Document, Value};
+#[cfg(feature = "gpu")]
+use umbragraph::executor::DryRun;
 use umbragraph::node::Registry;
 use umbragraph::pipeline::{self, Configurations, Overrides, ParameterFile, Setting};
 use umbragraph::scene::interface;
@@ -261,6 +263,7 @@ impl Session {
                 &options,
                 &configurations,
                 verified,
+                &mut dry_run(&self.registry, profile),
                 &self.sources,
                 &mut diagnostics,
             );
@@ -513,4 +516,23 @@ fn collect(
         }
     }
     Ok(())
+}
+
+/// What wgpu says of a plan on a device with a profile's limits and features.
+#[cfg(feature = "gpu")]
+fn dry_run<'r>(
+    registry: &'r Registry,
+    profile: &TargetProfile,
+) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<'r> {
+    let mut dry_run = pollster::block_on(DryRun::new(profile));
+    move |plan| match &mut dry_run {
+        Ok(dry_run) => pollster::block_on(dry_run.run(plan, registry.hosts())),
+        Err(diagnostic) => diagnostic.clone().into(),
+    }
+}
+
+/// Nothing, without wgpu.
+#[cfg(not(feature = "gpu"))]
+fn dry_run(_: &Registry, _: &TargetProfile) -> impl FnMut(&Arc<Plan>) -> Diagnostics + use<> {
+    |_| Diagnostics::new()
 }

@@ -73,7 +73,7 @@ pub(super) fn imports(graphics: &Graphics, plan: &Plan, picture: &str) -> Vec<(S
                 usage: resource.usages.unwrap_or(wgpu::TextureUsages::empty())
                     | wgpu::TextureUsages::COPY_SRC
                     | wgpu::TextureUsages::TEXTURE_BINDING,
-                view_formats: &[],
+                view_formats: &[format.add_srgb_suffix(), format.remove_srgb_suffix()],
             });
             Some((name.clone(), texture))
         })

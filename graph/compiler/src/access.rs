@@ -13,8 +13,8 @@ use rustc_hash::FxHashMap;
 use smallvec::SmallVec;
 
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::pipeline::{Access, Aspect, Pipeline, SubresourceRange, Version};
-use crate::work::PassHandle;
+use crate::pipeline::{Access, Aspect, Pipeline, ResourceKind, SubresourceRange, Version};
+use crate::work::{PassHandle, Work};
 
 /// One pass's access to a subresource range of a resource.
 #[derive(Clone, Copy, Debug)]
@@ -48,7 +48,9 @@ pub(super) fn accesses<'a>(
                 // Depth and stencil of what has one of the two only: the format is the diagnostic.
                 let beside = (other.one.usage.is_depth() && one.usage.is_stencil())
                     || (other.one.usage.is_stencil() && one.usage.is_depth());
-                if writes && !beside && (other.range.overlaps(one.range) || shared) {
+                // A usage scope counts a buffer as a whole, whichever bytes are bound.
+                let scoped = is_scoped(pipeline, handle, one) && other.writes != one.usage.writes();
+                if writes && !beside && (other.range.overlaps(one.range) || shared || scoped) {
                     diagnostics.push(feedback(pipeline, handle, other.one, one));
                 }
                 known |= other.range == one.range
@@ -71,6 +73,15 @@ pub(super) fn accesses<'a>(
         }
     }
     accesses
+}
+
+/// Whether an access is that of a shader, or of a draw, to a buffer.
+fn is_scoped(pipeline: &Pipeline, pass: PassHandle, access: &Access) -> bool {
+    matches!(pipeline.pass(pass).work(), Work::Render(_) | Work::Compute(_)) && is_buffer(pipeline, access)
+}
+
+fn is_buffer(pipeline: &Pipeline, access: &Access) -> bool {
+    matches!(pipeline.resource(access.resource).kind, ResourceKind::Buffer(_))
 }
 
 /// Whether two of the writers touch the same subresource range, so that their order has to be found.
@@ -193,10 +204,15 @@ fn feedback(pipeline: &Pipeline, pass: PassHandle, first: &Access, second: &Acce
         first.usage.name(),
         second.usage.name()
     );
+    let help = if is_buffer(pipeline, second) {
+        "a pass reads no part of a buffer of which it writes another: use a second buffer"
+    } else {
+        "no device can read what the same pass writes: use another mip or layer, or a second texture"
+    };
     Diagnostic::error(codes::FEEDBACK, second.place, message)
         .pointer(&second.pointer)
         .related(first.place, "the other access")
-        .help("no device can read what the same pass writes: use another mip or layer, or a second texture")
+        .help(help)
 }
 
 #[cfg(test)]

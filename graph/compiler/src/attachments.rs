@@ -84,6 +84,11 @@ impl Planner<'_> {
                 }
                 continue;
             };
+            if fragment.writes_depth && planned.depth.is_none() {
+                let error = "writes frag_depth, for which the pass has no depth attachment";
+                diagnostics.push(self.output_mismatch(handle, &program.template, error));
+                return;
+            }
             for (location, attachment) in planned.color.iter().enumerate() {
                 let Some(TextureProperties { format, .. }) =
                     self.resolved.texture(attachment.target.resource)
@@ -103,6 +108,13 @@ impl Planner<'_> {
                     Some(output) if output.kind != wanted => {
                         format!(
                             "writes another type to @location({location}) than \"{}\" has",
+                            attachment.resource
+                        )
+                    }
+                    Some(output) if output.components < u32::from(format.components()) => {
+                        let (own, wanted) = (output.components, format.components());
+                        format!(
+                            "writes {own} components to @location({location}), of {wanted} that \"{}\" has",
                             attachment.resource
                         )
                     }

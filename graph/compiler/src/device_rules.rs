@@ -9,11 +9,15 @@
 use super::planned::{Plan, PlannedPass, PlannedResource};
 use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, codes};
-use crate::language::TextureShape;
-use crate::pipeline::{Pass, Program};
+use crate::language::{TextureShape, format_name};
+use crate::pipeline::{Pass, Program, ProgramBinding};
+use crate::shader::Stage;
 use crate::source::Span;
 use crate::work::{
     BoundSlot, BufferDraw, ColorAttachment, Draw, DrawCounts, ResourceHandle, SlotSource, Work,
+};
+use wgpu_types::{
+    BindingType, BufferBindingType, Features, ShaderStages, StorageTextureAccess, TextureFormatFeatureFlags,
 };
 
 /// The diagnostics of a plan; a plan with errors among them must not be instantiated.
@@ -23,6 +27,8 @@ pub(super) fn check(plan: &Plan) -> Vec<Diagnostic> {
         let pass = plan.pipeline.pass(planned.handle);
         let rules = Rules { plan, pass };
         if let Some((program, slots)) = super::format::slots(&plan.pipeline, planned.handle) {
+            diagnostics.extend(rules.stages(program));
+            diagnostics.extend(program.bindings.iter().filter_map(|binding| rules.storage(program, binding)));
             for slot in slots {
                 diagnostics.extend(rules.slot(program, slot));
             }
@@ -78,6 +84,84 @@ impl Rules<'_> {
         streams.chain(indices).filter_map(too_short).collect()
     }
 
+    /// Each variant has one entry point of each stage that the pass needs.
+    fn stages(&self, program: &Program) -> Option<Diagnostic> {
+        let (needed, optional) = match self.pass.work() {
+            Work::Compute(_) => (Stage::Compute, None),
+            _ => (Stage::Vertex, Some(Stage::Fragment)),
+        };
+        let template = &program.template;
+        let reject = |message: String, help: String| {
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_ENTRY_POINT, self.pass.place, message);
+            Some(diagnostic.pointer(&self.pass.pointer).help(help))
+        };
+        for variant in &program.variants {
+            if variant.entry_point(needed).is_none() {
+                let stage = needed.name();
+                let message = format!("{template} has no entry point of the stage @{stage}");
+                return reject(message, format!("add a function with @{stage}"));
+            }
+            for stage in [Some(needed), optional].into_iter().flatten() {
+                if variant.entry_points.contains_key(&stage) {
+                    continue;
+                }
+                let entries = variant.module.reflection.entry_points.iter();
+                let names: Vec<&str> =
+                    entries.filter(|entry| entry.stage == stage).map(|entry| entry.name.as_str()).collect();
+                if let [first, _, ..] = names[..] {
+                    let stage = stage.name();
+                    let message = format!(
+                        "{template} has {} entry points of the stage @{stage}: {}",
+                        names.len(),
+                        names.join(", ")
+                    );
+                    let help =
+                        format!("say which is meant: \"entry_points\": {{ \"{stage}\": \"{first}\" }}");
+                    return reject(message, help);
+                }
+            }
+        }
+        None
+    }
+
+    /// What shaders write is not written in the vertex stage, and is read and written at once in few formats.
+    fn storage(&self, program: &Program, binding: &ProgramBinding) -> Option<Diagnostic> {
+        let features = self.plan.pipeline.profile.features;
+        let (template, name) = (&program.template, &binding.name);
+        let reject = |message: String, help: &str| {
+            let diagnostic = Diagnostic::error(codes::DEVICE_RULE, self.pass.place, message);
+            Some(diagnostic.pointer(&self.pass.pointer).help(help))
+        };
+        let is_written = match binding.entry.ty {
+            BindingType::Buffer { ty: BufferBindingType::Storage { read_only }, .. } => !read_only,
+            BindingType::StorageTexture { access, .. } => access != StorageTextureAccess::ReadOnly,
+            _ => return None,
+        };
+        let in_vertex = binding.entry.visibility.contains(ShaderStages::VERTEX);
+        if is_written && in_vertex && !features.contains(Features::VERTEX_WRITABLE_STORAGE) {
+            let message = format!("the vertex stage of {template} uses \"{name}\", which is written storage");
+            return reject(message, "write storage in a fragment or compute stage, or declare it read-only");
+        }
+        let BindingType::StorageTexture { access, format, .. } = binding.entry.ty else { return None };
+        let (needed, uses) = match access {
+            StorageTextureAccess::WriteOnly => (TextureFormatFeatureFlags::STORAGE_WRITE_ONLY, "writes"),
+            StorageTextureAccess::ReadOnly => (TextureFormatFeatureFlags::STORAGE_READ_ONLY, "reads"),
+            StorageTextureAccess::ReadWrite => {
+                (TextureFormatFeatureFlags::STORAGE_READ_WRITE, "reads and writes")
+            }
+            StorageTextureAccess::Atomic => (TextureFormatFeatureFlags::STORAGE_ATOMIC, "counts in"),
+        };
+        if format.guaranteed_format_features(features).flags.contains(needed) {
+            return None;
+        }
+        let message = format!(
+            "{template} {uses} \"{name}\", a storage texture of {}, which the profile {} does not guarantee",
+            format_name(format),
+            self.plan.pipeline.profile.name
+        );
+        reject(message, "read and write r32float, r32sint or r32uint; or read one texture and write another")
+    }
+
     fn planned(&self, resource: ResourceHandle) -> Option<&PlannedResource> {
         self.plan.resource(resource)
     }
@@ -103,7 +187,7 @@ impl Rules<'_> {
         };
         let limits = &self.plan.pipeline.profile.limits;
         match (&slot.source, binding.entry.ty) {
-            (SlotSource::Texture(bound), wgpu_types::BindingType::Texture { multisampled, .. }) => {
+            (SlotSource::Texture(bound), BindingType::Texture { multisampled, .. }) => {
                 let view = bound.view();
                 let size = self.planned(view.resource)?.size?;
                 let name = self.name(view.resource);
@@ -140,17 +224,17 @@ impl Rules<'_> {
                 }
                 None
             }
-            (SlotSource::Buffer { buffer, .. }, wgpu_types::BindingType::Buffer { ty, .. }) => {
+            (SlotSource::Buffer { buffer, .. }, BindingType::Buffer { ty, .. }) => {
                 let (name, planned) = (self.name(buffer.resource), self.planned(buffer.resource)?);
                 let bytes = buffer.range.bytes.map_or(planned.bytes, |run| run.count);
                 let offset = buffer.offset();
                 let (align, max, what) = match ty {
-                    wgpu_types::BufferBindingType::Uniform => (
+                    BufferBindingType::Uniform => (
                         limits.min_uniform_buffer_offset_alignment,
                         limits.max_uniform_buffer_binding_size,
                         "uniform",
                     ),
-                    wgpu_types::BufferBindingType::Storage { .. } => (
+                    BufferBindingType::Storage { .. } => (
                         limits.min_storage_buffer_offset_alignment,
                         limits.max_storage_buffer_binding_size,
                         "storage",
@@ -175,7 +259,7 @@ impl Rules<'_> {
                         "bind at least what the shader declares",
                     );
                 }
-                if matches!(ty, wgpu_types::BufferBindingType::Storage { .. }) && bytes % 4 != 0 {
+                if matches!(ty, BufferBindingType::Storage { .. }) && bytes % 4 != 0 {
                     return reject(
                         format!("{bytes} bytes of \"{name}\" are bound"),
                         "storage bindings have a multiple of 4 bytes",
@@ -185,15 +269,13 @@ impl Rules<'_> {
             }
             (
                 SlotSource::Data { .. } | SlotSource::View | SlotSource::Values(_),
-                wgpu_types::BindingType::Buffer { ty, .. },
+                BindingType::Buffer { ty, .. },
             ) => {
                 let bytes = self.plan.pipeline.block_bytes(program, slot).map_or(0, u64::from);
                 let limit = match ty {
-                    wgpu_types::BufferBindingType::Uniform => limits.max_uniform_buffer_binding_size,
-                    wgpu_types::BufferBindingType::Storage { read_only: true } => {
-                        limits.max_storage_buffer_binding_size
-                    }
-                    wgpu_types::BufferBindingType::Storage { read_only: false } => {
+                    BufferBindingType::Uniform => limits.max_uniform_buffer_binding_size,
+                    BufferBindingType::Storage { read_only: true } => limits.max_storage_buffer_binding_size,
+                    BufferBindingType::Storage { read_only: false } => {
                         let message = format!(
                             "\"{}\" is written by the shader, but holds values of the host",
                             slot.name

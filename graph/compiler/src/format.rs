@@ -84,7 +84,7 @@ pub(super) fn wants<'a>(pipeline: &'a Pipeline, passes: &[PassHandle]) -> Vec<Fo
                 {
                     for resource in pipeline.fallbacks(bound.texture.resource) {
                         let wants = &mut wants[resource.index()];
-                        wants.bindings.push((*pass, binding.entry.ty, bound.view()));
+                        wants.bindings.push((*pass, program.bound_type(binding, slots), bound.view()));
                         wants.views.extend(bound.format.map(|format| (*pass, format)));
                     }
                 }

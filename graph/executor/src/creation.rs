@@ -3,23 +3,33 @@
 //! wgpu tells errors of creation not where they happen but to the innermost error scope of the thread, and without one
 //! to a handler that panics unless the host has set another. A [`Creation`] opens scopes when it creates its first
 //! object; [`Creation::finish`] closes them. What they caught is ready at once, except in a browser, where it arrives
-//! late: that is what [`Caught`] holds. A steady frame creates nothing, and so opens no scope.
+//! late: that is what [`Caught`] holds. A steady frame creates nothing, and so opens no scope. Each pass has scopes of
+//! its own, so that an error has a place.
 //!
 //! Limits: a device that is lost reports nothing to scopes; the host learns of that from its own device-lost callback.
 
+use std::error::Error as _;
 use std::future::Future;
 use std::pin::Pin;
 use std::task::{Context, Poll, Waker};
 
 use super::Statistics;
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use crate::pipeline::Pass;
 
 /// Creates objects on a device.
 pub(super) struct Creation<'a> {
     device: &'a wgpu::Device,
     statistics: &'a mut Statistics,
     scopes: Option<Scopes>,
+    /// The pass for which objects are created.
+    site: Site,
+    caught: Caught,
 }
+
+/// The place of a pass in its document.
+#[derive(Clone, Default)]
+struct Site(Option<(Place, String)>);
 
 /// Open error scopes. Fields are dropped in this order, which is the one in which scopes have to be popped.
 struct Scopes {
@@ -30,13 +40,26 @@ struct Scopes {
 
 impl<'a> Creation<'a> {
     pub(super) fn new(device: &'a wgpu::Device, statistics: &'a mut Statistics) -> Self {
-        Self { device, statistics, scopes: None }
+        Self { device, statistics, scopes: None, site: Site::default(), caught: Caught::default() }
+    }
+
+    /// What is created from here on belongs to a pass.
+    pub(super) fn begin_pass(&mut self, pass: &Pass) {
+        self.close();
+        self.site = Site(Some((pass.place.into(), pass.pointer.clone())));
     }
 
     /// Closes the error scopes.
-    pub(super) fn finish(self) -> Caught {
-        let Some(Scopes { validation, internal, memory }) = self.scopes else { return Caught::default() };
-        Caught(vec![Box::pin(validation.pop()), Box::pin(internal.pop()), Box::pin(memory.pop())])
+    pub(super) fn finish(mut self) -> Caught {
+        self.close();
+        self.caught
+    }
+
+    fn close(&mut self) {
+        let Some(Scopes { validation, internal, memory }) = self.scopes.take() else { return };
+        let outcomes: [Pin<Box<dyn Outcome>>; 3] =
+            [Box::pin(validation.pop()), Box::pin(internal.pop()), Box::pin(memory.pop())];
+        self.caught.0.extend(outcomes.map(|outcome| (self.site.clone(), outcome)));
     }
 
     fn device(&mut self) -> &'a wgpu::Device {
@@ -140,14 +163,14 @@ impl<T: Future<Output = Option<wgpu::Error>> + wgpu::WasmNotSend> Outcome for T 
 
 /// The errors that scopes have caught so far.
 #[derive(Default)]
-pub(super) struct Caught(Vec<Pin<Box<dyn Outcome>>>);
+pub(super) struct Caught(Vec<(Site, Pin<Box<dyn Outcome>>)>);
 
 impl Caught {
     /// Waits for all of it.
     pub(super) async fn all(self) -> Diagnostics {
         let mut diagnostics = Diagnostics::new();
-        for outcome in self.0 {
-            diagnostics.extend(outcome.await.map(diagnostic));
+        for (site, outcome) in self.0 {
+            diagnostics.extend(outcome.await.map(|error| diagnostic(&error, &site)));
         }
         diagnostics
     }
@@ -156,10 +179,10 @@ impl Caught {
     pub(super) fn known(&mut self) -> Diagnostics {
         let mut diagnostics = Diagnostics::new();
         let mut context = Context::from_waker(Waker::noop());
-        self.0.retain_mut(|outcome| match outcome.as_mut().poll(&mut context) {
+        self.0.retain_mut(|(site, outcome)| match outcome.as_mut().poll(&mut context) {
             Poll::Pending => true,
             Poll::Ready(error) => {
-                diagnostics.extend(error.map(diagnostic));
+                diagnostics.extend(error.map(|error| diagnostic(&error, site)));
                 false
             }
         });
@@ -172,7 +195,7 @@ impl Caught {
     }
 }
 
-fn diagnostic(error: wgpu::Error) -> Diagnostic {
+fn diagnostic(error: &wgpu::Error, Site(site): &Site) -> Diagnostic {
     let help = match error {
         wgpu::Error::OutOfMemory { .. } => "make pictures and maps smaller, or free memory of the device",
         wgpu::Error::Validation { .. } => {
@@ -180,5 +203,26 @@ fn diagnostic(error: wgpu::Error) -> Diagnostic {
         }
         wgpu::Error::Internal { .. } => "update the driver, or use another backend",
     };
-    Diagnostic::error(codes::DEVICE, Place::Nowhere, format!("the device rejected: {error}")).help(help)
+    let place = site.as_ref().map_or(Place::Nowhere, |(place, _)| place.clone());
+    let diagnostic =
+        Diagnostic::error(codes::DEVICE, place, format!("the device rejected: {}", causes(error)));
+    let diagnostic = match site {
+        Some((_, pointer)) => diagnostic.pointer(pointer),
+        None => diagnostic,
+    };
+    diagnostic.help(help)
+}
+
+/// An error's causes in one line, the first cause last.
+pub(super) fn causes(error: &wgpu::Error) -> String {
+    let mut texts: Vec<String> = Vec::new();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        let text = error.to_string();
+        if !texts.iter().any(|known| known.contains(&text)) {
+            texts.push(text);
+        }
+        cause = error.source();
+    }
+    if texts.is_empty() { error.to_string() } else { texts.join(": ") }
 }

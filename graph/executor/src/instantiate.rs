@@ -152,6 +152,7 @@ impl Instantiated {
     ) -> InstantiatedPass {
         let plan = self.plan.clone();
         let pass = plan.pipeline.pass(planned.handle);
+        creation.begin_pass(pass);
         let instantiated = match (pass.work(), blocks::program(pass.work())) {
             (Work::Nothing | Work::Cpu(_), _) => Some((InstantiatedWork::Cpu, Vec::new())),
             (Work::Transfer(work), _) => {

@@ -33,6 +33,8 @@ mod buffer_draw;
 mod cache;
 mod creation;
 mod draw;
+#[cfg(feature = "noop")]
+mod dry_run;
 mod gpu_times;
 mod groups;
 mod histories;
@@ -61,6 +63,8 @@ use std::sync::Arc;
 use std::time::Duration;
 
 pub use draw::{DrawPass, DrawSource};
+#[cfg(feature = "noop")]
+pub use dry_run::DryRun;
 pub use gpu_times::GpuTime;
 pub use read_back::{Texels, read_back, read_bytes};
 pub use statistics::{PassCounts, Statistics};

@@ -54,7 +54,10 @@ impl Pipelines<'_, '_> {
         let entries = |group: u32| -> Vec<wgpu::BindGroupLayoutEntry> {
             let own = bindings.iter().filter(|binding| binding.group == group);
             let entries = own.map(|binding| {
-                let mut entry = binding.entry;
+                let mut entry = wgpu::BindGroupLayoutEntry {
+                    ty: self.program.bound_type(binding, blocks::slots(work)),
+                    ..binding.entry
+                };
                 if let wgpu::BindingType::Buffer { has_dynamic_offset, .. } = &mut entry.ty {
                     *has_dynamic_offset =
                         (is_scene && group == OBJECT_GROUP) || views.contains(&(group, entry.binding));

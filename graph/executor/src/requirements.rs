@@ -109,7 +109,8 @@ impl DeviceCheck<'_> {
             let SlotSource::Texture(bound) = &slot.source else { continue };
             let is_filtered = program.binding_at(slot.group, slot.binding).is_some_and(|binding| {
                 let filtered = wgpu::TextureSampleType::Float { filterable: true };
-                matches!(binding.entry.ty, wgpu::BindingType::Texture { sample_type, .. } if sample_type == filtered)
+                let bound = program.bound_type(binding, super::blocks::slots(pass.work()));
+                matches!(bound, wgpu::BindingType::Texture { sample_type, .. } if sample_type == filtered)
             });
             let format = self.plan.resource(bound.texture.resource).and_then(|resource| resource.format);
             if let Some(format) = format.filter(|format| is_filtered && has_float32(*format)) {

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::check::{CheckOptions, CheckReport};
-use crate::compiler;
+use crate::compiler::{self, Plan};
 use crate::compose::with_users;
 use crate::configurations::Configurations;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, Severity};
@@ -31,12 +31,13 @@ pub struct Coverage {
 
 /// Takes a document all the way to a plan in each configuration. Every diagnostic goes to `diagnostics`, once. The
 /// values are those of the configurations; `check_options.overrides` is not looked at. With `verified` each plan is
-/// checked by a second algorithm.
+/// checked by a second algorithm. What `judge` says of a plan is added: a dry run's diagnostics, for one.
 pub fn check_configurations(
     document: &Document,
     check_options: &CheckOptions<'_>,
     configurations: &Configurations,
     verified: bool,
+    judge: &mut dyn FnMut(&Arc<Plan>) -> Diagnostics,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Coverage {
@@ -68,8 +69,13 @@ pub fn check_configurations(
                     violations.entry(violation.to_string()).or_default().push(at);
                 }
             }
+            let plan = plan.map(Arc::new);
+            if let Some(plan) = plan.as_ref().filter(|_| !own.has_errors()) {
+                own.extend(judge(plan));
+            }
             found.add(as_written(document, with_users(document, own)), at);
             if at == 0 {
+                let plan = plan.map(Arc::unwrap_or_clone);
                 coverage.first = CheckReport { pipeline: Some(pipeline), graph, plan };
             }
         },

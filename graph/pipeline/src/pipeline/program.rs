@@ -11,6 +11,8 @@ use super::modules::EntryPoints;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::shader::{AxisValues, EntryPoint, ShaderModule, Stage, TypeLayout};
 use crate::source::Span;
+use crate::work::{BoundSlot, SlotSource};
+use wgpu_types::{BindingType, SamplerBindingType, TextureSampleType};
 
 /// A template with its axes chosen.
 #[derive(Clone, Debug)]
@@ -127,6 +129,31 @@ impl Program {
     /// The binding at a place.
     pub fn binding_at(&self, group: u32, binding: u32) -> Option<&ProgramBinding> {
         self.bindings.iter().find(|known| known.group == group && known.entry.binding == binding)
+    }
+
+    /// A binding's type as these slots bind it: what nearest samplers alone read need not be filterable.
+    pub fn bound_type(&self, binding: &ProgramBinding, slots: &[BoundSlot]) -> BindingType {
+        let place = (binding.group, binding.entry.binding);
+        let is_nearest = |(group, binding): (u32, u32)| {
+            let slot = slots.iter().find(|slot| (slot.group, slot.binding) == (group, binding));
+            matches!(slot.map(|slot| &slot.source), Some(SlotSource::Sampler(sampler)) if sampler.is_nearest())
+        };
+        let entry_points = self.variants.iter().flat_map(|one| &one.module.reflection.entry_points);
+        let mut pairs = entry_points.flat_map(|entry| &entry.sampling_pairs);
+        match binding.entry.ty {
+            BindingType::Sampler(SamplerBindingType::Filtering) if is_nearest(place) => {
+                BindingType::Sampler(SamplerBindingType::NonFiltering)
+            }
+            BindingType::Texture {
+                sample_type: TextureSampleType::Float { filterable: true },
+                view_dimension,
+                multisampled,
+            } if pairs.all(|(texture, sampler)| *texture != place || is_nearest(*sampler)) => {
+                let sample_type = TextureSampleType::Float { filterable: false };
+                BindingType::Texture { sample_type, view_dimension, multisampled }
+            }
+            declared => declared,
+        }
     }
 
     /// Whether a full-screen pass is certain to write every texel, whichever the variant.

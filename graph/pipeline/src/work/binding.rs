@@ -145,6 +145,11 @@ pub struct Sampler {
 impl Sampler {
     /// The maximum level of detail without a clamp: more mip levels than any texture has.
     pub const MAX_LOD: u32 = 32;
+
+    /// Whether it reads single texels, for which a format need not be filterable.
+    pub fn is_nearest(&self) -> bool {
+        self.filter == Filter::Nearest && self.max_anisotropy == 1 && self.compare.is_none()
+    }
 }
 
 impl Default for Sampler {

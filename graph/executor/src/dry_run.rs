@@ -1,0 +1,246 @@
+//! Dry runs: plans instantiated and recorded on a device without a driver.
+//!
+//! wgpu validates on its backend `noop` as on any other: shader modules, layouts, pipelines, bind groups, views, the
+//! usage scopes of passes, copies, dispatches. A [`DryRun`] opens such a device with the limits and features of a
+//! profile, gives a plan to an executor on it, and records a frame with every light kind, textures in place of the
+//! host's, and no meshes. What wgpu rejects there, it rejects on every device of the profile.
+//!
+//! Limits: nothing is drawn, and the draws of meshes are the host's own, so neither is validated; of runtime toggles the
+//! state that the pipeline gives is recorded. Formats that a driver may lack are not known to be missing.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3, Vec3};
+use umbragraph_pipeline::draw::{HostInterface, HostSlotKind};
+
+use super::creation::causes;
+use super::requirements::scenes;
+use super::{DrawPass, DrawSource, Executor, Frame};
+use crate::compiler::{Physical, Plan};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use crate::frame::{Bounds, Camera, FrameInput, Light, LightKind, Projection};
+use crate::shader::TargetProfile;
+
+/// A device without a driver, for plans of one profile.
+pub struct DryRun {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    executor: Option<Executor>,
+}
+
+impl DryRun {
+    /// A device with the limits and features of a profile.
+    ///
+    /// # Errors
+    /// A profile that wgpu takes for no device's.
+    pub async fn new(profile: &TargetProfile) -> Result<Self, Diagnostic> {
+        let noop = wgpu::NoopBackendOptions {
+            limits: Some(profile.limits.clone()),
+            features: Some(profile.features),
+            ..wgpu::NoopBackendOptions::enabled()
+        };
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor {
+            backends: wgpu::Backends::NOOP,
+            backend_options: wgpu::BackendOptions { noop, ..wgpu::BackendOptions::default() },
+            ..wgpu::InstanceDescriptor::new_without_display_handle()
+        });
+        let adapter = instance.request_adapter(&wgpu::RequestAdapterOptions::default()).await;
+        let adapter = adapter.map_err(|error| no_device(profile, &error))?;
+        let descriptor = wgpu::DeviceDescriptor {
+            label: None,
+            required_features: profile.features,
+            required_limits: profile.limits.clone(),
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let opened = adapter.request_device(&descriptor).await;
+        let (device, queue) = opened.map_err(|error| no_device(profile, &error))?;
+        Ok(Self { device, queue, executor: None })
+    }
+
+    /// What wgpu rejects of a plan, at the passes that cause it. `hosts` are the interfaces of hosts by the names of
+    /// their geometry; a plan that draws meshes of none of them is not run.
+    pub async fn run<'h>(
+        &mut self,
+        plan: &Arc<Plan>,
+        hosts: impl IntoIterator<Item = (&'h str, &'h HostInterface)>,
+    ) -> Diagnostics {
+        let source = Nothing::new(&self.device, plan, hosts);
+        if scenes(plan).any(|(_, scene)| !source.hosts.contains_key(&scene.geometry)) {
+            return Diagnostics::new();
+        }
+        let instantiated = match &mut self.executor {
+            Some(executor) => executor.set_plan(plan.clone(), Some(&source)).await,
+            None => match Executor::new(&self.device, &self.queue, plan.clone(), Some(&source)).await {
+                Ok(executor) => {
+                    self.executor = Some(executor);
+                    Ok(())
+                }
+                Err(diagnostics) => Err(diagnostics),
+            },
+        };
+        match (instantiated, &mut self.executor) {
+            (Err(diagnostics), _) => diagnostics,
+            (Ok(()), None) => Diagnostics::new(),
+            (Ok(()), Some(executor)) => {
+                executor.reset_history();
+                record(&self.device, &self.queue, executor, plan, &source).await
+            }
+        }
+    }
+}
+
+fn no_device(profile: &TargetProfile, error: &dyn Error) -> Diagnostic {
+    let message = format!("no dry run is possible for the profile \"{}\": {error}", profile.name);
+    Diagnostic::warning(codes::DEVICE, Place::Nowhere, message)
+}
+
+/// Records and submits a frame.
+async fn record(
+    device: &wgpu::Device,
+    queue: &wgpu::Queue,
+    executor: &mut Executor,
+    plan: &Plan,
+    source: &Nothing<'_>,
+) -> Diagnostics {
+    let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let imports = imports(device, plan);
+    let imports: Vec<(&str, &wgpu::Texture)> =
+        imports.iter().map(|(name, texture)| (*name, texture)).collect();
+    let input = input();
+    let frame = Frame { input: &input, draws: Some(source), imports: &imports, toggles: &[] };
+    let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let mut diagnostics = executor.record(&mut encoder, &frame).err().unwrap_or_default();
+    let commands = encoder.finish();
+    if !diagnostics.has_errors() {
+        queue.submit([commands]);
+    }
+    if let Some(error) = scope.pop().await {
+        let causes = causes(&error);
+        let named = |name: &str| causes.contains(&format!("'{name}'"));
+        let pass = plan.passes.iter().find(|pass| named(&pass.name));
+        let pass = pass.map(|planned| plan.pipeline.pass(planned.handle));
+        let resource = plan.resources.iter().find(|(name, _)| named(name));
+        let resource = resource.map(|(_, planned)| plan.pipeline.resource(planned.handle));
+        let site = pass.map(|pass| (pass.place, &pass.pointer));
+        let site = site.or(resource.map(|resource| (resource.place, &resource.pointer)));
+        let place = site.map_or(Place::Nowhere, |(place, _)| place.into());
+        let diagnostic = Diagnostic::error(codes::DEVICE, place, format!("the device rejected: {causes}"));
+        diagnostics.push(match site {
+            Some((_, pointer)) => diagnostic.pointer(pointer),
+            None => diagnostic,
+        });
+    }
+    diagnostics
+}
+
+/// A texture for each of the host's own.
+fn imports<'p>(device: &wgpu::Device, plan: &'p Plan) -> Vec<(&'p str, wgpu::Texture)> {
+    let imported = plan.resources.iter().filter(|(_, resource)| resource.physical == Physical::Imported);
+    let textures = imported.filter_map(|(name, resource)| {
+        let (format, size) = (resource.format?, resource.size?);
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some(name),
+            size: wgpu::Extent3d {
+                width: size.width,
+                height: size.height,
+                depth_or_array_layers: size.layers,
+            },
+            mip_level_count: size.mips,
+            sample_count: size.samples,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: resource.usages.unwrap_or(wgpu::TextureUsages::empty()) | wgpu::TextureUsages::COPY_SRC,
+            view_formats: &[format.add_srgb_suffix(), format.remove_srgb_suffix()],
+        });
+        Some((name.as_str(), texture))
+    });
+    textures.collect()
+}
+
+/// A camera before a cube, and a light of each kind.
+fn input() -> FrameInput {
+    let kinds =
+        [LightKind::Directional, LightKind::Point, LightKind::Spot { inner_angle: 0.3, outer_angle: 0.5 }];
+    let light = |kind: LightKind| Light {
+        name: format!("{kind:?}"),
+        kind,
+        position: DVec3::new(1.0, 2.0, 1.0),
+        direction: DVec3::NEG_Y,
+        color: Vec3::ONE,
+        intensity: 1.0,
+        range: 10.0,
+        properties: Vec::new(),
+        angular_diameter: 0.01,
+        radius: 0.1,
+        priority: 1.0,
+    };
+    FrameInput {
+        camera: Camera {
+            position: DVec3::new(0.0, 0.0, 4.0),
+            rotation: DQuat::IDENTITY,
+            projection: Projection::Perspective { vertical_fov: 1.0, near: 0.1, far: 100.0 },
+            aspect: 1.0,
+        },
+        lights: kinds.map(light).to_vec(),
+        scene_bounds: Bounds { min: DVec3::NEG_ONE, max: DVec3::ONE },
+        filter_bounds: Vec::new(),
+        time: 0.0,
+        index: 0,
+    }
+}
+
+/// A host with the interfaces of others, and without meshes.
+struct Nothing<'p> {
+    hosts: BTreeMap<String, HostInterface>,
+    filters: Vec<&'p str>,
+    block: wgpu::Buffer,
+}
+
+impl<'p> Nothing<'p> {
+    fn new<'h>(
+        device: &wgpu::Device,
+        plan: &'p Plan,
+        hosts: impl IntoIterator<Item = (&'h str, &'h HostInterface)>,
+    ) -> Self {
+        let hosts: BTreeMap<String, HostInterface> =
+            hosts.into_iter().map(|(name, interface)| (name.to_owned(), interface.clone())).collect();
+        let slots = hosts.values().flat_map(|interface| &interface.object);
+        let sizes = slots.filter_map(|slot| match slot.kind {
+            HostSlotKind::Block { size, .. } => Some(u64::from(size)),
+            HostSlotKind::Opaque(_) => None,
+        });
+        let block = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("objects"),
+            size: sizes.max().unwrap_or(0).next_multiple_of(256).max(256),
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        });
+        Self { hosts, filters: scenes(plan).map(|(_, scene)| scene.filter.as_str()).collect(), block }
+    }
+}
+
+impl DrawSource for Nothing<'_> {
+    fn interface(&self, geometry: &str) -> Option<&HostInterface> {
+        self.hosts.get(geometry)
+    }
+
+    fn filters(&self) -> &[&str] {
+        &self.filters
+    }
+
+    fn material_count(&self) -> u32 {
+        0
+    }
+
+    fn material(&self, _: u32, _: &str) -> Option<wgpu::BindingResource<'_>> {
+        None
+    }
+
+    fn object(&self, _: &str) -> Option<wgpu::BindingResource<'_>> {
+        Some(self.block.as_entire_binding())
+    }
+
+    fn draw(&self, _: &mut dyn DrawPass) {}
+}
