@@ -249,7 +249,7 @@ fn a_device_with_less_switches_a_feature_off_and_one_with_more_changes_nothing()
 }
 
 #[test]
-fn an_entry_point_is_the_first_or_the_one_that_is_named() {
+fn of_several_entry_points_one_is_named() {
     const TWO: &str = r#"{% include "lib/fullscreen.wgsl.jinja" %}
 @fragment fn alike(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(1.0); }
 @fragment fn other(covered: Covered) -> @location(0) vec4<f32> { return vec4<f32>(0.5); }
@@ -268,7 +268,13 @@ fn an_entry_point_is_the_first_or_the_one_that_is_named() {
         let variant = &outcome.plan().pipeline.programs[0].variants[0];
         variant.entry_point(umbragraph::shader::Stage::Fragment).unwrap().name.clone()
     };
-    assert_eq!(taken(""), "alike");
+    let unnamed = check("");
+    assert_eq!(unnamed.codes(), ["UG0609"]);
+    assert!(
+        unnamed.text().contains("2 entry points of the stage @fragment: alike, other"),
+        "{}",
+        unnamed.text()
+    );
     assert_eq!(taken(r#", "entry_points": { "fragment": "other" }"#), "other");
     let rejected = check(r#", "entry_points": { "fragment": "othre" }"#);
     assert_eq!(rejected.codes(), ["UG0609"]);

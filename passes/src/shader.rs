@@ -21,7 +21,7 @@ pub struct ShaderSettings {
     /// drawn, whose block "view" is the view being drawn.
     #[serde(default)]
     pub bind: BTreeMap<String, Bind>,
-    /// The entry points by name, where a stage of the template has several; without a name the first by name.
+    /// The entry points by name, where a stage of the template has several.
     pub entry_points: Option<EntryPointSettings>,
 }
 

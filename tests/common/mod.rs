@@ -106,7 +106,7 @@ pub fn check_file(path: &str, with: &With<'_>) -> Outcome {
     check_with(path, &read(path), with)
 }
 
-fn read(path: &str) -> String {
+pub fn read(path: &str) -> String {
     std::fs::read_to_string(root().join(path)).unwrap_or_else(|error| panic!("{path}: {error}"))
 }
 

@@ -24,7 +24,7 @@ pub struct Chosen {
     pub entry_points: EntryPoints,
 }
 
-/// The names of entry points by their stages; a stage without one has the first by name.
+/// The names of entry points by their stages; a stage with one entry point needs no name.
 pub type EntryPoints = BTreeMap<Stage, String>;
 
 /// A program that a pass wants.

@@ -156,7 +156,7 @@ crate::codes! {
         "A pass chooses a value for an axis that the template does not declare. Axes stand in `NAME.axes.json` beside the template.";
     /// An entry point that the shader does not have.
     UNKNOWN_ENTRY_POINT = "UG0609", "unknown entry point",
-        "A pass names under `entry_points` one that its shader does not have in that stage, or that one of its variants does not have. Without a name the first of the stage by name is taken.";
+        "A pass names under `entry_points` one that its shader does not have in that stage, or that one of its variants does not have; or names none where a stage has several; or its shader has none of a stage that the pass needs.";
     /// A binding that the shader does not have.
     UNKNOWN_BINDING = "UG0603", "unknown binding",
         "`bind` has a name that no variant of the shader declares, or `values` one that the block has in none of them. What another variant has that the pipeline can reach is merely not needed in this one. What only variants have that the pass never takes, since its axes are fixed to other values, is an error too: nothing would ever read it.";
@@ -213,7 +213,7 @@ crate::codes! {
         "A pass uses a texture of the host's own in a way that the host did not create it for; the usages are told with the imports.";
     /// A combination that no device allows.
     DEVICE_RULE = "UG0409", "no device allows this",
-        "A texture, a view, a copy, an attachment or a block breaks a rule of WebGPU: cubes have six square layers, a texture with several samples has one layer and one mip level and is no volume, multisampled bindings see multisampled textures, a copy joins subresource ranges of one format and size (depth, stencil and several samples by whole layers, one aspect to or from a buffer only, a buffer or a mip level of a volume not onto itself), a full-screen pass into an array says which layer it writes, blocks of the host are read-only and within the profile's binding sizes, bind groups are numbered 0 to 3.";
+        "A texture, a view, a copy, an attachment or a block breaks a rule of WebGPU: cubes have six square layers, a texture with several samples has one layer and one mip level and is no volume, multisampled bindings see multisampled textures, a copy joins subresource ranges of one format and size (depth, stencil and several samples by whole layers, one aspect to or from a buffer only, a buffer or a mip level of a volume not onto itself), a full-screen pass into an array says which layer it writes, blocks of the host are read-only and within the profile's binding sizes, bind groups are numbered 0 to 3, the vertex stage writes no storage, storage textures are read and written in formats for which the profile guarantees it.";
     /// Contents that a toggle takes away.
     TOGGLED_AWAY = "UG0411", "nothing left without the toggle",
         "A pass reads, or the picture shows, what only a pass with a toggle writes; in a frame in which the toggle is switched the other way nothing would be there.\n\nFour ways out: give the reader the same toggle, so that it vanishes too; say under `passthrough` of the writer what the reader sees instead; let an earlier pass write the resource and the toggled one load it; or write it by a second pass with the opposite toggle (`!name`).";
