@@ -246,7 +246,7 @@ crate::codes! {
         "The host did not give a texture for an imported resource, or one of another format or size than planned.";
     /// An error of the device.
     DEVICE = "UG0803", "device error",
-        "The graphics device rejected or lost something: out of memory, a lost device, or a validation error, which is a defect of this project.";
+        "The graphics device rejected or lost something: out of memory, a lost device, or a validation error. `check` runs each plan dry on wgpu without a driver; a validation error there is a rule of WebGPU that the pipeline breaks and for which there is no diagnostic of its own yet.";
     /// A device that lacks what a plan needs.
     DEVICE_LIMIT = "UG0804", "device cannot run the plan",
         "A texture, a feature or a limit that the plan needs is beyond what this device offers.";
