@@ -190,3 +190,34 @@ fn an_exponent_has_to_fit_the_format_of_the_moments_where_there_are_any() {
     assert_eq!(codes("10", "\"evsm4\"", "\"fp16\"", "\"none\""), fine);
     assert_eq!(codes("60", "\"msm\"", "\"fp16\"", "\"all\""), fine);
 }
+
+#[test]
+fn cascades_are_tinted_warm_where_moments_filter_them_and_else_cool() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = scene(&root().join("examples/scenes/courtyard.glb"));
+    // All that is seen lies in the first cascade, or in the last.
+    for (far, which, is_warm) in [
+        ("[900, 1000]", "\"none\"", false),
+        ("[900, 1000]", "\"last\"", false),
+        ("[900, 1000]", "\"all\"", true),
+        ("[0.2, 1000]", "\"last\"", true),
+        ("[0.2, 1000]", "\"none\"", false),
+    ] {
+        let parameters = [
+            ("debug_view", "\"cascades\""),
+            ("splits", "\"explicit\""),
+            ("blend", "0"),
+            ("far", far),
+            ("moment_cascades", which),
+        ];
+        let outcome = awsm(&parameters, &[], [160, 90]);
+        let picture = Host::new(&gpu, &outcome, &scene).picture(&scene.frame_input(160.0 / 90.0, 0.0));
+        // The lower half is ground.
+        let ground = picture.rgba_pixels().skip(160 * 45);
+        let (red, blue) = ground.fold((0_u32, 0_u32), |(red, blue), pixel| {
+            (red + u32::from(pixel[0]), blue + u32::from(pixel[2]))
+        });
+        println!("{far} {which}: red over blue {:.2}", f64::from(red) / f64::from(blue));
+        assert_eq!(f64::from(red) > 1.3 * f64::from(blue), is_warm, "{far} {which}: {red} and {blue}");
+    }
+}

@@ -304,3 +304,69 @@ fn each_light_says_how_hard_its_shadows_are() {
         assert!(3 * hard < soft && soft == sizeless && soft != own, "{kind:?}");
     }
 }
+
+/// The distances that a debug view shows as colors, beside the edge's shadow; from blue over green to red.
+fn shown(picture: &Picture, camera: &Camera, longest: f64) -> Vec<f64> {
+    let places = seen(picture, camera);
+    let part = |[r, g, b, _]: [u8; 4]| {
+        let [r, g, b] = [r, g, b].map(|channel| f64::from(channel) / 255.0);
+        let is_grey = r == g && g == b;
+        let ramp = if b > 0.0 && g < 1.0 {
+            g
+        } else if b > 0.0 {
+            2.0 - b
+        } else if g >= 1.0 {
+            1.0 + r
+        } else {
+            3.0 - g
+        };
+        (!is_grey).then_some(ramp / 3.0)
+    };
+    let near = places.iter().zip(picture.rgba_pixels()).filter(|([x, ..], _)| x.abs() < 0.1);
+    near.filter_map(|(_, pixel)| part(pixel)).map(|part| longest * 2_f64.powf(10.0 * (part - 1.0))).collect()
+}
+
+#[test]
+fn debug_views_show_the_width_of_the_penumbra_and_the_distance_to_what_casts_it() {
+    let Some(gpu) = gpu::device() else { return };
+    let height = 0.6;
+    let scene = edge(height);
+    let kinds =
+        [LightKind::Directional, LightKind::Spot { inner_angle: 0.5, outer_angle: 0.7 }, LightKind::Point];
+    // Without a width it is that of the penumbra.
+    for (view, filter, wanted) in [
+        ("\"penumbra\"", "\"pcss\"", None),
+        ("\"penumbra\"", "\"poisson16\"", Some(0.07)),
+        ("\"blockers\"", "\"hard\"", Some(height)),
+    ] {
+        let parameters = [
+            ("debug_view", view),
+            ("debug_distance", "2"),
+            ("greatest_penumbra", "100"),
+            ("greatest_search", "100"),
+            ("filter_radius", "0.07"),
+            ("min_radius", "1"),
+            ("max_radius", "60"),
+            ("search_taps", "32"),
+            ("splits", "\"explicit\""),
+            ("fit", "\"tight\""),
+            ("far", "[6]"),
+            ("tile_max_side", "2048"),
+            ("atlas_min_side", "2048"),
+        ];
+        let features = [("light_filter", filter)];
+        let with =
+            With { parameters: &parameters, features: &features, size: Some(SIZE), ..With::default() };
+        let outcome = check_file(AWSM, &with);
+        for kind in kinds {
+            let input = frame(&scene, light(kind));
+            let picture = Host::new(&gpu, &outcome, &scene).picture(&input);
+            let mut all = shown(&picture, &input.camera, 2.0);
+            all.sort_by(f64::total_cmp);
+            let median = *all.get(all.len() / 2).expect("a shadow");
+            let wanted = wanted.unwrap_or_else(|| analytic(kind, height));
+            println!("{kind:?} {view} {filter}: {median:.4} of {wanted:.4}, {} pixels", all.len());
+            assert!((median / wanted - 1.0).abs() < 0.1, "{kind:?} {view} {filter}: {median} of {wanted}");
+        }
+    }
+}
