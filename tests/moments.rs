@@ -57,10 +57,10 @@ struct Settings { exponent: f32, deviation: f32, bias: f32 }
 
 /// An image of zeros with a one in it, one of a constant, and one of halves that are tiles.
 const IMAGES: &str = r#"{% include "lib/texels.wgsl.jinja" %}
-struct Settings { constant: f32 }
+struct Settings { constant: f32, radius: f32 }
 @group(1) @binding(0) var<uniform> settings: Settings;
 @group(1) @binding(1) var image: texture_storage_2d_array<{{ texel_storage }}, write>;
-@group(1) @binding(2) var tiles: texture_storage_2d<rgba16uint, write>;
+@group(1) @binding(2) var tiles: texture_storage_2d_array<rgba32uint, write>;
 @compute @workgroup_size(16, 16) fn paint(@builtin(global_invocation_id) id: vec3<u32>) {
     let left = id.x < 32u;
     let one = f32(all(id.xy == vec2<u32>(40u, 20u)));
@@ -69,7 +69,10 @@ struct Settings { constant: f32 }
     textureStore(image, id.xy, 1, pack_texel(vec4<f32>(settings.constant)));
     textureStore(image, id.xy, 2, pack_texel(vec4<f32>(half)));
     let first = select(32u, 0u, left);
-    textureStore(tiles, id.xy / 16u, vec4<u32>(first, 0u, first + 31u, 47u));
+    let tile = vec4<u32>(first, (first + 31u) | (47u << 16u), bitcast<u32>(settings.radius), 0u);
+    textureStore(tiles, id.xy / 16u, 0, tile);
+    textureStore(tiles, id.xy / 16u, 1, vec4<u32>(0u, 63u | (47u << 16u), tile.zw));
+    textureStore(tiles, id.xy / 16u, 2, tile);
 }
 "#;
 
@@ -222,7 +225,7 @@ fn moments_let_through_what_the_inequalities_say_and_never_less_than_there_is() 
 
 /// Blurs the images in a format; all three layers.
 #[track_caller]
-fn blurred(gpu: &Gpu, [texel, format]: [&str; 2], radius: u32, constant: f64, in_tiles: bool) -> Texels {
+fn blurred(gpu: &Gpu, [texel, format]: [&str; 2], radius: f64, constant: f64, in_tiles: bool) -> Texels {
     let texture = |name: &str| {
         format!(
             r#", "{name}": {{ "texture": {{ "format": "{format}", "size": [64, 48], "layers": 3, "view": "2d-array" }} }}"#
@@ -231,16 +234,20 @@ fn blurred(gpu: &Gpu, [texel, format]: [&str; 2], radius: u32, constant: f64, in
     let resources = [
         &texture("image"),
         &texture("soft"),
-        r#", "tiles": { "texture": { "format": "rgba16uint", "size": [4, 3] } }"#,
+        r#", "tiles": { "texture": { "format": "rgba32uint", "size": [4, 3], "layers": 3 } }"#,
     ]
     .map(str::to_owned)
     .concat();
-    let (part, tiles) = if in_tiles { ("blur_tiles", r#""tiles": "tiles", "#) } else { ("blur", "") };
+    let (part, given) = if in_tiles {
+        ("blur_tiles", r#""tiles": "tiles""#.to_owned())
+    } else {
+        ("blur", format!(r#""radius": {radius}"#))
+    };
     let passes = format!(
         r#""paint": {{ "compute": {{ "shader": "images.wgsl.jinja", "workgroups": [4, 3, 1], "axes": {{ "texel_format": "'{texel}'" }},
-            "bind": {{ "image": "image", "tiles": "tiles", "settings": {{ "values": {{ "constant": {constant:?} }} }} }} }} }},
+            "bind": {{ "image": "image", "tiles": "tiles", "settings": {{ "values": {{ "constant": {constant:?}, "radius": {radius} }} }} }} }} }},
         "soften": {{ "use": "pipelines/parts/{part}.json",
-            "with": {{ "image": "image", {tiles}"result": "soft", "radius": {radius}, "texel_format": "{texel}" }} }},
+            "with": {{ "image": "image", {given}, "result": "soft", "texel_format": "{texel}" }} }},
         "unpack": {{ "compute": {{ "shader": "unpack.wgsl.jinja", "over": "plain", "axes": {{ "texel_format": "'{texel}'" }},
             "bind": {{ "image": "soft", "plain": "plain" }} }} }}"#
     );
@@ -250,16 +257,21 @@ fn blurred(gpu: &Gpu, [texel, format]: [&str; 2], radius: u32, constant: f64, in
 #[test]
 fn weights_of_a_blur_are_a_gaussian_s_and_sum_to_one() {
     let Some(gpu) = gpu::device() else { return };
-    for radius in [0, 1, 2, 6, 8, 16] {
-        let seen = blurred(&gpu, ["rgba32float", "rgba32float"], radius, 1.0, false);
+    // The radius of a tile may lie between two texels; the first image has a tile that ends eight texels left of the one.
+    for (radius, in_tiles) in [0.0, 1.0, 2.0, 6.0, 8.0, 16.0]
+        .map(|r| (r, false))
+        .into_iter()
+        .chain([0.0, 0.4, 1.7, 6.0].map(|r| (r, true)))
+    {
+        let seen = blurred(&gpu, ["rgba32float", "rgba32float"], radius, 1.0, in_tiles);
         let sum: f64 = seen.values[..64 * 48].iter().map(|texel| f64::from(texel[0])).sum();
         assert!((sum - 1.0).abs() < 1e-6, "radius {radius}: weights sum to {sum}");
-        let deviation = f64::from(radius.max(1)) / 2.5;
+        let (deviation, reach) = (f64::max(radius, 0.03) / 2.5, radius.ceil());
         let weight = |offset: f64| (-0.5 * (offset / deviation).powi(2)).exp();
-        let whole: f64 = (-i64::from(radius)..=i64::from(radius)).map(|offset| weight(offset as f64)).sum();
+        let whole: f64 = (-reach as i64..=reach as i64).map(|offset| weight(offset as f64)).sum();
         for (at, texel) in seen.values[..64 * 48].iter().enumerate() {
             let offsets = [at as f64 % 64.0 - 40.0, (at / 64) as f64 - 20.0];
-            let inside = offsets.iter().all(|offset| offset.abs() <= f64::from(radius));
+            let inside = offsets.iter().all(|offset| offset.abs() <= reach);
             let wanted =
                 if inside { offsets.map(|offset| weight(offset) / whole).iter().product() } else { 0.0 };
             assert!((f64::from(texel[0]) - wanted).abs() < 1e-6, "radius {radius} at {offsets:?}: {texel:?}");
@@ -282,7 +294,7 @@ fn a_constant_stays_constant_to_the_last_texel_of_a_layer_and_of_a_tile_whatever
         ("packed_4x16unorm", "rg32uint", 1.0, 1.0 / 32768.0),
         ("rgba8unorm", "rgba8unorm", 1.0, 1e-6),
     ] {
-        for radius in [0, 64] {
+        for radius in [0.0, 64.0] {
             for in_tiles in [false, true] {
                 let seen = blurred(&gpu, [texel, format], radius, constant, in_tiles);
                 // The third image is constant in each of its tiles.

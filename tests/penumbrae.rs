@@ -236,6 +236,35 @@ fn penumbrae_are_as_wide_on_both_sides_of_a_cascades_end() {
 }
 
 #[test]
+fn blurred_moments_are_as_soft_on_both_sides_of_a_cascades_end() {
+    let Some(gpu) = gpu::device() else { return };
+    let scene = edge(0.5);
+    for (filter, precision, blur) in
+        [("\"evsm4\"", "\"fp32\"", "40"), ("\"evsm2\"", "\"fp32\"", "16"), ("\"msm\"", "\"fp16\"", "24")]
+    {
+        let parameters = [
+            ("debug_view", "\"shadow_term\""),
+            ("splits", "\"explicit\""),
+            ("fit", "\"tight\""),
+            ("far", "[3.45, 8]"),
+            ("blend", "0.02"),
+            ("moment_cascades", "\"all\""),
+            ("blur_radius", blur),
+        ];
+        let features = [("moment_filter", filter), ("moment_precision", precision)];
+        let with = With { parameters: &parameters, features: &features, size: Some(SIZE), ..With::default() };
+        let outcome = check_file(AWSM, &with);
+        let input = frame(&scene, light(LightKind::Directional));
+        let picture = Host::new(&gpu, &outcome, &scene).picture(&input);
+        let pixels = seen(&picture, &input.camera);
+        let near = half_width(pixels.iter().copied().filter(|[_, distance, _]| *distance < 3.38));
+        let far = half_width(pixels.iter().copied().filter(|[_, distance, _]| *distance > 3.45));
+        println!("{filter}, {blur} texels: {near:.4} before the end, {far:.4} after it");
+        assert!((near / far - 1.0).abs() < 0.1, "{filter}: {near} before the end, {far} after it");
+    }
+}
+
+#[test]
 fn lights_without_a_size_have_hard_shadows() {
     let Some(gpu) = gpu::device() else { return };
     let scene = edge(0.6);
@@ -355,8 +384,7 @@ fn debug_views_show_the_width_of_the_penumbra_and_the_distance_to_what_casts_it(
             ("atlas_min_side", "2048"),
         ];
         let features = [("light_filter", filter)];
-        let with =
-            With { parameters: &parameters, features: &features, size: Some(SIZE), ..With::default() };
+        let with = With { parameters: &parameters, features: &features, size: Some(SIZE), ..With::default() };
         let outcome = check_file(AWSM, &with);
         for kind in kinds {
             let input = frame(&scene, light(kind));
