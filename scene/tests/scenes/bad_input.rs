@@ -444,6 +444,52 @@ fn unusable_lights_are_found() {
 }
 
 #[test]
+fn unusable_extras_of_lights_are_found() {
+    // What is no number in JSON, what 32 bits do not hold, and what is below zero.
+    let unusable = [json!(-0.5), json!(1e39), json!("NaN"), json!(null), json!([1]), json!(true)];
+    let found = triangle_with(|document| {
+        let mut lights = Vec::new();
+        for value in &unusable {
+            lights.push(json!({ "type": "directional", "extras": { "angular_diameter_deg": value } }));
+            lights.push(json!({ "type": "point", "extras": { "radius": value } }));
+            lights.push(json!({ "type": "point", "extras": { "priority": value } }));
+        }
+        for extras in [
+            json!({ "shadowHardness": "harder" }),
+            json!({ "shadowHardness": 1 }),
+            json!({ "contactShadow": 0 }),
+            json!({ "contactShadow": "false" }),
+        ] {
+            lights.push(json!({ "type": "point", "extras": extras }));
+        }
+        for light in 0..lights.len() {
+            document.node(json!({ "extensions": { "KHR_lights_punctual": { "light": light } } }));
+        }
+        document.json["extensions"]["KHR_lights_punctual"]["lights"] = json!(lights);
+    });
+    let at = "/extensions/KHR_lights_punctual/lights";
+    let mut wanted = Vec::new();
+    for light in 0..3 * unusable.len() {
+        let key = ["angular_diameter_deg", "radius", "priority"][light % 3];
+        wanted.push(format!(
+            "UG0724 {at}/{light}/extras/{key}: {key} has an unusable value (it is a number that is not negative)"
+        ));
+    }
+    for (light, key, what) in [
+        (18, "shadowHardness", "one of hard, soft, pcss"),
+        (19, "shadowHardness", "one of hard, soft, pcss"),
+        (20, "contactShadow", "true or false"),
+        (21, "contactShadow", "true or false"),
+    ] {
+        wanted.push(format!("UG0724 {at}/{light}/extras/{key}: {key} has an unusable value (it is {what})"));
+    }
+    let mut found = found;
+    found.sort();
+    wanted.sort();
+    assert_eq!(found, wanted);
+}
+
+#[test]
 fn lights_and_cameras_out_of_all_proportion_are_found() {
     let found = triangle_with(|document| {
         document.json["extensions"]["KHR_lights_punctual"]["lights"] =

@@ -207,6 +207,45 @@ fn all_three_kinds_of_light_are_placed_by_their_nodes() {
 }
 
 #[test]
+fn lights_say_in_extras_how_large_they_are_and_what_shadows_they_have() {
+    let mut document = Document::triangle();
+    document.json["extensions"]["KHR_lights_punctual"]["lights"] = json!([
+        { "type": "directional", "extras": { "angular_diameter_deg": 0, "radius": 0.5 } },
+        // The sun is never more than the sky.
+        { "type": "directional", "extras": { "angular_diameter_deg": 3e38 } },
+        { "type": "point", "extras": { "radius": 0, "shadowHardness": "hard", "contactShadow": false } },
+        { "type": "point", "extras": { "radius": 3e38, "shadowHardness": "soft", "priority": 7 } },
+        { "type": "point", "extras": { "shadowHardness": "pcss", "contactShadow": true } },
+        { "type": "point" },
+    ]);
+    for light in 0..6 {
+        let extras = if light == 5 { json!({ "radius": 0.25, "contactShadow": false }) } else { json!({}) };
+        document
+            .node(json!({ "extensions": { "KHR_lights_punctual": { "light": light } }, "extras": extras }));
+    }
+    let lights = document.load().unwrap().frame_input(1.0, 0.0).lights;
+    assert!(lights.iter().all(|light| light.check().is_none()));
+    let sizes: Vec<_> = lights.iter().map(|light| [light.angular_diameter, light.radius]).collect();
+    let half_turn = std::f32::consts::PI;
+    assert_eq!(sizes, [[0.0, 0.5], [half_turn, 0.0], [0.0, 0.0], [0.0, 3e38], [0.0, 0.0], [0.0, 0.25]]);
+    let words = ["contact_shadow", "hard_shadow", "soft_shadow", "pcss_shadow"];
+    let said: Vec<_> = lights.iter().map(|light| words.map(|word| light.has(word))).collect();
+    let (yes, no) = (true, false);
+    assert_eq!(
+        said,
+        [
+            [yes, no, no, no],
+            [yes, no, no, no],
+            [no, yes, no, no],
+            [yes, no, yes, no],
+            [yes, no, no, yes],
+            [no, no, no, no],
+        ]
+    );
+    assert_eq!(lights[3].priority, 7.0);
+}
+
+#[test]
 fn a_camera_is_placed_by_its_node_and_takes_the_aspect_of_the_picture() {
     let mut document = Document::triangle();
     document.push("cameras", json!({
