@@ -188,6 +188,51 @@ pub const VARIANTS: &[Variant] = &[
         &[("moment_filter", "\"msm\"")],
     ),
     variant(
+        ["awsm", "interior", "evsm2_wide_blur"],
+        &[
+            ("moment_spots", "true"),
+            ("blur_radius", "40"),
+            ("exponent", "8"),
+            ("min_deviation", "0.03"),
+            ("light_bleed", "0"),
+        ],
+        &[("moment_filter", "\"evsm2\""), ("moment_precision", "\"fp32\"")],
+    ),
+    variant(
+        ["awsm", "courtyard", "msm_biased"],
+        &[
+            ("moment_cascades", "\"all\""),
+            ("moment_bias", "0.1"),
+            ("blur_radius", "3"),
+            ("light_bleed", "0"),
+            ("cascade_side", "250"),
+        ],
+        &[("moment_filter", "\"msm\"")],
+    ),
+    variant(
+        ["awsm", "figure", "evsm4_fp16"],
+        &[
+            ("moment_cascades", "\"last_two\""),
+            ("moment_spots", "true"),
+            ("exponent", "2"),
+            ("min_deviation", "0.05"),
+            ("light_bleed", "0.5"),
+        ],
+        &[],
+    ),
+    variant(
+        ["awsm", "figure", "contact_faded"],
+        &[
+            ("contact_form", "\"first_hit\""),
+            ("contact_strength", "0.9"),
+            ("contact_fade", "0.8"),
+            ("contact_steps", "9"),
+            ("contact_jitter", "0.5"),
+            ("contact_thickness", "0.3"),
+        ],
+        &[("contact_shadows", "true"), ("denoise", "true")],
+    ),
+    variant(
         ["awsm", "interior", "visibility_first"],
         &[("lamp_radius", "0.1"), ("denoise_radius", "2")],
         &[
