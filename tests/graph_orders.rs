@@ -430,7 +430,7 @@ fn a_read_of_which_a_range_is_written_is_rejected_and_the_rest_is_named() {
 }
 
 #[test]
-fn what_lasts_what_is_culled_and_what_fills_in_the_rest_may_find_a_part() {
+fn what_lasts_what_is_culled_and_what_is_only_written_may_find_a_part() {
     let ranges = |lifetime: Lifetime, usage: Usage, is_live: bool| {
         let mut assembly = Assembly::new("parts");
         let buffer = assembly.buffer("a", 1024, lifetime);
@@ -445,7 +445,9 @@ fn what_lasts_what_is_culled_and_what_fills_in_the_rest_may_find_a_part() {
     use Lifetime::{Persistent, Transient};
     assert_eq!(ranges(Transient, Usage::StorageRead, true), (false, vec!["UG0401"]));
     assert_eq!(ranges(Transient, Usage::StorageRead, false), (true, vec![]));
-    assert_eq!(ranges(Transient, Usage::StorageReadWrite, true), (true, vec![]));
+    assert_eq!(ranges(Transient, Usage::StorageReadWrite, true), (false, vec!["UG0401"]));
+    assert_eq!(ranges(Transient, Usage::CopyDestinationLoad, true), (false, vec!["UG0401"]));
+    assert_eq!(ranges(Transient, Usage::StorageWrite, true), (true, vec![]));
     assert_eq!(ranges(Persistent, Usage::StorageRead, true), (true, vec![]));
 }
 

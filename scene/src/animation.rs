@@ -28,6 +28,8 @@ pub enum Property {
     Rotation,
     /// Its scale.
     Scale,
+    /// The weight of a morph target of its mesh, by number.
+    Weight(usize),
 }
 
 /// What happens between two keys.
@@ -41,7 +43,7 @@ pub enum Interpolation {
     CubicSpline,
 }
 
-/// One property of one node over time.
+/// One property of one node over time. (A channel of glTF that moves all weights of a node is one for each of them.)
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
     /// The node that moves.
@@ -52,7 +54,7 @@ pub struct Channel {
     pub interpolation: Interpolation,
     /// The times of the keys in seconds, strictly increasing, at least one.
     pub times: Vec<f32>,
-    /// A value for each key (x, y, z and, for rotations, w); for splines three: tangent in, value, tangent out.
+    /// A value for each key (x, y, z and, for rotations, w; weights are x alone); for splines three: tangent in, value, tangent out.
     pub values: Vec<[f32; 4]>,
 }
 
@@ -98,7 +100,7 @@ impl Channel {
     fn finished(&self, value: DVec4) -> DVec4 {
         match self.property {
             Property::Rotation => value.try_normalize().unwrap_or(DVec4::W),
-            Property::Translation | Property::Scale => value,
+            Property::Translation | Property::Scale | Property::Weight(_) => value,
         }
     }
 

@@ -69,7 +69,7 @@ umbragraph_pipeline::codes! {
         "Key times must increase strictly and not be negative, and there is one value (three for cubic splines) for each. Rotations are unit quaternions; one of length zero turns nowhere.";
     /// Something that is left out of the picture.
     LEFT_OUT = "UG0722", "part of the scene is left out",
-        "The document has something that is valid, but not drawn: points, lines, morph targets, a further animation, an incomplete last triangle; or transparent surfaces (alpha mode `BLEND`), where the pipeline has no pass that draws them.";
+        "The document has something that is valid, but not drawn: points, lines, a further animation, an incomplete last triangle; or transparent surfaces (alpha mode `BLEND`), where the pipeline has no pass that draws them.";
     /// Nothing to draw.
     EMPTY_SCENE = "UG0723", "nothing to draw",
         "The scene that the document shows by default has no triangles. The picture will be empty.";
@@ -79,6 +79,9 @@ umbragraph_pipeline::codes! {
     /// More diagnostics than are shown.
     MORE_DIAGNOSTICS = "UG0725", "further diagnostics not shown",
         "A file has so many diagnostics that only the first ones are listed. Mend these first: the others are often of the same kind.";
+    /// Morph targets, or weights, that do not fit their mesh.
+    BAD_MORPH = "UG0726", "unusable morph targets",
+        "The primitives of a mesh have the same number of morph targets, each of them one displacement for each vertex; a mesh, or a node that shows it, has one weight for each target, a finite number.";
 }
 
 #[cfg(test)]

@@ -25,7 +25,7 @@
 //! [`Diagnostics`](umbragraph_pipeline::diagnostic::Diagnostics) (codes UG0700 to UG0799, see [`codes`]), each placed by a
 //! JSON pointer into the document; it never panics, follows no cycle, and stays within the limits of [`load::limits`].
 //!
-//! Not read: morph targets, vertex colours, tangents, and the textures of materials other than base colour; points and
+//! Not read: vertex colours, tangents, and the textures of materials other than base colour; points and
 //! lines are left out with a warning. Of glTF's extensions, `KHR_lights_punctual` and `KHR_mesh_quantization` are
 //! understood; a document that *requires* another one is rejected.
 
@@ -41,6 +41,7 @@ pub mod load;
 pub mod material;
 pub mod mesh;
 pub mod mipmap;
+pub mod morph;
 pub mod node;
 pub mod pose;
 pub mod scene;

@@ -7,6 +7,8 @@
 use glam::{DVec3, Vec3};
 use umbragraph_pipeline::frame::Bounds;
 
+use crate::morph::MorphTarget;
+
 /// A group of primitives that a node places together.
 #[derive(Clone, Debug)]
 pub struct Mesh {
@@ -18,6 +20,8 @@ pub struct Mesh {
     pub cast_shadow: bool,
     /// Whether the mesh receives shadows (`extras.receiveShadow`, true where absent).
     pub receive_shadow: bool,
+    /// For each morph target its weight, where a node says none.
+    pub weights: Vec<f32>,
 }
 
 /// Triangles with one material.
@@ -38,6 +42,10 @@ pub struct Primitive {
     pub material: usize,
     /// The box around the positions, in the space of the mesh.
     pub bounds: Bounds,
+    /// The shapes that the vertices can go towards.
+    pub targets: Vec<MorphTarget>,
+    /// Whether the file gives no normals, so that these are those of the triangles.
+    pub has_flat_normals: bool,
 }
 
 /// For each vertex of a primitive, up to four joints and how much each of them moves it.

@@ -58,6 +58,8 @@ pub struct Node {
     pub mesh: Option<usize>,
     /// The index of the skin in [`Scene::skins`](crate::Scene::skins) that moves the mesh.
     pub skin: Option<usize>,
+    /// For each morph target of the mesh its weight, where no animation says another.
+    pub weights: Vec<f32>,
     /// Whether the node belongs to the scene that the file shows by default.
     pub shown: bool,
     /// Whether the node or one of its ancestors is animated.

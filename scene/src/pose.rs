@@ -11,6 +11,7 @@ use umbragraph_pipeline::frame::Bounds;
 
 use crate::animation::Property;
 use crate::load::limits::MAX_DISTANCE;
+use crate::morph::MAX_WEIGHT;
 use crate::node::{LocalTransform, NodeId};
 use crate::scene::{Draw, Scene};
 
@@ -19,17 +20,20 @@ use crate::scene::{Draw, Scene};
 pub struct Pose {
     local: Vec<LocalTransform>,
     world: Vec<DMat4>,
+    /// The weights of the morph targets of the nodes that have any, by node.
+    weights: Vec<(NodeId, Vec<f32>)>,
 }
 
 impl Clone for Pose {
     fn clone(&self) -> Self {
-        Self { local: self.local.clone(), world: self.world.clone() }
+        Self { local: self.local.clone(), world: self.world.clone(), weights: self.weights.clone() }
     }
 
     /// Without allocating, once there was room.
     fn clone_from(&mut self, other: &Self) {
         self.local.clone_from(&other.local);
         self.world.clone_from(&other.world);
+        self.weights.clone_from(&other.weights);
     }
 }
 
@@ -37,6 +41,12 @@ impl Pose {
     /// The transform from a node's space to the world.
     pub fn world(&self, node: NodeId) -> DMat4 {
         self.world.get(node.index()).copied().unwrap_or(DMat4::IDENTITY)
+    }
+
+    /// For each morph target of the mesh of a node its weight.
+    pub fn weights(&self, node: NodeId) -> &[f32] {
+        let at = self.weights.binary_search_by_key(&node, |(node, _)| *node);
+        at.ok().and_then(|at| self.weights.get(at)).map_or(&[], |(_, weights)| weights)
     }
 }
 
@@ -46,6 +56,12 @@ impl Scene {
         let mut pose = Pose {
             local: self.nodes.iter().map(|node| node.local).collect(),
             world: vec![DMat4::IDENTITY; self.nodes.len()],
+            weights: (0..)
+                .map(NodeId)
+                .zip(&self.nodes)
+                .filter(|(_, node)| !node.weights.is_empty())
+                .map(|(id, node)| (id, node.weights.clone()))
+                .collect(),
         };
         self.update_world(&mut pose);
         pose
@@ -71,6 +87,14 @@ impl Scene {
             0.0
         };
         for channel in &animation.channels {
+            if let Property::Weight(target) = channel.property {
+                let at = pose.weights.binary_search_by_key(&channel.node, |(node, _)| *node);
+                let weights = at.ok().and_then(|at| pose.weights.get_mut(at));
+                if let Some(weight) = weights.and_then(|(_, weights)| weights.get_mut(target)) {
+                    *weight = (channel.sample(time).x as f32).clamp(-MAX_WEIGHT, MAX_WEIGHT);
+                }
+                continue;
+            }
             let Some(LocalTransform::Parts { translation, rotation, scale }) =
                 pose.local.get_mut(channel.node.index())
             else {
@@ -80,6 +104,7 @@ impl Scene {
                 Property::Translation => *translation = channel.sample_vector(time),
                 Property::Rotation => *rotation = channel.sample_rotation(time),
                 Property::Scale => *scale = channel.sample_vector(time),
+                Property::Weight(_) => {}
             }
         }
         self.update_world(pose);
@@ -114,12 +139,14 @@ impl Scene {
     /// The world box around a draw in a pose. For a skinned draw it is the box around what each of the joints could
     /// move the vertices to that it moves at all; since a skinned vertex is a mean of these, the box holds it.
     pub fn draw_bounds(&self, draw: Draw, pose: &Pose) -> Bounds {
+        let (part, weights) = (self.primitive(draw), pose.weights(draw.node));
         match draw.joint_bounds.and_then(|at| self.joint_bounds.get(at)) {
             Some(boxes) => self
                 .joint_transforms(draw.node, pose)
                 .zip(boxes)
+                .map(|(transform, bounds)| (transform, part.morphed_bounds(*bounds, weights)))
                 .fold(Bounds::EMPTY, |all, (transform, bounds)| all.union(bounds.transformed(&transform))),
-            None => self.primitive(draw).bounds.transformed(&pose.world(draw.node)),
+            None => part.morphed_bounds(part.bounds, weights).transformed(&pose.world(draw.node)),
         }
     }
 }

@@ -91,6 +91,16 @@ impl Scene {
         &self.materials[draw.material]
     }
 
+    /// Whether the vertices of a draw are no other's: joints move them, or they go towards other shapes.
+    pub(crate) fn has_own_vertices(&self, draw: Draw) -> bool {
+        draw.skin.is_some() || self.morphs(draw)
+    }
+
+    /// Whether the vertices of a draw can go towards other shapes.
+    pub(crate) fn morphs(&self, draw: Draw) -> bool {
+        !self.primitive(draw).targets.is_empty()
+    }
+
     /// A node of this scene.
     pub fn node(&self, node: NodeId) -> &Node {
         &self.nodes[node.index()]
@@ -105,7 +115,11 @@ impl Scene {
     pub fn moves(&self, draw: Draw, from: &Pose, to: &Pose) -> bool {
         let moves = |node: NodeId| from.world(node) != to.world(node);
         let skin = draw.skin.and_then(|skin| self.skins.get(skin));
-        draw.dynamic && (moves(draw.node) || skin.is_some_and(|skin| skin.joints.iter().any(|at| moves(*at))))
+        let morphs = |node: NodeId| from.weights(node) != to.weights(node);
+        draw.dynamic
+            && (moves(draw.node)
+                || morphs(draw.node)
+                || skin.is_some_and(|skin| skin.joints.iter().any(|at| moves(*at))))
     }
 
     /// The world box around everything that is drawn in a pose.

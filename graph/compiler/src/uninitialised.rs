@@ -8,8 +8,8 @@
 //! written in each frame in which others of the history are, which would be from some frame longer ago, and for the bytes that a copy leaves between rows of
 //! texels and behind them, where something reads them.
 //!
-//! What passes leave is found for what only reads. A pass that also writes (an attachment that is loaded, storage that
-//! is read and written) fills in what it does not find. A read with more writers than are [told apart](super::visible) has no diagnostic.
+//! A pass that also writes (an attachment that is loaded, storage that is read and written, a copy to a box) reads all
+//! that it does not say to discard. A read with more writers than are [told apart](super::visible) has no diagnostic.
 //!
 //! Cost: for each such read linear in the writes that it finds, and sorting them.
 
@@ -25,7 +25,7 @@ use super::resolved_resources::{Descriptor, ResolvedResources};
 use super::runs::{Runs, between, joined};
 use super::visible::{Effort, View, Write};
 use crate::diagnostic::{Diagnostic, codes};
-use crate::pipeline::{Access, Condition, Pipeline, ResourceKind};
+use crate::pipeline::{Access, Condition, Pipeline, ResourceKind, Usage};
 use crate::work::PassHandle;
 
 /// The maximum number of mips, ranges of layers or of bytes that a diagnostic names.
@@ -57,8 +57,10 @@ pub(super) fn check(
         let Some(one) = pipeline.pass(read.reader).accesses().get(read.at) else { continue };
         match &read.left {
             Left::Toggled(boxes) => {
-                for (extents, writer, place, condition) in boxes {
-                    if let Some(pieces) = existing(resolved, one, &[*extents]) {
+                for (_, writer, place, condition) in boxes {
+                    let same = boxes.iter().filter(|(_, by, _, on)| (by, on) == (writer, condition));
+                    let same: Vec<Extents> = same.map(|(extents, ..)| *extents).collect();
+                    if let Some(pieces) = existing(resolved, one, &same) {
                         let (reader, writer) = ((read.reader, one), (*writer, *place));
                         diagnostics
                             .push(conditions::taken_away(pipeline, reader, writer, *condition, &pieces));
@@ -335,8 +337,13 @@ fn diagnostic(pipeline: &Pipeline, reader: PassHandle, one: &Access, pieces: &st
     let resource = pipeline.resource(one.resource);
     let (pass, name) = (&pipeline.pass(reader).name, &resource.name);
     let of = if pieces.is_empty() { String::new() } else { format!("{pieces} of ") };
-    let message = format!("\"{pass}\" reads {of}\"{name}\", which nothing writes before");
+    let verb = if one.usage.writes() { "loads" } else { "reads" };
+    let message = format!("\"{pass}\" {verb} {of}\"{name}\", which nothing writes before");
     let help = match &resource.kind {
+        ResourceKind::Buffer(_) if one.usage == Usage::StorageReadWrite => format!(
+            "fill the buffer first ({{ \"clear\": {{ \"buffer\": \"{name}\" }} }}), bind what is written only, with \"offset\" and \
+             \"size\", or say that \"{pass}\" needs nothing of it: \"contents\": \"discard\""
+        ),
         ResourceKind::Buffer(_) => format!(
             "write all that is read, fill the buffer first ({{ \"clear\": {{ \"buffer\": \"{name}\" }} }}), or let \
              \"{pass}\" read fewer bytes with \"offset\" and \"size\""

@@ -420,7 +420,7 @@ impl<'a> Builder<'a> {
                 }
                 newer.insert(read);
             }
-            if !covered && !reader.writes && !newer.is_empty() {
+            if !covered && !newer.is_empty() {
                 left = Some(Left::AllBut(newer.into_iter().collect()));
             }
         } else {
@@ -451,7 +451,7 @@ impl<'a> Builder<'a> {
             missing = view.missing();
             toggled = view.toggled();
             open = view.open();
-            let unwritten = if reader.writes { Vec::new() } else { view.unwritten() };
+            let unwritten = view.unwritten();
             left = (!unwritten.is_empty()).then_some(Left::Boxes(unwritten));
             if view.is_coarse() {
                 self.coarse.insert((reader.pass, resource));
@@ -484,7 +484,8 @@ impl<'a> Builder<'a> {
                 let writer = &list[writers.list[rank]];
                 let (reader, writer) = ((reader.pass, reader.one), (writer.pass, writer.one.place));
                 diagnostics.push(conditions::taken_away(pipeline, reader, writer, condition, ""));
-            } else if let Some(at) = at().filter(|_| !reader.writes) {
+            } else if let Some(at) = at() {
+                toggled.sort_by_key(|(_, rank, _)| Reverse(*rank));
                 let toggled = toggled.into_iter().map(|(extents, rank, condition)| {
                     let writer = &list[writers.list[rank]];
                     (extents, writer.pass, writer.one.place, condition)

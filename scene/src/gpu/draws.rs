@@ -51,7 +51,7 @@ pub(super) fn sorted_items(scene: &Scene, geometry: &Geometry) -> Vec<Item> {
         .filter_map(|(number, draw)| {
             Some(Item {
                 draw,
-                part: geometry.part(number, draw)?.clone(),
+                part: geometry.part(scene, number, draw)?.clone(),
                 properties: properties(scene, draw),
                 is_blended: scene.material(draw).alpha_mode == AlphaMode::Blend,
                 object: number as u32,

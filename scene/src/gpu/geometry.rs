@@ -1,8 +1,8 @@
 //! Vertices and indices of a scene in buffers.
 //!
 //! All primitives share one buffer for each stream. A static primitive is stored once, however often it is placed;
-//! each skinned draw has a range of its own, which is written when the pose changes ([`super::skinning`]). These ranges
-//! come first, so that a storage binding of them is no larger than they are.
+//! each draw that joints or morph targets move has a range of its own, which is written when the pose changes
+//! ([`super::skinning`]). Those of skinned draws come first, so that a storage binding of them is no larger than they are.
 
 use glam::{DMat3, DMat4};
 use std::collections::BTreeMap;
@@ -30,14 +30,14 @@ pub(super) struct Part {
 pub(super) struct Geometry {
     streams: [wgpu::Buffer; 3],
     indices: wgpu::Buffer,
-    /// By mesh, primitive, and the number of the draw where that is skinned.
+    /// By mesh, primitive, and the number of the draw where its vertices are its own.
     parts: BTreeMap<(usize, usize, Option<usize>), Part>,
     skinned_vertices: u32,
 }
 
 /// Where a part is stored.
-fn key(number: usize, draw: Draw) -> (usize, usize, Option<usize>) {
-    (draw.mesh, draw.primitive, draw.skin.map(|_| number))
+fn key(scene: &Scene, number: usize, draw: Draw) -> (usize, usize, Option<usize>) {
+    (draw.mesh, draw.primitive, scene.has_own_vertices(draw).then_some(number))
 }
 
 /// Finds out whether the buffers of a scene fit a device.
@@ -45,7 +45,7 @@ pub(super) fn check_limits(scene: &Scene, limits: &wgpu::Limits) -> Result<(), D
     let (mut vertices, mut indices) = (0_u64, 0_u64);
     let mut known = std::collections::BTreeSet::new();
     for (number, draw) in scene.draws().enumerate() {
-        if known.insert(key(number, draw)) {
+        if known.insert(key(scene, number, draw)) {
             vertices += scene.primitive(draw).positions.len() as u64;
             indices += scene.primitive(draw).indices.len() as u64 * 2;
         }
@@ -83,7 +83,7 @@ impl Geometry {
         let of_kind =
             |is_skinned| scene.draws().enumerate().filter(move |(_, draw)| draw.skin.is_some() == is_skinned);
         for (number, draw) in of_kind(true).chain(of_kind(false)) {
-            parts.entry(key(number, draw)).or_insert_with(|| {
+            parts.entry(key(scene, number, draw)).or_insert_with(|| {
                 let primitive = scene.primitive(draw);
                 let first_vertex = positions.len() as i32;
                 positions.extend_from_slice(&primitive.positions);
@@ -124,8 +124,8 @@ impl Geometry {
     }
 
     /// Where a draw of the scene lies; `number` is its place among the draws.
-    pub(super) fn part(&self, number: usize, draw: Draw) -> Option<&Part> {
-        self.parts.get(&key(number, draw))
+    pub(super) fn part(&self, scene: &Scene, number: usize, draw: Draw) -> Option<&Part> {
+        self.parts.get(&key(scene, number, draw))
     }
 
     /// Binds all streams and the indices.

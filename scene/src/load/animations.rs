@@ -14,7 +14,7 @@ use crate::animation::{Animation, Channel, Interpolation, Property};
 use crate::codes;
 use crate::node::{LocalTransform, NodeId};
 
-/// All animations, without the channels that move morph targets.
+/// All animations.
 pub(super) fn read(accessors: &Accessors<'_>, hierarchy: &Hierarchy, report: &mut Report) -> Vec<Animation> {
     let mut animations = Vec::with_capacity(accessors.root.animations.len());
     for (index, json) in accessors.root.animations.iter().enumerate() {
@@ -25,7 +25,8 @@ pub(super) fn read(accessors: &Accessors<'_>, hierarchy: &Hierarchy, report: &mu
         let mut channels = Vec::with_capacity(json.channels.len());
         for (place, channel) in json.channels.iter().enumerate() {
             let at = format!("/animations/{index}/channels/{place}");
-            channels.extend(Reader { accessors, hierarchy, json, index, at: &at }.channel(channel, report));
+            let reader = Reader { accessors, hierarchy, json, index, at: &at };
+            channels.extend(reader.channels(channel, report).into_iter().flatten());
         }
         let last = channels.iter().filter_map(|channel| channel.times.last().copied()).fold(0.0, f32::max);
         let name = json.name.clone().unwrap_or_default();
@@ -43,21 +44,14 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn channel(&self, json: &JsonChannel, report: &mut Report) -> Option<Channel> {
+    /// A channel, or one for each weight.
+    fn channels(&self, json: &JsonChannel, report: &mut Report) -> Option<Vec<Channel>> {
         let at = self.at;
         let property = match &json.target.path {
             Checked::Valid(JsonProperty::Translation) => Property::Translation,
             Checked::Valid(JsonProperty::Rotation) => Property::Rotation,
             Checked::Valid(JsonProperty::Scale) => Property::Scale,
-            Checked::Valid(JsonProperty::MorphTargetWeights) => {
-                report.warning(
-                    codes::LEFT_OUT,
-                    at,
-                    "morph targets are not animated",
-                    "the rest shape is drawn",
-                );
-                return None;
-            }
+            Checked::Valid(JsonProperty::MorphTargetWeights) => Property::Weight(0),
             Checked::Invalid => {
                 let help = "it is translation, rotation, scale or weights";
                 report.error(
@@ -71,7 +65,19 @@ impl Reader<'_> {
         };
         let node = json.target.node.value();
         let target = report.lookup(&self.hierarchy.nodes, node, "node", &format!("{at}/target/node"))?;
-        if matches!(target.local, LocalTransform::Matrix(_)) {
+        let count = target.weights.len();
+        if property == Property::Weight(0) && count == 0 {
+            let message =
+                format!("node {node} has no mesh with morph targets, so it has no weights to animate");
+            report.error(
+                codes::BAD_ANIMATION,
+                at,
+                message,
+                "remove the channel, or give the mesh its targets",
+            );
+            return None;
+        }
+        if property != Property::Weight(0) && matches!(target.local, LocalTransform::Matrix(_)) {
             let message = format!("node {node} has a matrix, so its {property:?} cannot be animated");
             report.error(
                 codes::BAD_ANIMATION,
@@ -104,6 +110,10 @@ impl Reader<'_> {
         let output = format!("{sampler_at}/output");
         let values: Option<Vec<[f32; 4]>> = match property {
             Property::Rotation => self.accessors.read::<f32, 4>(sampler.output.value(), &output, report),
+            Property::Weight(_) => {
+                let values = self.accessors.read::<f32, 1>(sampler.output.value(), &output, report);
+                values.map(|values| values.into_iter().map(|[x]| [x, 0.0, 0.0, 0.0]).collect())
+            }
             Property::Translation | Property::Scale => {
                 let values = self.accessors.read::<f32, 3>(sampler.output.value(), &output, report);
                 values.map(|values| values.into_iter().map(|[x, y, z]| [x, y, z, 0.0]).collect())
@@ -122,7 +132,9 @@ impl Reader<'_> {
             );
             return None;
         }
-        let wanted = times.len() * if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        let parts = times.len() * if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
+        let each = if property == Property::Weight(0) { count } else { 1 };
+        let wanted = parts * each;
         if values.len() != wanted {
             let message =
                 format!("{} values stand for {} keys, where {wanted} are needed", values.len(), times.len());
@@ -150,6 +162,18 @@ impl Reader<'_> {
             );
             return None;
         }
-        Some(Channel { node: NodeId(node as u32), property, interpolation, times, values })
+        let node = NodeId(node as u32);
+        if property != Property::Weight(0) {
+            return Some(vec![Channel { node, property, interpolation, times, values }]);
+        }
+        // Each weight is a channel of its own, with the times once more.
+        if !report.charge((wanted as u64).saturating_mul(24), &output) {
+            return None;
+        }
+        let channel = |weight: usize| {
+            let values = values.iter().skip(weight).step_by(count).copied().collect();
+            Channel { node, property: Property::Weight(weight), interpolation, times: times.clone(), values }
+        };
+        Some((0..count).map(channel).collect())
     }
 }

@@ -5,9 +5,11 @@ use gltf::json::validation::Checked;
 
 use super::accessor::Accessors;
 use super::extras::ObjectExtras;
+use super::morph;
 use super::report::Report;
 use crate::codes;
 use crate::mesh::{JointWeights, Mesh, Primitive, bounds_of, face_normal, fan_to_list, strip_to_list};
+use crate::morph::MorphTarget;
 
 /// All meshes; primitives that are no triangles are left out with a warning.
 pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Mesh> {
@@ -15,6 +17,18 @@ pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Mesh> 
     for (index, json) in accessors.root.meshes.iter().enumerate() {
         let at = format!("/meshes/{index}");
         let extras = ObjectExtras::new(&json.extras, &at);
+        let count = morph::targets(json);
+        if let Some(part) =
+            json.primitives.iter().position(|one| one.targets.as_ref().map_or(0, Vec::len) != count)
+        {
+            let message = format!("primitives of mesh {index} have different numbers of morph targets");
+            let at = format!("{at}/primitives/{part}/targets");
+            report.error(codes::BAD_MORPH, &at, message, "give each of them as many");
+        }
+        if let Some(weights) = &json.weights {
+            let what = format!("mesh {index}");
+            morph::check_weights(weights, count, &what, &format!("{at}/weights"), report);
+        }
         let mut primitives = Vec::with_capacity(json.primitives.len());
         for (part, json) in json.primitives.iter().enumerate() {
             let at = format!("{at}/primitives/{part}");
@@ -25,6 +39,7 @@ pub(super) fn read(accessors: &Accessors<'_>, report: &mut Report) -> Vec<Mesh> 
             primitives,
             cast_shadow: extras.boolean("castShadow", report).unwrap_or(true),
             receive_shadow: extras.boolean("receiveShadow", report).unwrap_or(true),
+            weights: json.weights.clone().unwrap_or_else(|| vec![0.0; count]),
         });
     }
     meshes
@@ -60,14 +75,6 @@ impl Reader<'_> {
                 return None;
             }
         };
-        if json.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
-            report.warning(
-                codes::LEFT_OUT,
-                &format!("{at}/targets"),
-                "morph targets are not read",
-                "the rest shape is drawn",
-            );
-        }
         let material = self.material(report);
         if !json.attributes.contains_key(&Checked::Valid(Semantic::Positions)) {
             report.error(
@@ -145,14 +152,25 @@ impl Reader<'_> {
         };
         let bounds = bounds_of(&positions);
         let texcoords = texcoords.unwrap_or_else(|| vec![[0.0; 2]; count]);
-        let smooth = normals.map(|normals| normals.into_iter().map(unit).collect());
-        let primitive =
-            Primitive { positions, normals: Vec::new(), texcoords, joints, indices, material, bounds };
+        let smooth: Option<Vec<[f32; 3]>> = normals.map(|normals| normals.into_iter().map(unit).collect());
+        let targets = json.targets.as_deref().unwrap_or_default();
+        let targets = morph::read(self.accessors, targets, count, &format!("{at}/targets"), report);
+        let primitive = Primitive {
+            positions,
+            normals: Vec::new(),
+            texcoords,
+            joints,
+            indices,
+            material,
+            bounds,
+            targets,
+            has_flat_normals: smooth.is_none(),
+        };
         match smooth {
             Some(normals) => Some(Primitive { normals, ..primitive }),
-            None => {
-                report.charge(primitive.indices.len() as u64 * 60, at).then(|| with_flat_normals(&primitive))
-            }
+            None => report
+                .charge(primitive.indices.len() as u64 * (60 + 12 * primitive.targets.len() as u64), at)
+                .then(|| with_flat_normals(&primitive)),
         }
     }
 
@@ -290,6 +308,15 @@ fn with_flat_normals(shared: &Primitive) -> Primitive {
         }),
         indices: (0..positions.len() as u32).collect(),
         positions,
+        targets: shared
+            .targets
+            .iter()
+            .map(|target| MorphTarget {
+                positions: gather(&target.positions, &shared.indices),
+                normals: Vec::new(),
+                bounds: target.bounds,
+            })
+            .collect(),
         ..*shared
     }
 }

@@ -8,6 +8,7 @@ use glam::{DMat4, DQuat, DVec3};
 use gltf::json::{Node as JsonNode, Root};
 
 use super::extras::ObjectExtras;
+use super::morph;
 use super::report::Report;
 use crate::codes;
 use crate::node::{LocalTransform, Node, NodeId};
@@ -148,11 +149,32 @@ fn one(root: &Root, index: usize, json: &JsonNode, report: &mut Report) -> Node 
         local: local(index, json, &at, report),
         mesh,
         skin,
+        weights: weights(root, json, mesh, (index, &at), report),
         shown: false,
         animated: false,
         cast_shadow: extras.boolean("castShadow", report).unwrap_or(true),
         receive_shadow: extras.boolean("receiveShadow", report).unwrap_or(true),
     }
+}
+
+/// The weights of the morph targets of a node's mesh: the node's own, or the mesh's.
+fn weights(
+    root: &Root,
+    json: &JsonNode,
+    mesh: Option<usize>,
+    (index, at): (usize, &str),
+    report: &mut Report,
+) -> Vec<f32> {
+    let mesh = mesh.and_then(|mesh| root.meshes.get(mesh));
+    let targets = mesh.map_or(0, morph::targets);
+    let of_mesh = mesh.and_then(|mesh| mesh.weights.clone()).filter(|weights| weights.len() == targets);
+    if let Some(weights) = &json.weights {
+        let at = format!("{at}/weights");
+        if morph::check_weights(weights, targets, &format!("node {index}"), &at, report) {
+            return weights.clone();
+        }
+    }
+    of_mesh.unwrap_or_else(|| vec![0.0; targets])
 }
 
 fn local(index: usize, json: &JsonNode, at: &str, report: &mut Report) -> LocalTransform {

@@ -27,6 +27,7 @@ mod hierarchy;
 mod images;
 pub mod limits;
 mod materials;
+mod morph;
 mod placement;
 mod report;
 mod resource;

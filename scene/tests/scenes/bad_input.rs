@@ -694,3 +694,41 @@ fn warnings_come_with_the_errors() {
     assert_eq!(found.error_count(), 1);
     assert!(lines[1].starts_with("UG0722 /meshes/0/primitives/0: points and lines"), "{lines:?}");
 }
+
+#[test]
+fn morph_targets_that_do_not_fit_their_mesh_are_found() {
+    let found = triangle_with(|document| {
+        let (short, broken) = (
+            document.floats("VEC3", &[0.0; 6]),
+            document.floats("VEC3", &[0., 0., 0., f32::NAN, 0., 0., 0., 0., 0.]),
+        );
+        let times = document.floats("SCALAR", &[0.0, 1.0]);
+        let values = document.floats("SCALAR", &[0.0, 1.0, 2.0]);
+        let second = document.json["meshes"][0]["primitives"][0].clone();
+        document.json["meshes"][0]["primitives"][0]["targets"] =
+            json!([{ "POSITION": short }, { "NORMAL": broken }, { "POSITION": 99 }]);
+        document.json["meshes"][0]["primitives"].as_array_mut().unwrap().push(second);
+        document.json["meshes"][0]["weights"] = json!([1.0]);
+        document.json["nodes"][0]["weights"] = json!([0.0, 1e30, 0.0]);
+        document.node(json!({}));
+        let channel = |node: usize| json!({ "sampler": 0, "target": { "node": node, "path": "weights" } });
+        document.push(
+            "animations",
+            json!({ "samplers": [{ "input": times, "output": values }], "channels": [channel(0), channel(1)] }),
+        );
+    });
+    let at = "/meshes/0/primitives";
+    assert_eq!(
+        found,
+        [
+            format!("UG0726 {at}/1/targets: primitives of mesh 0 have different numbers of morph targets (give each of them as many)"),
+            "UG0726 /meshes/0/weights: mesh 0 has 1 weights, but its mesh has 3 morph targets (give one weight for each target, or none at all)".to_owned(),
+            format!("UG0726 {at}/0/targets/0/POSITION: POSITION of target 0 has 2 elements, but POSITION has 3 (export the mesh again: a target has one element for each vertex)"),
+            format!("UG0712 {at}/0/targets/1/NORMAL: target 1 moves vertex 1 by [NaN, 0.0, 0.0] (mend the mesh in the program that made it, and export it again)"),
+            format!("UG0705 {at}/0/targets/2/POSITION: accessor 99 does not exist (the document has 5 accessors, numbered 0 to 4)"),
+            "UG0726 /nodes/0/weights: weight 1 of node 0 is 1000000000000000000000000000000 (weights are mostly between 0 and 1)".to_owned(),
+            "UG0721 /animations/0/samplers/0/output: 3 values stand for 2 keys, where 6 are needed (export the animation again)".to_owned(),
+            "UG0721 /animations/0/channels/1: node 1 has no mesh with morph targets, so it has no weights to animate (remove the channel, or give the mesh its targets)".to_owned(),
+        ]
+    );
+}

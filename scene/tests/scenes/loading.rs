@@ -430,3 +430,74 @@ fn a_skinned_mesh_follows_its_joints_and_not_its_node() {
     let bounds = scene.draw_bounds(draw, &pose);
     assert_eq!((bounds.min, bounds.max), (DVec3::ZERO, DVec3::new(1.0, 1.0, 3.0)));
 }
+
+/// The triangle with two morph targets: up by 2 at its first vertex, and to the right by 1 with turned normals.
+fn morphing() -> Document {
+    let mut document = Document::triangle();
+    let up = document.floats("VEC3", &[0., 0., 2., 0., 0., 0., 0., 0., 0.]);
+    let right = document.floats("VEC3", &[1., 0., 0., 1., 0., 0., 1., 0., 0.]);
+    let turned = document.floats("VEC3", &[1., 0., 0., 1., 0., 0., 1., 0., 0.]);
+    document.json["meshes"][0]["primitives"][0]["targets"] =
+        json!([{ "POSITION": up }, { "POSITION": right, "NORMAL": turned }]);
+    document
+}
+
+/// The first vertex of the first draw in a pose.
+fn first_vertex(scene: &Scene, time: f64) -> ([f32; 3], [f32; 3]) {
+    let draw = scene.draws().next().unwrap();
+    let (mut positions, mut normals) = (Vec::new(), Vec::new());
+    scene.primitive(draw).morph(scene.pose(time).weights(draw.node), &mut positions, &mut normals);
+    (positions[0], normals[0])
+}
+
+#[test]
+fn morph_targets_have_the_weights_of_the_node_or_else_of_the_mesh() {
+    let mut document = morphing();
+    assert_eq!(first_vertex(&document.load().unwrap(), 0.0).0, [0.0; 3]);
+    document.json["meshes"][0]["weights"] = json!([0.5, 0.25]);
+    let scene = document.load().unwrap();
+    let (position, normal) = first_vertex(&scene, 0.0);
+    assert_eq!(position, [0.25, 0.0, 1.0]);
+    // The normals are those of the morphed triangle: its first corner is up.
+    assert!(normal[0] > 0.5 && normal[1] > 0.5, "{normal:?}");
+    let bounds = scene.bounds(&scene.rest_pose());
+    assert!(bounds.max.z >= 1.0 && bounds.max.x >= 1.25, "{bounds:?}");
+    document.json["nodes"][0]["weights"] = json!([1.0, 0.0]);
+    let normals = document.floats("VEC3", &[0., 0., 1., 0., 0., 1., 0., 0., 1.]);
+    document.attribute("NORMAL", normals);
+    assert_eq!(first_vertex(&document.load().unwrap(), 0.0), ([0.0, 0.0, 2.0], [0.0, 0.0, 1.0]));
+    document.json["nodes"][0]["weights"] = json!([0.0, 1.0]);
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let (position, normal) = first_vertex(&document.load().unwrap(), 0.0);
+    assert_eq!(position, [1.0, 0.0, 0.0]);
+    assert!(Vec3::from_array(normal).abs_diff_eq(Vec3::new(half, 0.0, half), 1e-6));
+}
+
+#[test]
+fn weights_of_morph_targets_follow_their_keys() {
+    let animated = |interpolation: &str, values: &[f32]| {
+        let mut document = morphing();
+        let (times, values) = (document.floats("SCALAR", &[0.0, 2.0]), document.floats("SCALAR", values));
+        let sampler = json!({ "input": times, "output": values, "interpolation": interpolation });
+        let channel = json!({ "sampler": 0, "target": { "node": 0, "path": "weights" } });
+        // A node with a matrix may morph as well.
+        document.json["nodes"][0]["matrix"] = json!([1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 0, 0, 1]);
+        document.push("animations", json!({ "samplers": [sampler], "channels": [channel] }));
+        document.load().unwrap()
+    };
+    let linear = animated("LINEAR", &[0.0, 1.0, 1.0, 0.0]);
+    let draw = linear.draws().next().unwrap();
+    assert!(draw.dynamic && linear.warnings.is_empty());
+    assert_eq!(linear.pose(0.5).weights(draw.node), [0.25, 0.75]);
+    assert!(linear.moves(draw, &linear.pose(0.5), &linear.pose(1.0)));
+    assert!(!linear.moves(draw, &linear.pose(0.5), &linear.pose(0.5)));
+    assert_eq!(animated("STEP", &[0.0, 1.0, 1.0, 0.0]).pose(1.9).weights(draw.node), [0.0, 1.0]);
+    // Tangents in, values and tangents out of the first key, and the same of the second.
+    let spline = animated("CUBICSPLINE", &[9.0, 9.0, 0.0, 1.0, 1.0, 0.0, 1.0, 0.0, 2.0, 1.0, 9.0, 9.0]);
+    assert_eq!(spline.pose(1.0).weights(draw.node), [1.0, 1.0]);
+    assert_eq!(spline.pose(0.5).weights(draw.node), [0.5, 1.0]);
+    // What a spline makes of them stays a number.
+    let wild = animated("CUBICSPLINE", &[3e38, 0.0, 0.0, 1.0, 3e38, 0.0, -3e38, 0.0, 2.0, 1.0, 0.0, 0.0]);
+    let bounds = wild.bounds(&wild.pose(1.0));
+    assert!(bounds.max.is_finite() && !bounds.is_empty());
+}

@@ -2,7 +2,7 @@
 //!
 //! In the order of the plan, each region that exists collects when it is written: always, or while a toggle is switched
 //! one way. A read has to find each of its regions written in some state in which it happens itself. What keeps memory
-//! of its own over frames, or is the host's, has contents anyway; what also writes fills in what it does not find.
+//! of its own over frames, or is the host's, has contents anyway.
 //! Which regions exist follows from the sizes and formats of the plan.
 //!
 //! Cost: linear in the regions of accesses.
@@ -43,7 +43,9 @@ pub(super) fn check(
     let mut written = vec![Written::default(); regions.count()];
     let live = events.iter().take_while(|event| schedule.of(event.pass).is_some()).count();
     for accesses in events[..live].chunk_by(|a, b| a.pass == b.pass) {
-        for event in accesses.iter().filter(|event| event.one.usage.reads() && !event.one.usage.writes()) {
+        for event in
+            accesses.iter().filter(|event| event.one.usage.reads() && !event.one.usage.keeps_what_is_there())
+        {
             let condition = plan.pipeline.pass(event.pass).condition;
             let known: Vec<Condition> = condition.iter().chain(&event.one.when).copied().collect();
             if known.iter().any(|one| known.contains(&one.opposite())) {

@@ -92,7 +92,9 @@ impl DeviceSkinning {
             bytes[..size_of::<Task>()].copy_from_slice(bytemuck::bytes_of(&task));
             workgroups.push(task.vertex_count.div_ceil(WORKGROUP));
         }
-        let joint_count = draws.last().map_or(0, |last| last.first_joint + last.joint_count);
+        // Of all skinned draws, those with morph targets as well, which are moved by the processor.
+        let skins = scene.draws().filter_map(|draw| scene.skins.get(draw.skin?));
+        let joint_count = skins.map(|skin| skin.joints.len() as u32).sum::<u32>();
         let joints = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("scene joints"),
             size: u64::from(joint_count.max(1)) * size_of::<Mat4>() as u64,

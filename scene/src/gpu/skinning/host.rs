@@ -1,4 +1,5 @@
-//! Skinning on the processor, for devices that cannot do it themselves; the measure of those that can.
+//! Vertices that the processor moves: those of morphed draws, and of skinned ones where the device cannot; the measure of
+//! those that can.
 
 use glam::{DMat4, DVec3};
 use umbragraph_executor::wgpu;
@@ -6,18 +7,25 @@ use umbragraph_executor::wgpu;
 use super::Skinned;
 use crate::gpu::geometry::{Geometry, normal_matrix};
 use crate::mesh::Primitive;
+use crate::node::NodeId;
+use crate::pose::Pose;
 use crate::scene::Scene;
 
-/// The skinned draws, and the vertices of one of them, kept to be used again.
+/// The draws, and the vertices of one of them as they are morphed and as joints move those, kept to be used again.
 pub(super) struct HostSkinning {
     draws: Vec<Skinned>,
-    positions: Vec<[f32; 3]>,
-    normals: Vec<[f32; 3]>,
+    morphed: [Vec<[f32; 3]>; 2],
+    moved: [Vec<[f32; 3]>; 2],
 }
 
 impl HostSkinning {
     pub(super) fn new(draws: Vec<Skinned>) -> Self {
-        Self { draws, positions: Vec::new(), normals: Vec::new() }
+        Self { draws, morphed: Default::default(), moved: Default::default() }
+    }
+
+    /// The nodes of the draws.
+    pub(super) fn nodes(&self) -> impl Iterator<Item = NodeId> {
+        self.draws.iter().map(|moved| moved.draw.node)
     }
 
     pub(super) fn write(
@@ -25,13 +33,26 @@ impl HostSkinning {
         queue: &wgpu::Queue,
         geometry: &Geometry,
         scene: &Scene,
+        pose: &Pose,
         joints: &[DMat4],
     ) {
-        let Self { draws, positions, normals } = self;
+        let Self { draws, morphed, moved } = self;
         for Skinned { draw, first_vertex, first_joint, joint_count } in draws {
             let first = *first_joint as usize;
             let joints = joints.get(first..first + *joint_count as usize).unwrap_or_default();
-            skin(scene.primitive(*draw), joints, positions, normals);
+            let primitive = scene.primitive(*draw);
+            let mut vertices = [&primitive.positions, &primitive.normals];
+            if scene.morphs(*draw) {
+                let [positions, normals] = &mut *morphed;
+                primitive.morph(pose.weights(draw.node), positions, normals);
+                vertices = [&*positions, &*normals];
+            }
+            if draw.skin.is_some() {
+                let [positions, normals] = &mut *moved;
+                skin(primitive, vertices, joints, positions, normals);
+                vertices = [&*positions, &*normals];
+            }
+            let [positions, normals] = vertices;
             let offset = u64::from(*first_vertex) * 12;
             queue.write_buffer(geometry.positions(), offset, bytemuck::cast_slice(positions));
             queue.write_buffer(geometry.normals(), offset, bytemuck::cast_slice(normals));
@@ -39,12 +60,18 @@ impl HostSkinning {
     }
 }
 
-/// Moves the vertices of a primitive by its joints.
-fn skin(primitive: &Primitive, joints: &[DMat4], positions: &mut Vec<[f32; 3]>, normals: &mut Vec<[f32; 3]>) {
+/// Moves vertices of a primitive, morphed or as they are modelled, by its joints.
+fn skin(
+    primitive: &Primitive,
+    [modelled, modelled_normals]: [&Vec<[f32; 3]>; 2],
+    joints: &[DMat4],
+    positions: &mut Vec<[f32; 3]>,
+    normals: &mut Vec<[f32; 3]>,
+) {
     positions.clear();
     normals.clear();
     let Some(weights) = &primitive.joints else { return };
-    let vertices = primitive.positions.iter().zip(&primitive.normals);
+    let vertices = modelled.iter().zip(modelled_normals);
     for ((position, normal), (four, weights)) in vertices.zip(weights.joints.iter().zip(&weights.weights)) {
         let mut blended = DMat4::ZERO;
         for (joint, weight) in four.iter().zip(weights) {
@@ -75,10 +102,12 @@ mod tests {
             indices: Vec::new(),
             material: 0,
             bounds: Bounds::EMPTY,
+            targets: Vec::new(),
+            has_flat_normals: false,
         };
         let joints = [DMat4::IDENTITY, DMat4::from_translation(DVec3::new(0.0, 4.0, 0.0))];
         let (mut positions, mut normals) = (Vec::new(), Vec::new());
-        skin(&primitive, &joints, &mut positions, &mut normals);
+        skin(&primitive, [&primitive.positions, &primitive.normals], &joints, &mut positions, &mut normals);
         assert_eq!((positions, normals), (vec![[1.0, 2.0, 0.0]], vec![[0.0, 1.0, 0.0]]));
     }
 }

@@ -1,4 +1,4 @@
-//! Vertices that joints move: linear blend skinning, once for each pose, whatever number of passes and views draw it.
+//! Vertices that joints and morph targets move: linear blend skinning, once for each pose, whatever number of passes and views draw it.
 //!
 //! A skinned draw has a range of its own in the vertex streams. When the pose changes, its positions and normals are
 //! written there in world space, so that every pass draws it like any other mesh. That is done on the device: a compute
@@ -12,7 +12,8 @@
 //!
 //! The dispatches are submitted on their own, after the matrices have been written to the queue: what was submitted
 //! before sees the old pose, what is submitted later the new one, just as with `Queue::write_buffer`. A pose in which no
-//! joint has moved costs nothing.
+//! joint has moved and no weight is another costs nothing. Draws with [morph targets](crate::morph) are left to the
+//! processor, skinned or not.
 
 mod device;
 mod host;
@@ -33,6 +34,10 @@ pub(super) struct Skinning {
     joints: Vec<DMat4>,
     /// The same of the pose that is being written, kept to be used again.
     next: Vec<DMat4>,
+    /// The draws with morph targets.
+    morphing: HostSkinning,
+    /// Their weights, as they were last written; nothing before.
+    weights: Option<Vec<f32>>,
 }
 
 enum Way {
@@ -55,7 +60,8 @@ struct Skinned {
 
 impl Skinning {
     pub(super) fn new(device: &wgpu::Device, scene: &Scene, geometry: &Geometry) -> Self {
-        let draws = skinned_draws(scene, geometry);
+        let (morphing, draws): (Vec<Skinned>, Vec<Skinned>) =
+            moved_draws(scene, geometry).into_iter().partition(|moved| scene.morphs(moved.draw));
         let way = if draws.is_empty() {
             Way::Nothing
         } else if DeviceSkinning::fits(&device.limits(), scene, &draws, geometry.skinned_vertices()) {
@@ -63,7 +69,8 @@ impl Skinning {
         } else {
             Way::Host(HostSkinning::new(draws))
         };
-        Self { way, joints: Vec::new(), next: Vec::new() }
+        let morphing = HostSkinning::new(morphing);
+        Self { way, joints: Vec::new(), next: Vec::new(), morphing, weights: None }
     }
 
     /// Moves the vertices of all skinned draws to where a pose has them.
@@ -71,23 +78,34 @@ impl Skinning {
         let joints = scene.draws().filter(|draw| draw.skin.is_some());
         self.next.clear();
         self.next.extend(joints.flat_map(|draw| scene.joint_transforms(draw.node, pose)));
-        if self.next == self.joints {
+        let joints_are_there = self.next == self.joints;
+        let weights = || self.morphing.nodes().flat_map(|node| pose.weights(node)).copied();
+        let weights_are_there =
+            self.weights.as_ref().is_some_and(|known| weights().eq(known.iter().copied()));
+        if !(joints_are_there && weights_are_there) {
+            self.weights = Some(weights().collect());
+            self.morphing.write(queue, geometry, scene, pose, &self.next);
+        }
+        if joints_are_there {
             return;
         }
         std::mem::swap(&mut self.next, &mut self.joints);
         match &mut self.way {
             Way::Nothing => {}
             Way::Device(skinning) => skinning.write(queue, &self.joints),
-            Way::Host(skinning) => skinning.write(queue, geometry, scene, &self.joints),
+            Way::Host(skinning) => skinning.write(queue, geometry, scene, pose, &self.joints),
         }
     }
 }
 
-fn skinned_draws(scene: &Scene, geometry: &Geometry) -> Vec<Skinned> {
+/// The draws whose vertices are their own; one without a skin has no joints.
+fn moved_draws(scene: &Scene, geometry: &Geometry) -> Vec<Skinned> {
     let mut first_joint = 0;
-    let skinned = scene.draws().enumerate().filter_map(|(number, draw)| {
-        let joint_count = scene.skins.get(draw.skin?)?.joints.len() as u32;
-        let first_vertex = geometry.part(number, draw)?.first_vertex as u32;
+    let own = scene.draws().enumerate().filter(|(_, draw)| scene.has_own_vertices(*draw));
+    let skinned = own.filter_map(|(number, draw)| {
+        let skin = draw.skin.and_then(|skin| scene.skins.get(skin));
+        let joint_count = skin.map_or(0, |skin| skin.joints.len() as u32);
+        let first_vertex = geometry.part(scene, number, draw)?.first_vertex as u32;
         let skinned = Skinned { draw, first_vertex, first_joint, joint_count };
         first_joint += joint_count;
         Some(skinned)

@@ -1,8 +1,11 @@
 use glam::{DQuat, DVec3};
 use std::path::Path;
+use umbragraph_pipeline::frame::Bounds;
 use umbragraph_test_support::gpu::{self, Gpu};
 
 use super::*;
+use crate::mesh::Primitive;
+use crate::morph::MorphTarget;
 use crate::node::{Node, NodeId};
 
 /// A scene's positions and normals on a device, and whether the device moves them.
@@ -121,4 +124,51 @@ fn uneven_scale_mirroring_and_great_distances_make_no_difference() {
     let scene = crowd();
     let poses: Vec<Pose> = [0.0, 1.2].map(|time| scene.pose(time)).into();
     println!("changed joints: {:.1e} of the largest coordinate", assert_alike(&scene, &poses));
+}
+
+/// A target that moves every vertex by so much.
+fn target(primitive: &Primitive, by: [f32; 3]) -> MorphTarget {
+    let bounds = Bounds { min: DVec3::ZERO, max: DVec3::from_array(by.map(f64::from)) };
+    MorphTarget { positions: vec![by; primitive.positions.len()], normals: Vec::new(), bounds }
+}
+
+#[test]
+fn joints_move_vertices_that_are_morphed_and_others_are_morphed_where_they_stand() {
+    let (mut morphed, mut modelled) = (figure(), figure());
+    for mesh in &mut morphed.meshes {
+        mesh.primitives.iter_mut().for_each(|one| one.targets = vec![target(one, [0.0, 0.5, 0.25])]);
+    }
+    morphed.nodes.iter_mut().filter(|node| node.mesh.is_some()).for_each(|node| node.weights = vec![2.0]);
+    for position in
+        modelled.meshes.iter_mut().flat_map(|mesh| &mut mesh.primitives).flat_map(|one| &mut one.positions)
+    {
+        *position = [position[0], position[1] + 1.0, position[2] + 0.5];
+    }
+    let Some([gpu, _]) = devices() else { return };
+    let [mut found, mut wanted] = [&morphed, &modelled].map(|scene| Streams::new(&gpu, scene));
+    assert!(!found.is_on_device() && wanted.is_on_device());
+    for time in [0.0, 1.2] {
+        let [positions, normals] = found.in_pose(&gpu, &morphed, &morphed.pose(time));
+        let [expected, expected_normals] = wanted.in_pose(&gpu, &modelled, &modelled.pose(time));
+        // Static draws follow in another order: each has vertices of its own.
+        let skinned = 3 * wanted.geometry.skinned_vertices() as usize;
+        assert!(skinned > 0);
+        for (found, wanted) in positions[..skinned].iter().zip(&expected) {
+            assert!((found - wanted).abs() < 1e-4, "{found}, not {wanted}");
+        }
+        for (found, wanted) in normals[..skinned].iter().zip(&expected_normals) {
+            assert!((found - wanted).abs() < 1e-4, "{found}, not {wanted}");
+        }
+    }
+    // The ground stands where it is, half a metre higher at half the weight.
+    let ground =
+        morphed.draws().enumerate().find(|(_, draw)| draw.skin.is_none()).expect("a draw without joints");
+    let first = found.geometry.part(&morphed, ground.0, ground.1).expect("a part").first_vertex as usize;
+    let heights = |weight: f32, scene: &mut Scene, streams: &mut Streams| {
+        scene.nodes[ground.1.node.index()].weights = vec![weight];
+        streams.in_pose(&gpu, scene, &scene.pose(0.0))[0][3 * first + 1]
+    };
+    let rest = morphed.primitive(ground.1).positions[0][1];
+    assert_eq!(heights(0.0, &mut morphed, &mut found), rest);
+    assert_eq!(heights(1.0, &mut morphed, &mut found), rest + 0.5);
 }

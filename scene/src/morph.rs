@@ -1,0 +1,65 @@
+//! Morph targets: shapes that vertices go towards, each by its weight.
+//!
+//! A target adds to each vertex a displacement of its position and of its normal, times the target's weight; the
+//! displacements of all targets are summed before joints or the node move the vertex (glTF 2.0, section 3.7.2.2). Flat
+//! normals, where a file gives none, are those of the morphed triangles.
+//!
+//! Limits: weights beyond ±[`MAX_WEIGHT`], which a spline may reach between two keys, are that.
+
+use glam::{DVec3, Vec3};
+use umbragraph_pipeline::frame::Bounds;
+
+use crate::mesh::{Primitive, face_normal};
+
+/// The largest weight, in either direction.
+pub(crate) const MAX_WEIGHT: f32 = 1e6;
+
+/// A shape that vertices go towards.
+#[derive(Clone, Debug)]
+pub struct MorphTarget {
+    /// What is added to each position; nothing where the file has none.
+    pub positions: Vec<[f32; 3]>,
+    /// What is added to each normal; nothing where the file has none.
+    pub normals: Vec<[f32; 3]>,
+    /// The box around what is added to positions, and zero.
+    pub bounds: Bounds,
+}
+
+impl Primitive {
+    /// The positions and normals with each target as far as its weight says; missing weights are 0.
+    pub fn morph(&self, weights: &[f32], positions: &mut Vec<[f32; 3]>, normals: &mut Vec<[f32; 3]>) {
+        positions.clone_from(&self.positions);
+        normals.clone_from(&self.normals);
+        let add = |to: &mut [[f32; 3]], what: &[[f32; 3]], weight: f32| {
+            for (to, what) in to.iter_mut().zip(what) {
+                *to = (Vec3::from_array(*to) + weight * Vec3::from_array(*what)).to_array();
+            }
+        };
+        for (target, weight) in self.targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0) {
+            add(positions, &target.positions, *weight);
+            add(normals, &target.normals, *weight);
+        }
+        if self.has_flat_normals {
+            for (corners, normals) in positions.chunks_exact(3).zip(normals.chunks_exact_mut(3)) {
+                normals.fill(face_normal([corners[0], corners[1], corners[2]]));
+            }
+        } else {
+            for normal in normals {
+                let unit = Vec3::from_array(*normal).as_dvec3().try_normalize().unwrap_or(DVec3::Y);
+                *normal = unit.as_vec3().to_array();
+            }
+        }
+    }
+
+    /// A box that holds what a box of this primitive becomes with these weights.
+    pub(crate) fn morphed_bounds(&self, bounds: Bounds, weights: &[f32]) -> Bounds {
+        if bounds.is_empty() {
+            return bounds;
+        }
+        let targets = self.targets.iter().zip(weights);
+        targets.fold(bounds, |bounds, (target, weight)| {
+            let ends = [target.bounds.min * f64::from(*weight), target.bounds.max * f64::from(*weight)];
+            Bounds { min: bounds.min + ends[0].min(ends[1]), max: bounds.max + ends[0].max(ends[1]) }
+        })
+    }
+}
