@@ -5,7 +5,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{IndexRange, PassBuilder, Produced, SubresourceRange};
 use umbragraph_pipeline::wgpu_types::Face;
 use umbragraph_pipeline::work::{
     ColorAttachment, DepthAttachment, Draw as DrawWork, DrawOrder, LoadOperation, Redraw, SceneDraw,
@@ -46,6 +46,9 @@ pub struct Draw {
     /// keeps what it still shows, and only the strips that came into view are drawn: false without it. The depth of
     /// the views has to stay as it is ("near_pull": "scene").
     pub scroll: Option<Expr>,
+    /// With "changed": the depth texture, of the same size, over whose texels a view is drawn, instead of "clear" of the
+    /// attachment. The view is drawn again where those have changed, if a pass with "changed" draws them, or else always.
+    pub over: Option<String>,
 }
 
 /// Which views are drawn.
@@ -129,7 +132,13 @@ impl Draw {
         }
         let every = numbers.into_iter().map(|number| number as u32).collect();
         let scroll = pass.boolean_or(&self.scroll, "/scroll", false)?;
-        Some(Some(Redraw { clear: 0.0, every, scroll }))
+        let mip = Some(IndexRange::one(0));
+        let range = SubresourceRange { mip, ..SubresourceRange::default() };
+        let over = match &self.over {
+            Some(name) => Some(pass.texture(name, range, "/over")?),
+            None => None,
+        };
+        Some(Some(Redraw { clear: 0.0, over, every, scroll }))
     }
 }
 
@@ -142,15 +151,18 @@ pub(crate) fn keep(
     draw: Option<&mut DrawWork>,
 ) -> Option<()> {
     let Some(DrawWork::Scene(SceneDraw { redraw: Some(redraw), .. })) = draw else { return Some(()) };
-    if let (Some(DepthAttachment { load: load @ LoadOperation::Clear(_), write: true, .. }), [], false) =
-        (depth, color, has_stencil)
-        && let LoadOperation::Clear(clear) = std::mem::replace(load, LoadOperation::Load)
-    {
-        redraw.clear = clear;
-        return Some(());
+    if let (Some(DepthAttachment { load, write: true, .. }), [], false) = (depth, color, has_stencil) {
+        match (std::mem::replace(load, LoadOperation::Load), &redraw.over) {
+            (LoadOperation::Clear(clear), None) => {
+                redraw.clear = clear;
+                return Some(());
+            }
+            (LoadOperation::Load, Some(_)) => return Some(()),
+            _ => {}
+        }
     }
     let message =
         "what a pass that draws changed views keeps is depth that it clears and writes, and nothing else";
-    let help = "attach \"depth\" alone, with \"clear\"; or remove \"redraw\"";
+    let help = "attach \"depth\" alone, with \"clear\" or \"over\"; or remove \"redraw\"";
     pass.reject(codes::ATTACHMENTS, "/redraw", message, help)
 }

@@ -269,5 +269,6 @@ fn what_cannot_be_kept_is_found() {
     };
     said("persistent", r#""depth": { "to": "maps", "compare": "less" }"#, "UG0405");
     said("persistent", &format!(r#""every": 0, {depth}"#), "every so many frames");
+    said("persistent", &format!(r#""over": "maps", {depth}"#), "UG0405");
     said("transient", depth, "UG04");
 }

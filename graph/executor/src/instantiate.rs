@@ -24,7 +24,7 @@ use super::transfer::{Counts, Transfer};
 use crate::compiler::{CpuPasses, Plan, PlannedPass, Switches};
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::{IndexRange, Pass, Program};
-use crate::work::{Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work};
+use crate::work::{AttachmentTarget, Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work};
 use umbragraph_pipeline::draw::{HostInterface, MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
 
 /// A plan with everything that it needs on the device.
@@ -88,6 +88,8 @@ pub(super) struct InstantiatedScene {
     pub(super) clear: Option<wgpu::RenderPipeline>,
     /// What moves what a view still shows, where that is wanted.
     pub(super) scroll: Option<Scroll>,
+    /// What brings the texels over which a view is drawn, and the position of the pass that keeps them, if one does.
+    pub(super) over: Option<(Scroll, Option<usize>)>,
 }
 
 impl InstantiatedPass {
@@ -221,19 +223,25 @@ impl Instantiated {
                             let objects = HostObjects::new(layout, interface);
                             position(&mut self.objects, objects, HostObjects::is_alike)
                         });
-                        let scrolls = scene.redraw.as_ref().is_some_and(|redraw| redraw.scroll);
-                        let scroll = scrolls.then(|| {
+                        let attached = render.depth.as_ref().map(|depth| depth.to.target());
+                        let mut bring = |from: AttachmentTarget| {
                             let (creation, objects) = (&mut *pipelines.creation, &mut *pipelines.objects);
-                            let of = (&self.resources, &*plan);
-                            Scroll::new(creation, objects, of, render, attachments.extent)
-                        });
+                            Scroll::new(creation, objects, (&self.resources, &plan), attached?, from)
+                        };
+                        let redraw = scene.redraw.as_ref();
+                        let scrolls = redraw.is_some_and(|redraw| redraw.scroll);
+                        let scroll = attached.filter(|_| scrolls).and_then(&mut bring);
+                        let over = redraw
+                            .and_then(|redraw| redraw.over.as_ref())
+                            .and_then(|over| Some((bring(over.target())?, keeper(&plan, over.resource))));
                         let scene = InstantiatedScene {
                             views: scene.views.resource,
                             pipelines: made,
                             materials,
                             objects,
                             clear: pipelines.clear(render, scene),
-                            scroll: scroll.flatten(),
+                            scroll,
+                            over,
                         };
                         Some(InstantiatedWork::Scene { scene, attachments })
                     }
@@ -349,6 +357,17 @@ fn switched(mut all: Vec<(ResourceHandle, Bound)>) -> Option<Bound> {
         return Some(Bound::Switched(all));
     }
     all.pop().map(|(_, bound)| bound)
+}
+
+/// The position of the pass that keeps what it draws into a texture.
+fn keeper(plan: &Plan, texture: ResourceHandle) -> Option<usize> {
+    plan.passes.iter().position(|planned| match plan.pipeline.pass(planned.handle).work() {
+        Work::Render(render) => match (&render.draw, &render.depth) {
+            (Draw::Scene(scene), Some(depth)) => scene.redraw.is_some() && depth.to.resource == texture,
+            _ => false,
+        },
+        _ => false,
+    })
 }
 
 /// The position of what is alike, added if there is none.

@@ -13,7 +13,7 @@ use super::gpu_times::GpuTimes;
 use super::groups;
 use super::instantiate::{Instantiated, InstantiatedPass, InstantiatedScene, InstantiatedWork};
 use super::pool::Taken;
-use super::redraw::{self, Kept};
+use super::redraw::{self, Kept, NOTHING};
 use super::resources::Resources;
 use super::scene::{Scene, common, covered};
 use super::scroll::strips;
@@ -160,8 +160,8 @@ pub(super) fn record(
                 let (name, label) = (&planned.name, &pass.label);
                 let mut recording =
                     Recording { instantiated, frame, scratch, attachments, gpu_times, name, label };
-                if let Some((clear, kept)) = pass.clear().zip(all_kept.get_mut(at)) {
-                    recording.changed(encoder, (at, pass), clear, kept, record);
+                if let Some(clear) = pass.clear() {
+                    recording.changed(encoder, (at, pass), clear, &mut all_kept, record);
                 } else if attachments.is_flat() {
                     recording.flat(encoder, at, pass.merged);
                 } else {
@@ -261,7 +261,21 @@ impl Recording<'_> {
         encoder: &mut wgpu::CommandEncoder,
         (at, pass): (usize, &InstantiatedPass),
         clear: &wgpu::RenderPipeline,
-        kept: &mut Kept,
+        all_kept: &mut [Kept],
+        record: u64,
+    ) {
+        let Some(mut kept) = all_kept.get_mut(at).map(std::mem::take) else { return };
+        self.changed_of(encoder, (at, pass), clear, (&mut kept, all_kept), record);
+        all_kept[at] = kept;
+    }
+
+    /// The same, with what the pass keeps and what others do.
+    fn changed_of(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        (at, pass): (usize, &InstantiatedPass),
+        clear: &wgpu::RenderPipeline,
+        (kept, others): (&mut Kept, &[Kept]),
         record: u64,
     ) {
         let (Some(source), InstantiatedWork::Scene { scene, .. }) = (self.frame.draws, &pass.work) else {
@@ -274,7 +288,8 @@ impl Recording<'_> {
             return;
         };
         let (depth, attachments, resources) = (*depth as f32, self.attachments, &self.instantiated.resources);
-        let stamp = source.revision(filter).map(|revision| (revision, source.generation()));
+        let revised = source.revision(filter).map(|revision| (revision, source.generation()));
+        let bounds = self.frame.input.filter_bounds.iter().find(|(known, _)| known == filter);
         let every_of = |at: usize| every.get(at).or(every.last()).copied().unwrap_or(1);
         let mut first = 0;
         let whole = [0, 0, attachments.extent[0], attachments.extent[1]];
@@ -287,24 +302,31 @@ impl Recording<'_> {
                 if area[2] == 0 || area[3] == 0 {
                     continue;
                 }
-                if !kept.is_due(view, stamp, (position, every_of(position)), record) {
+                let is_empty = bounds.is_some_and(|(_, bounds)| covered(bounds, view, area).is_none());
+                let stamp = if is_empty { NOTHING } else { revised };
+                let is_older = scene.over.as_ref().is_some_and(|(_, keeper)| {
+                    let below = keeper.and_then(|at| others.get(at)?.latest(texels));
+                    below.is_none_or(|below| kept.record_of(view).is_none_or(|own| own < below))
+                });
+                if !is_older && !kept.is_due(view, stamp, (at + position, every_of(position)), record) {
                     self.scratch.count(at).kept += 1;
                     continue;
                 }
                 let scrolled = scene.scroll.as_ref().zip(kept.moved(view, texels, stamp));
+                let over = scene.over.as_ref().map(|(over, _)| over);
                 if scrolled.is_some_and(|(_, by)| by == [0, 0]) {
                     kept.note(*view, texels, stamp, record);
                     self.scratch.count(at).kept += 1;
                     continue;
                 }
-                if let Some((scroll, _)) = scrolled {
+                if let Some(brings) = scrolled.map(|(scroll, _)| scroll).or(over) {
                     if let Some((render_pass, query)) = begun.take() {
                         drop(render_pass);
                         self.gpu_times.end(encoder, query);
                     }
-                    scroll.copy(encoder, resources, layer);
+                    brings.copy(encoder, resources, layer);
                 }
-                let load = if is_whole && scrolled.is_none() {
+                let load = if is_whole && scrolled.is_none() && over.is_none() {
                     wgpu::LoadOp::Clear(depth)
                 } else {
                     wgpu::LoadOp::Load
@@ -318,17 +340,19 @@ impl Recording<'_> {
                 let one = (position, std::slice::from_ref(view));
                 if let Some((scroll, by)) = scrolled {
                     scroll.draw(render_pass, area, by);
-                    self.scratch.count(at).views += 1;
                     for strip in strips(area, by) {
                         redraw::clear(render_pass, clear, strip, depth);
                         self.draw((at, scene), one, Some(strip), render_pass);
                     }
                 } else {
-                    if !is_whole {
+                    if let Some(over) = over {
+                        over.draw(render_pass, area, [0, 0]);
+                    } else if !is_whole {
                         redraw::clear(render_pass, clear, area, depth);
                     }
-                    self.draw((at, scene), one, None, render_pass);
+                    self.draw((at, scene), one, Some(area), render_pass);
                 }
+                self.scratch.count(at).views += 1;
                 kept.note(*view, texels, stamp, record);
             }
             if let Some((render_pass, query)) = begun {
@@ -340,7 +364,7 @@ impl Recording<'_> {
     }
 
     /// Lets the host draw some views of the pass at a position, the first of which is at a position among those of the
-    /// pass; into all of their texels, or some.
+    /// pass; into all of their texels, or some of views that the caller counts.
     fn draw(
         &mut self,
         (at, instantiated): (usize, &InstantiatedScene),

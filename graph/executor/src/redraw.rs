@@ -31,6 +31,9 @@ const CLEAR: &str = "@vertex fn cover(@builtin(vertex_index) index: u32) -> @bui
 /// What can change without a view changing: the host's revision and generation; `None` where the host does not say.
 pub(super) type Stamp = Option<(u64, u64)>;
 
+/// The stamp of a view in which nothing lies that its filter lets through, whatever changes.
+pub(super) const NOTHING: Stamp = Some((u64::MAX, u64::MAX));
+
 /// The views that a pass has drawn, and whose texels are as they left them.
 #[derive(Default)]
 pub(super) struct Kept {
@@ -71,6 +74,17 @@ impl Kept {
         let kept = self.views.iter().find(is_same).filter(|_| stamp.is_some())?;
         let (_, [_, _, width, height]) = texels;
         scroll::moved(&kept.view, view, [width, height])
+    }
+
+    /// The number of the record that drew a view; `None` if it is not as it was drawn.
+    pub(super) fn record_of(&self, view: &View) -> Option<u64> {
+        self.views.iter().find(|kept| kept.view == *view).map(|kept| kept.record)
+    }
+
+    /// The number of the last record that drew into some texels; `None` if none is known.
+    pub(super) fn latest(&self, texels: Texels) -> Option<u64> {
+        let within = self.views.iter().filter(|kept| overlap(kept.texels, texels));
+        within.map(|kept| kept.record).max()
     }
 
     /// Notes that a view is drawn, over whatever lay there.

@@ -1,6 +1,7 @@
-//! A view that moved over its own plane by whole texels: what it still shows is moved along, and not drawn again.
+//! Depth from elsewhere: of a view that moved over its own plane by whole texels, what it still shows is moved along, and
+//! not drawn again; and a view that is drawn over another texture begins with what is there.
 //!
-//! Both views have one projection without perspective, but for a translation by whole texels; depth is the same. What
+//! Both views of a move have one projection without perspective, but for a translation by whole texels; depth is the same. What
 //! both see is copied: the layer to a texture of the same size, and from there to its new place by a triangle that
 //! writes depth, since parts of depth textures cannot be copied. What came into view is left: a strip at each of two
 //! edges at most, which are cleared and drawn.
@@ -13,7 +14,7 @@ use super::objects::{Objects, Primitive, RenderKey};
 use super::resources::{Resources, Texture};
 use crate::compiler::Plan;
 use crate::data::View;
-use crate::work::RenderWork;
+use crate::work::AttachmentTarget;
 
 /// By how much of a texel a translation may be off; what is off adds up from frame to frame.
 const TOLERANCE: f64 = 1e-6;
@@ -32,33 +33,36 @@ struct Moved { @builtin(position) position: vec4<f32>, @location(0) @interpolate
 }
 ";
 
-/// What moves the texels of a pass's depth attachment.
+/// What brings texels to the depth attachment of a pass: those of itself, moved, or those of another texture.
 pub(super) struct Scroll {
     pipeline: wgpu::RenderPipeline,
     group: wgpu::BindGroup,
     /// What a layer is copied to.
     copy: wgpu::Texture,
-    attached: Texture,
+    texture: Texture,
     mip: u32,
     /// The layer, where it is not the view's.
     layer: Option<u32>,
 }
 
 impl Scroll {
-    /// Of a pass of a plan; `None` where there is no depth of one sample.
+    /// Of a pass of a plan, from a texture of it; `None` where there is no depth of one sample.
     pub(super) fn new(
         creation: &mut Creation<'_>,
         objects: &mut Objects,
         (resources, plan): (&Resources, &Plan),
-        render: &RenderWork,
-        [width, height]: [u32; 2],
+        attached: AttachmentTarget,
+        from: AttachmentTarget,
     ) -> Option<Self> {
-        let target = render.depth.as_ref()?.to.target();
-        let planned = plan.resource(target.resource)?;
-        let format = planned.format?;
-        if planned.size?.samples > 1 {
+        let planned = [attached, from].map(|target| plan.resource(target.resource));
+        let [(attached, _), (format, size)] =
+            [planned[0]?, planned[1]?].map(|planned| (planned.format, planned.size));
+        let (attached, format, size) = (attached?, format?, size?);
+        if size.samples > 1 || planned[0]?.size?.samples > 1 {
             return None;
         }
+        let [width, height] =
+            [size.width, size.height].map(|length| length.checked_shr(from.mip).unwrap_or(0).max(1));
         let label = "scroll a view";
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         let descriptor = wgpu::TextureDescriptor {
@@ -100,7 +104,7 @@ impl Scroll {
             buffers: Vec::new(),
             targets: Vec::new(),
             depth_stencil: Some(wgpu::DepthStencilState {
-                format,
+                format: attached,
                 depth_write_enabled: Some(true),
                 depth_compare: Some(wgpu::CompareFunction::Always),
                 stencil: wgpu::StencilState::default(),
@@ -110,14 +114,15 @@ impl Scroll {
             primitive: Primitive::default(),
         };
         let pipeline = objects.render_pipeline(creation, label, key);
-        let attached = resources.texture(plan, target.resource)?;
-        Some(Self { pipeline, group, copy, attached, mip: target.mip, layer: target.layer })
+        let texture = resources.texture(plan, from.resource)?;
+        Some(Self { pipeline, group, copy, texture, mip: from.mip, layer: from.layer })
     }
 
     /// Copies what lies in a layer, before the render pass into it.
     pub(super) fn copy(&self, encoder: &mut wgpu::CommandEncoder, resources: &Resources, layer: usize) {
-        let Some(texture) = self.attached.get(resources) else { return };
-        let z = self.layer.unwrap_or(layer as u32);
+        let Some(texture) = self.texture.get(resources) else { return };
+        let last = texture.depth_or_array_layers().saturating_sub(1);
+        let z = self.layer.unwrap_or(layer as u32).min(last);
         let origin = wgpu::Origin3d { z, ..wgpu::Origin3d::ZERO };
         let from = wgpu::TexelCopyTextureInfo { mip_level: self.mip, origin, ..texture.as_image_copy() };
         encoder.copy_texture_to_texture(from, self.copy.as_image_copy(), self.copy.size());

@@ -106,9 +106,11 @@ impl Settings<'_> {
                 self.tell("views".to_owned(), views);
                 self.tell("order".to_owned(), word(&scene.order));
                 self.tell("cull".to_owned(), cull(scene.cull));
-                if let Some(Redraw { clear, every, scroll }) = &scene.redraw {
+                if let Some(Redraw { clear, over, every, scroll }) = &scene.redraw {
+                    let over = over.as_ref().map(|over| self.name(over.resource).to_owned());
+                    let over = over.unwrap_or_else(|| clear.to_string());
                     let scrolled = if *scroll { ", scrolled" } else { "" };
-                    let redraw = format!("changed{scrolled}, every {every:?} frames, over {clear}");
+                    let redraw = format!("changed{scrolled}, every {every:?} frames, over {over}");
                     self.tell("redraw".to_owned(), redraw);
                 }
             }
