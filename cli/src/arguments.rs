@@ -350,7 +350,7 @@ impl DiffArguments {
 pub(crate) struct WgslArguments {
     /// The pipeline.
     pub(crate) pipeline: PathBuf,
-    /// Only the shaders of this pass.
+    /// Only the shaders of this pass, or of the passes of this loop or use of a subgraph.
     #[arg(long, value_name = "NAME")]
     pub(crate) pass: Option<String>,
     /// Only the variant for meshes with these properties; an empty list is the plain one.

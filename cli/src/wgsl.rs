@@ -1,7 +1,7 @@
 //! `umbragraph wgsl`
 
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, codes};
-use umbragraph::pipeline::{Pipeline, ProgramVariant};
+use umbragraph::pipeline::{Pass, Pipeline, ProgramVariant};
 use umbragraph::shader::{self, Emitted, ShaderModule, TargetLanguage};
 use umbragraph::source::Span;
 use umbragraph::work::{ProgramHandle, Work};
@@ -15,8 +15,9 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
     let checked = session.check(&arguments.pipeline, &arguments.choices);
     let Some(pipeline) = checked.pipeline else { return session.report() };
+    let is_meant = |pass: &Pass| arguments.pass.as_ref().is_none_or(|name| is_in(&pass.name, name));
     if let Some(name) = &arguments.pass
-        && pipeline.find_pass(name).is_none()
+        && !pipeline.passes.iter().any(is_meant)
         && !session.diagnostics.has_errors()
     {
         let names: Vec<&str> = pipeline.passes.iter().map(|pass| pass.name.as_str()).collect();
@@ -34,9 +35,7 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
     let fine = session.report();
     session.diagnostics = Diagnostics::new();
     let mut output = Vec::new();
-    for pass in
-        pipeline.passes.iter().filter(|pass| arguments.pass.as_ref().is_none_or(|name| *name == pass.name))
-    {
+    for pass in pipeline.passes.iter().filter(|pass| is_meant(pass)) {
         let Some(program) = program_of(pass.work()) else { continue };
         let template = &pipeline.program(program).template;
         for module in modules(&pipeline, program, arguments) {
@@ -60,6 +59,11 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
     }
     print_contents(&output);
     session.report() && fine
+}
+
+/// Whether a pass has a name, or is of a loop or a group of that name.
+fn is_in(pass: &str, name: &str) -> bool {
+    pass.strip_prefix(name).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
 fn unknown_name(session: &mut Session, what: &str, name: &str, names: &[&str]) {

@@ -80,6 +80,12 @@ fn plan_is_json_and_wgsl_is_the_text_of_the_pass() {
         1,
         &["UG0207", "did you mean \"casters\"?"],
     );
+    // Of a loop those of all its rounds.
+    let of =
+        |pass: &str| text(&run(&["wgsl", "pipelines/learn/09-loops-and-mips.json", "--pass", pass]).stdout);
+    let rounds = of("down");
+    assert!(rounds.contains("// pass down.0:") && rounds.contains("// pass down.1:"), "{rounds}");
+    assert!(!of("down.1").contains("// pass down.0:"));
 }
 
 #[test]

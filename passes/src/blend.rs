@@ -7,8 +7,10 @@
 //! "blend": { "color": { "operation": "subtract", "src_factor": "constant", "dst_factor": "one" }, "constant": [0.5, 0.5, 0.5, 1] }
 //! ```
 //!
-//! Limits: one constant for all attachments of a pass. The factors of a second source, for which a device needs a feature
-//! (`dual-source-blending`), are not there.
+//! Factors of a second source (`src1`) take the fragment stage's second output, `@location(0) @blend_src(1)`. That needs
+//! the feature `dual-source-blending` of WebGPU, and a pass with one attachment.
+//!
+//! Limits: one constant for all attachments of a pass.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -118,6 +120,14 @@ umbragraph_pipeline::webgpu_words! {
         Constant,
         /// 1 less the constant.
         OneMinusConstant,
+        /// The second source, for which a device needs "dual-source-blending".
+        Src1,
+        /// 1 less the second source.
+        OneMinusSrc1,
+        /// The alpha of the second source.
+        Src1Alpha,
+        /// 1 less the alpha of the second source.
+        OneMinusSrc1Alpha,
     }
 }
 

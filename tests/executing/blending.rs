@@ -3,7 +3,7 @@
 use umbragraph_test_support::gpu;
 
 use crate::common::gpu::import;
-use crate::stage::{color, executor, fill, plan, show, target};
+use crate::stage::{SIDE, color, executor, fill, plan, show, target, try_plan_with};
 use crate::views::frame;
 
 /// What a fill of some color leaves of another that was there, 255 for 1.
@@ -58,4 +58,45 @@ fn channels_that_are_masked_stay() {
     assert_eq!(some, [0, 255, 255, 0]);
     assert_eq!(mask(""), Some([255, 255, 0, 0]));
     assert_eq!(mask(r#""alpha""#), Some([255, 255, 0, 255]));
+}
+
+/// The text of a fill and one over it that blends, by a shader.
+fn over(shader: &str, blend: &str) -> String {
+    let below = fill("below", r#"{ "to": "target" }"#, "[0.4, 0.4, 0.4, 0.8]");
+    let above = fill("above", &format!(r#"{{ "to": "target", "blend": {blend} }}"#), "[0.2, 0.2, 0.2, 0.2]");
+    let above = above.replace("fill.wgsl.jinja", shader);
+    format!(
+        r#"{{ "format": 1, "name": "test", "resources": {{ {} }}, "passes": {{ {below}, {above} }} }}"#,
+        target(1)
+    )
+}
+
+#[test]
+fn a_second_color_is_a_factor_where_the_device_has_the_feature() {
+    let dual = wgpu::Features::DUAL_SOURCE_BLENDING;
+    let blend = r#"{ "color": { "dst_factor": "src1" }, "alpha": { "dst_factor": "one-minus-src1-alpha" } }"#;
+    let refused = |shader: &str, features: wgpu::Features| {
+        try_plan_with(over(shader, blend), SIDE, features).expect_err("a diagnostic")
+    };
+    let found = refused("fill.wgsl.jinja", wgpu::Features::empty());
+    assert!(found.contains("for which the profile webgpu lacks \"dual-source-blending\""), "{found}");
+    let found = refused("fill.wgsl.jinja", dual);
+    assert!(found.contains("writes no @location(0) @blend_src(1), with which the pass blends"), "{found}");
+    let found = refused("two_sources.wgsl.jinja", wgpu::Features::empty());
+    assert!(found.contains("dual") || found.contains("DUAL"), "{found}");
+    let plan = try_plan_with(over("two_sources.wgsl.jinja", blend), SIDE, dual);
+    let plan = plan.unwrap_or_else(|diagnostics| panic!("{diagnostics}"));
+    let Some(gpu) = gpu::device() else { return };
+    if !gpu.device.features().contains(dual) {
+        let refused =
+            pollster::block_on(umbragraph::executor::Executor::new(&gpu.device, &gpu.queue, plan, None));
+        assert!(refused.is_err());
+        return;
+    }
+    let mut executor = executor(&gpu, &plan, None);
+    let target = import(&gpu, &plan, "target");
+    show(&gpu, &mut executor, None, &target, &frame(&[]));
+    // 0.2 and of what is there all, half and nothing; of its alpha three quarters.
+    let (found, expected) = (color(&gpu, &target, 0), [153, 102, 51, 204]);
+    assert!(found.iter().zip(expected).all(|(found, expected)| found.abs_diff(expected) <= 1), "{found:?}");
 }

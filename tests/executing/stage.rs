@@ -133,6 +133,15 @@ const TRIANGLE: &str = r#"struct Settings { color: vec4<f32> }
 @fragment fn fill() -> @location(0) vec4<f32> { return settings.color; }
 "#;
 
+/// Fills, with a second color by which what is there is multiplied.
+const TWO_SOURCES: &str = r#"enable dual_source_blending;
+{% include "lib/fullscreen.wgsl.jinja" %}
+struct Settings { color: vec4<f32> }
+@group(1) @binding(0) var<uniform> settings: Settings;
+struct Two { @location(0) @blend_src(0) color: vec4<f32>, @location(0) @blend_src(1) factor: vec4<f32> }
+@fragment fn fill(covered: Covered) -> Two { return Two(settings.color, vec4<f32>(1.0, 0.5, 0.0, 0.25)); }
+"#;
+
 /// Adds a number to each word.
 const BUMP: &str = r#"struct Settings { number: u32 }
 @group(1) @binding(0) var<uniform> settings: Settings;
@@ -191,6 +200,11 @@ pub(crate) fn plan_of_text(text: String, side: u32) -> Arc<Plan> {
 
 /// A plan of a whole text, or what is wrong with it.
 pub(crate) fn try_plan_of_text(text: String, side: u32) -> Result<Arc<Plan>, String> {
+    try_plan_with(text, side, wgpu::Features::empty())
+}
+
+/// The same for a device with optional features.
+pub(crate) fn try_plan_with(text: String, side: u32, features: wgpu::Features) -> Result<Arc<Plan>, String> {
     let mut sources = Sources::new();
     let mut diagnostics = Diagnostics::new();
     let own = [
@@ -208,6 +222,7 @@ pub(crate) fn try_plan_of_text(text: String, side: u32) -> Result<Arc<Plan>, Str
         ("half.wgsl.jinja", HALF),
         ("left.wgsl.jinja", LEFT),
         ("masked.wgsl.jinja", MASKED),
+        ("two_sources.wgsl.jinja", TWO_SOURCES),
         ("bump.wgsl.jinja", BUMP),
         ("word.wgsl.jinja", WORD),
         ("enlarge.wgsl.jinja", ENLARGE),
@@ -229,7 +244,7 @@ pub(crate) fn try_plan_of_text(text: String, side: u32) -> Result<Arc<Plan>, Str
     let options = umbragraph::CheckOptions {
         registry: &registry,
         templates: &templates,
-        profile: &TargetProfile::webgpu(),
+        profile: &TargetProfile::webgpu().with_features(features),
         overrides: &Overrides::default(),
         plan: &PlanOptions::new(side, side),
     };

@@ -9,6 +9,8 @@
 //!
 //! Cost: for each attachment the accesses of its resource up to the one that decides.
 
+use wgpu_types::{BlendComponent, BlendState, Features};
+
 use super::cull::single_layer;
 use super::planned::{PlannedAttachment, PlannedPass, StoreOperation};
 use super::planner::Planner;
@@ -72,6 +74,24 @@ impl Planner<'_> {
         diagnostics: &mut Vec<Diagnostic>,
     ) {
         let program = self.pipeline.program(render.draw.bound().0);
+        let needs_second = render.color.iter().any(|color| blends_two_sources(color.blend));
+        if needs_second && !self.pipeline.profile.features.contains(Features::DUAL_SOURCE_BLENDING) {
+            let pass = self.pipeline.pass(handle);
+            let message = format!(
+                "\"{}\" blends with a second source, for which the profile {} lacks \"dual-source-blending\"",
+                pass.name, self.pipeline.profile.name
+            );
+            let help = "use a profile with the feature (webgpu+dual-source-blending), let a feature of the pipeline \
+                        require it (\"required_features\"), or blend without \"src1\"";
+            let diagnostic = Diagnostic::error(codes::ATTACHMENTS, pass.place, message);
+            diagnostics.push(diagnostic.pointer(&pass.pointer).help(help));
+            return;
+        }
+        if needs_second && planned.color.len() > 1 {
+            let error = "is blended with a second source, for which a pass has one color attachment only";
+            diagnostics.push(self.output_mismatch(handle, &program.template, error));
+            return;
+        }
         for variant in &program.variants {
             let Some(fragment) = variant.entry_point(Stage::Fragment) else {
                 if !planned.color.is_empty() {
@@ -84,6 +104,11 @@ impl Planner<'_> {
                 }
                 continue;
             };
+            if needs_second && !fragment.has_second_source {
+                let error = "writes no @location(0) @blend_src(1), with which the pass blends";
+                diagnostics.push(self.output_mismatch(handle, &program.template, error));
+                return;
+            }
             if fragment.writes_depth && planned.depth.is_none() {
                 let error = "writes frag_depth, for which the pass has no depth attachment";
                 diagnostics.push(self.output_mismatch(handle, &program.template, error));
@@ -142,4 +167,12 @@ impl Planner<'_> {
             .pointer(&pass.pointer)
             .help("the outputs of the fragment shader and the color attachments match one to one")
     }
+}
+
+/// Whether an equation takes a second color of the fragment stage.
+fn blends_two_sources(blend: Option<BlendState>) -> bool {
+    let second = |one: BlendComponent| {
+        one.src_factor.ref_second_blend_source() || one.dst_factor.ref_second_blend_source()
+    };
+    blend.is_some_and(|blend| second(blend.color) || second(blend.alpha))
 }

@@ -131,6 +131,14 @@ impl DeviceCheck<'_> {
             );
             diagnostics.push(at(pass, codes::DEVICE_LIMIT, message, "use fewer"));
         }
+        let program = self.plan.pipeline.program(render.draw.bound().0);
+        let has_two_sources = program.variants.iter().any(|variant| {
+            variant.entry_point(Stage::Fragment).is_some_and(|fragment| fragment.has_second_source)
+        });
+        if has_two_sources {
+            let what = "with a second source to blend".to_owned();
+            self.feature(&pass.name, wgpu::Features::DUAL_SOURCE_BLENDING, what, diagnostics);
+        }
         for color in render.color.iter().filter(|color| color.blend.is_some()) {
             let format = self.plan.resource(color.to.resource).and_then(|resource| resource.format);
             if let Some(format) = format.filter(|format| has_float32(*format)) {

@@ -91,6 +91,9 @@ pub struct EntryPoint {
     pub inputs: Vec<VertexInput>,
     /// The colours of a fragment stage, by location.
     pub outputs: Vec<FragmentOutput>,
+    /// Whether a fragment stage writes a second color to blend with, `@blend_src(1)`.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub has_second_source: bool,
     /// Whether a fragment stage writes `frag_depth`.
     pub writes_depth: bool,
     /// Whether it is certain to write every texel in a full-screen pass: a vertex stage makes one triangle that holds all
@@ -152,6 +155,7 @@ fn entry_point(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes, at: u
     if let Some(result) = &entry_point.function.result {
         locations(module, result.ty, result.binding.as_ref(), None, &mut results);
     }
+    let has_second_source = results.iter().any(|found| matches!(found.place, Place::SecondSource));
     let writes_depth = results.iter().any(|found| matches!(found.place, Place::FragDepth));
     let covers = match stage {
         Stage::Vertex => coverage::covers(module, at),
@@ -172,6 +176,7 @@ fn entry_point(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes, at: u
         workgroup_storage,
         inputs,
         outputs,
+        has_second_source,
         writes_depth,
         covers,
         varyings,
@@ -185,6 +190,7 @@ fn entry_point(module: &Module, info: &ModuleInfo, sizes: &WorkgroupSizes, at: u
 
 enum Place {
     Location(u32),
+    SecondSource,
     FragDepth,
 }
 
@@ -219,7 +225,7 @@ fn places(found: &[Found]) -> Vec<u32> {
         .iter()
         .filter_map(|found| match found.place {
             Place::Location(location) => Some(location),
-            Place::FragDepth => None,
+            Place::SecondSource | Place::FragDepth => None,
         })
         .collect();
     places.sort_unstable();
@@ -234,6 +240,7 @@ fn locations(
     found: &mut Vec<Found>,
 ) {
     let place = match binding {
+        Some(naga::Binding::Location { blend_src: Some(1), .. }) => Place::SecondSource,
         Some(naga::Binding::Location { location, .. }) => Place::Location(*location),
         Some(naga::Binding::BuiltIn(naga::BuiltIn::FragDepth)) => Place::FragDepth,
         Some(naga::Binding::BuiltIn(_)) => return,

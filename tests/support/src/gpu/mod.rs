@@ -27,7 +27,8 @@ pub use choice::{AdapterSummary, preference};
 /// Optional features that tests may use where the adapter has them; [`Gpu::device`] tells which it has.
 pub const OPTIONAL_FEATURES: wgpu::Features = wgpu::Features::FLOAT32_FILTERABLE
     .union(wgpu::Features::TIMESTAMP_QUERY)
-    .union(wgpu::Features::DEPTH_CLIP_CONTROL);
+    .union(wgpu::Features::DEPTH_CLIP_CONTROL)
+    .union(wgpu::Features::DUAL_SOURCE_BLENDING);
 
 /// A device that has computed, and what it came from.
 #[derive(Clone, Debug)]
