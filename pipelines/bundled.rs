@@ -27,6 +27,7 @@ pub const PIPELINES: &[(&str, &str)] = &[
     ("parts/blur.json", include_str!("parts/blur.json")),
     ("parts/blur_tiles.json", include_str!("parts/blur_tiles.json")),
     ("parts/cached_casters.json", include_str!("parts/cached_casters.json")),
+    ("umbra.json", include_str!("umbra.json")),
 ];
 
 /// The bundled files, and where all others come from.

@@ -39,7 +39,7 @@ fn files_that_documents_name_are_there() {
 #[test]
 fn node_kinds_publish_what_they_say() {
     let mut seen = std::collections::BTreeSet::new();
-    let pipelines = ["awsm", "caracal", "lore", "mantis", "nebula"];
+    let pipelines = ["awsm", "caracal", "lore", "mantis", "nebula", "umbra"];
     for path in pipelines.map(|name| format!("pipelines/{name}.json")) {
         let outcome = check_file(&path, &With::default());
         let plan = outcome.plan();

@@ -63,7 +63,7 @@ macro_rules! pictures_of {
     };
 }
 
-pictures_of!(nebula, mantis, caracal, awsm, lore);
+pictures_of!(nebula, mantis, caracal, awsm, lore, umbra);
 
 #[test]
 fn lessons() {

@@ -310,7 +310,7 @@ fn each_pipeline_has_points_for_extensions() {
             r#"{{ "{name}": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "{to}", "blend": "add" }}] }} }} }}"#
         )
     };
-    for pipeline in ["nebula", "mantis", "caracal", "lore", "awsm"] {
+    for pipeline in ["nebula", "mantis", "caracal", "lore", "awsm", "umbra"] {
         let path = format!("pipelines/{pipeline}.json");
         let text = std::fs::read_to_string(root().join(&path)).unwrap();
         let extension = format!(
@@ -507,7 +507,7 @@ mod pictures {
     #[test]
     fn an_overlay_is_drawn_over_the_picture_of_each_pipeline() {
         let Some(gpu) = gpu::device() else { return };
-        for pipeline in ["nebula", "mantis", "caracal", "lore", "awsm"] {
+        for pipeline in ["nebula", "mantis", "caracal", "lore", "awsm", "umbra"] {
             let path = format!("pipelines/{pipeline}.json");
             let with = With { size: Some([96, 54]), ..With::default() };
             let plain = frames(&gpu, &check_file(&path, &with), &[0.0]);

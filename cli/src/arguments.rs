@@ -431,8 +431,9 @@ pub(crate) struct RenderArguments {
     /// Seconds since the start of the scene's animations, of the first frame.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
     pub(crate) at: f64,
-    /// How the camera moves: orbit, walk, or a file with its keys. Without it the scene's own camera.
-    #[arg(long, value_name = "orbit|walk|FILE", value_parser = CameraArgument::parse)]
+    /// How the camera moves: orbit, walk, random (elsewhere in every frame; random:SEED), or a file with its keys. Without it
+    /// the scene's own camera.
+    #[arg(long, value_name = "orbit|walk|random|FILE", value_parser = CameraArgument::parse)]
     pub(crate) camera: Option<CameraArgument>,
     /// Writes what a texture holds after the last frame (with @PASS the version that the pass wrote, with a mip level, a
     /// layer and a face those alone) to a .png, or as numbers to an .exr.
@@ -478,8 +479,9 @@ pub(crate) struct ScoreArguments {
     /// Seconds since the start of the scene's animations, of the first frame.
     #[arg(long, value_name = "SECONDS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_seconds)]
     pub(crate) at: f64,
-    /// How the camera moves: orbit, walk, or a file with its keys. Without it the scene's own camera.
-    #[arg(long, value_name = "orbit|walk|FILE", value_parser = CameraArgument::parse)]
+    /// How the camera moves: orbit, walk, random (elsewhere in every frame; random:SEED), or a file with its keys. Without it
+    /// the scene's own camera.
+    #[arg(long, value_name = "orbit|walk|random|FILE", value_parser = CameraArgument::parse)]
     pub(crate) camera: Option<CameraArgument>,
     /// Writes where and how the last frame differs, one light below the other: red leaks, blue is acne.
     #[arg(long, value_name = "FILE.png")]

@@ -54,6 +54,8 @@ struct Scored {
     triangles: usize,
     /// In the order of the scene; names may be there twice.
     lights: Vec<(String, Scores)>,
+    /// Of each frame that shows something.
+    frames: Vec<(u32, Scores)>,
     together: Scores,
 }
 
@@ -87,6 +89,7 @@ fn score(
     let options = Session::options(&choices);
     let mut drawing = Drawing::new(&graphics, &scene, &checked, options, session, Vec::new())?;
     let mut lights: Vec<(String, Scores)> = Vec::new();
+    let mut frames: Vec<(u32, Scores)> = Vec::new();
     let mut differences = Vec::new();
     let mut triangles = 0;
     let mut unshadowed = Vec::new();
@@ -117,6 +120,7 @@ fn score(
             let rendered = Rendered::new(&pixels);
             let Some(traced) = progress.stage("rays to lights", || truth.light(light)) else { continue };
             let scores = Scores::of(&truth, &traced, rendered);
+            frames.iter_mut().last().into_iter().for_each(|(_, together)| together.add(&scores));
             if rendered.is_lit_everywhere() && scores.band(2).leaking > 0 {
                 unshadowed.push(light.name.clone());
             }
@@ -128,6 +132,9 @@ fn score(
                 None => lights.push((light.name.clone(), scores)),
             }
         }
+    }
+    if frames.is_empty() {
+        return Err(nothing("the camera sees no surface", "move it, or give another with --camera").into());
     }
     unshadowed.sort();
     unshadowed.dedup();
@@ -149,7 +156,7 @@ fn score(
     if let (Some(limits), Some(path)) = (&limits, &arguments.limits) {
         session.diagnostics.extend(broken(limits, path, &together));
     }
-    Ok(Some(Scored { adapter: graphics.name.clone(), triangles, lights, together }))
+    Ok(Some(Scored { adapter: graphics.name.clone(), triangles, lights, frames, together }))
 }
 
 fn nothing(message: &str, help: &str) -> Diagnostic {
@@ -213,7 +220,26 @@ impl Scored {
     fn json(&self) -> serde_json::Value {
         let lights: Vec<_> =
             self.lights.iter().map(|(name, scores)| json!({ "light": name, "scores": scores })).collect();
-        json!({ "adapter": self.adapter, "triangles": self.triangles, "lights": lights, "together": self.together })
+        let frames: Vec<_> = self
+            .frames
+            .iter()
+            .map(|(frame, scores)| json!({ "frame": frame, "iou": scores.iou() }))
+            .collect();
+        let worst = self.worst().map(|(frame, iou)| json!({ "frame": frame, "iou": iou }));
+        json!({
+            "adapter": self.adapter, "triangles": self.triangles, "lights": lights, "frames": frames, "worst": worst,
+            "together": self.together,
+        })
+    }
+
+    /// The frame that agrees least, of those in which at least a hundredth of the pixels is shadowed.
+    fn worst(&self) -> Option<(u32, f64)> {
+        let shown = self.frames.iter().filter(|(_, scores)| {
+            let all = scores.band(0);
+            100 * (all.shadowed_in_both + all.leaking) >= all.pixels()
+        });
+        let scored = shown.filter_map(|(frame, scores)| Some((*frame, scores.iou()?)));
+        scored.min_by(|one, other| one.1.total_cmp(&other.1))
     }
 
     fn text(&self) -> String {
@@ -223,6 +249,9 @@ impl Scored {
         }
         if self.lights.len() > 1 {
             table(&mut text, "together", &self.together);
+        }
+        if let (Some((frame, iou)), 2..) = (self.worst(), self.frames.len()) {
+            let _ = writeln!(text, "worst of {} frames: frame {frame} with IoU {iou:.4}", self.frames.len());
         }
         text
     }

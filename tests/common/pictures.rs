@@ -36,6 +36,7 @@ pub const PIPELINES: &[(&str, usize, Settings)] = &[
         ],
     ),
     ("awsm", 4, super::SMALL_MAPS),
+    ("umbra", 4, super::SMALL_MAPS),
 ];
 
 /// A scene, and the distances at which cascades end on it.
@@ -117,6 +118,8 @@ pub const VARIANTS: &[Variant] = &[
         &[],
     ),
     variant(["lore", "courtyard", "faded"], &[("max_distance", "20"), ("fade_range", "15")], &[]),
+    variant(["umbra", "courtyard", "whole_range"], &[], &[("whole_range", "true")]),
+    variant(["umbra", "figure", "spheres"], &[("fit", "\"sphere\"")], &[("msaa", "true")]),
     variant(["awsm", "courtyard", "unshadowed"], &[], &[]).with_unshadowed_materials(),
     variant(["awsm", "figure", "hard"], &[], &[("light_filter", "\"hard\"")]),
     variant(

@@ -11,6 +11,9 @@
 //!
 //! Times in seconds, strictly increasing; positions in metres. Before the first key and after the last one the camera
 //! stands still. Its projection is that of the scene's camera, up is +Y.
+//!
+//! `random` (or `random:SEED`) looks from elsewhere in every frame: turned by any angle, tilted by up to a quarter of a
+//! right angle, up to a twentieth of the scene's radius away from its own camera.
 
 use std::path::{Path, PathBuf};
 
@@ -24,15 +27,20 @@ use umbragraph::frame::{Bounds, Camera};
 pub(crate) enum CameraArgument {
     Orbit,
     Walk,
+    Random(u64),
     File(PathBuf),
 }
 
 impl CameraArgument {
     /// Never fails: what is no word is a file.
     pub(crate) fn parse(text: &str) -> Result<Self, std::convert::Infallible> {
+        if let Some(seed) = text.strip_prefix("random:").and_then(|seed| seed.parse().ok()) {
+            return Ok(Self::Random(seed));
+        }
         Ok(match text {
             "orbit" => Self::Orbit,
             "walk" => Self::Walk,
+            "random" => Self::Random(1),
             file => Self::File(file.into()),
         })
     }
@@ -45,6 +53,7 @@ pub(crate) enum CameraPath {
     Scene,
     Orbit,
     Walk,
+    Random(u64),
     Keys(Vec<Key>),
 }
 
@@ -73,12 +82,13 @@ impl CameraPath {
             None => Self::Scene,
             Some(CameraArgument::Orbit) => Self::Orbit,
             Some(CameraArgument::Walk) => Self::Walk,
+            Some(CameraArgument::Random(seed)) => Self::Random(*seed),
             Some(CameraArgument::File(path)) => Self::Keys(read(path)?),
         })
     }
 
-    /// The camera of a frame: `part` of the whole way is behind it, `time` is in seconds.
-    pub(crate) fn camera(&self, scene: Camera, bounds: &Bounds, part: f64, time: f64) -> Camera {
+    /// The camera of the frame of an index: `part` of the whole way is behind it, `time` is in seconds.
+    pub(crate) fn camera(&self, scene: Camera, bounds: &Bounds, index: u64, part: f64, time: f64) -> Camera {
         let (middle, radius) =
             if bounds.is_empty() { (DVec3::ZERO, 1.0) } else { (bounds.center(), bounds.radius()) };
         match self {
@@ -92,6 +102,16 @@ impl CameraPath {
                 let ahead = scene.rotation * DVec3::NEG_Z;
                 let level = DVec3::new(ahead.x, 0.0, ahead.z).try_normalize().unwrap_or(DVec3::NEG_Z);
                 Camera { position: scene.position + level * (part * radius), ..scene }
+            }
+            Self::Random(seed) => {
+                let [turn, tilt, x, y, z] = random(seed.wrapping_add(index));
+                let rotation = DQuat::from_rotation_y(turn * std::f64::consts::TAU)
+                    * DQuat::from_rotation_x((tilt - 0.5) * std::f64::consts::FRAC_PI_4);
+                // Upright whatever the scene's own camera is.
+                let ahead = scene.rotation * DVec3::NEG_Z;
+                let level = DQuat::from_rotation_y((-ahead.x).atan2(-ahead.z));
+                let aside = (DVec3::new(x, y, z) * 2.0 - 1.0) * DVec3::new(1.0, 0.1, 1.0) * (0.05 * radius);
+                Camera { position: scene.position + aside, rotation: (level * rotation).normalize(), ..scene }
             }
             Self::Keys(keys) => {
                 let after = keys.partition_point(|key| key.time <= time);
@@ -110,6 +130,16 @@ impl CameraPath {
     }
 }
 
+/// Numbers from 0 to 1 that follow from a seed (S. Vigna's splitmix64).
+fn random(seed: u64) -> [f64; 5] {
+    std::array::from_fn(|at| {
+        let mut bits = seed.wrapping_mul(8).wrapping_add(at as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    })
+}
+
 impl Key {
     /// From camera space to the world; `None` where position and target are one, or the camera looks straight up or down.
     fn rotation(&self) -> Option<DQuat> {
@@ -124,7 +154,7 @@ fn read(path: &Path) -> Result<Vec<Key>, Diagnostic> {
     let name = path.display().to_string();
     let wrong = |at: &str, message: String| {
         Diagnostic::in_file(codes::CAMERA_PATH, &name, at, message)
-            .help("a path is { \"keys\": [ { \"time\": seconds, \"position\": [x, y, z], \"target\": [x, y, z] }, … ] }; there are orbit and walk, too")
+            .help("a path is { \"keys\": [ { \"time\": seconds, \"position\": [x, y, z], \"target\": [x, y, z] }, … ] }; there are orbit, walk and random, too")
     };
     let mut sources = umbragraph::source::Sources::new();
     let file = umbragraph::read_source(path, &mut sources)?;
@@ -177,25 +207,39 @@ mod tests {
     fn an_orbit_comes_back_and_looks_at_the_middle_on_its_way() {
         let path = CameraPath::Orbit;
         for part in [0.0, 1.0] {
-            assert!(path.camera(scene(), &bounds(), part, 0.0).position.abs_diff_eq(scene().position, 1e-9));
+            assert!(
+                path.camera(scene(), &bounds(), 0, part, 0.0).position.abs_diff_eq(scene().position, 1e-9)
+            );
         }
-        let half = path.camera(scene(), &bounds(), 0.5, 0.0);
+        let half = path.camera(scene(), &bounds(), 0, 0.5, 0.0);
         assert!(half.position.abs_diff_eq(DVec3::new(0.0, 2.0, -5.0), 1e-9));
         assert!((half.rotation * DVec3::NEG_Z).abs_diff_eq(DVec3::Z, 1e-9));
     }
 
     #[test]
     fn a_walk_keeps_its_height() {
-        let end = CameraPath::Walk.camera(scene(), &bounds(), 1.0, 0.0);
+        let end = CameraPath::Walk.camera(scene(), &bounds(), 0, 1.0, 0.0);
         assert_eq!(end.position.y, 2.0);
         assert!((end.position.z - (5.0 - bounds().radius())).abs() < 1e-9);
+    }
+
+    #[test]
+    fn random_views_follow_from_their_seed_and_stay_near() {
+        let camera = |seed, index| CameraPath::Random(seed).camera(scene(), &bounds(), index, 0.0, 0.0);
+        assert_eq!(camera(1, 3), camera(1, 3));
+        assert_ne!(camera(1, 3).rotation, camera(1, 4).rotation);
+        for index in 0..50 {
+            let Camera { position, rotation, .. } = camera(7, index);
+            assert!(position.distance(scene().position) <= 0.1 * bounds().radius());
+            assert!((rotation * DVec3::Y).y > 0.9, "upright");
+        }
     }
 
     #[test]
     fn between_keys_the_camera_moves_and_outside_it_stands() {
         let key = |time, x| Key { time, position: [x, 0.0, 0.0], target: [x, 0.0, -1.0] };
         let path = CameraPath::Keys(vec![key(1.0, 0.0), key(3.0, 4.0)]);
-        let x = |time| path.camera(scene(), &bounds(), 0.0, time).position.x;
+        let x = |time| path.camera(scene(), &bounds(), 0, 0.0, time).position.x;
         assert_eq!([0.0, 1.0, 2.0, 3.0, 9.0].map(x), [0.0, 0.0, 2.0, 4.0, 4.0]);
     }
 }

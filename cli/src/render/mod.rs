@@ -248,7 +248,7 @@ impl<'a> Drawing<'a> {
         let [width, height] = self.options.viewport;
         let aspect = f64::from(width) / f64::from(height);
         let input = self.scene.frame_input_of(&self.pose, aspect, time);
-        let camera = path.camera(input.camera, &input.scene_bounds, part, time);
+        let camera = path.camera(input.camera, &input.scene_bounds, index, part, time);
         FrameInput { camera, index, ..input }
     }
 

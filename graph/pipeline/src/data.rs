@@ -200,6 +200,7 @@ impl View {
                 "where the view stands, metres; of an orthographic one any point on its near plane",
             )
             .value("forward", ValueType::VEC3, "the unit direction in which it looks")
+            .value("layer", ValueType::U32, "the layer of the attachments that it draws into")
     }
 
     /// Writes the values of [`View::shape`].
@@ -208,6 +209,7 @@ impl View {
         data.set_matrix("view_from_world", &self.view_from_world);
         data.set_vec3("position", self.position.as_vec3());
         data.set_vec3("forward", self.forward.as_vec3());
+        data.set_u32("layer", self.layer);
     }
 }
 

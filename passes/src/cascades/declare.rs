@@ -90,6 +90,7 @@ fn splits(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Splits> {
             all[..count].copy_from_slice(&far[..count]);
             return Some(Splits::Explicit { far: all, count });
         }
+        SplitScheme::Whole => return Some(Splits::Whole { count }),
         SplitScheme::Uniform => 0.0,
         SplitScheme::Logarithmic => 1.0,
         SplitScheme::Practical => lambda,

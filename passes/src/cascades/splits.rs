@@ -11,6 +11,9 @@
 //! A cascade blends into its successor over the end of its range, so the slice that the successor is fitted to begins
 //! where that blend zone begins. All distances are metres along the view axis from the camera.
 //!
+//! Where a pass on the GPU fits cascades to what the picture shows, the CPU does not know the splits: each slice is the whole
+//! range then, so that no caster of any cascade is culled.
+//!
 //! Limits: the formulas need a near distance above zero; one that is not (an orthographic camera's) or is half the far
 //! distance and more is moved between a millionth and half of the far distance.
 
@@ -32,6 +35,9 @@ pub enum SplitScheme {
     Logarithmic,
     /// A mix of the logarithmic (weight lambda) and the uniform (weight 1 − lambda).
     Practical,
+    /// Every cascade has the whole range of the camera: for casters that may be drawn into any of them, where a pass on
+    /// the GPU fits the cascades themselves.
+    Whole,
 }
 
 /// What the fraction of a blend zone is a fraction of.
@@ -75,6 +81,11 @@ pub enum Splits {
         /// The number of cascades.
         count: usize,
     },
+    /// Each the whole range of the camera.
+    Whole {
+        /// The number of cascades.
+        count: usize,
+    },
 }
 
 /// One cascade's part of the view axis, in metres.
@@ -94,14 +105,16 @@ impl Splits {
     /// The number of cascades, at most [`MAX_CASCADES`].
     pub fn count(&self) -> usize {
         match self {
-            Splits::Explicit { count, .. } | Splits::Formula { count, .. } => (*count).min(MAX_CASCADES),
+            Splits::Explicit { count, .. } | Splits::Formula { count, .. } | Splits::Whole { count } => {
+                (*count).min(MAX_CASCADES)
+            }
         }
     }
 
     /// Where the first cascade begins as far as formulas and ranges are concerned, for a camera with this near plane.
     pub fn near(&self, camera_near: f64) -> f64 {
         match self {
-            Splits::Explicit { .. } => camera_near,
+            Splits::Explicit { .. } | Splits::Whole { .. } => camera_near,
             Splits::Formula { near, far, .. } => near.unwrap_or(camera_near).min(far * 0.5).max(far * 1e-6),
         }
     }
@@ -113,6 +126,7 @@ impl Splits {
         for (at, distance) in distances.iter_mut().take(count).enumerate() {
             *distance = match self {
                 Splits::Explicit { far, .. } => far[at],
+                Splits::Whole { .. } => f64::INFINITY,
                 Splits::Formula { far, .. } if at + 1 == count => *far,
                 Splits::Formula { lambda, far, .. } => {
                     practical(*lambda, self.near(camera_near), *far, (at + 1) as f64 / count as f64)
@@ -124,10 +138,14 @@ impl Splits {
 
     /// The slices of a camera whose planes stand at `near` and `far`: those that begin before its far plane.
     pub fn slices(&self, blend: Blend, near: f64, far: f64) -> impl Iterator<Item = Slice> + use<> {
+        let is_whole = matches!(self, Splits::Whole { .. });
         let distances = self.far(near);
         let mut begin = near;
         let mut previous = self.near(near);
         distances.into_iter().take(self.count()).map_while(move |distance| {
+            if is_whole {
+                return Some(Slice { begin: near, end: far, far, blend_start: far });
+            }
             let zone = blend.fraction
                 * match blend.of {
                     BlendOf::Far => distance,
@@ -216,6 +234,12 @@ mod tests {
                 assert!((slice.blend_start - start).abs() < 1e-12, "{slices:?}");
             }
         }
+    }
+
+    #[test]
+    fn every_cascade_can_have_the_whole_range() {
+        let slices: Vec<_> = Splits::Whole { count: 3 }.slices(Blend::default(), 0.1, 20.0).collect();
+        assert_eq!(slices, [Slice { begin: 0.1, end: 20.0, far: 20.0, blend_start: 20.0 }; 3]);
     }
 
     #[test]
