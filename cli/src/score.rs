@@ -102,10 +102,9 @@ fn score(
         triangles = rays.count();
         let truth = progress.stage("rays of the camera", || Truth::new(&rays, &input.camera, choices.size));
         if truth.points().iter().all(Option::is_none) {
-            return Err(
-                nothing("the camera sees no surface", "move it, or give another with --camera").into()
-            );
+            continue;
         }
+        frames.push((frame, Scores::default()));
         let casting: Vec<_> = input.lights.iter().filter(|light| light.has(CASTS)).collect();
         if casting.is_empty() {
             let help = "let one cast shadows: \"castShadow\" in its extras is not false";
