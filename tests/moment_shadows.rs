@@ -5,7 +5,7 @@
 mod common;
 
 use common::gpu::{Host, scene};
-use common::{Outcome, With, check_file, root, with_small_maps};
+use common::{Outcome, With, check_file, check_with, root, with_small_maps};
 use glam::{DVec3, Vec3};
 use umbragraph::frame::{FrameInput, Light, LightKind};
 use umbragraph_test_support::gpu;
@@ -98,6 +98,38 @@ fn moments_take_memory_where_they_are_asked_for_alone() {
         let without = awsm(&[moments], &[(shadows, "false")], [160, 120]);
         assert!(!without.plan().resources.keys().any(|name| is_of_moments(name)), "{shadows}");
     }
+}
+
+#[test]
+fn moments_have_the_first_format_that_shaders_can_write_and_else_there_is_a_finding() {
+    let formats = ["rg32float", "rgba32float", "r32uint", "rgba16float", "rg32uint"];
+    for ((filter, precision, bytes), format) in KINDS.into_iter().zip(formats) {
+        let features = [("moment_filter", filter), ("moment_precision", precision)];
+        let outcome = awsm(&[("moment_cascades", "\"all\"")], &features, [160, 120]);
+        for name in ["cascade_moments", "soft_cascade_moments", "blur_cascades.rows"] {
+            let found = outcome.plan().resources[name].format.expect("a texture");
+            assert_eq!(format!("{found:?}").to_lowercase(), format, "{filter} {precision}");
+            assert_eq!(found.block_copy_size(None).map(u64::from), Some(bytes));
+        }
+    }
+    // No device has to be able to write the formats of one or two channels of 16 bits.
+    let with = |formats: &str| {
+        let moments = format!(r#""cascade_moments": {{ "texture": {{ "format": {formats} }} }}"#);
+        let text = format!(
+            r#"{{ "format": 1, "name": "other", "extends": "{AWSM}", "resources": {{ {moments} }} }}"#
+        );
+        let parameters = [("moment_cascades", "\"last\"")];
+        check_with("other.json", &text, &With { parameters: &parameters, ..With::default() })
+    };
+    let next = with(r#"["rg16float", "rgba16float"]"#);
+    assert_eq!(next.plan().resources["cascade_moments"].format, Some(wgpu::TextureFormat::Rgba16Float));
+    let none = with(r#"["rg16float", "r16float"]"#);
+    assert_eq!(none.codes(), ["UG0323"], "{}", none.text());
+    assert!(
+        none.text().contains("\"cascade_moments\"") && none.text().contains("rg16float"),
+        "{}",
+        none.text()
+    );
 }
 
 fn spot(name: &str, position: [f64; 3]) -> Light {

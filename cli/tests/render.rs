@@ -371,3 +371,90 @@ fn nothing_but_diagnostics_stands_on_standard_error() {
     fine(&output);
     assert_eq!(text(&output.stderr), "");
 }
+
+/// Writes a scene of so many triangles over a floor, each of a material of its own, in light of each kind.
+fn of_materials(folder: &Path, count: usize) -> String {
+    let positions: [[f32; 3]; 3] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let bytes: Vec<u8> = positions.iter().flatten().flat_map(|number| number.to_le_bytes()).collect();
+    std::fs::write(folder.join("triangle.bin"), &bytes).unwrap();
+    let each = |one: &dyn Fn(usize) -> String| (0..count).map(one).collect::<Vec<_>>().join(", ");
+    let light = |index: usize| {
+        format!(
+            r#"{{ "extensions": {{ "KHR_lights_punctual": {{ "light": {index} }} }}, "translation": [0, 3, 2], "rotation": [-0.6, 0, 0, 0.8] }}"#
+        )
+    };
+    let document = format!(
+        r#"{{ "asset": {{ "version": "2.0" }}, "scene": 0, "scenes": [{{ "nodes": [{}] }}],
+            "extensionsUsed": ["KHR_lights_punctual"],
+            "extensions": {{ "KHR_lights_punctual": {{ "lights": [
+                {{ "type": "directional", "intensity": 3 }},
+                {{ "type": "spot", "intensity": 30, "spot": {{ "outerConeAngle": 0.7 }} }},
+                {{ "type": "point", "intensity": 30 }} ] }} }},
+            "buffers": [{{ "byteLength": {}, "uri": "triangle.bin" }}],
+            "bufferViews": [{{ "buffer": 0, "byteLength": {} }}],
+            "accessors": [{{ "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] }}],
+            "materials": [{}], "meshes": [{}], "nodes": [{}, {}, {}, {}] }}"#,
+        (0..count + 3).map(|node| node.to_string()).collect::<Vec<_>>().join(", "),
+        bytes.len(),
+        bytes.len(),
+        each(&|at| format!(
+            r#"{{ "pbrMetallicRoughness": {{ "baseColorFactor": [0.{at}, 0.5, 0.5, 1] }}, "extras": {{ "receiveShadow": {} }} }}"#,
+            at % 2 == 0
+        )),
+        each(&|at| format!(
+            r#"{{ "primitives": [{{ "attributes": {{ "POSITION": 0 }}, "material": {at} }}] }}"#
+        )),
+        each(&|at| format!(
+            r#"{{ "mesh": {at}, "translation": [{}, 0, {}] }}"#,
+            at as f64 * 0.4 - 1.5,
+            at as f64 * -0.3
+        )),
+        light(0),
+        light(1),
+        light(2),
+    );
+    let path = folder.join(format!("{count}.gltf"));
+    std::fs::write(&path, document).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+fn files_below(folder: &Path) -> usize {
+    let Ok(entries) = std::fs::read_dir(folder) else { return 0 };
+    entries.flatten().map(|entry| if entry.path().is_dir() { files_below(&entry.path()) } else { 1 }).sum()
+}
+
+#[test]
+fn a_driver_compiles_as_many_shaders_for_one_material_as_for_nine() {
+    if !adapter() {
+        return;
+    }
+    let folder = ScratchFolder::new("render-materials");
+    let compiled = |count: usize| {
+        let scene = of_materials(&folder, count);
+        let cache = folder.join(format!("cache-{count}"));
+        let out = folder.join(format!("{count}.png"));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_umbragraph"));
+        command.args(["render", "pipelines/awsm.json", "--scene", &scene, "--size", "64x36"]);
+        command.args(["--feature", "light_filter=pcss", "--feature", "contact_shadows"]);
+        command.args([
+            "--set",
+            "moment_cascades=last",
+            "--set",
+            "lamp_radius=0.1",
+            "--set",
+            "sun_angle=0.01",
+        ]);
+        command.args(["--out", out.to_str().unwrap()]);
+        // Mesa's own name for where compiled shaders are kept, a file for each.
+        command.env("MESA_SHADER_CACHE_DIR", &cache).env_remove("MESA_SHADER_CACHE_DISABLE");
+        fine(&command.current_dir(root()).output().expect("the command"));
+        files_below(&cache)
+    };
+    let (one, nine) = (compiled(1), compiled(9));
+    println!("{one} files for one material, {nine} for nine");
+    if one == 0 {
+        skip::skipped("a driver that keeps no compiled shaders");
+        return;
+    }
+    assert_eq!(one, nine);
+}

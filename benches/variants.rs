@@ -1,0 +1,109 @@
+//! What the shaders of `pipelines/awsm.json` cost before its first frame, by filter and by what is switched on.
+//!
+//! For each setting: the distinct modules of its passes, their bytes as WGSL and as SPIR-V (overrides resolved), the time to
+//! make all pipelines, and that of the first frames of 64 by 36 of the interior with its eight lights until sizes have settled,
+//! with nothing compiled kept by Mesa. Then each module of the last setting by itself. The last line is the user time of all
+//! first frames.
+//!
+//! `cargo bench --bench variants`
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::collections::BTreeMap;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use common::gpu::{Host, scene};
+use common::{Outcome, With, check_file, root};
+use naga::back::pipeline_constants::process_overrides;
+use naga::back::spv;
+use umbragraph::shader::ShaderModule;
+use umbragraph_test_support::gpu;
+
+/// Mesa's own name for keeping nothing.
+const NO_CACHE: &str = "MESA_SHADER_CACHE_DISABLE";
+
+type Settings = &'static [(&'static str, &'static str)];
+
+const SETTINGS: [(&str, Settings, Settings); 7] = [
+    ("hard", &[("light_filter", "\"hard\"")], &[]),
+    ("poisson16", &[], &[]),
+    ("pcss", &[("light_filter", "\"pcss\"")], &[]),
+    ("evsm4", &[], &[("moment_cascades", "\"last_two\""), ("moment_spots", "true")]),
+    ("msm", &[("moment_filter", "\"msm\"")], &[("moment_cascades", "\"last_two\"")]),
+    ("visibility_first", &[("light_filter", "\"pcss\""), ("visibility_first", "true")], &[]),
+    (
+        "pcss_evsm4_contact",
+        &[("light_filter", "\"pcss\""), ("contact_shadows", "true")],
+        &[("moment_cascades", "\"last_two\""), ("moment_spots", "true")],
+    ),
+];
+
+fn main() {
+    // The driver reads it when it is loaded.
+    if std::env::var_os(NO_CACHE).is_none() {
+        let itself = std::env::current_exe().expect("this program");
+        let status = Command::new(itself).env(NO_CACHE, "true").status().expect("a process");
+        std::process::exit(status.code().unwrap_or(1));
+    }
+    let Some(gpu) = gpu::device() else {
+        println!("there is no graphics adapter");
+        return;
+    };
+    println!("on {}", gpu.name);
+    println!(
+        "{:20} {:>7} {:>9} {:>9} {:>14} {:>14}",
+        "", "modules", "WGSL", "SPIR-V", "pipelines", "first frames"
+    );
+    let scene = scene(&root().join("examples/scenes/interior.glb"));
+    let input = scene.frame_input(64.0 / 36.0, 0.0);
+    for (name, features, parameters) in SETTINGS {
+        let mut all = vec![("lamp_radius", "0.05")];
+        all.extend_from_slice(parameters);
+        let with = With { parameters: &all, features, size: Some([64, 36]), ..With::default() };
+        let outcome = check_file("pipelines/awsm.json", &with);
+        let modules = modules(&outcome);
+        let bytes: usize = modules.values().map(|module| module.wgsl.len()).sum();
+        let words: usize = modules.values().map(|module| spirv_bytes(module)).sum();
+        let start = Instant::now();
+        let mut host = Host::new(&gpu, &outcome, &scene);
+        let made = start.elapsed();
+        let start = Instant::now();
+        drop(host.picture(&input));
+        let drawn = start.elapsed();
+        let count = modules.len();
+        println!("{name:20} {count:7} {bytes:9} {words:9} {:>11.0} ms {:>11.0} ms", ms(made), ms(drawn));
+        if name == SETTINGS[SETTINGS.len() - 1].0 {
+            for module in modules.values() {
+                let (text, words) = (module.wgsl.len(), spirv_bytes(module));
+                println!("  {:26} {text:9} {words:9}", module.template);
+            }
+        }
+    }
+}
+
+fn ms(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e3
+}
+
+/// The distinct modules of a pipeline's passes.
+fn modules(outcome: &Outcome) -> BTreeMap<[u8; 32], ShaderModule> {
+    let programs = &outcome.plan().pipeline.programs;
+    let variants = programs.iter().flat_map(|program| &program.variants);
+    variants.map(|variant| (variant.module.hash, ShaderModule::clone(&variant.module))).collect()
+}
+
+/// The bytes of a module as SPIR-V, with the constants of its pipeline.
+fn spirv_bytes(module: &ShaderModule) -> usize {
+    let parsed = naga::front::wgsl::parse_str(&module.wgsl).expect("WGSL");
+    let flags = naga::valid::ValidationFlags::all();
+    let validate = |module: &naga::Module| {
+        naga::valid::Validator::new(flags, naga::valid::Capabilities::all()).validate(module).expect("valid")
+    };
+    let constants = module.constants.iter().map(|(name, value)| (name.clone(), *value)).collect();
+    let info = validate(&parsed);
+    let (resolved, info) = process_overrides(&parsed, &info, None, &constants).expect("constants");
+    let words = spv::write_vec(&resolved, &info, &spv::Options::default(), None).expect("SPIR-V");
+    words.len() * 4
+}
