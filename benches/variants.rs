@@ -65,7 +65,7 @@ fn main() {
         let outcome = check_file("pipelines/awsm.json", &with);
         let modules = modules(&outcome);
         let bytes: usize = modules.values().map(|module| module.wgsl.len()).sum();
-        let words: usize = modules.values().map(|module| spirv_bytes(module)).sum();
+        let words: usize = modules.values().map(spirv_bytes).sum();
         let start = Instant::now();
         let mut host = Host::new(&gpu, &outcome, &scene);
         let made = start.elapsed();
