@@ -5,47 +5,41 @@
 //! the feature `gpu`, records it into the command encoder of an application of yours.
 //!
 //! ```
-//! use umbragraph::compiler::PlanOptions;
-//! use umbragraph::diagnostic::{Diagnostics, render};
-//! use umbragraph::pipeline::Overrides;
-//! use umbragraph::shader::TargetProfile;
-//! use umbragraph::source::Sources;
+//! use umbragraph::{Library, Options};
 //!
 //! let text = r#"{
 //!   "format": 1, "name": "smallest",
 //!   "resources": { "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } } },
 //!   "passes": { "fill": { "fullscreen": { "shader": "gradient.wgsl.jinja", "color": [{ "to": "target" }] } } }
 //! }"#;
-//! let mut sources = Sources::new();
-//! let mut diagnostics = Diagnostics::new();
-//! let templates = umbragraph::templates(&mut sources, &mut diagnostics);
-//! let file = sources.add("smallest.json", text);
-//! let options = umbragraph::CheckOptions {
-//!     registry: &umbragraph::registry(),
-//!     templates: &templates,
-//!     profile: &TargetProfile::webgpu(),
-//!     overrides: &Overrides::default(),
-//!     plan: &PlanOptions::new(640, 480),
-//! };
-//! let checked = umbragraph::check(file, &options, &sources, &mut diagnostics);
-//! assert!(diagnostics.is_empty(), "{}", render::human_all(&diagnostics, &sources));
-//! assert_eq!(checked.plan.unwrap().passes[0].name, "fill");
+//! let pipeline = Library::new().load_text("smallest.json", text)?;
+//! let plan = pipeline.plan(&Options::new(640, 480))?;
+//! assert_eq!(plan.passes[0].name, "fill");
+//! # Ok::<(), umbragraph::Error>(())
 //! ```
+//!
+//! [`Library`], [`Pipeline`], [`Options`], `Executor` and `Frame` are the front door; what is in modules is for tools, node
+//! kinds and hosts with needs of their own.
 //!
 //! Features: `gpu` (on by default) adds [`executor`] and re-exports wgpu; `gltf` (on by default) adds [`scene`].
 //! Without them nothing of wgpu-core is built.
 
 #[path = "pipelines/bundled.rs"]
 mod bundled;
+mod front;
 
 pub use bundled::{Bundled, PIPELINES};
+pub use front::{Library, Options, Pipeline, Setting};
 pub use umbragraph_graph::*;
 pub use umbragraph_passes as passes;
 pub use umbragraph_passes::registry;
 #[cfg(feature = "gltf")]
 pub use umbragraph_scene as scene;
 
-use std::path::Path;
+#[cfg(feature = "gpu")]
+pub use executor::{Executor, Frame, Parameter};
+pub use umbragraph_graph::compiler::Plan;
+
 use std::sync::Arc;
 
 use crate::diagnostic::{Code, Diagnostics};
@@ -81,29 +75,6 @@ pub fn templates_with(
     }
     set.check(diagnostics);
     Arc::new(set)
-}
-
-/// Takes a pipeline file, with the files that it extends, includes and uses, all the way to a plan. Every diagnostic
-/// goes to `diagnostics`. What it names lies below the working folder or its own, or comes with this crate
-/// (`umbragraph:nebula.json`); further folders, or files that are not on a disk: [`compose::compose`], then
-/// [`check_document`].
-pub fn check_path(
-    path: &Path,
-    options: &CheckOptions<'_>,
-    sources: &mut Sources,
-    diagnostics: &mut Diagnostics,
-) -> CheckReport {
-    let file = match compose::read_source(path, sources) {
-        Ok(file) => file,
-        Err(diagnostic) => {
-            diagnostics.push(diagnostic);
-            return CheckReport::default();
-        }
-    };
-    let mut files = Bundled(compose::Disk(compose::Roots::of(path)));
-    compose::compose(file, path, &mut files, sources, diagnostics)
-        .map(|composed| check_document(&composed.document, options, sources, diagnostics))
-        .unwrap_or_default()
 }
 
 /// Every code that a diagnostic of this crate can have, by its id.

@@ -110,15 +110,14 @@ impl Bench {
         let composed = compose::compose(file, path, &mut base, &mut sources, &mut diagnostics);
         let pipeline = composed.and_then(|composed| {
             let overrides = Overrides::default();
-            pipeline::load(
-                &composed.document,
-                &self.registry,
-                &self.templates,
-                &self.profile,
-                &overrides,
-                &sources,
-                &mut diagnostics,
-            )
+            let options = pipeline::LoadOptions {
+                registry: &self.registry,
+                templates: &self.templates,
+                profile: &self.profile,
+                overrides: &overrides,
+            };
+            let mut modules = pipeline::Modules::default();
+            pipeline::load(&composed.document, &options, &sources, &mut diagnostics, &mut modules)
         });
         let time = start.elapsed();
         let first: Vec<_> = diagnostics.iter().take(1).cloned().collect();

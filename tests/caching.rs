@@ -82,7 +82,7 @@ fn play(host: &mut Host<'_>, scene: &Scene, at: u64, size: [u32; 2]) -> Vec<[u8;
         host.options = PlanOptions { data_sizes, ..PlanOptions::new(size[0], size[1]) };
         let plan = host.outcome.checked.plan_again(&host.options, &host.outcome.sources).expect("a plan");
         host.target = import(host.gpu, &plan, "target");
-        pollster::block_on(host.executor.set_plan(Arc::new(plan), Some(&host.scene))).expect("a plan");
+        host.executor.set_plan(Arc::new(plan), Some(&host.scene)).expect("a plan");
     }
     host.scene.update(&host.gpu.queue, scene, &scene.pose(time(at)));
     host.frame(&frame(scene, at, size));

@@ -10,11 +10,12 @@ use std::path::Path;
 use std::rc::Rc;
 
 use common::host::{crowded_frame, published, quiet_frame, sunny_frame};
+use common::settings::others;
 use common::{With, check_with, root};
 use serde_json::{Value as Json, json};
 use umbragraph::compiler::Plan;
 use umbragraph::expression::Value;
-use umbragraph::language::{FeatureType, ParameterDeclaration, ParameterType};
+use umbragraph::language::{FeatureType, ParameterType};
 use umbragraph::pipeline::Pipeline;
 use umbragraph::work::{Draw, Work};
 use umbragraph_test_support::property;
@@ -57,29 +58,6 @@ fn effect(plan: &Plan) -> String {
 
 fn to_json(value: &Value) -> Json {
     serde_json::to_value(value).unwrap()
-}
-
-/// Other values that a parameter could have; some may be rejected.
-fn others(declaration: &ParameterDeclaration, value: &Value) -> Vec<Json> {
-    match (declaration.parameter_type, value) {
-        (ParameterType::Enum, Value::Text(now)) => {
-            declaration.values.iter().filter(|word| *word != now).map(|word| json!(word)).collect()
-        }
-        (_, Value::Bool(now)) => vec![json!(!now)],
-        (ParameterType::F32, Value::Number(now)) => {
-            vec![json!(now * 1.5), json!(now * 0.5), json!(now + 0.25)]
-        }
-        (_, Value::Number(now)) => {
-            [now + 1.0, now * 2.0, now - 1.0, now * 0.5].map(|number| json!(number as i64)).to_vec()
-        }
-        (_, Value::List(list)) => {
-            let scaled = list.iter().filter_map(Value::number).map(|number| number * 0.9).collect::<Vec<_>>();
-            let turned =
-                list.iter().skip(1).chain(list.first()).filter_map(Value::number).collect::<Vec<_>>();
-            vec![json!(scaled), json!(turned)]
-        }
-        _ => Vec::new(),
-    }
 }
 
 /// A value for one name, beside or instead of the defaults.

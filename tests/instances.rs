@@ -42,7 +42,7 @@ impl Node for Counted {
     }
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Idle;
 
 impl CpuNode for Idle {
@@ -68,9 +68,14 @@ fn settings_are_decoded_once_however_often_their_subgraph_is_used() {
     let mut registry = umbragraph::registry();
     registry.register::<Counted>();
     let (profile, overrides) = (TargetProfile::webgpu(), Overrides::default());
-    let pipeline =
-        pipeline::load(&document, &registry, &templates, &profile, &overrides, &sources, &mut diagnostics)
-            .unwrap();
+    let options = pipeline::LoadOptions {
+        registry: &registry,
+        templates: &templates,
+        profile: &profile,
+        overrides: &overrides,
+    };
+    let mut modules = pipeline::Modules::default();
+    let pipeline = pipeline::load(&document, &options, &sources, &mut diagnostics, &mut modules).unwrap();
     assert_eq!(render::human_all(&diagnostics, &sources), "");
     assert_eq!(pipeline.passes.len(), 3_000);
     assert!(pipeline.find_resource("u999.y1").is_some());

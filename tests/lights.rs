@@ -322,7 +322,7 @@ fn two_executors_on_one_plan_do_not_notice_one_another() {
     let host = || {
         let mut host = Host::new(&gpu, &outcome, &scene);
         let executor = Executor::new(&gpu.device, &gpu.queue, plan.clone(), Some(&host.scene));
-        host.executor = pollster::block_on(executor).expect("an executor");
+        host.executor = executor.expect("an executor");
         host
     };
     // Lights go around the room, in one way or the other.

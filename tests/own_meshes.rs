@@ -12,42 +12,18 @@ use std::sync::Arc;
 
 use dominoes::{Dominoes, GEOMETRY, interface};
 use glam::{DMat3, DQuat, DVec3, Vec3};
-use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::compose::{Disk, Roots};
-use umbragraph::diagnostic::{Diagnostics, render};
 use umbragraph::draw::{HostInterface, HostSlotKind};
-use umbragraph::executor::{Executor, Frame};
 use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
-use umbragraph::pipeline::Overrides;
-use umbragraph::shader::TargetProfile;
-use umbragraph::source::Sources;
+use umbragraph::{Error, Executor, Frame, Library, Options, Plan};
 use umbragraph_test_support::gpu;
 use umbragraph_test_support::image::Picture;
 
 const SIZE: [u32; 2] = [480, 270];
 
-fn checked(host: HostInterface) -> (Option<Plan>, Vec<String>) {
+fn checked(host: HostInterface) -> Result<Arc<Plan>, Error> {
     let folder = Path::new("examples/own_meshes");
-    let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
-    let own = ["dominoes.wgsl.jinja", "dominoes.axes.json"].map(|name| (name.to_owned(), folder.join(name)));
-    let templates = umbragraph::templates_with(
-        &own,
-        &mut Disk(Roots::default().and(folder)),
-        &mut sources,
-        &mut diagnostics,
-    );
-    let mut registry = umbragraph::registry();
-    registry.host(GEOMETRY, host);
-    let options = umbragraph::CheckOptions {
-        registry: &registry,
-        templates: &templates,
-        profile: &TargetProfile::webgpu(),
-        overrides: &Overrides::default(),
-        plan: &PlanOptions::new(SIZE[0], SIZE[1]),
-    };
-    let plan =
-        umbragraph::check_path(&folder.join("dominoes.json"), &options, &mut sources, &mut diagnostics).plan;
-    (plan, diagnostics.iter().map(|diagnostic| render::human(diagnostic, &sources)).collect())
+    let library = Library::new().templates(folder).host(GEOMETRY, host);
+    library.load(folder.join("dominoes.json"))?.plan(&Options::new(SIZE[0], SIZE[1]))
 }
 
 fn frame() -> FrameInput {
@@ -95,12 +71,10 @@ fn brightness(picture: &Picture, input: &FrameInput, point: DVec3) -> u32 {
 #[test]
 fn an_application_of_its_own_draws_its_meshes_with_the_shadows_of_a_pipeline_it_extends() {
     let Some(gpu) = gpu::device() else { return };
-    let (plan, diagnostics) = checked(interface());
-    assert!(diagnostics.is_empty(), "{diagnostics:#?}");
-    let plan = Arc::new(plan.expect("a plan"));
+    let plan = checked(interface()).unwrap_or_else(|error| panic!("{error}"));
     let meshes = Dominoes::new(&gpu.device, &gpu.queue);
     let target = common::gpu::import(&gpu, &plan, "target");
-    let mut executor = pollster::block_on(Executor::new(&gpu.device, &gpu.queue, plan, Some(&meshes)))
+    let mut executor = Executor::new(&gpu.device, &gpu.queue, plan, Some(&meshes))
         .unwrap_or_else(|diagnostics| panic!("{diagnostics:?}"));
     let input = frame();
     let frame = Frame { input: &input, draws: Some(&meshes), imports: &[("target", &target)], toggles: &[] };
@@ -124,11 +98,10 @@ fn a_host_whose_blocks_lie_elsewhere_is_found_without_a_device() {
     if let HostSlotKind::Block { members, .. } = &mut host.object[0].kind {
         members[2].offset = 76;
     }
-    let (_, diagnostics) = checked(host);
-    assert_eq!(diagnostics.len(), 1, "{diagnostics:#?}");
+    let error = checked(host).expect_err("a host that stores otherwise");
+    assert_eq!(error.findings().len(), 1, "{error}");
     assert!(
-        diagnostics[0].contains("\"domino.color\" lies at byte 76 on the host and at byte 80"),
-        "{}",
-        diagnostics[0]
+        error.to_string().contains("\"domino.color\" lies at byte 76 on the host and at byte 80"),
+        "{error}"
     );
 }

@@ -261,8 +261,7 @@ impl Session {
             let mut coverage = umbragraph::check_configurations(
                 &composed.document,
                 &options,
-                &configurations,
-                verified,
+                (&configurations, verified),
                 &mut dry_run(&self.registry, profile),
                 &self.sources,
                 &mut diagnostics,

@@ -14,15 +14,8 @@ use std::sync::Arc;
 
 use dominoes::{Dominoes, GEOMETRY, interface};
 use glam::{DMat3, DQuat, DVec3, Vec3};
-use umbragraph::compiler::{Plan, PlanOptions};
-use umbragraph::compose::{Disk, Roots};
-use umbragraph::diagnostic::{Diagnostics, render};
-use umbragraph::executor::{Executor, Frame};
 use umbragraph::frame::{Camera, FrameInput, Light, LightKind, Projection};
-use umbragraph::pipeline::Overrides;
-use umbragraph::shader::TargetProfile;
-use umbragraph::source::Sources;
-use umbragraph::wgpu;
+use umbragraph::{Executor, Frame, Library, Options, Plan, wgpu};
 
 const SIZE: [u32; 2] = [960, 540];
 
@@ -41,13 +34,12 @@ fn main() {
 }
 
 fn run(out: &Path) -> Result<(), Box<dyn std::error::Error>> {
-    let plan = Arc::new(plan()?);
+    let plan = plan()?;
     let (device, queue) = pollster::block_on(open())?;
     let meshes = Dominoes::new(&device, &queue);
     let target = target(&device);
     // Pipelines, textures and bind groups are made here; a frame makes nothing.
-    let mut executor = pollster::block_on(Executor::new(&device, &queue, plan, Some(&meshes)))
-        .map_err(|found| told(&found))?;
+    let mut executor = Executor::new(&device, &queue, plan, Some(&meshes))?;
     for index in 0..240 {
         let time = index as f64 * STEP;
         meshes.update(&queue, time);
@@ -55,7 +47,7 @@ fn run(out: &Path) -> Result<(), Box<dyn std::error::Error>> {
         let frame =
             Frame { input: &input, draws: Some(&meshes), imports: &[("target", &target)], toggles: &[] };
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        executor.record(&mut encoder, &frame).map_err(|found| told(&found))?;
+        executor.record(&mut encoder, &frame)?;
         queue.submit([encoder.finish()]);
     }
     save(&device, &queue, &target, out)
@@ -63,32 +55,10 @@ fn run(out: &Path) -> Result<(), Box<dyn std::error::Error>> {
 
 /// Reads the pipeline and the shader, and compares what they want with what the meshes are. No device is needed, so a
 /// test of the application can do the same.
-fn plan() -> Result<Plan, String> {
+fn plan() -> Result<Arc<Plan>, umbragraph::Error> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/own_meshes");
-    let mut sources = Sources::new();
-    let mut diagnostics = Diagnostics::new();
-    let own = ["dominoes.wgsl.jinja", "dominoes.axes.json"].map(|name| (name.to_owned(), folder.join(name)));
-    let templates = umbragraph::templates_with(
-        &own,
-        &mut Disk(Roots::default().and(&folder)),
-        &mut sources,
-        &mut diagnostics,
-    );
-    let mut registry = umbragraph::registry();
-    registry.host(GEOMETRY, interface());
-    let options = umbragraph::CheckOptions {
-        registry: &registry,
-        templates: &templates,
-        profile: &TargetProfile::webgpu(),
-        overrides: &Overrides::default(),
-        plan: &PlanOptions::new(SIZE[0], SIZE[1]),
-    };
-    let checked =
-        umbragraph::check_path(&folder.join("dominoes.json"), &options, &mut sources, &mut diagnostics);
-    checked
-        .plan
-        .filter(|_| !diagnostics.has_errors())
-        .ok_or_else(|| render::human_all(&diagnostics, &sources))
+    let library = Library::new().templates(&folder).host(GEOMETRY, interface());
+    library.load(folder.join("dominoes.json"))?.plan(&Options::new(SIZE[0], SIZE[1]))
 }
 
 /// A device with the limits that WebGPU promises: the profile of [`plan`].
@@ -178,9 +148,4 @@ fn save(
     encoder.set_color(png::ColorType::Rgba);
     encoder.write_header()?.write_image_data(&buffer.slice(..).get_mapped_range()?)?;
     Ok(())
-}
-
-/// What went wrong on the device, a line each.
-fn told(diagnostics: &Diagnostics) -> String {
-    diagnostics.iter().map(|diagnostic| format!("{}: {}\n", diagnostic.code, diagnostic.message)).collect()
 }

@@ -19,13 +19,13 @@
 //! ```
 
 pub use umbragraph_shaders as shader;
-pub use umbragraph_text::{codes, compose, diagnostic, document, expression, language, source};
+pub use umbragraph_text::{Error, codes, compose, diagnostic, document, expression, language, source};
 
 pub use umbragraph_pipeline::{data, frame, node, work};
 
 pub use umbragraph_tools::{
-    CheckOptions, CheckReport, Coverage, capture, check, check_configurations, check_document, report,
-    reprojection, why,
+    CheckOptions, CheckReport, Coverage, capture, check, check_configurations, check_document, check_sharing,
+    report, reprojection, why,
 };
 
 #[cfg(feature = "gpu")]

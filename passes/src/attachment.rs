@@ -9,7 +9,8 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::pipeline::{
-    Contents, Face as CubeFace, IndexRange, PassBuilder, Produced, SubresourceRange, SubresourceRangeSettings,
+    Contents, Evaluate, Face as CubeFace, IndexRange, LiveTarget, PassBuilder, Produced, SubresourceRange,
+    SubresourceRangeSettings,
 };
 use umbragraph_pipeline::wgpu_types::{ColorWrites, StencilFaceState, StencilOperation, StencilState};
 use umbragraph_pipeline::work::{
@@ -210,7 +211,7 @@ impl Attachments {
         mut draw: Option<Draw>,
     ) -> Option<Produced> {
         let color: Vec<_> = (self.color.iter().enumerate())
-            .map(|(at, settings)| settings.declare(pass, &format!("/color/{at}"), covers))
+            .map(|(at, settings)| settings.declare(pass, at, covers))
             .collect();
         let depth = self.depth.as_ref().map(|settings| settings.declare(pass, "/depth"));
         let stencil = self.stencil.as_ref().map(|settings| settings.declare(pass, "/stencil"));
@@ -245,12 +246,14 @@ impl Attached {
     fn load<T>(
         &self,
         pass: &mut PassBuilder<'_>,
-        (clear, at): (&Option<Expr>, &str),
+        (clear, at, target): (&Option<Expr>, &str, LiveTarget),
         without: LoadOperation<T>,
         value: impl FnOnce(&mut PassBuilder<'_>, &Expr, &str) -> Option<T>,
     ) -> Option<LoadOperation<T>> {
         let load = match (clear, &self.contents) {
-            (Some(expr), _) => LoadOperation::Clear(value(pass, expr, &format!("{at}/clear"))?),
+            (Some(expr), _) => {
+                LoadOperation::Clear(pass.live(target, |pass| value(pass, expr, &format!("{at}/clear")))?)
+            }
             (None, None) => return Some(without),
             (None, Some(word)) => match pass.word(word, &format!("{at}/contents"))? {
                 Contents::Load => LoadOperation::Load,
@@ -276,7 +279,8 @@ impl Attached {
 
 impl ColorSettings {
     /// Declares a color attachment. `covers` says that the pass writes every texel.
-    fn declare(&self, pass: &mut PassBuilder<'_>, at: &str, covers: bool) -> Option<ColorAttachment> {
+    fn declare(&self, pass: &mut PassBuilder<'_>, index: usize, covers: bool) -> Option<ColorAttachment> {
+        let at = &format!("/color/{index}");
         let blend = match &self.blend {
             Some(settings) => settings.declare(pass, &format!("{at}/blend"))?,
             None => None,
@@ -287,14 +291,19 @@ impl ColorSettings {
         });
         let replaces = covers && blend.is_none() && write_mask == all;
         let without = if replaces { LoadOperation::Discard } else { LoadOperation::Load };
-        let load = self.attached.load(pass, (&self.clear, at), without, |pass, expr, pointer| {
-            let numbers = pass.numbers(expr, pointer)?;
-            <[f64; 4]>::try_from(numbers.as_slice()).ok().or_else(|| {
-                let message = format!("a color has four numbers, not {}", numbers.len());
-                let help = "write red, green, blue and alpha: [0, 0, 0, 1]";
-                pass.reject(codes::OUT_OF_BOUNDS, pointer, message, help)
-            })
-        })?;
+        let load = self.attached.load(
+            pass,
+            (&self.clear, at, LiveTarget::Color(index)),
+            without,
+            |pass, expr, pointer| {
+                let numbers = pass.numbers(expr, pointer)?;
+                <[f64; 4]>::try_from(numbers.as_slice()).ok().or_else(|| {
+                    let message = format!("a color has four numbers, not {}", numbers.len());
+                    let help = "write red, green, blue and alpha: [0, 0, 0, 1]";
+                    pass.reject(codes::OUT_OF_BOUNDS, pointer, message, help)
+                })
+            },
+        )?;
         let format = match &self.format {
             Some(name) => Some(pass.format(name, &format!("{at}/format"))?),
             None => None,
@@ -313,15 +322,19 @@ impl DepthSettings {
     fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<DepthAttachment> {
         let write = pass.boolean_or(&self.write, &format!("{at}/write"), true)?;
         let compare = pass.word(&self.compare, &format!("{at}/compare"))?;
-        let load =
-            self.attached.load(pass, (&self.clear, at), LoadOperation::Load, |pass, expr, pointer| {
+        let load = self.attached.load(
+            pass,
+            (&self.clear, at, LiveTarget::Depth),
+            LoadOperation::Load,
+            |pass, expr, pointer| {
                 let value = pass.number(expr, pointer)?;
                 if !(0.0..=1.0).contains(&value) {
                     let message = format!("depth is cleared to {value}");
                     return pass.reject(codes::OUT_OF_BOUNDS, pointer, message, "depth lies between 0 and 1");
                 }
                 Some(value)
-            })?;
+            },
+        )?;
         let pointer = format!("{at}/slope_bias");
         let bias = pass.number_or(&self.slope_bias, &pointer, 0.0)? as f32;
         if !bias.is_finite() {
@@ -339,7 +352,8 @@ impl DepthSettings {
 impl StencilSettings {
     /// Declares the stencil attachment beside a depth attachment, which has to be of the same texture.
     fn declare(&self, pass: &mut PassBuilder<'_>, at: &str) -> Option<StencilAttachment> {
-        let load = self.attached.load(pass, (&self.clear, at), LoadOperation::Load, byte)?;
+        let load =
+            self.attached.load(pass, (&self.clear, at, LiveTarget::Stencil), LoadOperation::Load, byte)?;
         let front = match &self.front {
             Some(face) => face.declare(pass, &format!("{at}/front"))?,
             None => StencilFaceState::IGNORE,
@@ -354,7 +368,8 @@ impl StencilSettings {
         };
         let read_mask = byte_or(pass, &self.read_mask, "read_mask", 255)?;
         let write_mask = byte_or(pass, &self.write_mask, "write_mask", 255)?;
-        let reference = byte_or(pass, &self.reference, "reference", 0)?;
+        let reference =
+            pass.live(LiveTarget::Reference, |pass| byte_or(pass, &self.reference, "reference", 0))?;
         let to = self.attached.target(pass, at)?;
         let discard = self.attached.discards(pass, at)?;
         let state = StencilState { front, back, read_mask, write_mask };

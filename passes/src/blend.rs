@@ -16,7 +16,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
-use umbragraph_pipeline::pipeline::PassBuilder;
+use umbragraph_pipeline::pipeline::{Evaluate, LiveTarget, PassBuilder};
 use umbragraph_pipeline::wgpu_types::{BlendComponent, BlendFactor, BlendOperation, BlendState};
 
 use crate::attachment::ColorSettings;
@@ -163,7 +163,7 @@ pub(crate) fn blend_constant(
             continue;
         };
         let pointer = format!("/color/{at}/blend/constant");
-        let numbers = pass.numbers(expr, &pointer)?;
+        let numbers = pass.live(LiveTarget::BlendConstant, |pass| pass.numbers(expr, &pointer))?;
         let Ok(constant) = <[f64; 4]>::try_from(numbers.as_slice()) else {
             let message = format!("a color has four numbers, not {}", numbers.len());
             let help = "write red, green, blue and alpha: [0.5, 0.5, 0.5, 1]";

@@ -23,7 +23,7 @@ use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::frame::{Camera as FrameCamera, Projection};
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 /// Publishes the frame's camera as a view, and its matrices and directions by name.
@@ -42,20 +42,30 @@ pub struct Camera {
 /// The maximum number of points; a mean of more frames is none that anybody sees.
 const MAX_JITTER: u32 = 1024;
 
+/// The number of points that the picture is moved by in turn.
+fn points(setting: &Option<Expr>, pass: &mut impl Evaluate) -> Option<u32> {
+    let jitter = pass.count_or(setting, "/jitter", 0)?;
+    if jitter > MAX_JITTER {
+        let message = format!("the picture is moved by {jitter} points in turn");
+        let help = "8 or 16 are usual, and 1024 the most";
+        return pass.reject(codes::OUT_OF_BOUNDS, "/jitter", message, help);
+    }
+    Some(jitter)
+}
+
 impl Node for Camera {
     const NAME: &'static str = "camera";
     const SUMMARY: &'static str = "Publishes the frame's camera as a view.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let reverse = pass.boolean_or(&self.reverse, "/reverse", false)?;
-        let jitter = pass.count_or(&self.jitter, "/jitter", 0)?;
-        if jitter > MAX_JITTER {
-            let message = format!("the picture is moved by {jitter} points in turn");
-            pass.report(codes::OUT_OF_BOUNDS, "/jitter", message, "8 or 16 are usual, and 1024 the most");
-            return None;
-        }
+        let jitter = pass.live(LiveTarget::Node, |pass| points(&self.jitter, pass))?;
         let output = pass.publish(&self.to, "/to", shape())?;
-        pass.produce(Work::Cpu(CpuWork::new(RunCamera { reverse, jitter }, output, Vec::new())))
+        pass.produce(Work::Cpu(CpuWork::new(
+            RunCamera { setting: self.jitter.clone(), reverse, jitter },
+            output,
+            Vec::new(),
+        )))
     }
 
     fn published() -> Vec<(&'static str, DataShape)> {
@@ -97,8 +107,9 @@ pub fn shape() -> DataShape {
         .views(1)
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct RunCamera {
+    setting: Option<Expr>,
     reverse: bool,
     /// The number of points of the sequence; 0 for none.
     jitter: u32,
@@ -132,6 +143,11 @@ impl Frames {
 
 impl CpuNode for RunCamera {
     type State = Frames;
+
+    fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()> {
+        self.jitter = points(&self.setting, settings)?;
+        Some(())
+    }
 
     fn run(&self, frames: &mut Frames, context: &CpuContext<'_>, data: &mut BlackboardData) {
         let index = context.frame.index;
@@ -317,7 +333,7 @@ mod tests {
     use super::*;
 
     fn run(camera: FrameCamera, reverse: bool) -> BlackboardData {
-        frames(&RunCamera { reverse, jitter: 0 }, &mut Frames::default(), camera, u64::MAX)
+        frames(&RunCamera { setting: None, reverse, jitter: 0 }, &mut Frames::default(), camera, u64::MAX)
     }
 
     fn frames(node: &RunCamera, state: &mut Frames, camera: FrameCamera, index: u64) -> BlackboardData {
@@ -432,7 +448,7 @@ mod tests {
 
     #[test]
     fn the_frame_before_is_the_last_of_another_index() {
-        let node = RunCamera { reverse: false, jitter: 0 };
+        let node = RunCamera { setting: None, reverse: false, jitter: 0 };
         let mut state = Frames::default();
         let camera = |x: f64| FrameCamera { position: DVec3::new(x, 0.0, 0.0), ..tilted(PERSPECTIVE) };
         let before = |data: &BlackboardData| floats(data, "previous_position")[0];
@@ -446,7 +462,7 @@ mod tests {
 
     #[test]
     fn a_point_is_found_where_it_was_in_the_frame_before() {
-        let node = RunCamera { reverse: true, jitter: 8 };
+        let node = RunCamera { setting: None, reverse: true, jitter: 8 };
         let mut state = Frames::default();
         // Far from the origin, where 32 bits have no centimetres.
         let at = DVec3::new(4e6, 0.0, -4e6);
@@ -472,7 +488,7 @@ mod tests {
 
     #[test]
     fn jitter_goes_round_within_a_pixel_and_moves_view_and_matrices_alike() {
-        let node = RunCamera { reverse: false, jitter: 8 };
+        let node = RunCamera { setting: None, reverse: false, jitter: 8 };
         let mut state = Frames::default();
         let camera = tilted(PERSPECTIVE);
         let mut seen = Vec::new();

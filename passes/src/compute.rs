@@ -5,7 +5,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Reference};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{IndexRange, PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{Evaluate, IndexRange, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::work::{ComputeWork, Deferred, Dispatch, Subresource, Work};
 
 use crate::shader::ShaderSettings;
@@ -70,7 +70,10 @@ impl Node for Compute {
                 let counts: Option<Vec<Deferred>> = counts
                     .iter()
                     .enumerate()
-                    .map(|(at, expr)| pass.deferred(expr, &format!("/workgroups/{at}")))
+                    .map(|(at, expr)| {
+                        let pointer = format!("/workgroups/{at}");
+                        pass.live(LiveTarget::Workgroups, |pass| pass.deferred(expr, &pointer))
+                    })
                     .collect();
                 counts.and_then(|counts| <[Deferred; 3]>::try_from(counts).ok()).map(Dispatch::Workgroups)
             }

@@ -7,7 +7,7 @@ use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
 use umbragraph_pipeline::pipeline::{
-    Contents, IndexRange, PassBuilder, Produced, SubresourceRange, SubresourceRangeSettings, Usage,
+    Contents, Evaluate, IndexRange, PassBuilder, Produced, SubresourceRange, SubresourceRangeSettings, Usage,
 };
 use umbragraph_pipeline::work::{
     BufferRegion, Deferred, Subresource, TextureRegion, TransferEnd, TransferWork, Work,

@@ -5,7 +5,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::diagnostic::codes;
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{IndexRange, PassBuilder, Produced, SubresourceRange};
+use umbragraph_pipeline::pipeline::{Evaluate, IndexRange, PassBuilder, Produced, SubresourceRange};
 use umbragraph_pipeline::wgpu_types::Face;
 use umbragraph_pipeline::work::{
     ColorAttachment, DepthAttachment, Draw as DrawWork, DrawOrder, LoadOperation, Redraw, SceneDraw,

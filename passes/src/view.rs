@@ -11,7 +11,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, View as DrawnView};
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 /// Publishes one view of other data, to be drawn into a texture of its own.
@@ -31,20 +31,30 @@ impl Node for View {
     const SUMMARY: &'static str = "Publishes one view of other data, to be drawn into a texture of its own.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        let index = pass.count(&self.index, "/index");
+        let index = pass.live(LiveTarget::Node, |pass| pass.count(&self.index, "/index"));
         let input = pass.data(&self.from, "/from");
         let output = pass.publish(&self.to, "/to", DataShape::new().views(1))?;
-        pass.produce(Work::Cpu(CpuWork::new(OneView { index: index? }, output, vec![input?])))
+        pass.produce(Work::Cpu(CpuWork::new(
+            OneView { setting: self.index.clone(), index: index? },
+            output,
+            vec![input?],
+        )))
     }
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct OneView {
+    setting: Expr,
     index: u32,
 }
 
 impl CpuNode for OneView {
     type State = ();
+
+    fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()> {
+        self.index = settings.count(&self.setting, "/index")?;
+        Some(())
+    }
 
     fn run(&self, (): &mut (), context: &CpuContext<'_>, data: &mut BlackboardData) {
         let views = context.inputs.first().map(|input| input.views()).unwrap_or_default();

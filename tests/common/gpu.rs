@@ -41,7 +41,7 @@ pub fn import_on(device: &wgpu::Device, plan: &Plan, name: &str) -> wgpu::Textur
 #[track_caller]
 pub fn executor(gpu: &Gpu, plan: &Plan, scene: Option<&SceneResources>) -> Executor {
     let source = scene.map(|scene| scene as &dyn umbragraph::draw::DrawSource);
-    match pollster::block_on(Executor::new(&gpu.device, &gpu.queue, Arc::new(plan.clone()), source)) {
+    match Executor::new(&gpu.device, &gpu.queue, Arc::new(plan.clone()), source) {
         Ok(executor) => executor,
         Err(diagnostics) => panic!("{diagnostics:?}"),
     }
@@ -152,7 +152,7 @@ impl<'a> Host<'a> {
         let plan = self.outcome.checked.plan_again(&self.options, &self.outcome.sources).expect("a plan");
         let violations = umbragraph::compiler::verify(&plan, &self.options);
         assert!(violations.is_empty(), "{violations:#?}");
-        pollster::block_on(self.executor.set_plan(Arc::new(plan), Some(&self.scene))).expect("another plan");
+        self.executor.set_plan(Arc::new(plan), Some(&self.scene)).expect("another plan");
         true
     }
 

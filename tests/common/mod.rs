@@ -6,6 +6,7 @@ pub mod gpu;
 pub mod host;
 #[cfg(all(feature = "gpu", feature = "gltf"))]
 pub mod pictures;
+pub mod settings;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! What a steady frame allocates on the heap: as much as the same calls of wgpu made by hand, and nothing more.
+//! What a steady frame allocates on the heap, with a live parameter that changes in each: as much as the same calls of wgpu made by hand, and nothing more.
 //!
 //! wgpu allocates itself when passes are begun, encoded and ended, so a count of zero cannot be asked of any recorder.
 //! The rival is a recording of the same calls, written down here, over objects of the same kinds on the same device.
@@ -11,7 +11,7 @@ use umbragraph::executor::Frame;
 
 use crate::common::gpu::import_on;
 use crate::devices::device;
-use crate::stage::{fill, plan};
+use crate::stage::{SIDE, fill, plan_of_text};
 use crate::views::frame;
 
 const TARGETS: [&str; 3] = ["first", "second", "third"];
@@ -28,11 +28,19 @@ fn a_steady_record_allocates_what_the_same_calls_by_hand_allocate() {
             r#""{name}": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }}"#
         )
     };
-    let pass =
-        |name: &str| fill(&format!("fill_{name}"), &format!(r#"{{ "to": "{name}" }}"#), "[1, 0, 0, 1]");
-    let plan = plan(&TARGETS.map(texture).join(", "), &TARGETS.map(pass).join(", "));
+    let pass = |name: &str| {
+        fill(&format!("fill_{name}"), &format!(r#"{{ "to": "{name}" }}"#), r#""[red * 2, 0, 0, 1]""#)
+    };
+    let text = format!(
+        r#"{{ "format": 1, "name": "test", "parameters": {{ "red": {{ "type": "f32", "default": 0.5, "min": 0, "max": 1 }} }},
+            "resources": {{ {} }}, "passes": {{ {} }} }}"#,
+        TARGETS.map(texture).join(", "),
+        TARGETS.map(pass).join(", ")
+    );
+    let plan = plan_of_text(text, SIDE);
     let made = umbragraph::executor::Executor::new(&device, &queue, plan.clone(), None);
-    let mut executor = pollster::block_on(made).expect("an executor");
+    let mut executor = made.expect("an executor");
+    let red = executor.parameter::<f32>("red").expect("a live parameter");
     let textures = TARGETS.map(|name| import_on(&device, &plan, name));
     let imports: Vec<(&str, &wgpu::Texture)> = TARGETS.iter().copied().zip(&textures).collect();
     let input = frame(&[]);
@@ -41,7 +49,10 @@ fn a_steady_record_allocates_what_the_same_calls_by_hand_allocate() {
     for round in 0..WARM + 4 {
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let frame = Frame { input: &input, draws: None, imports: &imports, toggles: &[] };
-        let ours = measure(|| executor.record(&mut encoder, &frame).expect("a record"));
+        let ours = measure(|| {
+            executor.set(red, round as f32 / 16.0).expect("a value within its range");
+            executor.record(&mut encoder, &frame).expect("a record");
+        });
         queue.submit([encoder.finish()]);
         device.poll(wgpu::PollType::wait_indefinitely()).expect("a device that answers");
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use umbragraph::compiler::Plan;
-use umbragraph::diagnostic::Diagnostics;
 use umbragraph::executor::{Executor, Frame};
 
 use crate::stage::{fill, plan, said, target};
@@ -26,8 +25,8 @@ pub(crate) fn device(
 fn instantiate(
     plan: &Arc<Plan>,
     (device, queue): &(wgpu::Device, wgpu::Queue),
-) -> Result<Executor, Diagnostics> {
-    pollster::block_on(Executor::new(device, queue, plan.clone(), None))
+) -> Result<Executor, umbragraph::Error> {
+    Executor::new(device, queue, plan.clone(), None)
 }
 
 #[track_caller]
@@ -137,7 +136,7 @@ fn a_block_for_more_views_than_a_buffer_holds_is_rejected_and_not_allocated() {
     let plan = plan(&target(1), &geometry.replace("\"max\": 8", "\"max\": 100000"));
     let noop = device(wgpu::Features::empty(), |limits| limits.max_buffer_size = 1 << 20);
     let squares = crate::squares::Squares::new(&noop.0, &noop.1, &[], &[]);
-    let made = pollster::block_on(Executor::new(&noop.0, &noop.1, plan, Some(&squares)));
+    let made = Executor::new(&noop.0, &noop.1, plan, Some(&squares));
     let said = said(&made.err().expect("a diagnostic"));
     assert_eq!(said.len(), 1);
     assert!(said[0].0 == "UG0804" && said[0].1.contains("25600000 bytes"), "{said:?}");

@@ -97,9 +97,9 @@ fn another_size_begins_again_and_the_same_size_goes_on() {
     let target = import(&gpu, &small, "target");
     let seen: Vec<u8> = (0..4).map(|_| next(&gpu, &mut executor, &target)).collect();
     assert_eq!(seen, fibonacci(4));
-    pollster::block_on(executor.set_plan(fibonacci_plan(8), None)).expect("the same plan");
+    executor.set_plan(fibonacci_plan(8), None).expect("the same plan");
     assert_eq!(next(&gpu, &mut executor, &target), fibonacci(5)[4], "the same size goes on");
-    pollster::block_on(executor.set_plan(large.clone(), None)).expect("a larger plan");
+    executor.set_plan(large.clone(), None).expect("a larger plan");
     let target = import(&gpu, &large, "target");
     let seen: Vec<u8> = (0..4).map(|_| next(&gpu, &mut executor, &target)).collect();
     assert_eq!(seen, fibonacci(4), "another size begins again");

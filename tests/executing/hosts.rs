@@ -82,7 +82,7 @@ fn another_interface_wants_the_plan_again() {
     let diagnostics =
         play(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"])).expect_err("a diagnostic");
     assert_eq!(said(&diagnostics)[0].0, "UG0608");
-    pollster::block_on(executor.set_plan(plan.clone(), Some(&squares))).expect("a plan that fits");
+    executor.set_plan(plan.clone(), Some(&squares)).expect("a plan that fits");
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
     assert_eq!(color(&gpu, &target, 0), RED_TEXEL);
 }
@@ -107,7 +107,7 @@ fn what_a_host_stores_otherwise_or_does_not_know_is_found_when_the_executor_is_m
         let mut squares = Squares::new(&gpu.device, &gpu.queue, &[square(RED)], &[[1.0; 4]]);
         change(&mut squares);
         let source: &dyn DrawSource = &squares;
-        let made = pollster::block_on(Executor::new(&gpu.device, &gpu.queue, plan, Some(source)));
+        let made = Executor::new(&gpu.device, &gpu.queue, plan, Some(source));
         said(&made.err().expect("a diagnostic"))
     };
     let said = wrong(&|squares| squares.interface.vertex_buffers.clear(), &clearing());

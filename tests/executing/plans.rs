@@ -32,7 +32,7 @@ fn the_same_plan_again_creates_no_texture_and_no_pipeline() {
     let target = import(&gpu, &plan, "target");
     show(&gpu, &mut executor, Some(&squares), &target, &frame(&["0"]));
     let before = executor.statistics();
-    pollster::block_on(executor.set_plan(plan.clone(), Some(&squares))).expect("the same plan");
+    executor.set_plan(plan.clone(), Some(&squares)).expect("the same plan");
     let after = executor.statistics();
     assert_eq!(
         (after.textures, after.buffers, after.samplers, after.shader_modules, after.layouts, after.pipelines),
@@ -64,7 +64,7 @@ fn another_size_makes_other_textures_and_keeps_pipelines_and_what_outlives_frame
     show(&gpu, &mut executor, None, &import(&gpu, &small, "target"), &frame(&[]));
     show(&gpu, &mut executor, None, &import(&gpu, &small, "target"), &frame(&[]));
     let before = executor.statistics();
-    pollster::block_on(executor.set_plan(large.clone(), None)).expect("a plan");
+    executor.set_plan(large.clone(), None).expect("a plan");
     let after = executor.statistics();
     assert_eq!((after.textures, after.pipelines), (before.textures + 1, before.pipelines));
     let target = import(&gpu, &large, "target");
@@ -84,7 +84,7 @@ fn a_resource_that_outlives_frames_begins_empty_under_another_name() {
     show(&gpu, &mut executor, None, &target, &frame(&[]));
     show(&gpu, &mut executor, None, &target, &frame(&[]));
     assert_eq!(color(&gpu, &target, 0), [102, 0, 0, 102]);
-    pollster::block_on(executor.set_plan(renamed, None)).expect("a plan");
+    executor.set_plan(renamed, None).expect("a plan");
     show(&gpu, &mut executor, None, &target, &frame(&[]));
     assert_eq!(color(&gpu, &target, 0), [51, 0, 0, 51]);
 }
@@ -106,12 +106,11 @@ fn a_plan_that_the_device_rejects_leaves_the_one_before() {
         view_format: None,
         bytes: u64::from(beyond) * 4,
     });
-    let diagnostics =
-        pollster::block_on(executor.set_plan(plan.clone().into(), None)).expect_err("a diagnostic");
+    let diagnostics = executor.set_plan(plan.clone().into(), None).expect_err("a diagnostic");
     assert_eq!(said(&diagnostics)[0].0, "UG0804");
     // The device itself, where nothing beforehand tells: three samples.
     plan.textures[0].size = umbragraph::compiler::TextureSize { width: 4, samples: 3, ..size };
-    let diagnostics = pollster::block_on(executor.set_plan(plan.into(), None)).expect_err("a diagnostic");
+    let diagnostics = executor.set_plan(plan.into(), None).expect_err("a diagnostic");
     assert_eq!(said(&diagnostics)[0].0, "UG0803");
     let target = import(&gpu, &good, "target");
     show(&gpu, &mut executor, None, &target, &frame(&[]));

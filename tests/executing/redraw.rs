@@ -119,7 +119,7 @@ fn another_plan_draws_everything_again() {
     assert_eq!((stage.play(&["0"]), stage.play(&["0"])), (1, 0));
     let created = stage.executor.statistics();
     let source = &stage.squares as &dyn umbragraph::draw::DrawSource;
-    pollster::block_on(stage.executor.set_plan(plan, Some(source))).expect("a plan");
+    stage.executor.set_plan(plan, Some(source)).expect("a plan");
     assert_eq!(
         stage.executor.statistics().pipelines,
         created.pipelines,

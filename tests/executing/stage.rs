@@ -283,7 +283,7 @@ pub(crate) fn fill(name: &str, to: &str, color: &str) -> String {
 #[track_caller]
 pub(crate) fn executor(gpu: &Gpu, plan: &Arc<Plan>, squares: Option<&Squares>) -> Executor {
     let source = squares.map(|squares| squares as &dyn DrawSource);
-    let made = pollster::block_on(Executor::new(&gpu.device, &gpu.queue, plan.clone(), source));
+    let made = Executor::new(&gpu.device, &gpu.queue, plan.clone(), source);
     made.unwrap_or_else(|diagnostics| panic!("{diagnostics:#?}"))
 }
 
@@ -300,7 +300,7 @@ pub(crate) fn play(
     squares: Option<&Squares>,
     target: &wgpu::Texture,
     input: &FrameInput,
-) -> Result<(), Diagnostics> {
+) -> Result<(), umbragraph::Error> {
     let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
     let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     let draws = squares.map(|squares| squares as &dyn DrawSource);

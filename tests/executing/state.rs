@@ -10,7 +10,7 @@ use umbragraph::diagnostic::{Diagnostic, Place, codes};
 use umbragraph::executor::Executor;
 use umbragraph::language::Expr;
 use umbragraph::node::Node;
-use umbragraph::pipeline::{PassBuilder, Produced};
+use umbragraph::pipeline::{Evaluate, PassBuilder, Produced};
 use umbragraph::work::{CpuContext, CpuNode, CpuWork, Work};
 use umbragraph_test_support::gpu::{self, Gpu};
 
@@ -44,7 +44,7 @@ impl Node for Count {
     }
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct RunCount {
     from: u32,
 }
@@ -92,7 +92,7 @@ impl<'a> Player<'a> {
 
     #[track_caller]
     fn set_plan(&mut self, plan: Arc<Plan>) {
-        pollster::block_on(self.executor.set_plan(plan, None)).expect("another plan");
+        self.executor.set_plan(plan, None).expect("another plan");
     }
 }
 
@@ -138,7 +138,7 @@ fn a_plan_that_the_device_rejects_leaves_the_state_of_the_one_before() {
         view_format: None,
         bytes: 192,
     });
-    pollster::block_on(player.executor.set_plan(bad.into(), None)).expect_err("a plan that cannot be");
+    player.executor.set_plan(bad.into(), None).expect_err("a plan that cannot be");
     assert_eq!(player.next(), (11, false));
 }
 

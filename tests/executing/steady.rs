@@ -122,12 +122,11 @@ fn a_camera_that_cannot_be_used_is_a_warning() {
 
 /// Executors and what makes them can be moved to another thread.
 #[test]
-fn executors_move_between_threads() {
-    fn moves<T: Send>(_: &T) {}
+fn executors_move_between_threads_and_are_seen_by_several() {
+    fn moves<T: Send + Sync>(_: &T) {}
     let Some(gpu) = gpu::device() else { return };
     let plan = plan(&target(1), &fill("one", r#"{ "to": "target" }"#, "[1, 0, 0, 1]"));
-    let future = Executor::new(&gpu.device, &gpu.queue, plan, None);
-    moves(&future);
-    let Ok(executor) = pollster::block_on(future) else { panic!("no executor") };
+    let made = Executor::new(&gpu.device, &gpu.queue, plan, None);
+    let Ok(executor) = made else { panic!("no executor") };
     moves(&executor);
 }

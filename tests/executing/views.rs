@@ -35,7 +35,7 @@ impl Node for Views {
     }
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Run {
     lies: bool,
 }

@@ -217,12 +217,7 @@ impl<'a> Drawing<'a> {
         let draws = SceneResources::new(&graphics.device, &graphics.queue, scene, &pose)?;
         let picture = target::picture_of(&plan, &captures)?;
         let imports = target::imports(graphics, &plan, &picture);
-        let executor = pollster::block_on(Executor::new(
-            &graphics.device,
-            &graphics.queue,
-            Arc::new(plan),
-            Some(&draws),
-        ))?;
+        let executor = Executor::new(&graphics.device, &graphics.queue, Arc::new(plan), Some(&draws))?;
         Ok(Self {
             graphics,
             scene,
@@ -315,7 +310,7 @@ impl<'a> Drawing<'a> {
         self.options.data_sizes = data_sizes;
         let plan: Plan = self.checked.plan_again(&self.options, &self.session.sources)?;
         self.imports = target::imports(self.graphics, &plan, &self.picture);
-        pollster::block_on(self.executor.set_plan(Arc::new(plan), Some(&self.draws)))
+        Ok(self.executor.set_plan(Arc::new(plan), Some(&self.draws))?)
     }
 
     /// What CPU passes had to say of the last frame, and the lights that no pass read.

@@ -55,6 +55,9 @@ impl Assembly {
             parameters: Default::default(),
             features: Default::default(),
             derived: Default::default(),
+            following: Vec::new(),
+            given: Default::default(),
+            constraints: Vec::new(),
             toggles: Vec::new(),
             passthroughs: Default::default(),
             geometry: Default::default(),
@@ -64,6 +67,7 @@ impl Assembly {
             broken_settings: Default::default(),
             gaps: Vec::new(),
             uncertain: Default::default(),
+            sources: Sources::default(),
         };
         Self { pipeline, works: Vec::new(), sources, place }
     }

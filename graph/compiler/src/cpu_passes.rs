@@ -27,7 +27,7 @@ use std::sync::Arc;
 
 use crate::data::{BlackboardData, DataShape};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
-use crate::pipeline::ResourceKind;
+use crate::pipeline::{LiveSettings, ResourceKind};
 use crate::planned::Plan;
 use crate::switches::Switches;
 use crate::work::{CpuContext, CpuRun, CpuWork, PassHandle, ResourceHandle, Subresource, Work};
@@ -49,7 +49,7 @@ pub struct CpuPasses {
 impl CpuPasses {
     /// The passes of a plan, before their first frame.
     pub fn new(plan: Arc<Plan>) -> Self {
-        let run = |pass| cpu_work(&plan, pass).map(|cpu| cpu.node.clone().start());
+        let run = |pass| cpu_work(&plan, pass).map(|cpu| cpu.node.start());
         let runs = plan.passes.iter().map(|planned| run(planned.handle)).collect();
         let data = plan.pipeline.resource_handles().map(|resource| {
             let ResourceKind::Data(Some(shape)) = &plan.pipeline.resource(resource).kind else { return None };
@@ -80,7 +80,10 @@ impl CpuPasses {
             let data = self.data.get_mut(cpu.output.resource.index()).and_then(Option::as_mut);
             let kept = before.data.get_mut(known.output.resource.index()).and_then(Option::as_mut);
             if let (Some(data), Some(kept)) = (data, kept)
-                && cpu.node.is_same(&*known.node)
+                && run
+                    .as_ref()
+                    .zip(before.runs[at].as_ref())
+                    .is_some_and(|(run, known)| run.node().is_same(known.node()))
                 && data.shape() == kept.shape()
             {
                 *run = before.runs[at].take();
@@ -189,6 +192,11 @@ impl CpuPasses {
 
 /// What an executor needs besides.
 impl CpuPasses {
+    /// Lets the node at a position of the plan take over live settings; `None` after a diagnostic.
+    pub fn update(&mut self, at: usize, settings: &mut LiveSettings<'_>) -> Option<()> {
+        self.runs.get_mut(at)?.as_mut()?.update(settings)
+    }
+
     /// Switches the toggles of a frame.
     pub fn switch(&mut self, toggles: &[(&str, bool)]) {
         self.switches.set(&self.plan, toggles);

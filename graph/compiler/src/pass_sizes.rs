@@ -6,13 +6,14 @@
 use super::copies;
 use super::dispatch;
 use super::format;
+use super::parameters;
 use super::planned::{PlannedAttachment, PlannedPass};
 use super::resolved_resources::{ResolvedResources, TextureProperties};
 use super::values::{self, PackedBlock};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::pipeline::ResourceKind;
 use crate::source::Span;
-use crate::work::{Draw, PassHandle, RenderWork, ResourceHandle, Work};
+use crate::work::{Dispatch, Draw, PassHandle, RenderWork, ResourceHandle, Work};
 
 impl ResolvedResources<'_> {
     /// Fills in, or makes again, what depends on sizes.
@@ -21,20 +22,28 @@ impl ResolvedResources<'_> {
     pub(super) fn size_pass(&self, planned: &mut PlannedPass, diagnostics: &mut Vec<Diagnostic>) {
         let handle = planned.handle;
         planned.blocks.clear();
+        planned.live.clear();
         if let Some((_, slots)) = format::slots(self.pipeline, handle) {
             for slot in slots {
                 if let Some(block) = slot.source.values()
                     && let Some(bytes) =
                         values::pack(&block.layout, &block.expressions, &self.sizes, diagnostics)
                 {
+                    let position = planned.blocks.len();
+                    parameters::of_block(&self.sizes, position, block, &mut planned.live);
                     planned.blocks.push(PackedBlock { group: slot.group, binding: slot.binding, bytes });
                 }
             }
         }
+        parameters::of_pass(&self.sizes, &self.pipeline.pass(handle).live, &mut planned.live);
         match self.pipeline.pass(handle).work() {
             Work::Render(render) => self.check_attachments(handle, planned, render, diagnostics),
             Work::Compute(compute) => {
                 planned.workgroups = dispatch::workgroups(self, compute, handle, diagnostics);
+                if let Dispatch::Workgroups(counts) = &compute.dispatch {
+                    let limit = self.pipeline.profile.limits.max_compute_workgroups_per_dimension;
+                    parameters::of_dispatch(&self.sizes, counts, limit, &mut planned.live);
+                }
             }
             Work::Transfer(transfer) => {
                 planned.copies = copies::copies(self, transfer, handle, diagnostics).unwrap_or_default();

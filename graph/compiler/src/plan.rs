@@ -18,6 +18,7 @@ use super::graph::Graph;
 use super::merge::Merger;
 use super::options::PlanOptions;
 use super::order;
+use super::parameters;
 use super::planned::{Fixed, Plan, PlannedPass};
 use super::planner::Planner;
 use super::resolved_resources::ResolvedResources;
@@ -95,6 +96,7 @@ pub fn plan(
         bytes_peak: 0,
         data_sizes: options.data_sizes.clone(),
         toggles: pipeline.toggles.iter().map(|one| (one.name.clone(), one.default)).collect(),
+        parameters: parameters::planned(pipeline),
         order: report,
         pipeline: pipeline.clone(),
         passes,

@@ -10,6 +10,7 @@ use super::copies::PlannedCopy;
 use super::cull::{CullReason, KeepReason};
 use super::history::PlannedHistory;
 use super::order_report::OrderReport;
+use super::parameters::{PlannedParameter, PlannedSetting};
 use super::physical::{Physical, PhysicalBuffer, PhysicalTexture};
 use super::resolved_resources::ResolvedResource;
 use super::texture_size::TextureSize;
@@ -54,6 +55,9 @@ pub struct Plan {
     /// The toggles with their states where the host says nothing.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub toggles: BTreeMap<String, bool>,
+    /// The parameters: which can change from frame to frame, and what makes the others structural.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub parameters: BTreeMap<String, PlannedParameter>,
     /// How the order was chosen.
     pub order: OrderReport,
     /// The pipeline.
@@ -117,6 +121,9 @@ pub struct PlannedPass {
     pub variants: Vec<String>,
     /// The constant blocks.
     pub blocks: Vec<PackedBlock>,
+    /// What is evaluated again when a live parameter changes.
+    #[serde(skip)]
+    pub live: Vec<PlannedSetting>,
     /// The pass.
     #[serde(skip)]
     pub handle: PassHandle,

@@ -81,6 +81,7 @@ impl<'a> Planner<'a> {
             copies: Vec::new(),
             variants: Vec::new(),
             blocks: Vec::new(),
+            live: Vec::new(),
             handle,
             reason,
         };

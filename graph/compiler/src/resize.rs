@@ -93,6 +93,7 @@ impl Plan {
             bytes_peak: 0,
             data_sizes: options.data_sizes.clone(),
             toggles: self.toggles.clone(),
+            parameters: self.parameters.clone(),
             order: self.order.clone(),
             pipeline: self.pipeline.clone(),
             fixed: fixed.clone(),

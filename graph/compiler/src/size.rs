@@ -8,13 +8,13 @@
 //! evaluated once. Sizes that lead through more than [`MAX_STEPS`] other resources are rejected.
 
 use std::cell::{Cell, OnceCell, RefCell};
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::texture_rules;
 use super::texture_size::TextureSize;
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document;
-use crate::expression::{self, Expression, ExpressionError, Scope, Value};
+use crate::expression::{self, Expression, ExpressionError, ExpressionKind, Scope, Value};
 use crate::language::{Expr, TextureShape};
 use crate::pipeline::{Pipeline, Resource, ResourceKind, StaticScope, expression_diagnostic};
 use crate::source::{Sources, Span};
@@ -55,6 +55,8 @@ pub(super) struct Sizes<'a> {
     values: RefCell<HashMap<&'a str, Value>>,
     names: OnceCell<HashMap<&'a str, ResourceHandle>>,
     steps: Cell<u32>,
+    /// Live parameters, and what follows from them.
+    live: HashSet<&'a str>,
 }
 
 impl<'a> Sizes<'a> {
@@ -77,7 +79,13 @@ impl<'a> Sizes<'a> {
             values: RefCell::new(HashMap::new()),
             names: OnceCell::new(),
             steps: Cell::new(0),
+            live: live(pipeline),
         }
+    }
+
+    /// Whether a name is a live parameter, or follows from one.
+    pub(super) fn is_live(&self, name: &str) -> bool {
+        self.live.contains(name)
     }
 
     /// The diagnostics so far, once.
@@ -318,6 +326,22 @@ impl<'a> Sizes<'a> {
         self.diagnostics.borrow_mut().push(diagnostic);
         None
     }
+}
+
+/// Live parameters, and what follows from them.
+fn live(pipeline: &Pipeline) -> HashSet<&str> {
+    let parameters = pipeline.parameters.iter().filter(|(_, parameter)| parameter.structural.is_none());
+    let mut live: HashSet<&str> = parameters.map(|(name, _)| name.as_str()).collect();
+    for following in &pipeline.following {
+        let mut is_live = false;
+        following.expression.visit(&mut |inner| {
+            is_live |= matches!(&inner.kind, ExpressionKind::Name(name) if live.contains(name.as_str()));
+        });
+        if is_live {
+            live.insert(&following.name);
+        }
+    }
+    live
 }
 
 /// The value of an expression that is written as a number or a list of numbers.

@@ -37,7 +37,9 @@ pub(super) fn pack(
             fine = false;
             continue;
         };
-        if let Err(message) = pack_member(member, &value, &mut bytes) {
+        if let Err(message) =
+            pack_member(member, &value, (&mut Packing::default(), &mut Vec::new()), &mut bytes)
+        {
             fine = false;
             diagnostics.push(
                 Diagnostic::error(codes::EXPRESSION_TYPE, deferred.place, message)
@@ -49,39 +51,69 @@ pub(super) fn pack(
     fine.then_some(bytes)
 }
 
-fn pack_member(member: &Member, value: &Value, bytes: &mut [u8]) -> Result<(), String> {
-    let mut numbers = Vec::new();
-    flatten(value, &mut numbers)?;
-    let element = match &member.layout {
-        TypeLayout::Array { element, .. } => element_type(element),
-        other => element_type(other),
-    };
-    let Some(element) = element else {
-        return Err(format!("\"{}\" is of a type that values cannot fill", member.name));
-    };
-    let per_element = element.element_words();
-    let count = numbers.len();
-    let whole = match &member.layout {
-        TypeLayout::Array { .. } => {
-            (count % per_element == 0).then(|| element.array((count / per_element) as u32))
-        }
-        _ => (count == per_element).then_some(element),
-    };
-    let scalars = ValueType::vector(element.component, 1).array(count as u32);
-    let runs = whole
-        .and_then(|own| member_runs(&member.layout, own, member.offset))
-        .or_else(|| member_runs(&member.layout, scalars, member.offset))
-        .ok_or_else(|| format!("\"{}\" is given {count} numbers", member.name))?;
-    for (word, length, offset) in runs {
-        for at in 0..length {
+/// Packs the value of one member; `packing` is where the value before went, and `numbers` memory that is used again.
+pub(super) fn pack_member(
+    member: &Member,
+    value: &Value,
+    (packing, numbers): (&mut Packing, &mut Vec<f64>),
+    bytes: &mut [u8],
+) -> Result<(), String> {
+    numbers.clear();
+    flatten(value, numbers)?;
+    if packing.count != numbers.len() || packing.runs.is_empty() {
+        *packing = Packing::new(member, numbers.len())?;
+    }
+    for (word, length, offset) in &packing.runs {
+        for at in 0..*length {
             let number = numbers[(word + at) as usize];
-            let word_bytes = to_bytes(number, element.component)
-                .ok_or_else(|| format!("{number} is no {} for \"{}\"", element.component, member.name))?;
+            let word_bytes = to_bytes(number, packing.component)
+                .ok_or_else(|| format!("{number} is no {} for \"{}\"", packing.component, member.name))?;
             let start = (offset + at * 4) as usize;
             bytes[start..start + 4].copy_from_slice(&word_bytes);
         }
     }
     Ok(())
+}
+
+/// Where the numbers of a member go in its block.
+#[derive(Clone, Debug)]
+pub(super) struct Packing {
+    /// The number of numbers.
+    count: usize,
+    component: Component,
+    /// The first number, how many, and the byte of the first.
+    runs: Vec<(u32, u32, u32)>,
+}
+
+impl Default for Packing {
+    fn default() -> Self {
+        Self { count: 0, component: Component::F32, runs: Vec::new() }
+    }
+}
+
+impl Packing {
+    fn new(member: &Member, count: usize) -> Result<Self, String> {
+        let element = match &member.layout {
+            TypeLayout::Array { element, .. } => element_type(element),
+            other => element_type(other),
+        };
+        let Some(element) = element else {
+            return Err(format!("\"{}\" is of a type that values cannot fill", member.name));
+        };
+        let per_element = element.element_words();
+        let whole = match &member.layout {
+            TypeLayout::Array { .. } => {
+                (count % per_element == 0).then(|| element.array((count / per_element) as u32))
+            }
+            _ => (count == per_element).then_some(element),
+        };
+        let scalars = ValueType::vector(element.component, 1).array(count as u32);
+        let runs = whole
+            .and_then(|own| member_runs(&member.layout, own, member.offset))
+            .or_else(|| member_runs(&member.layout, scalars, member.offset))
+            .ok_or_else(|| format!("\"{}\" is given {count} numbers", member.name))?;
+        Ok(Self { count, component: element.component, runs })
+    }
 }
 
 fn to_bytes(number: f64, component: Component) -> Option<[u8; 4]> {

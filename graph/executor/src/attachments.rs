@@ -15,7 +15,7 @@ use wgpu_profiler::GpuProfilerQuery;
 use super::creation::Creation;
 use super::redraw::Texels;
 use super::resources::{Resources, Viewed};
-use crate::compiler::{Plan, PlannedPass, StoreOperation};
+use crate::compiler::{Changed, Plan, PlannedPass, StoreOperation};
 use crate::data::View;
 use crate::language::TextureShape;
 use crate::pipeline::{Aspect, IndexRange};
@@ -138,6 +138,28 @@ impl Attachments {
         let depth_read_only = render.depth.as_ref().is_some_and(is_read_only);
         let stencil_read_only = render.stencil.as_ref().is_some_and(|stencil| !stencil.usage().writes());
         Some(Self { color, depth, depth_read_only, stencil, stencil_read_only, extent: extent? })
+    }
+
+    /// Sets a clear value.
+    pub(super) fn set_clear(&mut self, changed: Changed<'_>) {
+        match changed {
+            Changed::Color(at, [r, g, b, a]) => {
+                if let Some(color) = self.color.get_mut(at) {
+                    color.load = wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a });
+                }
+            }
+            Changed::Depth(value) => {
+                if let Some(depth) = &mut self.depth {
+                    depth.load = wgpu::LoadOp::Clear(value as f32);
+                }
+            }
+            Changed::Stencil(value) => {
+                if let Some(stencil) = &mut self.stencil {
+                    stencil.load = wgpu::LoadOp::Clear(value);
+                }
+            }
+            _ => {}
+        }
     }
 
     /// Whether every attachment has one layer, so that one render pass does.

@@ -11,7 +11,7 @@
 //! Limits: the blocks of a plan together have less than 4 GiB, since dynamic offsets are 32 bits wide.
 
 use crate::compiler::CpuPasses;
-use crate::compiler::{Plan, PlannedPass};
+use crate::compiler::{PackedBlock, Plan, PlannedPass};
 use crate::data::{BlackboardData, View};
 use crate::diagnostic::{Diagnostic, Place as DiagnosticPlace, codes};
 use crate::pipeline::ResourceKind;
@@ -103,6 +103,17 @@ impl Blocks {
     /// The blocks of a pass by its slots.
     pub(super) fn places(&self, pass: usize) -> &[Option<Place>] {
         self.places.get(pass).map(Vec::as_slice).unwrap_or_default()
+    }
+
+    /// Replaces the constants of a block of the pass at a position.
+    pub(super) fn replace(&mut self, plan: &Plan, pass: usize, block: &PackedBlock) {
+        let Some((planned, places)) = plan.passes.get(pass).zip(self.places.get(pass)) else { return };
+        let slots = slots(plan.pipeline.pass(planned.handle).work());
+        let at = slots.iter().position(|slot| (slot.group, slot.binding) == (block.group, block.binding));
+        let place = at.and_then(|at| places.get(at).copied().flatten());
+        if let Some(bytes) = place.and_then(|place| range(&mut self.staging, place.offset, place.size)) {
+            bytes.iter_mut().zip(&block.bytes).for_each(|(to, from)| *to = *from);
+        }
     }
 
     /// Packs the blocks of one record.

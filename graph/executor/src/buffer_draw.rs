@@ -32,6 +32,20 @@ impl InstantiatedDraw {
         }
     }
 
+    /// Sets the number of vertices, or indices.
+    pub(super) fn set_count(&mut self, new: u32) {
+        if let InstantiatedCounts::Direct { count, .. } = &mut self.counts {
+            *count = new;
+        }
+    }
+
+    /// Sets the number of instances.
+    pub(super) fn set_instances(&mut self, new: u32) {
+        if let InstantiatedCounts::Direct { instances, .. } = &mut self.counts {
+            *instances = new;
+        }
+    }
+
     /// Records the draw; nothing where a buffer is missing, which is an error that is reported elsewhere.
     pub(super) fn record(
         &self,

@@ -59,7 +59,9 @@ impl<'a> Creation<'a> {
         let Some(Scopes { validation, internal, memory }) = self.scopes.take() else { return };
         let outcomes: [Pin<Box<dyn Outcome>>; 3] =
             [Box::pin(validation.pop()), Box::pin(internal.pop()), Box::pin(memory.pop())];
-        self.caught.0.extend(outcomes.map(|outcome| (self.site.clone(), outcome)));
+        for outcome in outcomes {
+            self.caught.add(self.site.clone(), outcome);
+        }
     }
 
     fn device(&mut self) -> &'a wgpu::Device {
@@ -163,35 +165,39 @@ impl<T: Future<Output = Option<wgpu::Error>> + wgpu::WasmNotSend> Outcome for T 
 
 /// The errors that scopes have caught so far.
 #[derive(Default)]
-pub(super) struct Caught(Vec<(Site, Pin<Box<dyn Outcome>>)>);
+pub(super) struct Caught {
+    known: Diagnostics,
+    /// Only a browser tells later.
+    #[cfg(target_arch = "wasm32")]
+    late: Vec<(Site, Pin<Box<dyn Outcome>>)>,
+}
 
 impl Caught {
-    /// Waits for all of it.
-    pub(super) async fn all(self) -> Diagnostics {
-        let mut diagnostics = Diagnostics::new();
-        for (site, outcome) in self.0 {
-            diagnostics.extend(outcome.await.map(|error| diagnostic(&error, &site)));
+    /// Adds the outcome of a scope.
+    fn add(&mut self, site: Site, mut outcome: Pin<Box<dyn Outcome>>) {
+        match outcome.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            Poll::Ready(error) => self.known.extend(error.map(|error| diagnostic(&error, &site))),
+            #[cfg(target_arch = "wasm32")]
+            Poll::Pending => self.late.push((site, outcome)),
+            #[cfg(not(target_arch = "wasm32"))]
+            Poll::Pending => {}
         }
-        diagnostics
     }
 
     /// The errors that are known by now; the rest stays.
     pub(super) fn known(&mut self) -> Diagnostics {
-        let mut diagnostics = Diagnostics::new();
-        let mut context = Context::from_waker(Waker::noop());
-        self.0.retain_mut(|(site, outcome)| match outcome.as_mut().poll(&mut context) {
-            Poll::Pending => true,
-            Poll::Ready(error) => {
-                diagnostics.extend(error.map(|error| diagnostic(&error, site)));
-                false
-            }
-        });
-        diagnostics
+        #[cfg(target_arch = "wasm32")]
+        for (site, outcome) in std::mem::take(&mut self.late) {
+            self.add(site, outcome);
+        }
+        std::mem::take(&mut self.known)
     }
 
     /// Adds what another creation caught.
-    pub(super) fn append(&mut self, mut other: Self) {
-        self.0.append(&mut other.0);
+    pub(super) fn append(&mut self, other: Self) {
+        self.known.extend(other.known);
+        #[cfg(target_arch = "wasm32")]
+        self.late.extend(other.late);
     }
 }
 

@@ -71,8 +71,8 @@ impl DryRun {
             return Diagnostics::new();
         }
         let instantiated = match &mut self.executor {
-            Some(executor) => executor.set_plan(plan.clone(), Some(&source)).await,
-            None => match Executor::new(&self.device, &self.queue, plan.clone(), Some(&source)).await {
+            Some(executor) => executor.set_plan(plan.clone(), Some(&source)),
+            None => match Executor::new(&self.device, &self.queue, plan.clone(), Some(&source)) {
                 Ok(executor) => {
                     self.executor = Some(executor);
                     Ok(())
@@ -81,7 +81,7 @@ impl DryRun {
             },
         };
         match (instantiated, &mut self.executor) {
-            (Err(diagnostics), _) => diagnostics,
+            (Err(error), _) => error.into(),
             (Ok(()), None) => Diagnostics::new(),
             (Ok(()), Some(executor)) => {
                 executor.reset_history();
@@ -111,7 +111,7 @@ async fn record(
     let input = input();
     let frame = Frame { input: &input, draws: Some(source), imports: &imports, toggles: &[] };
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let mut diagnostics = executor.record(&mut encoder, &frame).err().unwrap_or_default();
+    let mut diagnostics = executor.record(&mut encoder, &frame).err().map_or_else(Diagnostics::new, Diagnostics::from);
     let commands = encoder.finish();
     if !diagnostics.has_errors() {
         queue.submit([commands]);

@@ -21,7 +21,7 @@ use super::scroll::Scroll;
 use super::textures::Textures;
 use super::transfer::{Counts, Transfer};
 
-use crate::compiler::{CpuPasses, Plan, PlannedPass, Switches};
+use crate::compiler::{CpuPasses, Parameters, Plan, PlannedPass, Switches};
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::{IndexRange, Pass, Program};
 use crate::work::{AttachmentTarget, Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work};
@@ -41,6 +41,8 @@ pub(super) struct Instantiated {
     pub(super) kept: Vec<Kept>,
     /// The CPU passes, with what they keep from frame to frame, and the toggles of the frame.
     pub(super) cpu_passes: CpuPasses,
+    /// The parameters of the frame.
+    pub(super) parameters: Parameters,
 }
 
 /// A pass with everything that it needs on the device.
@@ -51,6 +53,24 @@ pub(super) struct InstantiatedPass {
     pub(super) merged: usize,
     /// The label of its render pass.
     pub(super) label: String,
+    pub(super) constants: Constants,
+}
+
+/// What a render pass sets beside pipelines and bind groups.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Constants {
+    /// What stencil is compared with, and what replaces it.
+    pub(super) reference: Option<u32>,
+    /// The constant of blend equations.
+    pub(super) blend: Option<[f64; 4]>,
+}
+
+impl Constants {
+    fn of(work: &Work) -> Self {
+        let Work::Render(render) = work else { return Self::default() };
+        let reference = render.stencil.as_ref().map(|stencil| stencil.reference);
+        Self { reference, blend: render.blend_constant }
+    }
 }
 
 pub(super) enum InstantiatedWork {
@@ -90,6 +110,8 @@ pub(super) struct InstantiatedScene {
     pub(super) scroll: Option<Scroll>,
     /// What brings the texels over which a view is drawn, and the position of the pass that keeps them, if one does.
     pub(super) over: Option<(Scroll, Option<usize>)>,
+    /// The depth that it is cleared to.
+    pub(super) clear_depth: f32,
 }
 
 impl InstantiatedPass {
@@ -130,6 +152,7 @@ impl Instantiated {
             interfaces,
             kept: plan.passes.iter().map(|_| Kept::default()).collect(),
             cpu_passes: CpuPasses::new(plan.clone()),
+            parameters: Parameters::new(plan.clone()),
             plan: plan.clone(),
         };
         for (at, planned) in plan.passes.iter().enumerate() {
@@ -173,7 +196,8 @@ impl Instantiated {
             _ => None,
         };
         let (work, groups) = instantiated.unwrap_or((InstantiatedWork::Nothing, Vec::new()));
-        InstantiatedPass { work, groups, merged: 1, label: pass.name.clone() }
+        let constants = Constants::of(pass.work());
+        InstantiatedPass { work, groups, merged: 1, label: pass.name.clone(), constants }
     }
 
     fn program_work(
@@ -242,6 +266,7 @@ impl Instantiated {
                             clear: pipelines.clear(render, scene),
                             scroll,
                             over,
+                            clear_depth: scene.redraw.as_ref().map_or(0.0, |redraw| redraw.clear as f32),
                         };
                         Some(InstantiatedWork::Scene { scene, attachments })
                     }

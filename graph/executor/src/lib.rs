@@ -43,6 +43,7 @@ mod imports;
 mod inputs;
 mod instantiate;
 mod objects;
+mod parameters;
 mod pipelines;
 mod pool;
 mod read_back;
@@ -66,6 +67,7 @@ pub use draw::{DrawPass, DrawSource};
 #[cfg(feature = "noop")]
 pub use dry_run::DryRun;
 pub use gpu_times::GpuTime;
+pub use parameters::{Parameter, ParameterValue};
 pub use read_back::{Texels, read_back, read_bytes};
 pub use statistics::{PassCounts, Statistics};
 pub use wgpu;
@@ -74,6 +76,7 @@ use crate::compiler::{Physical, Plan, PlannedPass, Switches};
 use crate::data::BlackboardData;
 use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::frame::FrameInput;
+use umbragraph_pipeline::Error;
 use umbragraph_pipeline::draw::HostInterface;
 
 use creation::{Caught, Creation};
@@ -119,20 +122,23 @@ pub struct Executor {
 impl Executor {
     /// Instantiates a plan. `source` says how the host's meshes are stored; a plan that draws none needs none.
     ///
-    /// The future is ready at once except in a browser, where errors of the device arrive late.
+    /// In a browser errors of the device arrive late; a record reports them then.
     ///
     /// # Errors
     /// A host whose interface does not fit the shaders, a device that lacks what the plan needs, errors of the device.
-    pub async fn new(
+    pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         plan: Arc<Plan>,
         source: Option<&dyn DrawSource>,
-    ) -> Result<Self, Diagnostics> {
+    ) -> Result<Self, Error> {
+        let sources = plan.pipeline.sources.clone();
+        let error = |found| Error::new(found, &sources);
         let mut objects = Objects::default();
         let mut statistics = Statistics::default();
-        let (instantiated, caught) = instantiate(device, &mut objects, &mut statistics, plan, source, None)?;
-        reject(caught.all().await)?;
+        let made = instantiate(device, &mut objects, &mut statistics, plan, source, None);
+        let (instantiated, mut late) = made.map_err(error)?;
+        reject(late.known()).map_err(error)?;
         objects.commit();
         Ok(Self {
             device: device.clone(),
@@ -145,7 +151,7 @@ impl Executor {
             gpu_times: GpuTimes::default(),
             statistics,
             warnings: Diagnostics::new(),
-            late: Caught::default(),
+            late,
             records: 0,
         })
     }
@@ -156,23 +162,48 @@ impl Executor {
     /// descriptors (those that outlive frames under their own names, with their contents), blackboard data. For as long
     /// as it takes, the textures of both plans exist.
     ///
-    /// The future is ready at once except in a browser.
-    ///
     /// # Errors
     /// As of [`Executor::new`]. The executor goes on with the plan before.
-    pub async fn set_plan(
-        &mut self,
-        plan: Arc<Plan>,
-        source: Option<&dyn DrawSource>,
-    ) -> Result<(), Diagnostics> {
+    pub fn set_plan(&mut self, plan: Arc<Plan>, source: Option<&dyn DrawSource>) -> Result<(), Error> {
+        let sources = plan.pipeline.sources.clone();
+        let error = |found| Error::new(found, &sources);
         let before = Some(&self.instantiated);
-        let (instantiated, caught) =
-            instantiate(&self.device, &mut self.objects, &mut self.statistics, plan, source, before)?;
-        reject(caught.all().await)?;
+        let made = instantiate(&self.device, &mut self.objects, &mut self.statistics, plan, source, before);
+        let (instantiated, mut late) = made.map_err(error)?;
+        reject(late.known()).map_err(error)?;
+        self.late.append(late);
         self.objects.commit();
         let before = std::mem::replace(&mut self.instantiated, instantiated);
+        self.instantiated.parameters.go_on_from(&before.parameters);
+        // Values that the other plan refuses are as it says them.
+        let refused = self.instantiated.apply_parameters();
         self.instantiated.cpu_passes.go_on_from(before.cpu_passes);
+        self.warnings.extend(refused.err().into_iter().flatten());
         Ok(())
+    }
+
+    /// A live parameter, to be set from frame to frame.
+    ///
+    /// # Errors
+    /// No such parameter; one that is structural, with the place that makes it so; one of another type.
+    pub fn parameter<T: ParameterValue>(&self, name: &str) -> Result<Parameter<T>, Error> {
+        Parameter::new(name, &self.instantiated.parameters).map_err(|found| self.error(found))
+    }
+
+    /// Sets a live parameter for the records to come. Nothing is planned or created. Another plan takes it over, if it has
+    /// a live parameter of that name; handles are good for plans with the same parameters.
+    ///
+    /// # Errors
+    /// A handle of another plan; a value out of range, or of another length. What a record does not accept of several
+    /// values together it reports, and then all have the values of the record before.
+    pub fn set<T: ParameterValue>(&mut self, parameter: Parameter<T>, value: T) -> Result<(), Error> {
+        let at = if parameter.of == self.instantiated.parameters.id() { parameter.at } else { usize::MAX };
+        let set = self.instantiated.parameters.set(at, &mut |to| value.assign(to));
+        set.map_err(|found| self.error(found))
+    }
+
+    fn error(&self, found: Diagnostics) -> Error {
+        Error::new(found, &self.instantiated.plan.pipeline.sources)
     }
 
     /// The plan.
@@ -289,11 +320,15 @@ impl Executor {
     /// within one submission. Encoders have to be submitted in the order of their records.
     ///
     /// # Errors
-    /// Imports that are missing or not as planned; toggles that the pipeline does not have; a draw source that is
+    /// Live parameters that do not go together; imports that are missing or not as planned; toggles that the pipeline does not have; a draw source that is
     /// missing, does not know a filter, or stores meshes otherwise than the one that the plan was instantiated for;
     /// blackboard data that a CPU pass did not declare; errors of the device. Nothing is recorded then, and the next
     /// frame is possible.
-    pub fn record(
+    pub fn record(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame<'_>) -> Result<(), Error> {
+        self.try_record(encoder, frame).map_err(|found| self.error(found))
+    }
+
+    fn try_record(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         frame: &Frame<'_>,
@@ -302,6 +337,7 @@ impl Executor {
         let mut diagnostics = inputs::check(&self.instantiated, &self.device, frame);
         diagnostics.extend(Switches::check(&self.instantiated.plan, frame.toggles));
         reject(diagnostics)?;
+        self.instantiated.apply_parameters()?;
         self.instantiated.cpu_passes.switch(frame.toggles);
         self.warnings = Diagnostics::new();
         inputs::warnings(frame, &mut self.warnings);

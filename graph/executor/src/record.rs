@@ -200,7 +200,7 @@ impl Recording<'_> {
             if count > 1 {
                 render_pass.push_debug_group(&planned.name);
             }
-            set_constants(self.instantiated, planned, &mut render_pass);
+            set_constants(pass, &mut render_pass);
             match &pass.work {
                 InstantiatedWork::Fullscreen { pipeline, attachments, draw } => {
                     let [width, height] = attachments.extent;
@@ -245,7 +245,7 @@ impl Recording<'_> {
                 if let Some(mut render_pass) =
                     self.attachments.begin(encoder, resources, labels, layer, drawn)
                 {
-                    set_constants(self.instantiated, planned, &mut render_pass);
+                    set_constants(pass, &mut render_pass);
                     self.draw((at, scene), (first, run), None, &mut render_pass);
                 }
                 self.gpu_times.end(encoder, query);
@@ -282,12 +282,13 @@ impl Recording<'_> {
             return;
         };
         let Some(planned) = self.instantiated.plan.passes.get(at) else { return };
-        let Some(SceneDraw { redraw: Some(Redraw { clear: depth, every, .. }), filter, .. }) =
+        let Some(SceneDraw { redraw: Some(Redraw { every, .. }), filter, .. }) =
             scene_draw(self.instantiated, planned)
         else {
             return;
         };
-        let (depth, attachments, resources) = (*depth as f32, self.attachments, &self.instantiated.resources);
+        let (depth, attachments, resources) =
+            (scene.clear_depth, self.attachments, &self.instantiated.resources);
         let revised = source.revision(filter).map(|revision| (revision, source.generation()));
         let bounds = self.frame.input.filter_bounds.iter().find(|(known, _)| known == filter);
         let every_of = |at: usize| every.get(at).or(every.last()).copied().unwrap_or(1);
@@ -415,16 +416,11 @@ fn views_of<'a>(instantiated: &'a Instantiated, scene: &InstantiatedScene) -> &'
 }
 
 /// The reference that stencil is compared with and that replaces it, and the constant of blend equations.
-fn set_constants(
-    instantiated: &Instantiated,
-    planned: &PlannedPass,
-    render_pass: &mut wgpu::RenderPass<'static>,
-) {
-    let Work::Render(render) = instantiated.plan.pipeline.pass(planned.handle).work() else { return };
-    if let Some(stencil) = &render.stencil {
-        render_pass.set_stencil_reference(stencil.reference);
+fn set_constants(pass: &InstantiatedPass, render_pass: &mut wgpu::RenderPass<'static>) {
+    if let Some(reference) = pass.constants.reference {
+        render_pass.set_stencil_reference(reference);
     }
-    if let Some([r, g, b, a]) = render.blend_constant {
+    if let Some([r, g, b, a]) = pass.constants.blend {
         render_pass.set_blend_constant(wgpu::Color { r, g, b, a });
     }
 }

@@ -87,6 +87,11 @@ impl Kept {
         within.map(|kept| kept.record).max()
     }
 
+    /// Draws all views the next time.
+    pub(super) fn forget(&mut self) {
+        self.views.clear();
+    }
+
     /// Notes that a view is drawn, over whatever lay there.
     pub(super) fn note(&mut self, view: View, texels: Texels, stamp: Stamp, record: u64) {
         self.views.retain(|kept| !overlap(kept.texels, texels));

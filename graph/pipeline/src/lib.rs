@@ -5,7 +5,9 @@
 //! each frame. The rooms below are re-exported: this crate is all that a crate of node kinds needs.
 
 pub use umbragraph_shaders as shader;
-pub use umbragraph_text::{codes, compose, diagnostic, document, expression, language, source, webgpu_words};
+pub use umbragraph_text::{
+    Error, codes, compose, diagnostic, document, expression, language, source, webgpu_words,
+};
 pub use wgpu_types;
 
 pub mod data;

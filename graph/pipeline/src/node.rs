@@ -7,7 +7,7 @@
 //! use umbragraph_pipeline::data::{DataShape, BlackboardData, ValueType};
 //! use umbragraph_pipeline::language::Expr;
 //! use umbragraph_pipeline::node::{Node, Registry};
-//! use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+//! use umbragraph_pipeline::pipeline::{Evaluate, PassBuilder, Produced};
 //! use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 //!
 //! /// Publishes the phase of a wave.
@@ -20,7 +20,7 @@
 //!     period: Expr,
 //! }
 //!
-//! #[derive(Debug, PartialEq)]
+//! #[derive(Clone, Debug, PartialEq)]
 //! struct RunWave {
 //!     period: f64,
 //! }
@@ -54,7 +54,7 @@
 //! # use umbragraph_pipeline::data::BlackboardData;
 //! # use umbragraph_pipeline::work::{CpuContext, CpuNode};
 //! /// Publishes the seconds since the frame before.
-//! #[derive(Debug, PartialEq)]
+//! #[derive(Clone, Debug, PartialEq)]
 //! struct RunStep;
 //!
 //! impl CpuNode for RunStep {

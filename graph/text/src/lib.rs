@@ -1,12 +1,15 @@
 //! The text room of umbragraph: what is known of a pipeline before anything is made of it.
 //!
-//! Registered texts ([`source`]), what is wrong with them ([`diagnostic`]), JSON with places ([`document`]), several files
+//! Registered texts ([`source`]), what is wrong with them ([`diagnostic`], [`Error`]), JSON with places ([`document`]), several files
 //! as one ([`compose`]), expressions ([`expression`]), and the types that documents are decoded into ([`language`]).
 //! Nothing here knows of shaders, passes at work, or devices.
 
 pub mod compose;
 pub mod diagnostic;
 pub mod document;
+mod error;
 pub mod expression;
 pub mod language;
 pub mod source;
+
+pub use error::Error;

@@ -7,7 +7,7 @@ use crate::compose;
 use crate::diagnostic::Diagnostics;
 use crate::document::{self, Document};
 use crate::node::Registry;
-use crate::pipeline::{self, Overrides, Pipeline};
+use crate::pipeline::{self, LoadOptions, Modules, Overrides, Pipeline};
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::{FileId, Sources};
 
@@ -80,8 +80,19 @@ pub fn check_document(
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> CheckReport {
+    check_sharing(document, options, sources, diagnostics, &mut Modules::default())
+}
+
+/// The same, with shader modules that earlier checks with the same templates and profile have made.
+pub fn check_sharing(
+    document: &Document,
+    options: &CheckOptions<'_>,
+    sources: &Sources,
+    diagnostics: &mut Diagnostics,
+    modules: &mut Modules,
+) -> CheckReport {
     let mut own = Diagnostics::new();
-    let checked = check_own(document, options, sources, &mut own);
+    let checked = check_own(document, options, sources, &mut own, modules);
     diagnostics.extend(pipeline::as_written(document, compose::with_users(document, own)));
     checked
 }
@@ -91,12 +102,12 @@ fn check_own(
     options: &CheckOptions<'_>,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
+    modules: &mut Modules,
 ) -> CheckReport {
     let mut checked = CheckReport::default();
     let CheckOptions { registry, templates, profile, overrides, plan: options } = options;
-    let Some(mut pipeline) =
-        pipeline::load(document, registry, templates, profile, overrides, sources, diagnostics)
-    else {
+    let load = LoadOptions { registry, templates, profile, overrides };
+    let Some(mut pipeline) = pipeline::load(document, &load, sources, diagnostics, modules) else {
         return checked;
     };
     compiler::set_aside(&mut pipeline, options, sources, diagnostics);

@@ -27,7 +27,9 @@ use crate::dependence;
 use crate::diagnostic::{AxisValue, Count, Diagnostics};
 use crate::document::{Document, Value};
 use crate::expression::{BinaryOperator, Expression, ExpressionKind, UnaryOperator};
-use crate::pipeline::{Modules, Overrides, Pipeline, Setting, axis_value, inlined, load_sharing, of_preset};
+use crate::pipeline::{
+    self, LoadOptions, Modules, Overrides, Pipeline, Setting, axis_value, inlined, of_preset,
+};
 use crate::shader::{TargetProfile, TemplateSet};
 use crate::source::Sources;
 use crate::varied::{FEW_VALUES, Mention, defaults, features, mentions_of, parse, varied};
@@ -167,9 +169,8 @@ impl Configurations {
         let CheckOptions { registry, templates, profile, .. } = options;
         for (at, Configuration { overrides, .. }) in self.list.iter().enumerate() {
             let mut own = Diagnostics::new();
-            let loaded =
-                load_sharing(document, registry, templates, profile, overrides, sources, &mut own, modules);
-            match loaded {
+            let load = LoadOptions { registry, templates, profile, overrides };
+            match pipeline::load(document, &load, sources, &mut own, modules) {
                 Some(pipeline) => each(at, overrides, pipeline, own, modules),
                 None => return Err(own),
             }

@@ -35,8 +35,7 @@ pub struct Coverage {
 pub fn check_configurations(
     document: &Document,
     check_options: &CheckOptions<'_>,
-    configurations: &Configurations,
-    verified: bool,
+    (configurations, verified): (&Configurations, bool),
     judge: &mut dyn FnMut(&Arc<Plan>) -> Diagnostics,
     sources: &Sources,
     diagnostics: &mut Diagnostics,

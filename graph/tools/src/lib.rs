@@ -38,7 +38,7 @@ pub mod verify;
 pub mod why;
 mod witness;
 
-pub use check::{CheckOptions, CheckReport, check, check_document};
+pub use check::{CheckOptions, CheckReport, check, check_document, check_sharing};
 pub use configurations::{Configuration, Configurations, MAX as MAX_CONFIGURATIONS};
 pub use cover::Cover;
 pub use coverage::{Coverage, check_configurations};

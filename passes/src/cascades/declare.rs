@@ -3,7 +3,7 @@
 use glam::{DVec3, UVec2};
 use umbragraph_pipeline::expression::Value;
 use umbragraph_pipeline::language::{Expr, Word};
-use umbragraph_pipeline::pipeline::PassBuilder;
+use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder};
 
 use super::MAX_CASCADES;
 use super::configuration::Configuration;
@@ -16,7 +16,47 @@ use crate::codes;
 /// Evaluates all settings; `None` after at least one diagnostic. All settings are looked at, whatever the first
 /// diagnostic.
 pub(super) fn configuration(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Configuration> {
-    let splits = splits(settings, pass);
+    let count = match settings.splits.as_ref().and_then(|split| split.count.as_ref()) {
+        Some(expr) => {
+            Some(cascade_count(pass.count(expr, "/splits/count")? as usize, "/splits/count", pass)?)
+        }
+        None => None,
+    };
+    let (count, border, live) = pass.live(LiveTarget::Node, |pass| live(settings, pass, count));
+    let resolutions = resolutions(settings, pass, count, border);
+    let layout = match (count, &resolutions) {
+        (Some(count), Some(resolutions)) => layout(settings, pass, &resolutions[..count]),
+        _ => None,
+    };
+    Some(Configuration { light: settings.light.clone(), layout: layout?, ..live? })
+}
+
+/// Evaluates the settings that are live, again.
+pub(super) fn update(
+    configuration: &mut Configuration,
+    settings: &Cascades,
+    pass: &mut LiveSettings<'_>,
+) -> Option<()> {
+    let (_, _, live) = live(settings, pass, Some(configuration.splits.count()));
+    let live = live?;
+    let tiles = configuration.layout.tiles.iter().take(live.splits.count());
+    let smallest = tiles.map(|tile| tile.resolution).min().unwrap_or(u32::MAX);
+    if u64::from(smallest) < 2 * u64::from(live.border) + 2 {
+        let message = format!("a cascade of {smallest} texels cannot have a border of {}", live.border);
+        return pass.reject(codes::CASCADE_RESOLUTION, "/border", message, "make the border narrower");
+    }
+    let (light, layout) = (configuration.light.take(), configuration.layout);
+    *configuration = Configuration { light, layout, ..live };
+    Some(())
+}
+
+/// The number of cascades, which is structural, the border, and everything but the light and the layout.
+fn live(
+    settings: &Cascades,
+    pass: &mut impl Evaluate,
+    count: Option<usize>,
+) -> (Option<usize>, Option<u32>, Option<Configuration>) {
+    let splits = splits(settings, pass, count);
     let blend = blend(settings, pass);
     let shape = word_or_default(pass, settings.fit.as_ref(), "/fit");
     let snap = word_or_default(pass, settings.snap.as_ref(), "/snap");
@@ -30,36 +70,33 @@ pub(super) fn configuration(settings: &Cascades, pass: &mut PassBuilder<'_>) -> 
     };
     let clip_to_scene = boolean(pass, settings.clip_to_scene.as_ref(), "/clip_to_scene", false);
     let reverse = boolean(pass, settings.reverse.as_ref(), "/reverse", false);
-    let count = splits.map(|splits| splits.count());
-    let resolutions = resolutions(settings, pass, count, border);
-    let layout = match (count, &resolutions) {
-        (Some(count), Some(resolutions)) => layout(settings, pass, &resolutions[..count]),
-        _ => None,
+    let all = || {
+        Some(Configuration {
+            light: None,
+            layout: Layout::default(),
+            splits: splits?,
+            blend: blend?,
+            shape: shape?,
+            snap: snap?,
+            square: square?,
+            border: border?,
+            up: up?,
+            near_pull: near_pull?,
+            far_extension: far_extension?,
+            clip_to_scene: clip_to_scene?,
+            reverse: reverse?,
+        })
     };
-    Some(Configuration {
-        light: settings.light.clone(),
-        splits: splits?,
-        blend: blend?,
-        shape: shape?,
-        snap: snap?,
-        square: square?,
-        border: border?,
-        up: up?,
-        near_pull: near_pull?,
-        far_extension: far_extension?,
-        clip_to_scene: clip_to_scene?,
-        reverse: reverse?,
-        layout: layout?,
-    })
+    (splits.map(|splits| splits.count()), border, all())
 }
 
-fn splits(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Splits> {
+fn splits(settings: &Cascades, pass: &mut impl Evaluate, count: Option<usize>) -> Option<Splits> {
     let far = pass.numbers(&settings.far, "/far");
     let far = far.and_then(|far| far_distances(far, &settings.far, pass));
     let split = settings.splits.as_ref();
     let scheme = word_or_default(pass, split.and_then(|split| split.scheme.as_ref()), "/splits/scheme");
-    let count = match split.and_then(|split| split.count.as_ref()) {
-        Some(expr) => cascade_count(pass.count(expr, "/splits/count")? as usize, "/splits/count", pass),
+    let count = match count {
+        Some(count) => Some(count),
         None => far.as_ref().and_then(|far| cascade_count(far.len(), "/far", pass)),
     };
     let near = match split.and_then(|split| split.near.as_ref()) {
@@ -99,7 +136,7 @@ fn splits(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Splits> {
 }
 
 /// The far distances, if they are above zero and increase, also as 32-bit numbers.
-fn far_distances(far: Vec<f64>, far_setting: &Expr, pass: &mut PassBuilder<'_>) -> Option<Vec<f64>> {
+fn far_distances(far: Vec<f64>, far_setting: &Expr, pass: &mut impl Evaluate) -> Option<Vec<f64>> {
     let mut before = 0.0_f32;
     for (at, distance) in far.iter().enumerate() {
         let rounded = *distance as f32;
@@ -119,7 +156,7 @@ fn far_distances(far: Vec<f64>, far_setting: &Expr, pass: &mut PassBuilder<'_>) 
     Some(far)
 }
 
-fn cascade_count(count: usize, pointer: &str, pass: &mut PassBuilder<'_>) -> Option<usize> {
+fn cascade_count(count: usize, pointer: &str, pass: &mut impl Evaluate) -> Option<usize> {
     if (1..=MAX_CASCADES).contains(&count) {
         return Some(count);
     }
@@ -127,14 +164,14 @@ fn cascade_count(count: usize, pointer: &str, pass: &mut PassBuilder<'_>) -> Opt
     pass.reject(codes::CASCADE_COUNT, pointer, format!("{count} cascades cannot be fitted"), help)
 }
 
-fn blend(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<Blend> {
+fn blend(settings: &Cascades, pass: &mut impl Evaluate) -> Option<Blend> {
     let Some(blend) = &settings.blend else { return Some(Blend::default()) };
     let fraction = fraction(pass, &blend.fraction, "/blend/fraction", codes::CASCADE_BLEND, "the blend zone");
     let of = word_or_default(pass, blend.of.as_ref(), "/blend/of");
     Some(Blend { fraction: fraction?, of: of? })
 }
 
-fn up(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<DVec3> {
+fn up(settings: &Cascades, pass: &mut impl Evaluate) -> Option<DVec3> {
     let Some(expr) = &settings.up else { return Some(DVec3::Y) };
     let numbers = pass.numbers(expr, "/up")?;
     let up = <[f64; 3]>::try_from(numbers).ok().map(DVec3::from).and_then(DVec3::try_normalize);
@@ -146,7 +183,7 @@ fn up(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<DVec3> {
     up
 }
 
-fn near_pull(settings: &Cascades, pass: &mut PassBuilder<'_>) -> Option<NearPull> {
+fn near_pull(settings: &Cascades, pass: &mut impl Evaluate) -> Option<NearPull> {
     let named = |word: &str| match word {
         "casters" => Some(NearPull::Casters),
         "scene" => Some(NearPull::Scene),
@@ -279,18 +316,18 @@ fn texels(numbers: &[f64]) -> Option<UVec2> {
     }
 }
 
-fn word_or_default<T>(pass: &mut PassBuilder<'_>, word: Option<&Word<T>>, pointer: &str) -> Option<T>
+fn word_or_default<T>(pass: &mut impl Evaluate, word: Option<&Word<T>>, pointer: &str) -> Option<T>
 where
     T: serde::de::DeserializeOwned + Clone + Default + schemars::JsonSchema,
 {
     word.map_or_else(|| Some(T::default()), |word| pass.word(word, pointer))
 }
 
-fn boolean(pass: &mut PassBuilder<'_>, expr: Option<&Expr>, pointer: &str, default: bool) -> Option<bool> {
+fn boolean(pass: &mut impl Evaluate, expr: Option<&Expr>, pointer: &str, default: bool) -> Option<bool> {
     expr.map_or(Some(default), |expr| pass.boolean(expr, pointer))
 }
 
-fn metres(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str) -> Option<f64> {
+fn metres(pass: &mut impl Evaluate, expr: &Expr, pointer: &str) -> Option<f64> {
     let metres = pass.number(expr, pointer)?;
     if (0.0..=LONGEST_REACH).contains(&metres) {
         return Some(metres);
@@ -301,7 +338,7 @@ fn metres(pass: &mut PassBuilder<'_>, expr: &Expr, pointer: &str) -> Option<f64>
 }
 
 fn fraction(
-    pass: &mut PassBuilder<'_>,
+    pass: &mut impl Evaluate,
     expr: &Expr,
     pointer: &str,
     code: umbragraph_pipeline::diagnostic::Code,

@@ -23,7 +23,7 @@ pub struct Tile {
 }
 
 /// The parts of a map that cascades draw into.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Layout {
     /// The width and height of the map, in texels.
     pub map: UVec2,

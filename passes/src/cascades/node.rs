@@ -4,13 +4,15 @@
 //!
 //! Elements from `count` on are zero: no distance lies before a far distance of zero.
 
+use std::sync::Arc;
+
 use glam::DVec4;
 use schemars::JsonSchema;
 use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, ValueType};
 use umbragraph_pipeline::language::{Expr, Word};
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{LiveSettings, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use super::configuration::{Cascade, CascadeSet, Configuration};
@@ -22,7 +24,7 @@ use crate::lights::descriptor;
 use crate::lights::filter::FilterSettings;
 
 /// Fits cascades of a directional light to the frame's camera, and publishes a view for each.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cascades {
     /// The blackboard data to publish.
@@ -79,7 +81,7 @@ pub struct Cascades {
 }
 
 /// How far distances come about.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SplitSettings {
     /// The scheme; "explicit" without it.
@@ -94,7 +96,7 @@ pub struct SplitSettings {
 }
 
 /// The zone at the end of each cascade that blends into the next.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BlendSettings {
     /// The zone as a fraction, from 0 (none) to 1.
@@ -114,7 +116,8 @@ impl Node for Cascades {
             return placed::declare(self, placement, configuration, pass);
         }
         let output = pass.publish(&self.to, "/to", shape(configuration.splits.count() as u32))?;
-        pass.produce(Work::Cpu(CpuWork::new(RunCascades { configuration }, output, Vec::new())))
+        let node = RunCascades { settings: Arc::new(self.clone()), configuration };
+        pass.produce(Work::Cpu(CpuWork::new(node, output, Vec::new())))
     }
 
     fn published() -> Vec<(&'static str, DataShape)> {
@@ -148,8 +151,9 @@ pub fn shape(count: u32) -> DataShape {
         .views(count)
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct RunCascades {
+    settings: Arc<Cascades>,
     configuration: Configuration,
 }
 
@@ -166,6 +170,10 @@ impl CpuNode for RunCascades {
             let (near, _) = context.frame.camera.projection.depth_range();
             data.set_f32("near", bounded(near));
         }
+    }
+
+    fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()> {
+        declare::update(&mut self.configuration, &self.settings, settings)
     }
 }
 

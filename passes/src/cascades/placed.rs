@@ -3,16 +3,18 @@
 //! Every directional light is fitted with the same settings. Its cascades are drawn into consecutive layers, from the
 //! first that the placement names; a cascade that could not be fitted leaves a descriptor that shadows nothing.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3, DVec4, UVec2};
 use umbragraph_pipeline::data::View;
-use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, PassBuilder, Produced};
 
 use super::configuration::{Cascade, Configuration};
+use super::declare;
 use super::node::Cascades;
 use crate::codes;
-use crate::lights::described::{self, DescribeShadows, ShadowOutput};
+use crate::lights::described::{self, DescribeShadows, LiveShadows, ShadowOutput};
 use crate::lights::descriptor::{self, Descriptor};
-use crate::lights::filter::Filter;
 use crate::lights::placement::{self, Backing, Entry};
 
 pub(super) fn declare(
@@ -34,20 +36,24 @@ pub(super) fn declare(
         Some(expr) => placement::capacity(pass, expr, "/layers", placement::MAX_LAYERS)?,
         None => count,
     };
-    let filter = Filter::declare(settings.filter.as_ref(), pass)?;
-    let light_size = pass.number_or(&settings.light_size, "/light_size", 0.0)?;
-    let input = pass.data_with(data, "/placement", &placement::expected())?;
+    let live = LiveShadows::new(settings.filter.as_ref(), settings.light_size.as_ref());
+    let input = pass.data_with(data, "/placement", &placement::expected());
     let shape = descriptor::shape(layers).views(layers).view_layers(1);
-    described::node(pass, &settings.to, input, shape, filter, Placed { configuration, light_size })
+    let placed = Placed { configuration, settings: Arc::new(settings.clone()) };
+    described::node(pass, &settings.to, input, Some((shape, placed)), live)
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Placed {
     configuration: Configuration,
-    light_size: f64,
+    settings: Arc<Cascades>,
 }
 
 impl DescribeShadows for Placed {
+    fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()> {
+        declare::update(&mut self.configuration, &self.settings, settings)
+    }
+
     fn describe(&self, entry: &Entry, output: &mut ShadowOutput<'_>) {
         let Backing::Layers { first, count } = entry.backing else { return };
         let Some(light) = output.frame.lights.get(entry.light as usize) else { return };
@@ -55,7 +61,7 @@ impl DescribeShadows for Placed {
         for (at, cascade) in set.iter().take(count as usize).enumerate() {
             let layer = first + at as u32;
             output.view(View { layer, ..cascade.view });
-            let size = descriptor::light_size(light, self.light_size, f64::INFINITY);
+            let size = descriptor::light_size(light, output.light_size, f64::INFINITY);
             output.descriptor(self.descriptor(at, layer, size, cascade));
             let place = output
                 .filter

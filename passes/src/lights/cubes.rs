@@ -43,9 +43,9 @@ impl Node for CubeShadows {
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let capacity = placement::capacity(pass, &self.capacity, "/capacity", placement::MAX_CUBES);
         let side = placement::capacity(pass, &self.side, "/side", crate::cascades::layout::MAX_SIDE);
-        self.described.declare(pass, capacity.zip(side), |(capacity, side), reverse, light_size| {
+        self.described.declare(pass, capacity.zip(side), |(capacity, side), reverse| {
             let shape = descriptor::shape(capacity).views(6 * capacity).view_layers(1);
-            (shape, Cubes { side, reverse, light_size })
+            (shape, Cubes { side, reverse })
         })
     }
 
@@ -54,11 +54,10 @@ impl Node for CubeShadows {
     }
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Cubes {
     side: u32,
     reverse: bool,
-    light_size: f64,
 }
 
 impl DescribeShadows for Cubes {
@@ -76,7 +75,7 @@ impl DescribeShadows for Cubes {
         }
         let half_side = 0.5 * f64::from(self.side);
         let texel = cube.half_width / half_side;
-        let size = descriptor::light_size(light, self.light_size, cube.far);
+        let size = descriptor::light_size(light, output.light_size, cube.far);
         output.bounded_in_perspective(entry.light, cube.position, [cube.near, cube.far], texel, size);
         let depth = depth_coefficients(cube.near, cube.far, self.reverse);
         let scale = half_side / cube.half_width;

@@ -4,6 +4,7 @@
 //! A backing says with [`DescribeShadows`] what one placed light comes to; [`node`] makes a CPU node of it.
 
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use glam::DVec3;
 use schemars::JsonSchema;
@@ -11,7 +12,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::data::{BlackboardData, DataShape, View};
 use umbragraph_pipeline::frame::FrameInput;
 use umbragraph_pipeline::language::Expr;
-use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Subresource, Work};
 
 use super::descriptor::{self, Descriptor};
@@ -33,29 +34,51 @@ pub struct DescribedSettings {
     pub light_size: Option<Expr>,
 }
 
+/// The settings of a node that describes lights which are live.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct LiveShadows {
+    filter: Option<FilterSettings>,
+    light_size: Option<Expr>,
+}
+
+impl LiveShadows {
+    pub(crate) fn new(filter: Option<&FilterSettings>, light_size: Option<&Expr>) -> Self {
+        Self { filter: filter.cloned(), light_size: light_size.cloned() }
+    }
+
+    /// The filter, and the size of lights that say none.
+    fn evaluate(&self, pass: &mut impl Evaluate) -> Option<(Option<Filter>, f64)> {
+        let filter = Filter::declare(self.filter.as_ref(), pass);
+        let light_size = pass.number_or(&self.light_size, "/light_size", 0.0);
+        Some((filter?, light_size?))
+    }
+}
+
 impl DescribedSettings {
     /// Declares the node; `describe` makes what is published and the backing of further
-    /// settings, of whether depth is reversed, and of the size of lights that say none.
+    /// settings and of whether depth is reversed.
     pub(crate) fn declare<T, D: DescribeShadows>(
         &self,
         pass: &mut PassBuilder<'_>,
         further: Option<T>,
-        describe: impl FnOnce(T, bool, f64) -> (DataShape, D),
+        describe: impl FnOnce(T, bool) -> (DataShape, D),
     ) -> Option<Produced> {
         let reverse = pass.boolean_or(&self.reverse, "/reverse", false);
-        let filter = Filter::declare(self.filter.as_ref(), pass);
-        let light_size = pass.number_or(&self.light_size, "/light_size", 0.0);
+        let live = LiveShadows::new(self.filter.as_ref(), self.light_size.as_ref());
         let input = pass.data_with(&self.placement, "/placement", &placement::expected());
-        let (further, reverse, filter, input) = (further?, reverse?, filter?, input?);
-        let (shape, describe) = describe(further, reverse, light_size?);
-        node(pass, &self.to, input, shape, filter, describe)
+        let further = further.zip(reverse).map(|(further, reverse)| describe(further, reverse));
+        node(pass, &self.to, input, further, live)
     }
 }
 
 /// How the lights of one backing are described.
-pub(crate) trait DescribeShadows: Debug + PartialEq + Send + Sync + 'static {
+pub(crate) trait DescribeShadows: Clone + Debug + PartialEq + Send + Sync + 'static {
     /// Tells of a placed light what it has here; nothing of one that another backing has.
     fn describe(&self, entry: &Entry, output: &mut ShadowOutput<'_>);
+    /// Takes over live settings of its own; `None` after a diagnostic.
+    fn update(&mut self, _settings: &mut LiveSettings<'_>) -> Option<()> {
+        Some(())
+    }
 }
 
 /// What is told of a frame.
@@ -64,6 +87,8 @@ pub(crate) struct ShadowOutput<'a> {
     /// The side of the atlas, in texels.
     pub(crate) atlas_side: u32,
     pub(crate) filter: Option<Filter>,
+    /// The size of lights that say none.
+    pub(crate) light_size: f64,
     data: &'a mut BlackboardData,
     memory: &'a mut Memory,
 }
@@ -107,23 +132,27 @@ pub(crate) struct Memory {
     bounded: Bounded,
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Run<D> {
     describe: D,
+    live: Arc<LiveShadows>,
     filter: Option<Filter>,
+    light_size: f64,
 }
 
 /// The node that publishes what a backing says of the lights of a placement.
 pub(crate) fn node(
     pass: &mut PassBuilder<'_>,
     to: &str,
-    placement: Subresource,
-    shape: DataShape,
-    filter: Option<Filter>,
-    describe: impl DescribeShadows,
+    placement: Option<Subresource>,
+    further: Option<(DataShape, impl DescribeShadows)>,
+    live: LiveShadows,
 ) -> Option<Produced> {
+    let evaluated = pass.live(LiveTarget::Node, |pass| live.evaluate(pass));
+    let ((shape, describe), placement, (filter, light_size)) = (further?, placement?, evaluated?);
     let output = pass.publish(to, "/to", shape)?;
-    pass.produce(Work::Cpu(CpuWork::new(Run { describe, filter }, output, vec![placement])))
+    let node = Run { describe, live: Arc::new(live), filter, light_size };
+    pass.produce(Work::Cpu(CpuWork::new(node, output, vec![placement])))
 }
 
 impl<D: DescribeShadows> CpuNode for Run<D> {
@@ -137,6 +166,7 @@ impl<D: DescribeShadows> CpuNode for Run<D> {
             frame: context.frame,
             atlas_side: placement::atlas_side(placement),
             filter: self.filter,
+            light_size: self.light_size,
             data,
             memory,
         };
@@ -145,5 +175,10 @@ impl<D: DescribeShadows> CpuNode for Run<D> {
         }
         descriptor::publish(data, &memory.descriptors);
         memory.bounded.report(self.filter, context.frame, data);
+    }
+
+    fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()> {
+        (self.filter, self.light_size) = self.live.evaluate(settings)?;
+        self.describe.update(settings)
     }
 }

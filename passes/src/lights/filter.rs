@@ -19,12 +19,12 @@ use umbragraph_pipeline::data::BlackboardData;
 use umbragraph_pipeline::diagnostic::{Diagnostic, Place, Severity, list_of};
 use umbragraph_pipeline::frame::{Bounds, FrameInput, Light};
 use umbragraph_pipeline::language::Expr;
-use umbragraph_pipeline::pipeline::PassBuilder;
+use umbragraph_pipeline::pipeline::Evaluate;
 
 use crate::codes;
 
 /// Half the width of a filter, and its bounds.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FilterSettings {
     /// Half the width, in metres; 0 where shaders do not filter.
@@ -62,7 +62,7 @@ impl Filter {
     /// The filter of settings; `None` after at least one diagnostic, or without a filter.
     pub(crate) fn declare(
         settings: Option<&FilterSettings>,
-        pass: &mut PassBuilder<'_>,
+        pass: &mut impl Evaluate,
     ) -> Option<Option<Self>> {
         let Some(settings) = settings else { return Some(None) };
         let radius = pass.number(&settings.radius, "/filter/radius");

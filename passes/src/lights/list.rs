@@ -18,7 +18,7 @@ use umbragraph_pipeline::diagnostic::{Diagnostic, Diagnostics, Place};
 use umbragraph_pipeline::frame::{FrameInput, Light, LightKind};
 use umbragraph_pipeline::language::Expr;
 use umbragraph_pipeline::node::Node;
-use umbragraph_pipeline::pipeline::{PassBuilder, Produced};
+use umbragraph_pipeline::pipeline::{Evaluate, LiveSettings, LiveTarget, PassBuilder, Produced};
 use umbragraph_pipeline::work::{CpuContext, CpuNode, CpuWork, Work};
 
 use super::placement::{self, Backing};
@@ -89,10 +89,16 @@ impl Node for LightList {
         }
         let slots = slots.map_or(Some(None), |slots| slots.map(Some))?;
         let hard_below =
-            self.hard_below.as_ref().map_or(Some(0.0), |expr| pass.number(expr, "/hard_below"))?;
+            pass.live(LiveTarget::Node, |pass| pass.number_or(&self.hard_below, "/hard_below", 0.0))?;
         let (lights, descriptors) = (lights?, descriptors?);
         let output = pass.publish(&self.to, "/to", shape(lights, descriptors))?;
-        let node = RunLightList { capacity: lights as usize, sources, slots, hard_below };
+        let node = RunLightList {
+            setting: self.hard_below.clone(),
+            capacity: lights as usize,
+            sources,
+            slots,
+            hard_below,
+        };
         pass.produce(Work::Cpu(CpuWork::new(node, output, inputs)))
     }
 
@@ -145,8 +151,9 @@ struct Sources {
     descriptors: [Option<usize>; 3],
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct RunLightList {
+    setting: Option<Expr>,
     capacity: usize,
     sources: Sources,
     slots: Option<Slots>,
@@ -168,6 +175,11 @@ struct State {
 
 impl CpuNode for RunLightList {
     type State = State;
+
+    fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()> {
+        self.hard_below = settings.number_or(&self.setting, "/hard_below", 0.0)?;
+        Some(())
+    }
 
     fn run(&self, state: &mut State, context: &CpuContext<'_>, data: &mut BlackboardData) {
         let State { order, shadows, asking, known } = state;

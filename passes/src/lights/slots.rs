@@ -10,7 +10,7 @@ use serde::Deserialize;
 use umbragraph_pipeline::data::BlackboardData;
 use umbragraph_pipeline::frame::{FrameInput, Light};
 use umbragraph_pipeline::language::{Expr, Word};
-use umbragraph_pipeline::pipeline::PassBuilder;
+use umbragraph_pipeline::pipeline::{Evaluate, PassBuilder};
 
 use super::list::NO_SHADOW;
 use super::placement::{self, capacity};

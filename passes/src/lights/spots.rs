@@ -38,8 +38,8 @@ impl Node for SpotShadows {
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
         let capacity = placement::capacity(pass, &self.capacity, "/capacity", placement::MAX_CAPACITY);
-        self.described.declare(pass, capacity, |capacity, reverse, light_size| {
-            (descriptor::shape(capacity).views(capacity), Tiles { reverse, light_size })
+        self.described.declare(pass, capacity, |capacity, reverse| {
+            (descriptor::shape(capacity).views(capacity), Tiles { reverse })
         })
     }
 
@@ -48,10 +48,9 @@ impl Node for SpotShadows {
     }
 }
 
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Tiles {
     reverse: bool,
-    light_size: f64,
 }
 
 impl DescribeShadows for Tiles {
@@ -67,7 +66,7 @@ impl DescribeShadows for Tiles {
         };
         let half_side = 0.5 * f64::from(side);
         let texel = spot.half_width() / half_side.max(0.5);
-        let size = descriptor::light_size(light, self.light_size, spot.far);
+        let size = descriptor::light_size(light, output.light_size, spot.far);
         output.bounded_in_perspective(entry.light, spot.position, [spot.near, spot.far], texel, size);
         let tile = Tile { x, y, size: side };
         let whole = (x, y, side) == (0, 0, output.atlas_side);

@@ -30,6 +30,10 @@ pub struct Derived {
     pub words: Option<Vec<String>>,
     /// Where its expression stands.
     pub place: Span,
+    /// The expression.
+    pub expression: Expression,
+    /// Its place in an order in which each follows those that it needs.
+    pub rank: usize,
 }
 
 /// The derived values of a section, and the names of those that have none because of diagnostics.
@@ -113,7 +117,8 @@ pub(super) fn evaluate(
         match result {
             Ok(value) => {
                 let words = words(expression, &names).map(|words| words.into_iter().collect());
-                let derived = Derived { value, words, place: entry.value.span };
+                let (expression, rank) = (expression.clone(), section.values.len());
+                let derived = Derived { value, words, place: entry.value.span, expression, rank };
                 section.values.insert(entry.key.clone(), derived);
             }
             Err(mut error) => {

@@ -16,6 +16,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use super::live::names;
 use super::load::VIEWPORT;
 use crate::diagnostic::{Diagnostic, codes};
 use crate::expression::{self, ErrorKind, Expression, ExpressionError, ExpressionKind, Scope, Value};
@@ -33,6 +34,8 @@ pub struct Environment {
     pub(super) is_file: bool,
     /// Parameters and derived values of the subgraph, and variables of loops.
     pub(super) locals: BTreeMap<String, Value>,
+    /// Of locals that follow from parameters of the pipeline the names outside.
+    pub(super) following: BTreeMap<String, String>,
     /// The words of parameters that are enumerations.
     pub(super) words: BTreeMap<String, Vec<String>>,
     /// Inputs of the subgraph.
@@ -203,10 +206,47 @@ impl Environment {
         Inside { environment: self, is_resource: &|_| false, scope }
     }
 
+    /// The names outside that the value of an expression here follows from.
+    pub(super) fn names(&self, expression: &Expression) -> Vec<String> {
+        let outside = |name: &str| match self.locals.contains_key(name) {
+            true => self.following.get(name).cloned(),
+            false => Some(self.close_name(name, &|_| false).into_owned()),
+        };
+        names(expression).into_iter().filter_map(outside).collect()
+    }
+
+    /// The same of the expressions in braces of a reference.
+    pub(super) fn names_of_reference(&self, text: &str) -> Vec<String> {
+        let inner = text.split('{').skip(1).filter_map(|rest| rest.split('}').next());
+        let parsed = inner.filter_map(|inner| expression::parse(inner).ok());
+        parsed.flat_map(|expression| self.names(&expression)).collect()
+    }
+
     /// The same expression with names as they are outside. `is_resource` says of a name outside whether it is one.
     pub fn close(&self, expression: &Expression, is_resource: &dyn Fn(&str) -> bool) -> Expression {
-        let close = |inner: &Expression| Box::new(self.close(inner, is_resource));
+        self.close_with(expression, is_resource, false)
+    }
+
+    /// The same, where locals that follow from parameters are names too.
+    pub(super) fn close_live(
+        &self,
+        expression: &Expression,
+        is_resource: &dyn Fn(&str) -> bool,
+    ) -> Expression {
+        self.close_with(expression, is_resource, true)
+    }
+
+    fn close_with(
+        &self,
+        expression: &Expression,
+        is_resource: &dyn Fn(&str) -> bool,
+        live: bool,
+    ) -> Expression {
+        let close = |inner: &Expression| Box::new(self.close_with(inner, is_resource, live));
         let kind = match &expression.kind {
+            ExpressionKind::Name(name) if live && self.following.contains_key(name) => {
+                ExpressionKind::Name(self.following[name].clone())
+            }
             ExpressionKind::Name(name) => match self.locals.get(name) {
                 Some(value) => ExpressionKind::Literal(value.clone()),
                 None => ExpressionKind::Name(self.close_name(name, is_resource).into_owned()),
@@ -218,11 +258,11 @@ impl Environment {
             ExpressionKind::Index(a, b) => ExpressionKind::Index(close(a), close(b)),
             ExpressionKind::Call(name, list) => ExpressionKind::Call(
                 name.clone(),
-                list.iter().map(|item| self.close(item, is_resource)).collect(),
+                list.iter().map(|item| self.close_with(item, is_resource, live)).collect(),
             ),
-            ExpressionKind::List(list) => {
-                ExpressionKind::List(list.iter().map(|item| self.close(item, is_resource)).collect())
-            }
+            ExpressionKind::List(list) => ExpressionKind::List(
+                list.iter().map(|item| self.close_with(item, is_resource, live)).collect(),
+            ),
         };
         Expression { range: expression.range.clone(), kind }
     }
@@ -325,6 +365,7 @@ mod tests {
 
     fn environment() -> Environment {
         Environment {
+            following: BTreeMap::new(),
             prefix: "blur.".to_owned(),
             is_file: false,
             words: BTreeMap::new(),

@@ -27,9 +27,10 @@ use super::{derived, setting};
 use crate::compose::is_path;
 use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, suggested_name};
 use crate::document::{self, Document, Entry, Kind, pointer_join};
-use crate::expression::Value;
-use crate::language::{Expr, ParameterDeclaration, Reference};
+use crate::expression::{Expression, ExpressionError, Value};
+use crate::language::{Expr, ParameterDeclaration, ParameterType, Reference};
 use crate::node::Registry;
+use crate::source::Span;
 
 const MAX_ROUNDS: usize = 4096;
 const MAX_PASSES: usize = 65_536;
@@ -189,7 +190,7 @@ impl<'a, 's> Expander<'a, 's> {
         let too_many = |count: f64| {
             wrong(format!("{count} rounds are too many"), &format!("a loop has at most {MAX_ROUNDS}"))
         };
-        let values = match self.evaluate(value, &at, environment).ok_or(None)? {
+        let values = match self.structural(value, &at, environment).ok_or(None)? {
             Value::List(list) if list.len() <= MAX_ROUNDS => list,
             Value::Number(count) if count.fract() == 0.0 && (0.0..=MAX_ROUNDS as f64).contains(&count) => {
                 (0..count as u32).map(|round| Value::Number(f64::from(round))).collect()
@@ -292,7 +293,7 @@ impl<'a, 's> Expander<'a, 's> {
         }
         if let Some(when) = entry.value.get("when") {
             let at = format!("{pointer}/when");
-            match self.evaluate(when, &at, environment).ok_or(None)? {
+            match self.structural(when, &at, environment).ok_or(None)? {
                 Value::Bool(true) => {}
                 Value::Bool(false) => {
                     self.wait(entry, name, pointer, environment);
@@ -362,6 +363,7 @@ impl<'a, 's> Expander<'a, 's> {
         let section = |name: &str| subgraph.get(name).and_then(document::Value::entries).unwrap_or_default();
         let with = entry.value.get("with");
         let at = format!("{pointer}/with");
+        self.shared.fix_all(&entry.value, outer, pointer, false);
         let mut used_at = vec![entry.key_span];
         used_at.extend(&outer.used_at);
         let mut inner = Environment {
@@ -476,6 +478,16 @@ impl<'a, 's> Expander<'a, 's> {
                     if declaration.parameter_type == crate::language::ParameterType::Enum {
                         inner.words.insert(parameter.key.clone(), declaration.values.clone());
                     }
+                    let is_word = declaration.parameter_type == ParameterType::Enum;
+                    let is_expression = |given: &&document::Value| {
+                        !is_word || given.text().is_some_and(|text| text.starts_with('='))
+                    };
+                    let expression = given.filter(is_expression).and_then(|given| expression_of(given).ok());
+                    if let (Some(given), Some(expression)) = (given, expression) {
+                        let expression = outer.close_live(&expression, &|_| false);
+                        let follows = (expression, Some((*declaration).clone()), given.span);
+                        self.follow(&mut inner, &parameter.key, &value, follows);
+                    }
                     inner.locals.insert(parameter.key.clone(), value);
                 }
                 Err(errors) => {
@@ -510,11 +522,44 @@ impl<'a, 's> Expander<'a, 's> {
             derived::evaluate(section("derived"), pointer, &around, &taken, self.is_broken, &mut diagnostics)
         };
         self.shared.report_from(diagnostics, inner);
+        let mut values: Vec<_> = values.into_iter().collect();
+        values.sort_by_key(|(_, one)| one.rank);
         for (name, one) in values {
+            let expression = inner.close_live(&one.expression, &|_| false);
+            self.follow(inner, &name, &one.value, (expression, None, one.place));
             inner.words.extend(one.words.map(|words| (name.clone(), words)));
             inner.locals.insert(name, one.value);
         }
         broken.is_empty()
+    }
+
+    /// Notes a local that follows from parameters of the pipeline.
+    fn follow(
+        &mut self,
+        inner: &mut Environment,
+        name: &str,
+        value: &Value,
+        (expression, declaration, place): (Expression, Option<ParameterDeclaration>, Span),
+    ) {
+        let outside = format!("{}${name}", inner.prefix);
+        if self.shared.dependence.add(outside.clone(), expression, declaration, place) {
+            self.shared.scope.give(&outside, value);
+            self.shared.given.insert(outside.clone(), value.clone());
+            inner.following.insert(name.to_owned(), outside);
+        }
+    }
+
+    /// The value of an expression that decides what there is.
+    fn structural(
+        &mut self,
+        value: &document::Value,
+        pointer: &str,
+        environment: &Environment,
+    ) -> Option<Value> {
+        if let Ok(expression) = expression_of(value) {
+            self.shared.fix(&expression, environment, value.span, pointer);
+        }
+        self.evaluate(value, pointer, environment)
     }
 
     fn evaluate(
@@ -524,9 +569,7 @@ impl<'a, 's> Expander<'a, 's> {
         environment: &Environment,
     ) -> Option<Value> {
         let word = value.text().and_then(|text| text.strip_prefix('='));
-        let result = word
-            .map_or_else(|| Expr(value.to_json()), |word| Expr(word.into()))
-            .parse()
+        let result = expression_of(value)
             .and_then(|expression| environment.evaluate(&expression, &|_| false, &self.shared.scope));
         match result {
             Ok(value) => Some(value),
@@ -547,6 +590,12 @@ impl<'a, 's> Expander<'a, 's> {
         self.shared.diagnostics.extend(gap.map(|diagnostic| *diagnostic));
         self.gaps.push((name, entry));
     }
+}
+
+/// An expression, or one behind the sign of equality where a word can stand.
+fn expression_of(value: &document::Value) -> Result<Expression, ExpressionError> {
+    let word = value.text().and_then(|text| text.strip_prefix('='));
+    word.map_or_else(|| Expr(value.to_json()), |word| Expr(word.into())).parse()
 }
 
 /// Why an entry stands for nothing; `None` where that has its diagnostic already.

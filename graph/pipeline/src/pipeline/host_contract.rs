@@ -5,7 +5,7 @@
 //! shaders by [`crate::draw::check_host`]: of hosts that the registry states, with each load; of any other, when an
 //! executor is made.
 
-use super::{PassBuilder, Program};
+use super::{Evaluate, PassBuilder, Program};
 use crate::diagnostic::{codes, suggested_name};
 use crate::draw::MATERIAL_GROUP;
 use crate::language::HostBinding;

@@ -24,6 +24,7 @@ mod history;
 mod host_contract;
 mod inlined;
 mod instance;
+mod live;
 mod load;
 mod modules;
 mod overrides;
@@ -41,13 +42,16 @@ mod version;
 
 pub use availability::{Lacking, lacking, off};
 pub use binding::{Bind, BindObject, BufferBind, Contents, ValuesBind, element_type, member_runs};
-pub use builder::{Face, PassBuilder, Produced, SubresourceRangeSettings, axis_value};
+pub use builder::{
+    Evaluate, Face, LiveSettings, PassBuilder, Produced, SubresourceRangeSettings, axis_value,
+};
 pub use derived::Derived;
 pub use environment::Environment;
 pub use expression_diagnostic::expression_diagnostic;
 pub use history::History;
 pub use inlined::inlined;
-pub use load::{as_written, has_word, is_name, load, load_sharing};
+pub use live::{Constraint, Following, LiveSetting, LiveTarget, Structural, is_alike};
+pub use load::{LoadOptions, as_written, has_word, is_name, load};
 pub use modules::{Absent, Chosen, EntryPoints, Modules, Wanted};
 pub use usage::Usage;
 pub use version::Version;
@@ -58,7 +62,7 @@ pub use profiles::{claimed_profiles, profile_named};
 pub use program::{Program, ProgramBinding, ProgramVariant};
 pub use schema::{FileKind, schema, schema_of, schema_of_composed};
 pub use scope::StaticScope;
-pub use setting::{Feature, Parameter};
+pub use setting::{Feature, Parameter, refused};
 pub use subresource_range::{Aspect, IndexRange, SubresourceRange, canonical};
 pub use toggle::{Condition, Passthrough, Toggle, add_fallbacks};
 
@@ -66,9 +70,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::data::DataShape;
+use crate::expression::Value;
 use crate::language::{BufferDeclaration, GeometryDeclaration, Lifetime, TextureDeclaration};
 use crate::shader::TargetProfile;
-use crate::source::Span;
+use crate::source::{Sources, Span};
 use crate::work::{PassHandle, ProgramHandle, ResourceHandle, Subresource, Work};
 
 /// One typed configuration.
@@ -84,6 +89,13 @@ pub struct Pipeline {
     pub features: BTreeMap<String, Feature>,
     /// The derived values, by name.
     pub derived: BTreeMap<String, Derived>,
+    /// What follows from parameters, in an order in which each needs only those before it: derived values, and what
+    /// subgraphs are given.
+    pub following: Vec<Following>,
+    /// Values that subgraphs are given and that follow from parameters, by names that no document can write.
+    pub given: BTreeMap<String, Value>,
+    /// The constraints that are errors.
+    pub constraints: Vec<Constraint>,
     /// The toggles in the order of their names; a [`Condition`] names a position here.
     pub toggles: Vec<Toggle>,
     /// The fallback of resources that only passes with a toggle write, in frames without them.
@@ -102,6 +114,8 @@ pub struct Pipeline {
     pub broken_settings: BTreeSet<String>,
     /// The passes that are not there because of diagnostics of their own, and the subgraphs and loops of such.
     pub gaps: Vec<String>,
+    /// The texts that places are in.
+    pub sources: Sources,
 }
 
 impl Pipeline {
@@ -151,6 +165,7 @@ impl Pipeline {
     pub fn scope(&self) -> StaticScope {
         StaticScope::new(&self.parameters, &self.features)
             .with_derived(&self.derived)
+            .with_given(&self.given)
             .with_broken(self.broken_settings.clone())
     }
 }
@@ -242,6 +257,8 @@ pub struct Pass {
     pub side_effect: bool,
     /// In which frames it runs, if not in all.
     pub condition: Option<Condition>,
+    /// What is evaluated again when a live parameter changes, besides what is deferred anyway.
+    pub live: Vec<LiveSetting>,
     work: Work,
     accesses: Vec<Access>,
 }
@@ -265,6 +282,7 @@ impl Pass {
             is_misplaced: false,
             side_effect: false,
             condition: None,
+            live: Vec::new(),
             work: Work::Nothing,
             accesses: Vec::new(),
         }

@@ -74,6 +74,11 @@ impl Modules {
         Self { proven_elsewhere: true, ..Self::default() }
     }
 
+    /// Exchanges the diagnostics of the schema for those of another document, which are kept elsewhere.
+    pub fn swap_schema(&mut self, other: &mut Option<Diagnostics>) {
+        std::mem::swap(&mut self.of_schema, other);
+    }
+
     /// The diagnostics of the schema, from the first load.
     pub(super) fn of_schema(&mut self, check: impl FnOnce() -> Diagnostics) -> Diagnostics {
         self.of_schema.get_or_insert_with(check).clone()

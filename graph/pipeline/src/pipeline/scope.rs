@@ -50,6 +50,18 @@ impl StaticScope {
         self
     }
 
+    /// The same, with values that subgraphs are given.
+    #[must_use]
+    pub fn with_given(mut self, given: &BTreeMap<String, Value>) -> Self {
+        self.values.extend(given.iter().map(|(name, value)| (name.clone(), value.clone())));
+        self
+    }
+
+    /// Adds a value that a subgraph is given.
+    pub(super) fn give(&mut self, name: &str, value: &Value) {
+        self.values.insert(name.to_owned(), value.clone());
+    }
+
     /// The same, with names that are declared, but have no value because of diagnostics.
     #[must_use]
     pub fn with_broken(self, broken: BTreeSet<String>) -> Self {

@@ -1,8 +1,9 @@
 //! Parameters and features: their values, where each comes from, and whether it is allowed.
 
 use super::availability;
+use super::live::{Structural, is_alike};
 use super::overrides::Setting;
-use crate::diagnostic::{Diagnostic, Diagnostics, codes, suggested_name};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, codes, suggested_name};
 use crate::document::{self, Entry};
 use crate::expression::Value;
 use crate::language::{FeatureDeclaration, FeatureType, Order, ParameterDeclaration, ParameterType};
@@ -19,6 +20,8 @@ pub struct Parameter {
     pub value: Value,
     /// The place of the value.
     pub place: Span,
+    /// What makes it structural; nothing of a live one.
+    pub structural: Option<Structural>,
 }
 
 /// A feature with its value.
@@ -76,8 +79,10 @@ pub(super) fn parameters(
             chosen = found.map(|value| (value, setting.place)).or(chosen);
         }
         if let Some((value, place)) = chosen.or(from_default.map(|value| (value, default.span))) {
-            parameters
-                .insert(entry.key.clone(), Parameter { declaration: declaration.clone(), value, place });
+            parameters.insert(
+                entry.key.clone(),
+                Parameter { declaration: declaration.clone(), value, place, structural: None },
+            );
         }
     }
     parameters
@@ -347,22 +352,12 @@ pub(super) fn decode_parameter(
             if !errors.is_empty() {
                 return Err(errors);
             }
-            for (pair, element) in numbers.windows(2).zip(&elements[1..]) {
-                let [Value::Number(before), Value::Number(after)] = pair else { continue };
-                let (follows, word) = match declaration.order {
-                    Some(Order::StrictlyIncreasing) => (before < after, "increase"),
-                    Some(Order::StrictlyDecreasing) => (before > after, "decrease"),
-                    None => (true, ""),
-                };
-                if !follows {
-                    let message = format!(
-                        "the elements of \"{name}\" must strictly {word}, but {after} follows {before}"
-                    );
-                    let help = "sort the list and remove what appears twice".to_owned();
-                    return Err(error(codes::SETTING_ORDER, element.span, message, help));
+            match misplaced(name, declaration, &numbers) {
+                Some((at, (code, message, help))) => {
+                    Err(error(code, elements.get(at).unwrap_or(value).span, message, help))
                 }
+                None => Ok(Value::List(numbers)),
             }
-            Ok(Value::List(numbers))
         }
     }
 }
@@ -383,10 +378,80 @@ fn number(
         return error(codes::SETTING_TYPE, message, help.to_owned());
     };
     let number = number.as_f64().unwrap_or(f64::MAX);
+    match misfit(name, declaration, number, whole) {
+        Some((code, message, help)) => error(code, message, help),
+        None => Ok(Value::Number(number)),
+    }
+}
+
+/// A code, what is wrong, and the way out.
+type Misfit = (Code, String, String);
+
+/// What is wrong with a value that a live parameter is given, of which `before` is one that is right.
+pub fn refused(
+    name: &str,
+    declaration: &ParameterDeclaration,
+    value: &Value,
+    before: &Value,
+) -> Option<(Code, String, String)> {
+    if !is_alike(value, before) {
+        let message = match (value, before) {
+            (Value::List(given), Value::List(before)) => {
+                format!("\"{name}\" has {} elements, and is given {}", before.len(), given.len())
+            }
+            _ => format!("the parameter \"{name}\" is {}, this is {}", before.kind_name(), value.kind_name()),
+        };
+        let help = "what is live keeps its type and length; plan again for another".to_owned();
+        return Some((codes::SETTING_TYPE, message, help));
+    }
+    let whole = matches!(
+        declaration.parameter_type,
+        ParameterType::U32 | ParameterType::I32 | ParameterType::U32List
+    );
+    match value {
+        Value::Number(number) => misfit(name, declaration, *number, whole),
+        Value::List(list) => {
+            let mut numbers = list.iter().filter_map(Value::number);
+            let found = numbers.find_map(|number| misfit(name, declaration, number, whole));
+            found.or_else(|| misplaced(name, declaration, list).map(|(_, misfit)| misfit))
+        }
+        Value::Text(word) if !declaration.values.contains(word) => {
+            let help = format!("the words are {}", declaration.values.join(", "));
+            Some((codes::SETTING_TYPE, format!("\"{name}\" is never \"{word}\""), help))
+        }
+        Value::Text(_) | Value::Bool(_) => None,
+    }
+}
+
+/// The first element of a list that does not follow the one before it.
+fn misplaced(name: &str, declaration: &ParameterDeclaration, numbers: &[Value]) -> Option<(usize, Misfit)> {
+    for (at, pair) in numbers.windows(2).enumerate() {
+        let [Value::Number(before), Value::Number(after)] = pair else { continue };
+        let (follows, word) = match declaration.order {
+            Some(Order::StrictlyIncreasing) => (before < after, "increase"),
+            Some(Order::StrictlyDecreasing) => (before > after, "decrease"),
+            None => (true, ""),
+        };
+        if !follows {
+            let message =
+                format!("the elements of \"{name}\" must strictly {word}, but {after} follows {before}");
+            let help = "sort the list and remove what appears twice".to_owned();
+            return Some((at + 1, (codes::SETTING_ORDER, message, help)));
+        }
+    }
+    None
+}
+
+/// What is wrong with a number, or an element of a list.
+fn misfit(name: &str, declaration: &ParameterDeclaration, number: f64, whole: bool) -> Option<Misfit> {
+    if !number.is_finite() {
+        let message = format!("the parameter \"{name}\" is {number}");
+        return Some((codes::SETTING_RANGE, message, "numbers are finite".to_owned()));
+    }
     if whole && number.fract() != 0.0 {
         let message = format!("the parameter \"{name}\" takes whole numbers, not {number}");
         let help = format!("write {} or {}", number.floor(), number.ceil());
-        return error(codes::SETTING_TYPE, message, help);
+        return Some((codes::SETTING_TYPE, message, help));
     }
     let is_unsigned = matches!(declaration.parameter_type, ParameterType::U32 | ParameterType::U32List);
     let low = declaration.min.or(is_unsigned.then_some(0.0));
@@ -399,9 +464,9 @@ fn number(
             None => format!("up to {high}{unit}"),
         };
         let message = format!("{number} is out of the range of \"{name}\"");
-        return error(codes::SETTING_RANGE, message, format!("the range is {range}"));
+        return Some((codes::SETTING_RANGE, message, format!("the range is {range}")));
     }
-    Ok(Value::Number(number))
+    None
 }
 
 fn words(values: &[String]) -> Vec<&str> {

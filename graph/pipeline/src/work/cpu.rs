@@ -6,39 +6,50 @@ use std::sync::Arc;
 use super::Subresource;
 use crate::data::BlackboardData;
 use crate::frame::FrameInput;
+use crate::pipeline::LiveSettings;
 
-/// A function from what the host says of a frame to named data and views. The node itself is part of the plan and does
-/// not change; equal nodes compute the same.
-pub trait CpuNode: PartialEq + Send + Sync + std::fmt::Debug + 'static {
+/// A function from what the host says of a frame to named data and views. The node itself is part of the plan; each
+/// executor has a clone of it, which takes over live settings. Equal nodes compute the same.
+pub trait CpuNode: Clone + PartialEq + Send + Sync + std::fmt::Debug + 'static {
     /// What is kept from frame to frame; `()` for nothing. Each executor has one for each pass.
-    type State: Default + Send + 'static;
+    type State: Default + Send + Sync + 'static;
 
     /// Computes the data of one frame. `data` comes cleared; whatever the input is, it must end up finite.
     fn run(&self, state: &mut Self::State, context: &CpuContext<'_>, data: &mut BlackboardData);
+
+    /// Takes over the settings that were evaluated as live ([`PassBuilder::live`](crate::pipeline::PassBuilder::live)) when
+    /// some of them have changed. `None` after a diagnostic: the settings before are given again then.
+    fn update(&mut self, _settings: &mut LiveSettings<'_>) -> Option<()> {
+        Some(())
+    }
 }
 
 /// A [`CpuNode`] without its type.
 pub trait AnyCpuNode: Any + Send + Sync + std::fmt::Debug {
     /// The node with a new state.
-    fn start(self: Arc<Self>) -> Box<dyn CpuRun>;
+    fn start(&self) -> Box<dyn CpuRun>;
     /// Whether another node is of the same type and equal.
     fn is_same(&self, other: &dyn AnyCpuNode) -> bool;
 }
 
 /// A CPU node with its state.
-pub trait CpuRun: Send {
+pub trait CpuRun: Send + Sync {
     /// Computes the data of the next frame.
     fn run(&mut self, context: &CpuContext<'_>, data: &mut BlackboardData);
+    /// The node as it is now.
+    fn node(&self) -> &dyn AnyCpuNode;
+    /// Takes over live settings; `None` after a diagnostic.
+    fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()>;
 }
 
 struct Started<N: CpuNode> {
-    node: Arc<N>,
+    node: N,
     state: N::State,
 }
 
 impl<N: CpuNode> AnyCpuNode for N {
-    fn start(self: Arc<Self>) -> Box<dyn CpuRun> {
-        Box::new(Started { node: self, state: N::State::default() })
+    fn start(&self) -> Box<dyn CpuRun> {
+        Box::new(Started { node: self.clone(), state: N::State::default() })
     }
 
     fn is_same(&self, other: &dyn AnyCpuNode) -> bool {
@@ -50,6 +61,14 @@ impl<N: CpuNode> AnyCpuNode for N {
 impl<N: CpuNode> CpuRun for Started<N> {
     fn run(&mut self, context: &CpuContext<'_>, data: &mut BlackboardData) {
         self.node.run(&mut self.state, context, data);
+    }
+
+    fn node(&self) -> &dyn AnyCpuNode {
+        &self.node
+    }
+
+    fn update(&mut self, settings: &mut LiveSettings<'_>) -> Option<()> {
+        self.node.update(settings)
     }
 }
 

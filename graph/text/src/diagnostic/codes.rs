@@ -128,6 +128,9 @@ crate::codes! {
     /// A constraint that does not hold.
     CONSTRAINT = "UG0223", "constraint does not hold",
         "A pipeline says under `constraints` which values of parameters, features and derived values go together, and what is wrong with others.\n\n```json\n\"constraints\": {\n  \"exponent_of_fp16\": {\n    \"holds\": \"!half_precision || exponent <= 5.54\",\n    \"message\": \"squares of moments overflow fp16 with an exponent above 5.54\"\n  }\n}\n```\n\nWith `\"severity\": \"warning\"` the pipeline can be used all the same. The diagnostic names the values that the condition depends on, and where each was set.";
+    /// A structural parameter that is to change from frame to frame.
+    STRUCTURAL_PARAMETER = "UG0230", "structural parameter",
+        "A parameter is asked for that cannot change from frame to frame, since sizes, formats, shader variants or overrides, states of pipelines or the graph's shape follow from it: the diagnostic names the first place where they do. `umbragraph plan` and `umbragraph why` say it of every parameter. Plan again with another value; or let only members of blocks, settings of CPU passes, clear values, the stencil reference, the blend constant and counts of dispatches and draws follow from it.";
     /// A resource that is not there.
     UNKNOWN_RESOURCE = "UG0301", "unknown resource",
         "A reference names a resource that \"resources\" does not declare.";

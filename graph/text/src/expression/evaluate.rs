@@ -13,6 +13,10 @@ const MAX_LIST: usize = 65_536;
 pub trait Scope {
     /// The value of a name (dots included), or `None` if there is no such name.
     fn lookup(&self, name: &str) -> Option<Value>;
+    /// The same value where it lies in memory, so that lists and texts need not be copied.
+    fn borrow(&self, _name: &str) -> Option<&Value> {
+        None
+    }
     /// All names, for a did-you-mean.
     fn names(&self) -> Vec<String>;
     /// Whether a name is declared, but has no value because its declaration has a diagnostic of its own.
@@ -52,7 +56,15 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
         }
         ExpressionKind::Call(name, arguments) => call(name, arguments, scope, range()),
         ExpressionKind::Index(list, index) => {
-            let Value::List(elements) = evaluate(list, scope)? else {
+            let evaluated;
+            let elements = match seen(list, scope) {
+                Some(elements) => elements,
+                None => {
+                    evaluated = evaluate(list, scope)?;
+                    &evaluated
+                }
+            };
+            let Value::List(elements) = elements else {
                 return Err(type_error(list.range.clone(), "only a list has elements"));
             };
             let at = number(index, scope)?;
@@ -75,6 +87,15 @@ pub fn evaluate(expression: &Expression, scope: &dyn Scope) -> Result<Value, Exp
             }
             Ok(Value::List(list))
         }
+    }
+}
+
+/// The value of a literal, or of a name that the scope lends.
+fn seen<'a>(expression: &'a Expression, scope: &'a dyn Scope) -> Option<&'a Value> {
+    match &expression.kind {
+        ExpressionKind::Literal(value) => Some(value),
+        ExpressionKind::Name(name) => scope.borrow(name),
+        _ => None,
     }
 }
 
@@ -144,6 +165,11 @@ fn binary(
         Op::And => return Ok(Value::Bool(boolean(left, scope)? && boolean(right, scope)?)),
         Op::Or => return Ok(Value::Bool(boolean(left, scope)? || boolean(right, scope)?)),
         _ => {}
+    }
+    if let (Op::Equal | Op::NotEqual, Some(a), Some(b)) = (operator, seen(left, scope), seen(right, scope))
+        && std::mem::discriminant(a) == std::mem::discriminant(b)
+    {
+        return Ok(Value::Bool((a == b) == (operator == Op::Equal)));
     }
     let (a, b) = (evaluate(left, scope)?, evaluate(right, scope)?);
     let compare = |test: fn(f64, f64) -> bool| match (&a, &b) {
@@ -237,7 +263,14 @@ fn call(
         let wanted = if min == max { min.to_string() } else { format!("{min} or more") };
         return Err(type_error(range, format!("{name} takes {wanted} arguments, not {}", arguments.len())));
     }
-    let values = arguments.iter().map(|argument| evaluate(argument, scope)).collect::<Result<Vec<_>, _>>()?;
+    if let "min" | "max" = name {
+        return extreme(name, arguments, scope);
+    }
+    // No other function has more.
+    let mut values = [const { Value::Bool(false) }; 3];
+    for (value, argument) in values.iter_mut().zip(arguments) {
+        *value = evaluate(argument, scope)?;
+    }
     let map = |function: &dyn Fn(f64) -> f64| {
         elementwise(&values[0], &Value::Number(0.0), range.clone(), &|a, _| Ok(function(a)))
     };
@@ -276,19 +309,29 @@ fn call(
             let low = elementwise(&values[0], &values[1], range.clone(), &|a, b| Ok(a.max(b)))?;
             elementwise(&low, &values[2], range.clone(), &|a, b| Ok(a.min(b)))
         }
-        _ => {
-            let mut all = Vec::new();
-            for (value, argument) in values.iter().zip(arguments) {
-                all.extend(
-                    value
-                        .numbers()
-                        .ok_or_else(|| type_error(argument.range.clone(), format!("{name} wants numbers")))?,
-                );
-            }
-            let pick = if name == "min" { f64::min } else { f64::max };
-            all.into_iter().reduce(pick).map(Value::Number).ok_or_else(|| wanted("at least one number"))
+        _ => Err(wanted("another name")),
+    }
+}
+
+/// The smallest or the greatest of numbers and of the elements of lists.
+fn extreme(name: &str, arguments: &[Expression], scope: &dyn Scope) -> Result<Value, ExpressionError> {
+    let pick = if name == "min" { f64::min } else { f64::max };
+    let mut found: Option<f64> = None;
+    let wanted = |argument: &Expression, kind: &str| {
+        type_error(argument.range.clone(), format!("{name} wants {kind}"))
+    };
+    for argument in arguments {
+        let mut take = |value: &Value| {
+            let number = value.number().ok_or_else(|| wanted(argument, "numbers"))?;
+            found = Some(found.map_or(number, |found| pick(found, number)));
+            Ok(())
+        };
+        match evaluate(argument, scope)? {
+            Value::List(list) => list.iter().try_for_each(take)?,
+            value => take(&value)?,
         }
     }
+    found.map(Value::Number).ok_or_else(|| wanted(&arguments[0], "at least one number"))
 }
 
 #[cfg(test)]

@@ -373,10 +373,24 @@ pub(super) fn of_other(subject: &Subject<'_>, name: &str, found: &Found<'_>) -> 
                     ),
                     at: Some(location(subject.sources, lacking.place)),
                 });
-            lacking.into_iter().chain(mentions(subject, root, name)).collect()
+            let live = change(subject, found.kind, name);
+            lacking.into_iter().chain(live).chain(mentions(subject, root, name)).collect()
         }
         _ => used(subject, &found.uses),
     }
+}
+
+/// Whether a parameter can change from frame to frame, and what makes it structural.
+fn change(subject: &Subject<'_>, kind: Kind, name: &str) -> Option<PlanFact> {
+    let pipeline = subject.checked.pipeline.as_deref().filter(|_| kind == Kind::Parameter)?;
+    Some(match &pipeline.parameters.get(name)?.structural {
+        None => fact("live", "it can change from frame to frame, without another plan"),
+        Some(structural) => PlanFact {
+            about: "structural",
+            text: format!("another value is another plan: {} follows from it", structural.pointer),
+            at: Some(location(subject.sources, structural.place)),
+        },
+    })
 }
 
 fn settings(preset: &Value) -> impl Iterator<Item = &Entry> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use umbragraph_pipeline::data::BlackboardData;
 use umbragraph_pipeline::diagnostic::Diagnostics;
-use umbragraph_pipeline::pipeline::{Overrides, Pipeline, load};
+use umbragraph_pipeline::pipeline::{LoadOptions, Modules, Overrides, Pipeline, load};
 use umbragraph_pipeline::shader::{TargetProfile, TemplateSet};
 use umbragraph_pipeline::source::Sources;
 use umbragraph_pipeline::work::{CpuContext, Work};
@@ -26,15 +26,13 @@ fn declare(settings: &str, parameters: &str) -> (Option<Pipeline>, Diagnostics, 
     let mut diagnostics = Diagnostics::new();
     let templates = Arc::new(TemplateSet::new());
     let overrides = Overrides::default();
-    let pipeline = load(
-        &document,
-        &registry,
-        &templates,
-        &TargetProfile::webgpu(),
-        &overrides,
-        &sources,
-        &mut diagnostics,
-    );
+    let options = LoadOptions {
+        registry: &registry,
+        templates: &templates,
+        profile: &TargetProfile::webgpu(),
+        overrides: &overrides,
+    };
+    let pipeline = load(&document, &options, &sources, &mut diagnostics, &mut Modules::default());
     (pipeline, diagnostics, sources)
 }
 
@@ -47,7 +45,7 @@ pub(super) fn run(settings: &str, frame: &FrameInput) -> BlackboardData {
         panic!("CPU work")
     };
     let mut data = BlackboardData::new(node::shape(declared(&pipeline)));
-    work.node.clone().start().run(&CpuContext { frame, viewport: [1, 1], inputs: &[] }, &mut data);
+    work.node.start().run(&CpuContext { frame, viewport: [1, 1], inputs: &[] }, &mut data);
     assert_eq!(data.rejected(), None);
     data
 }

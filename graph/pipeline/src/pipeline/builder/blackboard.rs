@@ -1,6 +1,6 @@
 //! Blackboard data: published by one pass under a name, read by others.
 
-use super::PassBuilder;
+use super::{Evaluate, PassBuilder};
 use crate::data::{DataShape, ValueType};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::pipeline::load::Expected;

@@ -2,118 +2,65 @@
 
 use std::rc::Rc;
 
-use super::PassBuilder;
-use crate::diagnostic::{Diagnostic, codes};
-use crate::expression::{Expression, ExpressionError, UnknownName, Value};
-use crate::language::{Expr, Word};
+use super::{Evaluate, PassBuilder};
+use crate::diagnostic::{Code, Diagnostic, codes};
+use crate::expression::{Expression, ExpressionError, ExpressionKind, UnknownName, Value};
+use crate::language::Expr;
 use crate::pipeline::expression_diagnostic::expression_diagnostic;
+use crate::pipeline::live::{LiveSetting, LiveTarget, names};
 use crate::work::Deferred;
 
-impl PassBuilder<'_> {
-    /// Evaluates an expression over parameters and features.
-    pub fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value> {
-        let result = self.evaluate(expr);
+impl Evaluate for PassBuilder<'_> {
+    fn value(&mut self, expr: &Expr, pointer: &str) -> Option<Value> {
+        let result = self.evaluate(expr, pointer);
         result.map_err(|error| self.expression_error(&error, pointer)).ok()
     }
 
-    /// Evaluates an expression that yields a number.
-    pub fn number(&mut self, expr: &Expr, pointer: &str) -> Option<f64> {
-        match self.value(expr, pointer)? {
-            Value::Number(number) => Some(number),
-            other => self.wrong_type(pointer, "a number", other.kind_name()),
-        }
-    }
-
-    /// Evaluates an expression that yields a whole number from 0.
-    pub fn count(&mut self, expr: &Expr, pointer: &str) -> Option<u32> {
-        let number = self.number(expr, pointer)?;
-        if number.fract() != 0.0 || !(0.0..=f64::from(u32::MAX)).contains(&number) {
-            return self.wrong_type(pointer, "a whole number from 0", &number.to_string());
-        }
-        Some(number as u32)
-    }
-
-    /// Evaluates an expression that yields a list of numbers (one number is a list of one).
-    pub fn numbers(&mut self, expr: &Expr, pointer: &str) -> Option<Vec<f64>> {
-        let value = self.value(expr, pointer)?;
-        match value.numbers() {
-            Some(numbers) => Some(numbers),
-            None => self.wrong_type(pointer, "a list of numbers", value.kind_name()),
-        }
-    }
-
-    /// Evaluates an expression that yields a boolean.
-    pub fn boolean(&mut self, expr: &Expr, pointer: &str) -> Option<bool> {
-        match self.value(expr, pointer)? {
-            Value::Bool(value) => Some(value),
-            other => self.wrong_type(pointer, "a boolean", other.kind_name()),
-        }
-    }
-
-    /// A whole number from 0, or what counts without an expression.
-    pub fn count_or(&mut self, expr: &Option<Expr>, pointer: &str, without: u32) -> Option<u32> {
-        expr.as_ref().map_or(Some(without), |expr| self.count(expr, pointer))
-    }
-
-    /// A whole number from 0, if there is an expression; `None` after a diagnostic.
-    pub fn count_if(&mut self, expr: &Option<Expr>, pointer: &str) -> Option<Option<u32>> {
-        expr.as_ref().map_or(Some(None), |expr| self.count(expr, pointer).map(Some))
-    }
-
-    /// A number, or what counts without an expression.
-    pub fn number_or(&mut self, expr: &Option<Expr>, pointer: &str, without: f64) -> Option<f64> {
-        expr.as_ref().map_or(Some(without), |expr| self.number(expr, pointer))
-    }
-
-    /// A boolean, or what counts without an expression.
-    pub fn boolean_or(&mut self, expr: &Option<Expr>, pointer: &str, without: bool) -> Option<bool> {
-        expr.as_ref().map_or(Some(without), |expr| self.boolean(expr, pointer))
-    }
-
-    /// A word, or the one that counts without it.
-    pub fn word_or<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
-        &mut self,
-        word: &Option<Word<T>>,
-        pointer: &str,
-        without: T,
-    ) -> Option<T> {
-        word.as_ref().map_or(Some(without), |word| self.word(word, pointer))
-    }
-
-    /// A word, or the one that its expression yields.
-    pub fn word<T: serde::de::DeserializeOwned + Clone + schemars::JsonSchema>(
-        &mut self,
-        word: &Word<T>,
-        pointer: &str,
-    ) -> Option<T> {
-        let expr = match word {
-            Word::Is(word) => return Some(word.clone()),
-            Word::Computed(expr) => expr,
+    fn computed(&mut self, expr: &Expr, pointer: &str) -> Option<Value> {
+        // The equals sign in front is not part of the expression.
+        let shifted = |error: ExpressionError| ExpressionError {
+            range: error.range.start + 1..error.range.end + 1,
+            ..error
         };
-        match self.evaluate(expr) {
-            Ok(Value::Text(text)) => match serde_json::from_value(text.as_str().into()) {
-                Ok(word) => Some(word),
-                Err(_) => {
-                    let message = format!("the expression yields \"{text}\", which is not known here");
-                    let diagnostic = Diagnostic::error(codes::UNKNOWN_WORD, self.place(pointer), message)
-                        .pointer(self.absolute(pointer))
-                        .help("the schema lists the words known here");
-                    let derived = expr.0.as_str().and_then(|name| self.shared.scope.derived_at(name.trim()));
-                    self.shared.diagnostics.push(match derived {
-                        Some(place) => diagnostic.related(place, "the word comes from here"),
-                        None => diagnostic,
-                    });
-                    None
-                }
-            },
-            Ok(other) => self.wrong_type(pointer, "a word", other.kind_name()),
-            Err(error) => {
-                // The equals sign in front is not part of the expression.
-                let error = ExpressionError { range: error.range.start + 1..error.range.end + 1, ..error };
-                self.expression_error(&error, pointer);
-                None
-            }
-        }
+        let result = self.evaluate(expr, pointer).map_err(shifted);
+        result.map_err(|error| self.expression_error(&error, pointer)).ok()
+    }
+
+    fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
+        let diagnostic =
+            Diagnostic::error(code, self.place(pointer), message).help(help).pointer(self.absolute(pointer));
+        self.shared.diagnostics.push(diagnostic);
+    }
+
+    fn report_word(&mut self, word: &str, expr: &Expr, pointer: &str) {
+        let message = format!("the expression yields \"{word}\", which is not known here");
+        let diagnostic = Diagnostic::error(codes::UNKNOWN_WORD, self.place(pointer), message)
+            .pointer(self.absolute(pointer))
+            .help("the schema lists the words known here");
+        let derived = expr.0.as_str().and_then(|name| self.shared.scope.derived_at(name.trim()));
+        self.shared.diagnostics.push(match derived {
+            Some(place) => diagnostic.related(place, "the word comes from here"),
+            None => diagnostic,
+        });
+    }
+}
+
+impl PassBuilder<'_> {
+    /// Evaluates settings that are live: what they follow from can change from frame to frame, and then sets the target
+    /// again. Settings of a CPU node are given to its [`update`](crate::work::CpuNode::update).
+    pub fn live<T>(&mut self, target: LiveTarget, evaluate: impl FnOnce(&mut Self) -> T) -> T {
+        let outer = self.target.replace(target);
+        let result = evaluate(self);
+        self.target = outer;
+        result
+    }
+
+    /// Evaluates settings that are not, among those that are: something follows from them that is made once.
+    pub fn structural<T>(&mut self, evaluate: impl FnOnce(&mut Self) -> T) -> T {
+        let outer = self.target.take();
+        let result = evaluate(self);
+        self.target = outer;
+        result
     }
 
     /// An expression that may name sizes too; it is evaluated when they are known.
@@ -124,10 +71,18 @@ impl PassBuilder<'_> {
                     self.expression_error(&error, pointer);
                     return None;
                 }
+                if self.target.is_none() {
+                    self.shared.fix(
+                        &expression,
+                        self.environment,
+                        self.place(pointer),
+                        &self.absolute(pointer),
+                    );
+                }
                 let expression = if self.environment.is_top() {
                     Rc::unwrap_or_clone(expression)
                 } else {
-                    self.environment.close(&expression, &|name| self.shared.find(name).is_some())
+                    self.environment.close_live(&expression, &|name| self.shared.find(name).is_some())
                 };
                 self.check_names(&expression, pointer)?;
                 Some(Deferred { expression, place: self.place(pointer), pointer: self.absolute(pointer) })
@@ -139,10 +94,25 @@ impl PassBuilder<'_> {
         }
     }
 
-    pub(super) fn evaluate(&mut self, expr: &Expr) -> Result<Value, ExpressionError> {
+    pub(super) fn evaluate(&mut self, expr: &Expr, pointer: &str) -> Result<Value, ExpressionError> {
         let expression = self.parse(expr)?;
+        let environment = self.environment;
+        match self.target {
+            None if matches!(expression.kind, ExpressionKind::Literal(_)) => {}
+            None => self.shared.fix(&expression, environment, self.place(pointer), &self.absolute(pointer)),
+            Some(target) => {
+                let closed = environment.close_live(&expression, &|name| self.shared.find(name).is_some());
+                // A node is given all of its settings.
+                if target == LiveTarget::Node || self.shared.dependence.any(names(&closed)) {
+                    let (place, absolute) = (self.place(pointer), self.absolute(pointer));
+                    let value = Deferred { expression: closed, place, pointer: absolute };
+                    self.live.retain(|setting| setting.target != target || setting.pointer != pointer);
+                    self.live.push(LiveSetting { target, pointer: pointer.to_owned(), value });
+                }
+            }
+        }
         let shared = &*self.shared;
-        self.environment.evaluate(&expression, &|name| shared.find(name).is_some(), &shared.scope)
+        environment.evaluate(&expression, &|name| shared.find(name).is_some(), &shared.scope)
     }
 
     /// The parsed expression; what many instances share is parsed once.
@@ -156,12 +126,6 @@ impl PassBuilder<'_> {
         let parsed = Rc::new(expr.parse()?);
         self.shared.expressions.insert(text.to_owned(), parsed.clone());
         Ok(parsed)
-    }
-
-    pub(super) fn wrong_type<T>(&mut self, pointer: &str, wanted: &str, found: &str) -> Option<T> {
-        let message = format!("{wanted} is wanted here, this is {found}");
-        let help = format!("make the expression yield {wanted}");
-        self.reject(codes::EXPRESSION_TYPE, pointer, message, help)
     }
 
     /// Finds names in a deferred expression that exist nowhere; their values come later.

@@ -6,6 +6,7 @@
 
 mod blackboard;
 mod blocks;
+mod evaluate;
 mod expressions;
 mod programs;
 mod references;
@@ -14,10 +15,12 @@ mod slots;
 mod subresources;
 mod vertices;
 
+pub use evaluate::{Evaluate, LiveSettings};
 pub use programs::axis_value;
 pub use subresources::{Face, SubresourceRangeSettings};
 
 use super::environment::Environment;
+use super::live::{LiveSetting, LiveTarget};
 use super::load::Shared;
 use crate::diagnostic::{Code, Diagnostic, codes};
 use crate::document;
@@ -35,6 +38,10 @@ pub struct PassBuilder<'a> {
     pub(in crate::pipeline) environment: &'a Environment,
     /// The axes of the pass's template that have the same value in every configuration.
     pub(in crate::pipeline) fixed: AxisValues,
+    /// What the expressions that are evaluated now set, where they are live.
+    pub(in crate::pipeline) target: Option<LiveTarget>,
+    /// The live settings so far.
+    pub(in crate::pipeline) live: Vec<LiveSetting>,
 }
 
 /// The proof that a pass said what it does; made by [`PassBuilder::produce`].
@@ -50,25 +57,6 @@ impl PassBuilder<'_> {
     /// The place of a setting; for one that is not written, the object that lacks it.
     pub fn place(&self, pointer: &str) -> Span {
         self.settings.nearest(pointer).span
-    }
-
-    /// Reports a diagnostic at a setting.
-    pub fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
-        let diagnostic =
-            Diagnostic::error(code, self.place(pointer), message).help(help).pointer(self.absolute(pointer));
-        self.shared.diagnostics.push(diagnostic);
-    }
-
-    /// Reports a diagnostic at a setting, without which there is nothing.
-    pub fn reject<T>(
-        &mut self,
-        code: Code,
-        pointer: &str,
-        message: impl Into<String>,
-        help: impl Into<String>,
-    ) -> Option<T> {
-        self.report(code, pointer, message, help);
-        None
     }
 
     /// Reports a name that is none of `known`: as a value, or as a key of an object, at a setting. The help is what was

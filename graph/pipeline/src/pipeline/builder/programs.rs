@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::PassBuilder;
+use super::{Evaluate, PassBuilder};
 use crate::diagnostic::codes;
 use crate::document;
-use crate::expression::{ExpressionKind, Value};
+use crate::expression::{Expression, ExpressionKind, Value};
 use crate::language::Expr;
 use crate::pipeline::load::Shared;
 use crate::pipeline::modules::{Chosen, EntryPoints};
@@ -58,7 +58,7 @@ impl PassBuilder<'_> {
                 fine = false;
                 continue;
             }
-            match self.evaluate(expr) {
+            match self.evaluate(expr, &at()) {
                 Ok(value) => match axis_value(&value) {
                     Some(value) => {
                         if expr.parse().is_ok_and(|each| matches!(each.kind, ExpressionKind::Literal(_))) {
@@ -82,6 +82,11 @@ impl PassBuilder<'_> {
             }
         }
         for axis in known.iter() {
+            if !values.contains_key(&axis.name) {
+                let name = Expression { range: 0..0, kind: ExpressionKind::Name(axis.name.clone()) };
+                let (place, at) = (self.place(&shader_at), self.absolute(&shader_at));
+                self.shared.fix(&name, self.environment, place, &at);
+            }
             if !values.contains_key(&axis.name)
                 && let Some(value) =
                     self.environment.axis(&axis.name, &self.shared.scope).as_ref().and_then(axis_value)

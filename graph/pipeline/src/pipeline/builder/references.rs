@@ -1,6 +1,6 @@
 //! Textures and buffers that a pass names.
 
-use super::PassBuilder;
+use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{Diagnostic, codes};
 use crate::language::{Reference, parse_format};
 use crate::pipeline::{ResourceKind, SubresourceRange, Version, history};

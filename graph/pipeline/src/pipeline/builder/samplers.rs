@@ -1,6 +1,6 @@
 //! The settings of samplers.
 
-use super::PassBuilder;
+use super::{Evaluate, PassBuilder};
 use crate::diagnostic::codes;
 use crate::language::Expr;
 use crate::pipeline::binding::SamplerBind;

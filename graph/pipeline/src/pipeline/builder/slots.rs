@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::PassBuilder;
+use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{codes, suggested_name};
 use crate::document;
 use crate::draw::MATERIAL_GROUP;

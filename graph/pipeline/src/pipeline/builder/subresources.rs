@@ -4,7 +4,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use super::PassBuilder;
+use super::{Evaluate, PassBuilder};
 use crate::diagnostic::codes;
 use crate::language::{Expr, Word, parse_format};
 use crate::pipeline::{Aspect, IndexRange, SubresourceRange};

@@ -2,7 +2,7 @@
 
 use wgpu_types::VertexAttribute;
 
-use super::PassBuilder;
+use super::{Evaluate, PassBuilder};
 use crate::diagnostic::{codes, list_of};
 use crate::pipeline::host_contract::{KNOWN_VERTEX_FORMATS, compatible, format_name, parse_format};
 use crate::shader::{Stage, VertexInput};

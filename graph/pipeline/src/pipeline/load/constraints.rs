@@ -17,12 +17,19 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Severity, codes};
 use crate::document::{Document, Value as Json, pointer_join};
 use crate::expression::{self, ErrorKind, Expression, ExpressionError, ExpressionKind, Value};
 use crate::language::{ConstraintSeverity, Expr};
+use crate::pipeline::Constraint;
 use crate::pipeline::expression_diagnostic::expression_diagnostic;
 use crate::source::Span;
 
-/// Reports each constraint that does not hold, or that is no condition.
-pub(super) fn check(document: &Document, sound: &Sound, settings: &Settings, diagnostics: &mut Diagnostics) {
+/// Reports each constraint that does not hold, or that is no condition; those that are errors come back.
+pub(super) fn check(
+    document: &Document,
+    sound: &Sound,
+    settings: &Settings,
+    diagnostics: &mut Diagnostics,
+) -> Vec<Constraint> {
     let scope = settings.scope();
+    let mut all = Vec::new();
     for entry in section(document, "constraints") {
         let Some(constraint) = sound.constraints.get(&entry.key) else { continue };
         let pointer = pointer_join("/constraints", &entry.key) + "/holds";
@@ -41,6 +48,10 @@ pub(super) fn check(document: &Document, sound: &Sound, settings: &Settings, dia
             }
         });
         match result {
+            Ok((true, holds)) if constraint.severity == ConstraintSeverity::Error => {
+                let (message, place) = (constraint.message.clone(), value.span);
+                all.push(Constraint { holds, message, place, pointer });
+            }
             Ok((true, _)) => {}
             Ok((false, expression)) => {
                 let severity = match constraint.severity {
@@ -81,6 +92,7 @@ pub(super) fn check(document: &Document, sound: &Sound, settings: &Settings, dia
             Err(error) => diagnostics.extend(expression_diagnostic(&error, value, &pointer)),
         }
     }
+    all
 }
 
 /// The names in an expression, and in those of the derived values among them.

@@ -12,7 +12,7 @@ use crate::pipeline::builder::PassBuilder;
 use crate::pipeline::expand::Expander;
 use crate::pipeline::instance::Instance;
 use crate::pipeline::instance::Waiting;
-use crate::pipeline::{Pass, Produced, Resource, Toggle, history, toggle};
+use crate::pipeline::{Evaluate, LiveSetting, Pass, Produced, Resource, Toggle, history, toggle};
 use crate::shader::AxisValues;
 
 /// The passes of a document, as far as they could be declared.
@@ -36,7 +36,7 @@ enum Outcome {
     Absent,
     /// It has diagnostics of its own, or follows from some.
     Gap,
-    Sound(Produced),
+    Sound(Produced, Vec<LiveSetting>),
 }
 
 /// Declares all resources, then all passes. `None` where there are more errors than are looked for.
@@ -89,6 +89,7 @@ fn declare_resources<'a>(
     shared.resources.reserve(resources.len());
     for instance in resources {
         let kind = declarations.resource(&instance);
+        shared.fix_all(&instance.entry.value, &instance.environment, &instance.pointer, true);
         let resource = Resource {
             name: instance.name,
             place: instance.entry.key_span,
@@ -116,6 +117,7 @@ impl<'a> Passes<'a> {
             self.gaps.push(gap);
             return;
         }
+        shared.fix_all(&instance.entry.value, &instance.environment, &instance.pointer, false);
         let Some(declared) = declarations.pass(instance) else {
             self.gaps.push(gap);
             return;
@@ -128,7 +130,9 @@ impl<'a> Passes<'a> {
                 shared.programs.modules.lacks(instance.entry, &instance.pointer, "when", is_top);
             }
             Outcome::Gap => self.gaps.push(gap),
-            Outcome::Sound(produced) => self.add(instance, &declared, produced, toggles, shared),
+            Outcome::Sound(produced, live) => {
+                self.add(instance, &declared, (produced, live), toggles, shared);
+            }
         }
     }
 
@@ -145,7 +149,7 @@ impl<'a> Passes<'a> {
         &mut self,
         instance: &Instance<'a>,
         declared: &Declared<'a>,
-        produced: Produced,
+        (produced, live): (Produced, Vec<LiveSetting>),
         toggles: &[Toggle],
         shared: &mut Shared,
     ) {
@@ -167,6 +171,7 @@ impl<'a> Passes<'a> {
         let mut pass = Pass::new(name.clone(), kind, entry.key_span, pointer.clone(), environment);
         pass.side_effect = common.side_effect || pass.environment.side_effect;
         pass.condition = condition;
+        pass.live = live;
         pass.set_work(produced.0, Vec::new(), &shared.resources);
         self.list.push(pass);
     }
@@ -186,6 +191,8 @@ fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared
         environment,
         shared,
         fixed: AxisValues::new(),
+        target: None,
+        live: Vec::new(),
     };
     let present = common.when.as_ref().map_or(Some(true), |when| builder.boolean(when, "/when"));
     builder.settings = &kind.value;
@@ -198,6 +205,7 @@ fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared
         }
         _ => None,
     };
+    let live = std::mem::take(&mut builder.live);
     if present != Some(false) {
         shared.programs.modules.has(entry);
     }
@@ -206,7 +214,7 @@ fn produce(instance: &Instance<'_>, declared: &Declared<'_>, shared: &mut Shared
     shared.report_from(own, environment);
     match (present, produced) {
         (Some(false), _) => Outcome::Absent,
-        (_, Some(produced)) if is_sound => Outcome::Sound(produced),
+        (_, Some(produced)) if is_sound => Outcome::Sound(produced, live),
         _ => Outcome::Gap,
     }
 }

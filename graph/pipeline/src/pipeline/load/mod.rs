@@ -46,36 +46,33 @@ use settings::Settings;
 use sound::{Broken, Sound};
 use versions::{check_versions, name_last_writers, uncertain};
 
-/// Makes the pipeline that a document describes, in the configuration that `overrides` names.
+/// What a document is loaded with.
+#[derive(Clone, Copy, Debug)]
+pub struct LoadOptions<'a> {
+    /// The node kinds that passes can name.
+    pub registry: &'a Registry,
+    /// The templates.
+    pub templates: &'a Arc<TemplateSet>,
+    /// The target profile.
+    pub profile: &'a TargetProfile,
+    /// Values of parameters and features.
+    pub overrides: &'a Overrides,
+}
+
+/// Makes the pipeline that a document describes, in the configuration that `overrides` names, with shader modules that
+/// earlier loads with the same templates and profile have made.
 ///
 /// Diagnostics go to `diagnostics`; the result is `None` only where the document is too broken to have passes at all,
 /// or has more errors than are looked for ([`MAX_DIAGNOSTICS`]). A pipeline with errors is good for further checks,
 /// not for use.
 pub fn load(
     document: &Document,
-    registry: &Registry,
-    templates: &Arc<TemplateSet>,
-    profile: &TargetProfile,
-    overrides: &Overrides,
-    sources: &Sources,
-    diagnostics: &mut Diagnostics,
-) -> Option<Pipeline> {
-    let mut modules = Modules::default();
-    load_sharing(document, registry, templates, profile, overrides, sources, diagnostics, &mut modules)
-}
-
-/// The same, with shader modules that earlier loads have made.
-#[allow(clippy::too_many_arguments)]
-pub fn load_sharing(
-    document: &Document,
-    registry: &Registry,
-    templates: &Arc<TemplateSet>,
-    profile: &TargetProfile,
-    overrides: &Overrides,
+    options: &LoadOptions<'_>,
     sources: &Sources,
     diagnostics: &mut Diagnostics,
     modules: &mut Modules,
 ) -> Option<Pipeline> {
+    let LoadOptions { registry, templates, profile, overrides } = *options;
     let schema_diagnostics = modules.of_schema(|| check_schema(document, registry));
     let read = as_suggested(document, &schema_diagnostics);
     let document = read.as_ref().unwrap_or(document);
@@ -89,23 +86,33 @@ pub fn load_sharing(
     let sound = Sound::decode(document, &broken)?;
     claimed_profiles(document, diagnostics);
     let settings = Settings::choose(document, &sound, &broken, overrides, profile, diagnostics);
-    constraints::check(document, &sound, &settings, diagnostics);
+    let constraints = constraints::check(document, &sound, &settings, diagnostics);
     let toggles = toggle::toggles(document, &sound.toggles, diagnostics);
     let programs = Programs::new(templates, profile, std::mem::take(modules));
     let names = toggles.iter().map(|toggle| toggle.name.clone()).collect();
-    let mut shared = Shared::new(settings.scope(), names, sound.geometry, programs, sources);
+    let mut shared =
+        Shared::new(settings.scope(), settings.dependence(), names, sound.geometry, programs, sources);
     let connected = declare(document, registry, &broken, &toggles, &mut shared)
         .map(|passes| Connected::new(document, passes, &toggles, &mut shared));
     diagnostics.extend(shared.diagnostics);
     *modules = shared.programs.modules;
     let Connected { passes, uncertain, passthroughs, gaps } = connected?;
     diagnostics.extend(shared.misgiven);
+    let mut parameters = settings.parameters;
+    for (name, structural) in shared.dependence.structural {
+        if let Some(parameter) = parameters.get_mut(&name) {
+            parameter.structural = Some(structural);
+        }
+    }
     let pipeline = Pipeline {
         name: document.root.get("name").and_then(document::Value::text).unwrap_or_default().to_owned(),
         profile: profile.clone(),
-        parameters: settings.parameters,
+        parameters,
         features: settings.features,
         derived: settings.derived,
+        following: shared.dependence.following,
+        given: shared.given,
+        constraints,
         toggles,
         passthroughs,
         geometry: shared.geometry,
@@ -115,6 +122,7 @@ pub fn load_sharing(
         uncertain,
         broken_settings: settings.broken,
         gaps,
+        sources: sources.clone(),
     };
     for (geometry, interface) in registry.hosts() {
         diagnostics.extend(check_host(&pipeline, geometry, interface));

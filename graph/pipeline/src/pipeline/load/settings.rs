@@ -7,6 +7,7 @@ use super::{RESERVED, Shared, bad_name, is_name};
 use crate::diagnostic::{Diagnostic, Diagnostics, codes};
 use crate::document::{Document, pointer_join};
 use crate::expression::Scope as _;
+use crate::pipeline::live::Dependence;
 use crate::pipeline::{Derived, Feature, Overrides, Parameter, StaticScope, derived, preset, setting};
 use crate::shader::TargetProfile;
 
@@ -76,6 +77,11 @@ impl Settings {
         );
         broken.extend(derived.broken);
         Self { parameters, features, derived: derived.values, broken }
+    }
+
+    /// What follows from which parameters.
+    pub(super) fn dependence(&self) -> Dependence {
+        Dependence::new(&self.parameters, &self.derived)
     }
 
     /// What expressions see.

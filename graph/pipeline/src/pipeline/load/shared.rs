@@ -9,9 +9,12 @@ use super::programs::Programs;
 use crate::data::ValueType;
 use crate::diagnostic::Diagnostics;
 use crate::document;
-use crate::expression::{Expression, ExpressionError, ExpressionKind, Scope as _, unknown_name};
+use crate::expression::{
+    Expression, ExpressionError, ExpressionKind, Scope as _, Value, parse, unknown_name,
+};
 use crate::language::GeometryDeclaration;
 use crate::pipeline::environment::Environment;
+use crate::pipeline::live::Dependence;
 use crate::pipeline::{Resource, ResourceKind, StaticScope};
 use crate::source::{Sources, Span};
 use crate::work::ResourceHandle;
@@ -27,6 +30,10 @@ pub(in crate::pipeline) struct Expected {
 /// The state that all passes of one pipeline share while they are declared.
 pub(in crate::pipeline) struct Shared {
     pub(in crate::pipeline) scope: StaticScope,
+    /// What follows from which parameters.
+    pub(in crate::pipeline) dependence: Dependence,
+    /// Values that subgraphs are given and that follow from parameters.
+    pub(in crate::pipeline) given: BTreeMap<String, Value>,
     /// The names of the toggles, which expressions cannot see.
     pub(in crate::pipeline) toggles: Vec<String>,
     pub(in crate::pipeline) resources: Vec<Resource>,
@@ -49,6 +56,7 @@ impl Shared {
     /// Before the first pass is declared.
     pub(super) fn new(
         scope: StaticScope,
+        dependence: Dependence,
         toggles: Vec<String>,
         geometry: BTreeMap<String, GeometryDeclaration>,
         programs: Programs,
@@ -56,6 +64,8 @@ impl Shared {
     ) -> Self {
         Self {
             scope,
+            dependence,
+            given: BTreeMap::new(),
             toggles,
             resources: Vec::new(),
             resource_index: HashMap::new(),
@@ -98,6 +108,48 @@ impl Shared {
                 history: None,
             })
         })
+    }
+
+    /// Makes structural what an expression follows from.
+    pub(in crate::pipeline) fn fix(
+        &mut self,
+        expression: &Expression,
+        environment: &Environment,
+        place: Span,
+        pointer: &str,
+    ) {
+        if !matches!(expression.kind, ExpressionKind::Literal(_)) {
+            let names = environment.names(expression);
+            self.dependence.fix(names.iter().map(String::as_str), place, pointer);
+        }
+    }
+
+    /// Makes structural what the expressions in a value follow from: those in braces, or all.
+    pub(in crate::pipeline) fn fix_all(
+        &mut self,
+        value: &document::Value,
+        environment: &Environment,
+        pointer: &str,
+        all: bool,
+    ) {
+        match &value.kind {
+            document::Kind::Text(text) => {
+                if text.contains('{') {
+                    let names = environment.names_of_reference(text);
+                    self.dependence.fix(names.iter().map(String::as_str), value.span, pointer);
+                } else if all && let Ok(expression) = parse(text.strip_prefix('=').unwrap_or(text)) {
+                    self.fix(&expression, environment, value.span, pointer);
+                }
+            }
+            document::Kind::Array(list) => list.iter().enumerate().for_each(|(at, item)| {
+                self.fix_all(item, environment, &format!("{pointer}/{at}"), all);
+            }),
+            document::Kind::Object(entries) => entries.iter().for_each(|entry| {
+                let pointer = document::pointer_join(pointer, &entry.key);
+                self.fix_all(&entry.value, environment, &pointer, all);
+            }),
+            _ => {}
+        }
     }
 
     /// Reports the diagnostics of one instance: with the places where it is used, and each error of a subgraph once.

@@ -1,0 +1,641 @@
+//! Live parameters: their values in a frame, and what follows from them.
+//!
+//! A plan keeps, for each live setting, its expression with everything folded that no live parameter changes
+//! ([`PlannedSetting`]). When a parameter has changed, these are evaluated again, in the order of the passes, and held to
+//! what loading and planning hold them to. If one is refused, all parameters have the values again that they had before.
+//!
+//! Cost: linear in the live settings of the plan, in frames in which a parameter has changed; nothing in others.
+//! Elements of lists are evaluated one by one, so that no list is allocated.
+//!
+//! Limits: nested lists, words, lists of derived values and those among the settings of CPU nodes are.
+
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::cpu_passes::CpuPasses;
+use super::planned::Plan;
+use super::size::Sizes;
+use super::values::{PackedBlock, Packing, pack_member};
+use crate::diagnostic::{Code, Diagnostic, Diagnostics, Place, codes};
+use crate::expression::{self, BinaryOperator, Expression, ExpressionKind, Scope, UnaryOperator, Value};
+use crate::pipeline::{LiveSetting, LiveSettings, LiveTarget, Pipeline, refused};
+use crate::shader::{Member, TypeLayout};
+use crate::source::Span;
+use crate::work::{BlockValues, Deferred};
+
+/// What a plan says of a parameter.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct PlannedParameter {
+    /// Whether it can change from frame to frame.
+    pub live: bool,
+    /// The setting that makes it structural, by its JSON pointer.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub structural_at: Option<String>,
+}
+
+/// A live setting of a pass.
+#[derive(Clone, Debug)]
+pub struct PlannedSetting {
+    /// What it sets.
+    target: PlannedTarget,
+    /// Over live parameters and what follows from them alone.
+    expression: Expression,
+    /// The same for each element of a list.
+    elements: Vec<Expression>,
+    place: Span,
+    pointer: String,
+}
+
+#[derive(Clone, Debug)]
+enum PlannedTarget {
+    /// A member of the block at a position of the pass's blocks.
+    Member(usize, Member),
+    /// One of the three counts of a dispatch, which is at most so large.
+    Workgroups(usize, u32),
+    /// A setting of the CPU node.
+    Node,
+    /// Something else.
+    Other(LiveTarget),
+}
+
+/// What has changed of a pass.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Changed<'a> {
+    /// A block's bytes.
+    Block(&'a PackedBlock),
+    /// One of the three counts of a dispatch.
+    Workgroups(usize, u32),
+    /// The clear value of a color attachment.
+    Color(usize, [f64; 4]),
+    /// The clear value of the depth attachment.
+    Depth(f64),
+    /// The clear value of the stencil attachment.
+    Stencil(u32),
+    /// The stencil reference.
+    Reference(u32),
+    /// The blend constant.
+    BlendConstant([f64; 4]),
+    /// The number of vertices, or indices.
+    Count(u32),
+    /// The number of instances.
+    Instances(u32),
+}
+
+/// What a plan says of the parameters of a pipeline.
+pub(super) fn planned(pipeline: &Pipeline) -> std::collections::BTreeMap<String, PlannedParameter> {
+    let of = |structural: &Option<crate::pipeline::Structural>| PlannedParameter {
+        live: structural.is_none(),
+        structural_at: structural.as_ref().map(|structural| structural.pointer.clone()),
+    };
+    pipeline.parameters.iter().map(|(name, one)| (name.clone(), of(&one.structural))).collect()
+}
+
+/// Adds the live settings among the members of a block.
+pub(super) fn of_block(
+    sizes: &Sizes<'_>,
+    position: usize,
+    block: &BlockValues,
+    settings: &mut Vec<PlannedSetting>,
+) {
+    let TypeLayout::Struct { members, .. } = &block.layout else { return };
+    for (name, deferred) in &block.expressions {
+        let Some(member) = members.iter().find(|member| member.name == *name) else { continue };
+        settings.extend(live(sizes, deferred, || PlannedTarget::Member(position, member.clone())));
+    }
+}
+
+/// Adds the live counts of a dispatch.
+pub(super) fn of_dispatch(
+    sizes: &Sizes<'_>,
+    counts: &[Deferred; 3],
+    limit: u32,
+    settings: &mut Vec<PlannedSetting>,
+) {
+    for (axis, deferred) in counts.iter().enumerate() {
+        settings.extend(live(sizes, deferred, || PlannedTarget::Workgroups(axis, limit)));
+    }
+}
+
+/// Adds what a pass says is live.
+pub(super) fn of_pass(sizes: &Sizes<'_>, all: &[LiveSetting], settings: &mut Vec<PlannedSetting>) {
+    for setting in all {
+        settings.extend(match setting.target {
+            LiveTarget::Node => Some(fold(sizes, &setting.value, PlannedTarget::Node)),
+            other => live(sizes, &setting.value, || PlannedTarget::Other(other)),
+        });
+    }
+    // A node whose settings do not change needs none of them.
+    let is_node = |setting: &PlannedSetting| matches!(setting.target, PlannedTarget::Node);
+    if !settings.iter().any(|setting| is_node(setting) && has_names(&setting.expression)) {
+        settings.retain(|setting| !is_node(setting));
+    }
+}
+
+fn live(
+    sizes: &Sizes<'_>,
+    deferred: &Deferred,
+    target: impl FnOnce() -> PlannedTarget,
+) -> Option<PlannedSetting> {
+    let mut is_live = false;
+    deferred.expression.visit(&mut |inner| {
+        is_live |= matches!(&inner.kind, ExpressionKind::Name(name) if sizes.is_live(name));
+    });
+    is_live.then(|| fold(sizes, deferred, target()))
+}
+
+fn fold(sizes: &Sizes<'_>, deferred: &Deferred, target: PlannedTarget) -> PlannedSetting {
+    let expression = folded(&deferred.expression, sizes);
+    let elements = match expression::evaluate(&expression, sizes) {
+        Ok(Value::List(list)) => (0..list.len()).map(|at| element(&expression, at, sizes)).collect(),
+        _ => None,
+    };
+    let elements = elements.unwrap_or_default();
+    PlannedSetting { target, expression, elements, place: deferred.place, pointer: deferred.pointer.clone() }
+}
+
+/// One element of what an expression yields, as an expression that computes no list; `None` where lists are nested. Of a
+/// number, which stands for all elements, itself.
+fn element(expression: &Expression, at: usize, scope: &dyn Scope) -> Option<Expression> {
+    let inner = |one: &Expression| element(one, at, scope).map(Box::new);
+    let range = expression.range.clone();
+    let kind = match &expression.kind {
+        ExpressionKind::Literal(Value::List(list)) => ExpressionKind::Literal(list.get(at)?.clone()),
+        ExpressionKind::List(items) => {
+            let item = items.get(at)?;
+            if matches!(expression::evaluate(item, scope), Ok(Value::List(_)) | Err(_)) {
+                return None;
+            }
+            return Some(item.clone());
+        }
+        ExpressionKind::Name(name) if matches!(scope.lookup(name), Some(Value::List(_))) => {
+            let position = ExpressionKind::Literal(Value::Number(at as f64));
+            let position = Expression { range: range.clone(), kind: position };
+            ExpressionKind::Index(Box::new(expression.clone()), Box::new(position))
+        }
+        ExpressionKind::Unary(UnaryOperator::Negate, a) => {
+            ExpressionKind::Unary(UnaryOperator::Negate, inner(a)?)
+        }
+        ExpressionKind::Binary(
+            operator @ (BinaryOperator::Add
+            | BinaryOperator::Subtract
+            | BinaryOperator::Multiply
+            | BinaryOperator::Divide
+            | BinaryOperator::Remainder),
+            a,
+            b,
+        ) => ExpressionKind::Binary(*operator, inner(a)?, inner(b)?),
+        ExpressionKind::Conditional(condition, a, b) => {
+            ExpressionKind::Conditional(condition.clone(), inner(a)?, inner(b)?)
+        }
+        ExpressionKind::Call(name, list) if !matches!(&**name, "min" | "max" | "len" | "mip_count") => {
+            let list = list.iter().map(|one| element(one, at, scope)).collect::<Option<_>>()?;
+            ExpressionKind::Call(name.clone(), list)
+        }
+        other => other.clone(),
+    };
+    Some(Expression { range, kind })
+}
+
+fn has_names(expression: &Expression) -> bool {
+    let mut found = false;
+    expression.visit(&mut |inner| found |= matches!(inner.kind, ExpressionKind::Name(_)));
+    found
+}
+
+/// An expression in which values stand for the names of what does not change.
+fn folded(expression: &Expression, sizes: &Sizes<'_>) -> Expression {
+    let fold = |inner: &Expression| Box::new(folded(inner, sizes));
+    let all = |list: &[Expression]| list.iter().map(|inner| folded(inner, sizes)).collect();
+    let kind = match &expression.kind {
+        ExpressionKind::Name(name) if !sizes.is_live(name) => match sizes.lookup(name) {
+            Some(value) => ExpressionKind::Literal(value),
+            None => expression.kind.clone(),
+        },
+        ExpressionKind::Name(_) | ExpressionKind::Literal(_) => expression.kind.clone(),
+        ExpressionKind::Unary(operator, a) => ExpressionKind::Unary(*operator, fold(a)),
+        ExpressionKind::Binary(operator, a, b) => ExpressionKind::Binary(*operator, fold(a), fold(b)),
+        ExpressionKind::Conditional(a, b, c) => ExpressionKind::Conditional(fold(a), fold(b), fold(c)),
+        ExpressionKind::Index(a, b) => ExpressionKind::Index(fold(a), fold(b)),
+        ExpressionKind::Call(name, list) => ExpressionKind::Call(name.clone(), all(list)),
+        ExpressionKind::List(list) => ExpressionKind::List(all(list)),
+    };
+    Expression { range: expression.range.clone(), kind }
+}
+
+/// The parameters of a plan with their values in this frame.
+pub struct Parameters {
+    plan: Arc<Plan>,
+    values: Values,
+    /// The values that passes have taken over.
+    settled: Vec<Value>,
+    /// Memory for values that are given.
+    given: Vec<Value>,
+    /// Whether each has been set since the plan was made.
+    is_set: Vec<bool>,
+    is_changed: bool,
+    id: u64,
+    /// For each pass its blocks.
+    blocks: Vec<Vec<PackedBlock>>,
+    /// For each pass where its live settings went, those that are members of blocks.
+    packings: Vec<Vec<Packing>>,
+    /// For each pass the values of its node's live settings.
+    nodes: Vec<Vec<Value>>,
+    numbers: Vec<f64>,
+    scratch: Value,
+}
+
+/// The names that live settings can see.
+struct Values {
+    names: HashMap<String, usize>,
+    list: Vec<Value>,
+}
+
+impl Scope for Values {
+    fn lookup(&self, name: &str) -> Option<Value> {
+        self.borrow(name).cloned()
+    }
+
+    fn borrow(&self, name: &str) -> Option<&Value> {
+        self.names.get(name).and_then(|at| self.list.get(*at))
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.names.keys().cloned().collect()
+    }
+}
+
+impl Parameters {
+    /// The parameters of a plan with the values that it was made with.
+    pub fn new(plan: Arc<Plan>) -> Self {
+        let pipeline = &plan.pipeline;
+        let scope = pipeline.scope();
+        let mut values = Values { names: HashMap::new(), list: Vec::new() };
+        for (name, parameter) in &pipeline.parameters {
+            values.names.insert(name.clone(), values.list.len());
+            values.list.push(parameter.value.clone());
+        }
+        let mut hasher = DefaultHasher::new();
+        pipeline.parameters.keys().for_each(|name| name.hash(&mut hasher));
+        let settled = values.list.clone();
+        for following in &pipeline.following {
+            values.names.insert(following.name.clone(), values.list.len());
+            values.list.push(scope.lookup(&following.name).unwrap_or(Value::Bool(false)));
+        }
+        Self {
+            is_set: vec![false; settled.len()],
+            is_changed: false,
+            id: hasher.finish(),
+            blocks: plan.passes.iter().map(|pass| pass.blocks.clone()).collect(),
+            packings: plan.passes.iter().map(|pass| vec![Packing::default(); pass.live.len()]).collect(),
+            nodes: plan.passes.iter().map(|_| Vec::new()).collect(),
+            numbers: Vec::new(),
+            scratch: Value::Bool(false),
+            given: settled.clone(),
+            settled,
+            values,
+            plan,
+        }
+    }
+
+    /// The position of a live parameter.
+    ///
+    /// # Errors
+    /// No such parameter, or one that is structural.
+    pub fn find(&self, name: &str) -> Result<usize, Diagnostics> {
+        let parameters = &self.plan.pipeline.parameters;
+        let Some((at, (_, parameter))) = parameters.iter().enumerate().find(|(_, (known, _))| *known == name)
+        else {
+            let message = format!("there is no parameter \"{name}\"");
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_SETTING, Place::Nowhere, message);
+            let known = parameters.keys().map(String::as_str);
+            let diagnostic = diagnostic.suggest(name, known, None, |names| match names {
+                [] => "this pipeline has no parameters".to_owned(),
+                names => format!("the parameters are {}", names.join(", ")),
+            });
+            return Err(diagnostic.into());
+        };
+        match &parameter.structural {
+            None => Ok(at),
+            Some(structural) => {
+                let message = format!("the parameter \"{name}\" is structural: {}", structural.pointer);
+                let diagnostic = Diagnostic::error(codes::STRUCTURAL_PARAMETER, structural.place, message);
+                let help = "plan again with another value";
+                Err(diagnostic.pointer(&structural.pointer).help(help).into())
+            }
+        }
+    }
+
+    /// The value of the parameter at a position.
+    pub fn get(&self, at: usize) -> Option<&Value> {
+        self.values.list.get(at).filter(|_| at < self.settled.len())
+    }
+
+    /// A number that is the same for plans with the same parameters: positions are good for these.
+    pub fn id(&self) -> u64 {
+        self.id
+    }
+
+    /// Sets the live parameter at a position to what `assign` makes of a value of it. Passes take it over with
+    /// [`Parameters::apply`].
+    ///
+    /// # Errors
+    /// No live parameter of this plan; a value of another type or length, or out of range.
+    pub fn set(&mut self, at: usize, assign: &mut dyn FnMut(&mut Value)) -> Result<(), Diagnostics> {
+        let found = self.plan.pipeline.parameters.iter().nth(at);
+        let Some((name, parameter)) = found.filter(|(_, parameter)| parameter.structural.is_none()) else {
+            let message = "the handle is of no live parameter of this plan";
+            let diagnostic = Diagnostic::error(codes::UNKNOWN_SETTING, Place::Nowhere, message);
+            return Err(diagnostic.help("ask the executor for the parameter again").into());
+        };
+        let (before, given) = (&mut self.values.list[at], &mut self.given[at]);
+        assign(given);
+        if let Some((code, message, help)) = refused(name, &parameter.declaration, given, before) {
+            given.clone_from(before);
+            return Err(Diagnostic::error(code, parameter.place, message).help(help).into());
+        }
+        self.is_set[at] = true;
+        if before != given {
+            std::mem::swap(before, given);
+            self.is_changed = true;
+        }
+        Ok(())
+    }
+
+    /// Sets what was set in another plan's parameters, where it fits here.
+    pub fn go_on_from(&mut self, before: &Self) {
+        for (at, (name, parameter)) in self.plan.pipeline.parameters.iter().enumerate() {
+            let Some(from) = before.plan.pipeline.parameters.keys().position(|known| known == name) else {
+                continue;
+            };
+            let value = &before.values.list[from];
+            let fits = refused(name, &parameter.declaration, value, &self.values.list[at]).is_none();
+            if before.is_set[from] && parameter.structural.is_none() && fits {
+                self.is_set[at] = true;
+                self.is_changed |= self.values.list[at] != *value;
+                self.values.list[at] = value.clone();
+            }
+        }
+    }
+
+    /// Lets passes take over the parameters that have changed: CPU nodes at once, everything else through `set`, with the
+    /// position of the pass. Whether there was anything to take over.
+    ///
+    /// # Errors
+    /// What loading and planning would say of these values; all parameters have the values before then.
+    pub fn apply(
+        &mut self,
+        cpu_passes: &mut CpuPasses,
+        set: &mut dyn FnMut(usize, Changed<'_>),
+    ) -> Result<bool, Diagnostics> {
+        if !std::mem::take(&mut self.is_changed) {
+            return Ok(false);
+        }
+        let mut diagnostics = Diagnostics::new();
+        let count = self.settled.len();
+        if self.attempt(cpu_passes, set, &mut diagnostics).is_none() {
+            for (value, settled) in self.values.list.iter_mut().zip(&self.settled) {
+                assign(value, settled);
+            }
+            self.attempt(cpu_passes, set, &mut Diagnostics::new());
+            return Err(diagnostics);
+        }
+        for (settled, value) in self.settled.iter_mut().zip(&self.values.list[..count]) {
+            if settled != value {
+                assign(settled, value);
+            }
+        }
+        Ok(true)
+    }
+
+    fn attempt(
+        &mut self,
+        cpu_passes: &mut CpuPasses,
+        set: &mut dyn FnMut(usize, Changed<'_>),
+        diagnostics: &mut Diagnostics,
+    ) -> Option<()> {
+        let plan = self.plan.clone();
+        self.follow(&plan.pipeline, diagnostics)?;
+        for (at, planned) in plan.passes.iter().enumerate() {
+            let mut node = 0;
+            for (position, setting) in planned.live.iter().enumerate() {
+                let is_list = !setting.elements.is_empty();
+                let mut value = Value::Bool(false);
+                if is_list {
+                    std::mem::swap(&mut value, &mut self.scratch);
+                }
+                self.value(setting, &mut value, diagnostics)?;
+                let refuse = |diagnostics: &mut Diagnostics, code: Code, message: String, help: &str| {
+                    let diagnostic = Diagnostic::error(code, setting.place, message);
+                    diagnostics.push(diagnostic.pointer(&setting.pointer).help(help));
+                };
+                match &setting.target {
+                    PlannedTarget::Node => {
+                        match self.nodes[at].get_mut(node) {
+                            Some(known) => assign(known, &value),
+                            None => self.nodes[at].push(value.clone()),
+                        }
+                        node += 1;
+                    }
+                    PlannedTarget::Member(block, member) => {
+                        let block = &mut self.blocks[at][*block];
+                        let packing = &mut self.packings[at][position];
+                        if let Err(message) =
+                            pack_member(member, &value, (packing, &mut self.numbers), &mut block.bytes)
+                        {
+                            let help = format!(
+                                "the shader declares \"{}\" as {}",
+                                member.name,
+                                member.layout.spelling()
+                            );
+                            refuse(diagnostics, codes::EXPRESSION_TYPE, message, &help);
+                            return None;
+                        }
+                        set(at, Changed::Block(block));
+                    }
+                    PlannedTarget::Workgroups(axis, limit) => {
+                        let Some(count) = whole(&value, *limit) else {
+                            let help =
+                                format!("whole numbers from 0 to {limit} are possible; ceil() rounds up");
+                            let message = format!("{value} is not a workgroup count");
+                            refuse(diagnostics, codes::DISPATCH, message, &help);
+                            return None;
+                        };
+                        set(at, Changed::Workgroups(*axis, count));
+                    }
+                    PlannedTarget::Other(target) => match changed(*target, &value) {
+                        Ok(changed) => set(at, changed),
+                        Err(help) => {
+                            refuse(
+                                diagnostics,
+                                codes::OUT_OF_BOUNDS,
+                                format!("{value} cannot be set here"),
+                                help,
+                            );
+                            return None;
+                        }
+                    },
+                }
+                if is_list {
+                    self.scratch = value;
+                }
+            }
+            if node > 0 {
+                let settings = &plan.pipeline.pass(planned.handle).live;
+                let mut settings = LiveSettings { settings, values: &self.nodes[at], diagnostics };
+                cpu_passes.update(at, &mut settings)?;
+            }
+        }
+        Some(())
+    }
+
+    /// Evaluates what follows from parameters, and holds it to ranges and constraints.
+    fn follow(&mut self, pipeline: &Pipeline, diagnostics: &mut Diagnostics) -> Option<()> {
+        let first = self.settled.len();
+        for (at, following) in pipeline.following.iter().enumerate() {
+            let value = self.evaluate(&following.expression, following.place, "", diagnostics)?;
+            if let Some(declaration) = &following.declaration {
+                let name = following.name.rsplit('$').next().unwrap_or_default();
+                let before = &self.values.list[first + at];
+                if let Some((code, message, help)) = refused(name, declaration, &value, before) {
+                    diagnostics.push(Diagnostic::error(code, following.place, message).help(help));
+                    return None;
+                }
+            }
+            self.values.list[first + at] = value;
+        }
+        for constraint in &pipeline.constraints {
+            let scope = Around { values: &self.values, pipeline };
+            if expression::evaluate(&constraint.holds, &scope) == Ok(Value::Bool(false)) {
+                let diagnostic =
+                    Diagnostic::error(codes::CONSTRAINT, constraint.place, constraint.message.clone());
+                let help = "set other values before the next frame";
+                diagnostics.push(diagnostic.pointer(&constraint.pointer).help(help));
+                return None;
+            }
+        }
+        Some(())
+    }
+
+    /// The value of a live setting, in the memory of one before.
+    fn value(
+        &self,
+        setting: &PlannedSetting,
+        value: &mut Value,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<()> {
+        let evaluate = |expression: &Expression, diagnostics: &mut Diagnostics| {
+            self.evaluate(expression, setting.place, &setting.pointer, diagnostics)
+        };
+        if setting.elements.is_empty() {
+            *value = evaluate(&setting.expression, diagnostics)?;
+            return Some(());
+        }
+        if !matches!(value, Value::List(_)) {
+            *value = Value::List(Vec::with_capacity(setting.elements.len()));
+        }
+        if let Value::List(list) = value {
+            list.clear();
+            for element in &setting.elements {
+                list.push(evaluate(element, diagnostics)?);
+            }
+        }
+        Some(())
+    }
+
+    fn evaluate(
+        &self,
+        expression: &Expression,
+        place: Span,
+        pointer: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Value> {
+        let scope = Around { values: &self.values, pipeline: &self.plan.pipeline };
+        match expression::evaluate(expression, &scope) {
+            Ok(value) => Some(value),
+            Err(error) => {
+                let diagnostic = Diagnostic::error(codes::EXPRESSION_ARITHMETIC, place, error.message);
+                let help = error.help.unwrap_or_else(|| "set another value".to_owned());
+                diagnostics.push(diagnostic.pointer(pointer).help(help));
+                None
+            }
+        }
+    }
+}
+
+/// Live values, and features, which do not change.
+struct Around<'a> {
+    values: &'a Values,
+    pipeline: &'a Pipeline,
+}
+
+impl Scope for Around<'_> {
+    fn lookup(&self, name: &str) -> Option<Value> {
+        let derived = || self.pipeline.derived.get(name).map(|derived| derived.value.clone());
+        let feature = || self.pipeline.features.get(name).map(|feature| feature.value.clone());
+        self.values.lookup(name).or_else(feature).or_else(derived)
+    }
+
+    fn borrow(&self, name: &str) -> Option<&Value> {
+        self.values.borrow(name)
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.values.names()
+    }
+}
+
+/// Takes over a value in the memory of one of the same shape.
+fn assign(to: &mut Value, from: &Value) {
+    match (to, from) {
+        (Value::List(to), Value::List(from)) if to.len() == from.len() => {
+            to.iter_mut().zip(from).for_each(|(to, from)| assign(to, from));
+        }
+        (Value::Text(to), Value::Text(from)) => to.clone_from(from),
+        (to, from) => *to = from.clone(),
+    }
+}
+
+fn whole(value: &Value, limit: u32) -> Option<u32> {
+    let number = value.number()?;
+    (number.fract() == 0.0 && (0.0..=f64::from(limit)).contains(&number)).then_some(number as u32)
+}
+
+fn color(value: &Value) -> Option<[f64; 4]> {
+    match value {
+        Value::List(list) => match list.as_slice() {
+            [r, g, b, a] => Some([r.number()?, g.number()?, b.number()?, a.number()?]),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+/// What a value sets.
+///
+/// # Errors
+/// What it has to be.
+fn changed(target: LiveTarget, value: &Value) -> Result<Changed<'static>, &'static str> {
+    let found = match target {
+        LiveTarget::Color(at) => color(value).map(|color| Changed::Color(at, color)),
+        LiveTarget::BlendConstant => color(value).map(Changed::BlendConstant),
+        LiveTarget::Depth => {
+            let depth = value.number().filter(|depth| (0.0..=1.0).contains(depth));
+            return depth.map(Changed::Depth).ok_or("depth lies between 0 and 1");
+        }
+        LiveTarget::Stencil | LiveTarget::Reference => {
+            let byte = whole(value, 255).ok_or("0 to 255 are possible")?;
+            let is_clear = target == LiveTarget::Stencil;
+            return Ok(if is_clear { Changed::Stencil(byte) } else { Changed::Reference(byte) });
+        }
+        LiveTarget::Count | LiveTarget::Instances => {
+            let count = whole(value, u32::MAX).ok_or("write a whole number from 0")?;
+            let is_count = target == LiveTarget::Count;
+            return Ok(if is_count { Changed::Count(count) } else { Changed::Instances(count) });
+        }
+        LiveTarget::Node | LiveTarget::Workgroups | LiveTarget::Block => None,
+    };
+    found.ok_or("write red, green, blue and alpha: [0, 0, 0, 1]")
+}

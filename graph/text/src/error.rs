@@ -1,0 +1,78 @@
+//! [`Error`]: what is wrong, with the texts in which it stands.
+
+use std::fmt;
+use std::ops::Deref;
+
+use crate::diagnostic::{Diagnostic, Diagnostics, render};
+use crate::source::Sources;
+
+/// Why there is no result: every finding, and the texts in which they stand. Shown, each has its code, its lines and a way
+/// out; as data they are [`Error::findings`].
+#[derive(Clone)]
+pub struct Error(Box<Found>);
+
+#[derive(Clone)]
+struct Found {
+    findings: Diagnostics,
+    sources: Sources,
+}
+
+impl Error {
+    /// Findings, and the texts in which they stand.
+    pub fn new(findings: Diagnostics, sources: &Sources) -> Self {
+        Self(Box::new(Found { findings, sources: sources.clone() }))
+    }
+
+    /// What is wrong.
+    pub fn findings(&self) -> &Diagnostics {
+        &self.0.findings
+    }
+
+    /// The texts in which it stands.
+    pub fn sources(&self) -> &Sources {
+        &self.0.sources
+    }
+
+    /// A finding as JSON, with its file, line and column.
+    pub fn json(&self, finding: &Diagnostic) -> serde_json::Value {
+        render::json(finding, &self.0.sources)
+    }
+}
+
+/// The findings.
+impl Deref for Error {
+    type Target = Diagnostics;
+
+    fn deref(&self) -> &Diagnostics {
+        &self.0.findings
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&render::human_all(self.findings(), &self.0.sources))
+    }
+}
+
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:#?}", self.findings())
+    }
+}
+
+impl std::error::Error for Error {}
+
+impl<'a> IntoIterator for &'a Error {
+    type Item = &'a Diagnostic;
+    type IntoIter = std::slice::Iter<'a, Diagnostic>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.findings().iter()
+    }
+}
+
+impl From<Error> for Diagnostics {
+    fn from(error: Error) -> Self {
+        error.0.findings
+    }
+}
