@@ -88,7 +88,7 @@ pub fn codes() -> Vec<Code> {
     codes
 }
 
-/// The Rust of the guide.
+/// The Rust of the guide and of the README.
 #[cfg(all(doctest, feature = "gpu"))]
 mod guide {
     #[doc = include_str!("docs/guide/5-own-node-kind.md")]
@@ -96,4 +96,7 @@ mod guide {
 
     #[doc = include_str!("docs/guide/7-embedding.md")]
     mod embedding {}
+
+    #[doc = include_str!("README.md")]
+    mod readme {}
 }

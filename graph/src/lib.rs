@@ -21,7 +21,7 @@
 pub use umbragraph_shaders as shader;
 pub use umbragraph_text::{Error, codes, compose, diagnostic, document, expression, language, source};
 
-pub use umbragraph_pipeline::{data, frame, node, work};
+pub use umbragraph_pipeline::{data, frame, glam, node, work};
 
 pub use umbragraph_tools::{
     CheckOptions, CheckReport, Coverage, capture, check, check_configurations, check_document, check_sharing,

@@ -10,7 +10,7 @@
 
 use std::borrow::Cow;
 
-use glam::{DMat4, DQuat, DVec3, Vec3};
+use glam::{DMat3, DMat4, DQuat, DVec3, Vec3};
 
 /// The projection of a camera, from view space to clip space.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -60,6 +60,28 @@ pub struct Camera {
 }
 
 impl Camera {
+    /// A camera at a position that looks at another, upright, with a vertical field of view in radians, from 0.1 m to
+    /// 1000 m ([`Camera::between`] says others). One that looks along Y has Z upwards in its picture.
+    pub fn look_at(eye: [f64; 3], target: [f64; 3], vertical_fov: f64, aspect: f64) -> Self {
+        let position = DVec3::from(eye);
+        let back = (position - DVec3::from(target)).try_normalize().unwrap_or(DVec3::Z);
+        let right = DVec3::Y.cross(back).try_normalize().unwrap_or(DVec3::X);
+        let rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back));
+        let projection = Projection::Perspective { vertical_fov, near: 0.1, far: 1000.0 };
+        Self { position, rotation, projection, aspect }
+    }
+
+    /// The same between two other planes, in metres.
+    #[must_use]
+    pub fn between(mut self, new_near: f64, new_far: f64) -> Self {
+        match &mut self.projection {
+            Projection::Perspective { near, far, .. } | Projection::Orthographic { near, far, .. } => {
+                (*near, *far) = (new_near, new_far);
+            }
+        }
+        self
+    }
+
     /// World to view space.
     pub fn view(&self) -> DMat4 {
         DMat4::from_rotation_translation(self.rotation, self.position).inverse()
@@ -212,6 +234,35 @@ pub struct Light {
 }
 
 impl Light {
+    /// A directional light that casts shadows and shines along a direction, with an intensity in lux.
+    pub fn directional(
+        name: impl Into<String>,
+        direction: [f64; 3],
+        color: [f32; 3],
+        intensity: f32,
+    ) -> Self {
+        Self {
+            name: name.into(),
+            kind: LightKind::Directional,
+            position: DVec3::ZERO,
+            direction: DVec3::from(direction).normalize_or(DVec3::NEG_Y),
+            color: color.into(),
+            intensity,
+            range: f32::INFINITY,
+            properties: vec![Cow::Borrowed("cast_shadow")],
+            angular_diameter: 0.0,
+            radius: 0.0,
+            priority: 1.0,
+        }
+    }
+
+    /// A point light that casts shadows, with an intensity in candela.
+    pub fn point(name: impl Into<String>, position: [f64; 3], color: [f32; 3], intensity: f32) -> Self {
+        let position = position.into();
+        let light = Self::directional(name, [0.0, -1.0, 0.0], color, intensity);
+        Self { kind: LightKind::Point, position, ..light }
+    }
+
     /// Whether a word is true of it.
     pub fn has(&self, property: &str) -> bool {
         self.properties.iter().any(|known| known == property)
@@ -246,6 +297,11 @@ pub struct Bounds {
 }
 
 impl Bounds {
+    /// The box between two corners.
+    pub fn between(min: [f64; 3], max: [f64; 3]) -> Self {
+        Self { min: min.into(), max: max.into() }
+    }
+
     /// The box that holds nothing; growing it by a point gives that point.
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
@@ -317,6 +373,18 @@ pub struct FrameInput {
 }
 
 impl FrameInput {
+    /// A frame without lights and bounds.
+    pub fn new(camera: Camera) -> Self {
+        Self {
+            camera,
+            lights: Vec::new(),
+            scene_bounds: Bounds::EMPTY,
+            filter_bounds: Vec::new(),
+            time: 0.0,
+            index: 0,
+        }
+    }
+
     /// The box around what a draw filter lets through, as far as the host tells.
     pub fn bounds_of(&self, filter: &str) -> &Bounds {
         let known = self.filter_bounds.iter().find(|(known, _)| known == filter);

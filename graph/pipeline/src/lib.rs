@@ -4,6 +4,7 @@
 //! by node kinds ([`node`]), each with its [`work`]. [`data`], [`frame`] and [`draw`] are what host and passes exchange at
 //! each frame. The rooms below are re-exported: this crate is all that a crate of node kinds needs.
 
+pub use glam;
 pub use umbragraph_shaders as shader;
 pub use umbragraph_text::{
     Error, codes, compose, diagnostic, document, expression, language, source, webgpu_words,
