@@ -111,7 +111,8 @@ async fn record(
     let input = input();
     let frame = Frame { input: &input, draws: Some(source), imports: &imports, toggles: &[] };
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    let mut diagnostics = executor.record(&mut encoder, &frame).err().map_or_else(Diagnostics::new, Diagnostics::from);
+    let mut diagnostics =
+        executor.record(&mut encoder, &frame).err().map_or_else(Diagnostics::new, Diagnostics::from);
     let commands = encoder.finish();
     if !diagnostics.has_errors() {
         queue.submit([commands]);

@@ -233,9 +233,7 @@ impl Recording<'_> {
     fn layered(&mut self, encoder: &mut wgpu::CommandEncoder, at: usize, pass: &InstantiatedPass) {
         let resources = &self.instantiated.resources;
         self.scratch.drawn.reset(self.attachments);
-        if let (InstantiatedWork::Scene { scene, .. }, Some(planned)) =
-            (&pass.work, self.instantiated.plan.passes.get(at))
-        {
+        if let InstantiatedWork::Scene { scene, .. } = &pass.work {
             let mut first = 0;
             for run in views_of(self.instantiated, scene).chunk_by(|a, b| a.layer == b.layer) {
                 let layer = run.first().map_or(0, |view| view.layer);
