@@ -103,7 +103,7 @@ impl Packing {
         let per_element = element.element_words();
         let whole = match &member.layout {
             TypeLayout::Array { .. } => {
-                (count % per_element == 0).then(|| element.array((count / per_element) as u32))
+                count.is_multiple_of(per_element).then(|| element.array((count / per_element) as u32))
             }
             _ => (count == per_element).then_some(element),
         };

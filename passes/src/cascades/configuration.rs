@@ -162,8 +162,7 @@ impl Configuration {
             &rectangle,
             frame.bounds_of(CASTERS),
             light,
-            self.near_pull,
-            self.far_extension,
+            (self.near_pull, self.far_extension),
         );
         let center = rectangle.min + 0.5 * rectangle.size;
         let clip_from_light =

@@ -49,8 +49,7 @@ pub fn planes(
     rectangle: &Rectangle,
     casters: &Bounds,
     light: &DMat3,
-    pull: NearPull,
-    far_extension: f64,
+    (pull, far_extension): (NearPull, f64),
 ) -> (f64, f64) {
     let (slice_near, slice_far) = slice;
     let near = match pull {
@@ -173,7 +172,7 @@ mod tests {
         let far_away = rectangle(DVec2::new(-5.0, -5.0), 10.0);
         assert_eq!(highest(&bounds, &tilted(), &far_away), None);
         assert_eq!(highest(&Bounds::EMPTY, &tilted(), &far_away), None);
-        let (near, far) = planes((3.0, -3.0), &far_away, &bounds, &tilted(), NearPull::Casters, 0.0);
+        let (near, far) = planes((3.0, -3.0), &far_away, &bounds, &tilted(), (NearPull::Casters, 0.0));
         assert!((3.0..3.1).contains(&near) && (-3.1..=-3.0).contains(&far), "{near} {far}");
     }
 
@@ -181,7 +180,7 @@ mod tests {
     fn the_planes_move_by_the_metres_that_are_asked_for() {
         let rectangle = rectangle(DVec2::ZERO, 10.0);
         let (near, far) =
-            planes((3.0, -3.0), &rectangle, &Bounds::EMPTY, &tilted(), NearPull::Metres(100.0), 50.0);
+            planes((3.0, -3.0), &rectangle, &Bounds::EMPTY, &tilted(), (NearPull::Metres(100.0), 50.0));
         assert!((103.0..103.1).contains(&near) && (-53.1..-53.0).contains(&far), "{near} {far}");
     }
 
@@ -191,7 +190,7 @@ mod tests {
         for size in [1e7, 1e20, 1e300, f64::MAX] {
             let bounds = Bounds { min: DVec3::splat(-size), max: DVec3::splat(size) };
             for light in [tilted(), DMat3::IDENTITY] {
-                let (near, far) = planes((3.0, -3.0), &rectangle, &bounds, &light, NearPull::Casters, 0.0);
+                let (near, far) = planes((3.0, -3.0), &rectangle, &bounds, &light, (NearPull::Casters, 0.0));
                 assert!(
                     (near - LONGEST_REACH - 3.0).abs() < 0.1 && (-3.1..=-3.0).contains(&far),
                     "{size} {near}"
