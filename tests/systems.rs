@@ -218,6 +218,30 @@ fn a_preset_that_is_not_there_is_a_diagnostic_and_so_is_a_wrong_value_of_one_tha
 }
 
 #[test]
+fn views_of_mixed_sizes_in_an_array_of_another_size_are_a_finding_that_says_what_instead() {
+    let text = std::fs::read_to_string(root().join("pipelines/lore.json")).unwrap();
+    let smaller = text.replace(
+        "[\"max(resolutions)\", \"max(resolutions)\"]",
+        "[\"min(resolutions)\", \"min(resolutions)\"]",
+    );
+    assert_ne!(smaller, text);
+    for cached in ["false", "true"] {
+        let features: &[_] = &[("map_array", "true"), ("cached", cached)];
+        let outcome = check_with("pipelines/lore.json", &smaller, &With { features, ..With::default() });
+        let said = outcome.text();
+        assert!(
+            outcome.codes().iter().all(|code| *code == "UG0405") && outcome.diagnostics.has_errors(),
+            "{said}"
+        );
+        assert!(said.contains("is 1024 by 1024, but the views of"), "{said}");
+        assert!(
+            said.contains("are made for 2048 by 2048") && said.contains("a texture of its own"),
+            "{said}"
+        );
+    }
+}
+
+#[test]
 fn no_code_and_no_template_names_a_system() {
     let names: Vec<String> = std::fs::read_dir(root().join("pipelines"))
         .unwrap()

@@ -99,7 +99,7 @@ impl ResolvedResources<'_> {
         self.check_views(handle, planned, render, diagnostics);
     }
 
-    /// Finds attachments with fewer layers than there are views.
+    /// Finds attachments with fewer layers than there are views, or of another size than these are made for.
     fn check_views(
         &self,
         handle: PassHandle,
@@ -110,6 +110,28 @@ impl ResolvedResources<'_> {
         if let Draw::Scene(scene) = &render.draw
             && let ResourceKind::Data(Some(shape)) = &self.pipeline.resource(scene.views.resource).kind
         {
+            let other = shape.view_extent.and_then(|extent| {
+                let mut attachments = planned.attachments();
+                let other = attachments.find_map(|attachment| {
+                    let size = self.texture(attachment.target.resource)?.size;
+                    let own =
+                        [size.width, size.height].map(|side| (side >> attachment.target.mip.min(31)).max(1));
+                    (own != extent).then_some((attachment, own))
+                });
+                Some((other?, extent))
+            });
+            if let Some(((attachment, [width, height]), [wide, high])) = other {
+                let (place, pointer) = self.place_of(handle, attachment.target.resource);
+                let views = &self.pipeline.resource(scene.views.resource).name;
+                let message = format!(
+                    "\"{}\" is {width} by {height}, but the views of \"{views}\" are made for {wide} by {high}",
+                    attachment.resource
+                );
+                diagnostics.push(Diagnostic::error(codes::ATTACHMENTS, place, message).pointer(pointer).help(
+                    "layers of an array have one size, that of the largest view: give the texture that size (smaller \
+                     views take a part of it), or each view a texture of its own (\"view\")",
+                ));
+            }
             for attachment in planned.attachments().filter(|attachment| attachment.target.layer.is_none()) {
                 let Some(TextureProperties { size, .. }) = self.texture(attachment.target.resource) else {
                     continue;

@@ -125,6 +125,8 @@ pub struct DataShape {
     pub max_views: u32,
     /// The layers that an array has at least, if views are drawn into its layers.
     pub view_layers: u32,
+    /// The width and height of the textures that the views are made for, in texels, if not any will do.
+    pub view_extent: Option<[u32; 2]>,
     /// The published sizes, each with the value that the first plan is made for.
     pub sizes: Vec<(String, u32)>,
 }
@@ -154,6 +156,12 @@ impl DataShape {
     #[must_use]
     pub fn view_layers(self, view_layers: u32) -> Self {
         Self { view_layers, ..self }
+    }
+
+    /// States the width and height of the textures that the views are made for.
+    #[must_use]
+    pub fn view_extent(self, extent: [u32; 2]) -> Self {
+        Self { view_extent: Some(extent), ..self }
     }
 
     /// Adds a size, with the value that the first plan is made for.

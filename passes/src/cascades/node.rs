@@ -115,7 +115,9 @@ impl Node for Cascades {
         if let Some(placement) = &self.placement {
             return placed::declare(self, placement, configuration, pass);
         }
-        let output = pass.publish(&self.to, "/to", shape(configuration.splits.count() as u32))?;
+        let shape =
+            shape(configuration.splits.count() as u32).view_extent(configuration.layout.map.to_array());
+        let output = pass.publish(&self.to, "/to", shape)?;
         let node = RunCascades { settings: Arc::new(self.clone()), configuration };
         pass.produce(Work::Cpu(CpuWork::new(node, output, Vec::new())))
     }

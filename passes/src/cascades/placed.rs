@@ -38,7 +38,8 @@ pub(super) fn declare(
     };
     let live = LiveShadows::new(settings.filter.as_ref(), settings.light_size.as_ref());
     let input = pass.data_with(data, "/placement", &placement::expected());
-    let shape = descriptor::shape(layers).views(layers).view_layers(1);
+    let extent = configuration.layout.map.to_array();
+    let shape = descriptor::shape(layers).views(layers).view_layers(1).view_extent(extent);
     let placed = Placed { configuration, settings: Arc::new(settings.clone()) };
     described::node(pass, &settings.to, input, Some((shape, placed)), live)
 }
