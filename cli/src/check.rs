@@ -8,6 +8,7 @@ use umbragraph::shader::permutations::Count;
 
 use crate::arguments::{CheckArguments, DiagnosticsFormat};
 use crate::mend::mend;
+use crate::parts;
 use crate::session::{Covered, Session};
 use crate::streams::{complain, print, print_json};
 
@@ -16,7 +17,9 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
     let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
     if arguments.fix {
         let mended = mend(arguments);
-        if arguments.dry_run {
+        if mended.is_empty() {
+            complain("--fix: nothing is wrong that can be mended in one way only\n");
+        } else if arguments.dry_run {
             mended.print_difference();
             return true;
         }
@@ -26,6 +29,14 @@ pub(crate) fn run(arguments: &CheckArguments) -> bool {
     let mut pipelines = Vec::new();
     for path in &arguments.pipelines {
         let before = session.diagnostics.error_count();
+        if let Some((document, kind)) = session.part(path) {
+            let found = parts::check(&document, kind, &session.registry);
+            session.diagnostics.extend(found);
+            if session.diagnostics.error_count() == before && !arguments.format.is_data() {
+                print(&parts::summary(path, kind));
+            }
+            continue;
+        }
         let covered = session.check_all(path, &arguments.choices, arguments.config, arguments.verify);
         let Some(covered) = covered else { continue };
         pipelines.push(numbers(path, &covered));

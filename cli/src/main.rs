@@ -15,6 +15,7 @@ mod fmt;
 mod graph;
 mod mend;
 mod observed;
+mod parts;
 mod permutations;
 mod plan;
 #[cfg(feature = "gpu")]

@@ -62,6 +62,11 @@ pub(crate) fn mend(arguments: &CheckArguments) -> Mended {
 }
 
 impl Mended {
+    /// Whether there is nothing to change.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.edits.is_empty()
+    }
+
     /// Prints what would change, as a unified diff.
     pub(crate) fn print_difference(&self) {
         for (name, original) in &self.originals {

@@ -11,7 +11,7 @@ use umbragraph::document::{self, Document, Value};
 #[cfg(feature = "gpu")]
 use umbragraph::executor::DryRun;
 use umbragraph::node::Registry;
-use umbragraph::pipeline::{self, Configurations, Overrides, ParameterFile, Setting};
+use umbragraph::pipeline::{self, Configurations, FileKind, Overrides, ParameterFile, Setting};
 use umbragraph::scene::interface;
 use umbragraph::shader::permutations::{self, Request};
 use umbragraph::shader::{AxisValues, TargetProfile, TemplateSet};
@@ -19,6 +19,7 @@ use umbragraph::source::{FileId, Sources, Span};
 use umbragraph::{Bundled, CheckOptions, CheckReport, Coverage, compose, read_source};
 
 use crate::arguments::{Choices, Settings};
+use crate::parts;
 use crate::streams::complain;
 
 /// Sources, diagnostics and templates of one run of the command.
@@ -138,6 +139,15 @@ impl Session {
     /// The document of a pipeline, composed of its files, with the passes of extensions put in.
     pub(crate) fn open(&mut self, path: &Path, extensions: &[PathBuf]) -> Option<Document> {
         Some(self.compose(path, extensions)?.document)
+    }
+
+    /// A file that is no pipeline, as it is written, and its kind; `None` for a pipeline and for what cannot be read.
+    pub(crate) fn part(&mut self, path: &Path) -> Option<(Document, FileKind)> {
+        let mut files = Overlaid { texts: &self.texts, files: &mut self.files, disk: None };
+        let file = files.read(path, &mut self.sources).ok()?;
+        let document = document::parse(&self.sources, file).ok()?;
+        let kind = parts::kind_of(&document)?;
+        Some((document, kind))
     }
 
     /// The same, with what its files replaced of one another.

@@ -168,7 +168,37 @@ fn check_fix_mends_several_files_in_rounds_and_has_nothing_to_do_after() {
     assert_eq!(std::fs::read_dir(&*folder).unwrap().count(), 2, "no temporary file is left");
     let again = run(&["check", "--fix", path]);
     assert!(!text(&again.stderr).contains("fixed "), "{}", text(&again.stderr));
-    assert_eq!(text(&run(&["check", "--fix", "--dry-run", path]).stdout), "");
+    let dry = run(&["check", "--fix", "--dry-run", path]);
+    assert!(!text(&dry.stdout).contains("@@"), "{}", text(&dry.stdout));
+    for output in [&again, &dry] {
+        assert!(
+            text(&output.stderr).contains("nothing is wrong that can be mended"),
+            "{}",
+            text(&output.stderr)
+        );
+    }
+}
+
+#[test]
+fn parts_of_pipelines_are_checked_as_what_they_are() {
+    let folder = ScratchFolder::new("check-parts");
+    let part = |name: &str| root().join("pipelines").join(name).display().to_string();
+    for (name, what) in [
+        ("learn/parts/overlay.json", "an extension"),
+        ("learn/parts/through_small.json", "a subgraph"),
+        ("learn/parts/wide.json", "a parameter file"),
+        ("params/lore_contact_sun.json", "a parameter file"),
+    ] {
+        let output = run(&["check", &part(name)]);
+        assert_eq!(output.status.code(), Some(0), "{name}: {}", text(&output.stderr));
+        assert!(text(&output.stdout).contains(&format!(": {what} of the form")), "{}", text(&output.stdout));
+    }
+    let broken = folder.join("broken.json");
+    let overlay = std::fs::read_to_string(part("learn/parts/overlay.json")).unwrap();
+    std::fs::write(&broken, overlay.replace("\"bind\"", "\"bnid\"")).unwrap();
+    let output = run(&["check", &broken.display().to_string()]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("unknown key \"bnid\""), "{}", text(&output.stderr));
 }
 
 #[test]
