@@ -192,12 +192,46 @@ pub(super) fn choose(
     let place = resource.value.nearest("/texture/format").span;
     let mut diagnostic = Diagnostic::error(codes::FORMAT_USAGE, place, message)
         .pointer(format!("{}/texture/format", resource.pointer))
-        .help("choose another format, or add a candidate");
+        .help(match could_be(pipeline, wants, size, texture.view == Some(TextureShape::D3)).as_slice() {
+            [] => "choose another format, or use it otherwise: no common format would do".to_owned(),
+            formats => format!("choose another format, or add a candidate: {} would do", formats.join(", ")),
+        });
     for (pass, one) in wants.accesses.iter().take(4) {
         diagnostic = diagnostic
             .related(one.place, format!("\"{}\" uses it as {}", pipeline.pass(*pass).name, one.usage.name()));
     }
     Err(Box::new(diagnostic))
+}
+
+/// The first common formats that support all usages.
+fn could_be(
+    pipeline: &Pipeline,
+    wants: &FormatRequirements<'_>,
+    size: TextureSize,
+    volume: bool,
+) -> Vec<&'static str> {
+    const COMMON: [&str; 12] = [
+        "rgba8unorm",
+        "rgba16float",
+        "rgba32float",
+        "r8unorm",
+        "r16float",
+        "r32float",
+        "depth32float",
+        "depth24plus",
+        "depth24plus-stencil8",
+        "r32uint",
+        "rgba8uint",
+        "r32sint",
+    ];
+    let does = |name: &&str| {
+        parse_format(name).is_some_and(|format| {
+            rejection(pipeline, format, wants, size.samples, &pipeline.profile)
+                .or_else(|| texture_rules::of_format(format, size, volume, wants.texture_usages()))
+                .is_none()
+        })
+    };
+    COMMON.into_iter().filter(does).take(3).collect()
 }
 
 /// Whether a texture could be in a format that fits.
@@ -220,6 +254,23 @@ pub(super) fn could_be_like(
 /// Whether texels are copied from one format to the other.
 pub(super) fn are_alike(a: TextureFormat, b: TextureFormat) -> bool {
     a.remove_srgb_suffix() == b.remove_srgb_suffix()
+}
+
+/// Why a shader cannot read texels as it declares them, and what would do in the shader.
+fn misread(have: Option<TextureSampleType>, want: TextureSampleType) -> (&'static str, &'static str) {
+    use TextureSampleType::{Depth, Float, Sint, Uint};
+    match (have, want) {
+        (Some(Uint), _) => ("holds unsigned integers, not what", "texture_2d<u32>"),
+        (Some(Sint), _) => ("holds signed integers, not what", "texture_2d<i32>"),
+        (Some(Depth), Float { .. }) => {
+            ("is depth and cannot be filtered as", "texture_depth_2d, textureLoad or a nearest sampler")
+        }
+        (Some(Depth), _) => ("is depth, not what", "texture_depth_2d"),
+        (Some(Float { filterable: false }), Float { .. }) => {
+            ("cannot be filtered as", "textureLoad or a nearest sampler")
+        }
+        (Some(Float { .. }) | None, _) => ("is not what", "texture_2d<f32>"),
+    }
 }
 
 /// Why a format does not do, or `None` if it does.
@@ -302,7 +353,8 @@ fn rejection(
                     (None, _) => false,
                 };
                 if !fits {
-                    return Some(format!("cannot be sampled as the shader of \"{name}\" does"));
+                    let (why, instead) = misread(have, *sample_type);
+                    return Some(format!("{why} the shader of \"{name}\" reads it ({instead} would do)"));
                 }
             }
             BindingType::StorageTexture { format: wanted, .. }

@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::{Evaluate, PassBuilder};
-use crate::diagnostic::codes;
+use crate::diagnostic::{Diagnostic, codes, suggested_name};
 use crate::document;
 use crate::expression::{Expression, ExpressionKind, Value};
 use crate::language::Expr;
 use crate::pipeline::load::Shared;
 use crate::pipeline::modules::{Chosen, EntryPoints};
-use crate::shader::{AxisValue, AxisValues};
+use crate::shader::{self, Axes, AxisKind, AxisValue, AxisValues};
 use crate::work::ProgramHandle;
 
 impl PassBuilder<'_> {
@@ -60,6 +60,10 @@ impl PassBuilder<'_> {
             }
             match self.evaluate(expr, &at()) {
                 Ok(value) => match axis_value(&value) {
+                    Some(value) if !known.get(name).is_some_and(|axis| axis.kind.contains(&value)) => {
+                        self.axis_value_error(template, known, name, &value, &at());
+                        fine = false;
+                    }
                     Some(value) => {
                         if expr.parse().is_ok_and(|each| matches!(each.kind, ExpressionKind::Literal(_))) {
                             self.fixed.insert(name.clone(), value.clone());
@@ -122,6 +126,32 @@ impl PassBuilder<'_> {
         let program = programs.program(chosen, place, &|| [at.as_str(), &shader_at].concat(), diagnostics)?;
         self.check_entry_points(program, &named, &format!("{pointer}/entry_points"))?;
         Some(program)
+    }
+
+    /// Reports a value that is none of its axis.
+    fn axis_value_error(
+        &mut self,
+        template: &str,
+        axes: &Axes,
+        name: &str,
+        value: &AxisValue,
+        pointer: &str,
+    ) {
+        let Some(axis) = axes.get(name) else { return };
+        let message = format!("{value} is not a value of the axis \"{name}\" of {template}");
+        let known: &[String] = match &axis.kind {
+            AxisKind::Enum(words) | AxisKind::TextureFormat(words) => words,
+            AxisKind::Bool | AxisKind::Integer { .. } => &[],
+        };
+        let help = match suggested_name(&value.to_string(), known.iter().map(String::as_str)) {
+            Some(word) => format!("did you mean \"{word}\"?"),
+            None => format!("the values are {}", axis.kind.describe()),
+        };
+        let diagnostic = Diagnostic::error(shader::codes::AXIS_VALUE, self.place(pointer), message)
+            .pointer(self.absolute(pointer))
+            .related(axis.span, "the axis is declared here")
+            .help(help);
+        self.shared.diagnostics.push(diagnostic);
     }
 
     /// Finds entry points that a variant of a program does not have.

@@ -229,7 +229,16 @@ impl<'a> Checker<'a, '_> {
             if words().count() >= count {
                 if !words().any(|word| word == text) {
                     let words: Vec<&str> = words().map(String::as_str).collect();
-                    self.push(unknown_word(value, &words), pointer);
+                    let is_expression =
+                        alternatives.takes_expressions && text.contains(['?', '(', '!', '=', '&', '|']);
+                    self.push(
+                        match is_expression {
+                            true => unknown_word(value, &words)
+                                .help(format!("an expression begins with \"=\": write \"={text}\"")),
+                            false => unknown_word(value, &words),
+                        },
+                        pointer,
+                    );
                 }
                 return;
             }
