@@ -260,16 +260,16 @@ pub(super) fn are_alike(a: TextureFormat, b: TextureFormat) -> bool {
 fn misread(have: Option<TextureSampleType>, want: TextureSampleType) -> (&'static str, &'static str) {
     use TextureSampleType::{Depth, Float, Sint, Uint};
     match (have, want) {
-        (Some(Uint), _) => ("holds unsigned integers, not what", "texture_2d<u32>"),
-        (Some(Sint), _) => ("holds signed integers, not what", "texture_2d<i32>"),
+        (Some(Uint), _) => ("holds unsigned integers, which is not how", "texture_2d<u32>"),
+        (Some(Sint), _) => ("holds signed integers, which is not how", "texture_2d<i32>"),
         (Some(Depth), Float { .. }) => {
             ("is depth and cannot be filtered as", "texture_depth_2d, textureLoad or a nearest sampler")
         }
-        (Some(Depth), _) => ("is depth, not what", "texture_depth_2d"),
+        (Some(Depth), _) => ("is depth, which is not how", "texture_depth_2d"),
         (Some(Float { filterable: false }), Float { .. }) => {
             ("cannot be filtered as", "textureLoad or a nearest sampler")
         }
-        (Some(Float { .. }) | None, _) => ("is not what", "texture_2d<f32>"),
+        (Some(Float { .. }) | None, _) => ("holds numbers, which is not how", "texture_2d<f32>"),
     }
 }
 
