@@ -3,8 +3,11 @@
 mod common;
 
 use common::{With, check_file, root};
+use umbragraph::compose;
 use umbragraph::data::{DataShape, ValueType};
+use umbragraph::diagnostic::Diagnostics;
 use umbragraph::pipeline::ResourceKind;
+use umbragraph::source::Sources;
 use umbragraph::work::Work;
 
 /// The texts in backquotes that look like paths: a folder of the root, or a file of it, comes first.
@@ -66,4 +69,31 @@ fn node_kinds_publish_what_they_say() {
         }
     }
     assert!(seen.len() >= 7, "{seen:?}");
+}
+
+/// What stands at a JSON pointer of a pipeline with all that it extends, as it is written.
+fn written(pipeline: &str, pointer: &str) -> Option<String> {
+    let path = root().join(format!("pipelines/{pipeline}.json"));
+    let (mut sources, mut diagnostics) = (Sources::new(), Diagnostics::new());
+    let file = umbragraph::read_source(&path, &mut sources).ok()?;
+    let mut files = compose::Disk(compose::Roots::of(&path));
+    let composed = compose::compose(file, &path, &mut files, &mut sources, &mut diagnostics)?;
+    let value = pointer.split('/').skip(1).try_fold(&composed.document.root, |value, key| value.get(key))?;
+    let text = sources.get(value.span.file)?.text().get(value.span.range())?.to_owned();
+    Some(text.split_whitespace().collect::<Vec<_>>().join(" ").trim_matches('"').to_owned())
+}
+
+#[test]
+fn rows_of_systems_stand_where_they_say() {
+    let text = std::fs::read_to_string(root().join("docs/systems.md")).unwrap();
+    let mut rows = 0;
+    for line in text.lines().filter(|line| line.starts_with("| ") && line.contains('#')) {
+        let cells: Vec<&str> = line.split('|').map(str::trim).collect();
+        let [_, what, value, place, _] = cells[..] else { panic!("{line}") };
+        let (pipeline, pointer) = place.trim_matches('`').split_once('#').expect("PIPELINE#/POINTER");
+        let found = written(pipeline, pointer).unwrap_or_else(|| panic!("{place} is not there"));
+        assert!(value.contains(&found), "{what}: {place} is {found}, the document says {value}");
+        rows += 1;
+    }
+    assert!(rows > 60, "{rows} rows");
 }
