@@ -4,7 +4,7 @@ mod common;
 
 use common::gpu::{empty_frame, executor, import, picture, read, render, scene};
 use common::{With, check_file, check_with, root};
-use umbragraph::executor::Frame;
+use umbragraph::executor::{Executor, Frame};
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph_test_support::gpu;
 
@@ -404,4 +404,72 @@ fn the_picture_does_not_depend_on_the_run() {
     let outcome = check_file("pipelines/nebula.json", &With { size: Some([96, 64]), ..With::default() });
     let scene = scene(&root().join("examples/scenes/courtyard.glb"));
     assert_eq!(render(&gpu, &outcome, &scene).bytes(), render(&gpu, &outcome, &scene).bytes());
+}
+
+/// A buffer of the host's: missing, too small, of another usage and of no import it is an error value, and the next frame
+/// is possible; another one takes its place.
+#[test]
+fn a_buffer_of_the_hosts_is_read_by_passes() {
+    let Some(gpu) = gpu::device() else { return };
+    let text = r#"{
+        "format": 1, "name": "own buffer",
+        "resources": {
+            "colors": { "buffer": { "size": 16, "lifetime": "imported" } },
+            "target": { "texture": { "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" } }
+        },
+        "passes": { "fill": { "fullscreen": {
+            "shader": "colors.wgsl.jinja", "bind": { "colors": "colors" }, "color": [{ "to": "target" }]
+        } } }
+    }"#;
+    let shader = "{% include 'lib/fullscreen.wgsl.jinja' %}
+@group(1) @binding(0) var<storage, read> colors: array<f32, 4>;
+@fragment fn fill(covered: Covered) -> @location(0) vec4<f32> {
+    return vec4<f32>(colors[0], colors[1], colors[2], colors[3]);
+}
+";
+    let with = With { templates: &[("colors.wgsl.jinja", shader)], size: Some([4, 4]), ..With::default() };
+    let outcome = common::check_with("own_buffer.json", text, &with);
+    let plan = outcome.plan();
+    let mut executor = common::gpu::executor(&gpu, plan, None);
+    let target = common::gpu::import(&gpu, plan, "target");
+    let input = common::gpu::empty_frame();
+    let record = |executor: &mut Executor| {
+        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let frame = Frame { input: &input, draws: None, imports: &[("target", &target)], toggles: &[] };
+        let result = executor.record(&mut encoder, &frame).map_err(|error| error.to_string());
+        gpu.queue.submit([encoder.finish()]);
+        result.map(|()| common::gpu::read(&gpu, &target).bytes()[..4].to_vec())
+    };
+    let buffer = |colors: &[f32], usage| {
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("colors"),
+            size: 4 * colors.len() as u64,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let bytes: Vec<u8> = colors.iter().flat_map(|number| number.to_le_bytes()).collect();
+        gpu.queue.write_buffer(&buffer, 0, &bytes);
+        buffer
+    };
+    let refused = record(&mut executor).unwrap_err();
+    assert!(
+        refused.contains("no buffer for \"colors\"") && refused.contains("own_buffer.json:"),
+        "{refused}"
+    );
+    let storage = wgpu::BufferUsages::STORAGE;
+    for (name, colors, usage, why) in [
+        ("colors", &[1.0; 3][..], storage, "12 bytes, planned are 16"),
+        ("colors", &[1.0; 4], wgpu::BufferUsages::VERTEX, "without the usage"),
+        ("target", &[1.0; 4], storage, "imports no buffer"),
+        ("others", &[1.0; 4], storage, "imports no buffer"),
+    ] {
+        let refused = executor.import_buffer(name, &buffer(colors, usage)).unwrap_err().to_string();
+        assert!(refused.contains(why), "{refused}");
+    }
+    executor.import_buffer("colors", &buffer(&[1.0, 0.0, 0.0, 1.0], storage)).unwrap();
+    assert_eq!(record(&mut executor), Ok(vec![255, 0, 0, 255]));
+    executor.import_buffer("colors", &buffer(&[0.0, 1.0, 0.0, 1.0], storage)).unwrap();
+    assert_eq!(record(&mut executor), Ok(vec![0, 255, 0, 255]));
+    executor.set_plan(std::sync::Arc::new(plan.clone()), None).unwrap();
+    assert_eq!(record(&mut executor), Ok(vec![0, 255, 0, 255]));
 }

@@ -271,8 +271,7 @@ impl Session {
             let mut coverage = umbragraph::check_configurations(
                 &composed.document,
                 &options,
-                (&configurations, verified),
-                &mut dry_run(&self.registry, profile),
+                (&configurations, verified, &mut dry_run(&self.registry, profile)),
                 &self.sources,
                 &mut diagnostics,
             );

@@ -105,6 +105,21 @@ async fn record(
     source: &Nothing<'_>,
 ) -> Diagnostics {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
+    for (name, resource) in &plan.resources {
+        if resource.physical == Physical::Imported && resource.format.is_none() {
+            let usage = wgpu::BufferUsages::all()
+                - (wgpu::BufferUsages::MAP_READ
+                    | wgpu::BufferUsages::MAP_WRITE
+                    | wgpu::BufferUsages::BLAS_INPUT
+                    | wgpu::BufferUsages::TLAS_INPUT);
+            let size = resource.bytes;
+            let descriptor =
+                wgpu::BufferDescriptor { label: Some(name), size, usage, mapped_at_creation: false };
+            if let Err(error) = executor.import_buffer(name, &device.create_buffer(&descriptor)) {
+                return error.into();
+            }
+        }
+    }
     let imports = imports(device, plan);
     let imports: Vec<(&str, &wgpu::Texture)> =
         imports.iter().map(|(name, texture)| (*name, texture)).collect();

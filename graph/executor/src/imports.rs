@@ -1,8 +1,8 @@
-//! The host's own textures, and views of them.
+//! The host's own textures, and views of them; and its buffers.
 //!
 //! The host gives them again with each frame, and they may be others each time: a swap chain has a handful. Views are
 //! kept for those that were seen in the last few frames, so that a texture that comes again needs no new one, and the
-//! host's textures are not held on to for longer than that.
+//! host's textures are not held on to for longer than that. Buffers stay until the host gives others.
 
 use super::creation::Creation;
 use super::textures::view_descriptor;
@@ -22,6 +22,7 @@ struct Import {
     resource: ResourceHandle,
     name: String,
     current: Option<wgpu::Texture>,
+    buffer: Option<wgpu::Buffer>,
 }
 
 struct ImportView {
@@ -42,7 +43,7 @@ struct Known {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ImportedView(usize);
 
-/// Names one of the host's textures.
+/// Names one of the host's textures or buffers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct ImportedTexture(usize);
 
@@ -54,6 +55,7 @@ impl Imports {
             resource: resource.handle,
             name: name.clone(),
             current: None,
+            buffer: None,
         });
         Self { imports: imports.collect(), views: Vec::new() }
     }
@@ -106,6 +108,27 @@ impl Imports {
     pub(super) fn view(&self, view: ImportedView) -> Option<&wgpu::TextureView> {
         let wanted = self.views.get(view.0)?;
         wanted.known.get(wanted.current).map(|known| &known.view)
+    }
+
+    /// Takes a buffer of the host's, for a resource of the plan.
+    pub(super) fn set_buffer(&mut self, resource: ResourceHandle, buffer: &wgpu::Buffer) {
+        if let Some(import) = self.imports.iter_mut().find(|import| import.resource == resource) {
+            import.buffer = Some(buffer.clone());
+        }
+    }
+
+    /// Takes over the buffers that another plan was given, where `fits` says of their names that they are right here.
+    pub(super) fn go_on_from(&mut self, before: &Self, fits: impl Fn(&str, &wgpu::Buffer) -> bool) {
+        for import in &mut self.imports {
+            let known = before.imports.iter().find(|known| known.name == import.name);
+            let buffer = known.and_then(|known| known.buffer.clone());
+            import.buffer = buffer.filter(|buffer| fits(&import.name, buffer));
+        }
+    }
+
+    /// The buffer.
+    pub(super) fn buffer(&self, buffer: ImportedTexture) -> Option<&wgpu::Buffer> {
+        self.imports.get(buffer.0)?.buffer.as_ref()
     }
 
     /// The texture in this frame.

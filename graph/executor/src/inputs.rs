@@ -8,23 +8,30 @@ use super::instantiate::{Instantiated, InstantiatedWork};
 use super::requirements::{check_filter, check_source, scenes};
 use super::times::Times;
 use super::{Frame, attachments::Attachments};
-use crate::compiler::{Physical, PlannedResource};
+use crate::compiler::{Physical, Plan, PlannedResource};
 use crate::data::{BlackboardData, View};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use crate::work::ResourceHandle;
 
 /// The errors that keep a frame from being recorded.
 pub(super) fn check(instantiated: &Instantiated, device: &wgpu::Device, frame: &Frame<'_>) -> Diagnostics {
     let mut diagnostics = Diagnostics::new();
     for (name, resource) in &instantiated.plan.resources {
         if resource.physical == Physical::Imported
-            && let Some(error) = import_error(name, resource, frame)
+            && let Some((error, help)) = match resource.format {
+                Some(_) => import_error(name, resource, frame).map(|error| {
+                    (error, "give the executor the texture that the plan was made for, or plan again")
+                }),
+                None => lacks_buffer(instantiated, resource.handle).then(|| {
+                    let error = format!("the host gave no buffer for \"{name}\"");
+                    (error, "give the executor the buffer with Executor::import_buffer")
+                }),
+            }
         {
             let declared = instantiated.plan.pipeline.resource(resource.handle);
             let diagnostic =
                 Diagnostic::error(codes::IMPORT, declared.place, error).pointer(&declared.pointer);
-            diagnostics.push(
-                diagnostic.help("give the executor the texture that the plan was made for, or plan again"),
-            );
+            diagnostics.push(diagnostic.help(help));
         }
     }
     let mut has_scenes = false;
@@ -48,6 +55,30 @@ pub(super) fn check(instantiated: &Instantiated, device: &wgpu::Device, frame: &
         }
     }
     diagnostics
+}
+
+fn lacks_buffer(instantiated: &Instantiated, resource: ResourceHandle) -> bool {
+    let imports = &instantiated.resources.imports;
+    imports.find(resource).and_then(|found| imports.buffer(found)).is_none()
+}
+
+/// What is wrong with a buffer of the host's for a resource of a name.
+pub(super) fn buffer_error(plan: &Plan, name: &str, buffer: &wgpu::Buffer) -> Option<String> {
+    let imported = |one: &&PlannedResource| one.physical == Physical::Imported && one.format.is_none();
+    let Some(resource) = plan.resources.get(name).filter(imported) else {
+        return Some(format!("the plan imports no buffer \"{name}\""));
+    };
+    if buffer.size() < resource.bytes {
+        let (given, planned) = (buffer.size(), resource.bytes);
+        return Some(format!("the buffer for \"{name}\" has {given} bytes, planned are {planned}"));
+    }
+    let accesses = plan.passes.iter().flat_map(|planned| plan.pipeline.pass(planned.handle).accesses());
+    let needed = accesses
+        .filter(|one| one.resource == resource.handle)
+        .fold(wgpu::BufferUsages::empty(), |all, one| all | one.usage.buffer_usages());
+    let missing = needed - buffer.usage();
+    (!missing.is_empty())
+        .then(|| format!("the buffer for \"{name}\" was created without the usage {missing:?}"))
 }
 
 /// The warnings about a frame that is recorded all the same.

@@ -74,7 +74,7 @@ pub use wgpu;
 
 use crate::compiler::{Physical, Plan, PlannedPass, Switches};
 use crate::data::BlackboardData;
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use crate::frame::FrameInput;
 use umbragraph_pipeline::Error;
 use umbragraph_pipeline::draw::HostInterface;
@@ -175,6 +175,9 @@ impl Executor {
         self.objects.commit();
         let before = std::mem::replace(&mut self.instantiated, instantiated);
         self.instantiated.parameters.go_on_from(&before.parameters);
+        let Instantiated { resources, plan, .. } = &mut self.instantiated;
+        let fits = |name: &str, buffer: &wgpu::Buffer| inputs::buffer_error(plan, name, buffer).is_none();
+        resources.imports.go_on_from(&before.resources.imports, fits);
         // Values that the other plan refuses are as it says them.
         let refused = self.instantiated.apply_parameters();
         self.instantiated.cpu_passes.go_on_from(before.cpu_passes);
@@ -200,6 +203,28 @@ impl Executor {
         let at = if parameter.of == self.instantiated.parameters.id() { parameter.at } else { usize::MAX };
         let set = self.instantiated.parameters.set(at, &mut |to| value.assign(to));
         set.map_err(|found| self.error(found))
+    }
+
+    /// Gives a buffer of the host's for a resource with the lifetime `imported`, until another is given. Another plan
+    /// takes it over, if it fits there.
+    ///
+    /// # Errors
+    /// A name that is of no imported buffer of the plan; too few bytes; a usage that passes need and the buffer lacks.
+    pub fn import_buffer(&mut self, name: &str, buffer: &wgpu::Buffer) -> Result<(), Error> {
+        let plan = &self.instantiated.plan;
+        if let Some(message) = inputs::buffer_error(plan, name, buffer) {
+            let place = plan.resources.get(name).map(|one| plan.pipeline.resource(one.handle).place);
+            let place = place.map_or(Place::Nowhere, Place::from);
+            let diagnostic = Diagnostic::error(codes::IMPORT, place, message);
+            let help = "create the buffer as the plan was made for it, or plan again";
+            return Err(self.error(diagnostic.help(help).into()));
+        }
+        if let Some(handle) = plan.resources.get(name).map(|one| one.handle) {
+            self.instantiated.resources.imports.set_buffer(handle, buffer);
+            let groups = self.instantiated.passes.iter_mut().flat_map(|pass| &mut pass.groups);
+            groups.for_each(groups::Group::forget);
+        }
+        Ok(())
     }
 
     fn error(&self, found: Diagnostics) -> Error {

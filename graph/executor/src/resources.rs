@@ -30,9 +30,10 @@ pub(super) enum Texture {
     Turning(Turn, Vec<wgpu::Texture>),
 }
 
-/// A buffer of the plan.
+/// A buffer of the plan, or one of the host's.
 pub(super) enum Buffer {
     Own(wgpu::Buffer),
+    Imported(ImportedTexture),
     /// Each copy of a history.
     Turning(Turn, Vec<wgpu::Buffer>),
 }
@@ -72,7 +73,9 @@ impl Resources {
         }
         match plan.resource(resource)?.physical {
             Physical::Texture(index) => self.textures.texture(index).cloned().map(Texture::Own),
-            Physical::Imported => self.imports.find(resource).map(Texture::Imported),
+            Physical::Imported if plan.resource(resource)?.format.is_some() => {
+                self.imports.find(resource).map(Texture::Imported)
+            }
             _ => None,
         }
     }
@@ -88,6 +91,7 @@ impl Resources {
         }
         match plan.resource(resource)?.physical {
             Physical::Buffer(index) => self.textures.buffer(index).cloned().map(Buffer::Own),
+            Physical::Imported => self.imports.find(resource).map(Buffer::Imported),
             _ => None,
         }
     }
@@ -129,6 +133,7 @@ impl Buffer {
     pub(super) fn get<'a>(&'a self, resources: &'a Resources) -> Option<&'a wgpu::Buffer> {
         match self {
             Buffer::Own(buffer) => Some(buffer),
+            Buffer::Imported(buffer) => resources.imports.buffer(*buffer),
             Buffer::Turning(turn, copies) => copies.get(resources.histories.position(*turn)),
         }
     }
@@ -136,7 +141,7 @@ impl Buffer {
     /// The frame of a history that it stands for.
     pub(super) fn turn(&self) -> Option<Turn> {
         match self {
-            Buffer::Own(_) => None,
+            Buffer::Own(_) | Buffer::Imported(_) => None,
             Buffer::Turning(turn, _) => Some(*turn),
         }
     }

@@ -29,14 +29,16 @@ pub struct Coverage {
     pub violations: Vec<String>,
 }
 
+/// What else is said of a plan.
+pub type Judge<'a> = &'a mut dyn FnMut(&Arc<Plan>) -> Diagnostics;
+
 /// Takes a document all the way to a plan in each configuration. Every diagnostic goes to `diagnostics`, once. The
 /// values are those of the configurations; `check_options.overrides` is not looked at. With `verified` each plan is
 /// checked by a second algorithm. What `judge` says of a plan is added: a dry run's diagnostics, for one.
 pub fn check_configurations(
     document: &Document,
     check_options: &CheckOptions<'_>,
-    (configurations, verified): (&Configurations, bool),
-    judge: &mut dyn FnMut(&Arc<Plan>) -> Diagnostics,
+    (configurations, verified, judge): (&Configurations, bool, Judge<'_>),
     sources: &Sources,
     diagnostics: &mut Diagnostics,
 ) -> Coverage {

@@ -48,15 +48,15 @@ impl SpotView {
     /// picture's width, 0 to 0.4, that stays free on each side of the cone (in texels of a tile: border / size).
     pub fn new(light: &Light, border: f64, reverse: bool) -> Option<Self> {
         let LightKind::Spot { outer_angle, .. } = light.kind else { return None };
-        Self::of(light.position, light.direction, f64::from(outer_angle), range::of(light), border, reverse)
+        let cone = [f64::from(outer_angle), range::of(light)];
+        Self::of(light.position, light.direction, cone, border, reverse)
     }
 
     /// The view along a cone of a half angle in radians and a length in metres.
     pub fn of(
         position: DVec3,
         direction: DVec3,
-        half_angle: f64,
-        range: f64,
+        [half_angle, range]: [f64; 2],
         border: f64,
         reverse: bool,
     ) -> Option<Self> {
@@ -129,7 +129,7 @@ mod tests {
             position in proptest::array::uniform3(any()), direction in proptest::array::uniform3(any()),
             angle in any(), range in any(), border in any(), reverse: bool,
         ) {
-            let view = SpotView::of(position.into(), direction.into(), angle, range, border, reverse);
+            let view = SpotView::of(position.into(), direction.into(), [angle, range], border, reverse);
             let usable = position.iter().all(|value| value.abs() <= 1e9);
             prop_assert_eq!(view.is_some(), usable);
             if let Some(view) = view {
@@ -147,7 +147,7 @@ mod tests {
         ) {
             let direction = DVec3::from(direction).normalize_or(DVec3::X);
             let position = DVec3::new(3.0, -2.0, 500.0);
-            let view = SpotView::of(position, direction, angle, 20.0, 4.0 / 256.0, reverse).unwrap();
+            let view = SpotView::of(position, direction, [angle, 20.0], 4.0 / 256.0, reverse).unwrap();
             prop_assert!(!view.clamped);
             let (side, up) = direction.any_orthonormal_pair();
             let off = along * angle.tan() * part;
@@ -162,7 +162,7 @@ mod tests {
 
     #[test]
     fn cones_of_no_and_of_all_width_are_clamped_and_say_so() {
-        let of = |angle: f64| SpotView::of(DVec3::ZERO, DVec3::NEG_Y, angle, 5.0, 0.0, false).unwrap();
+        let of = |angle: f64| SpotView::of(DVec3::ZERO, DVec3::NEG_Y, [angle, 5.0], 0.0, false).unwrap();
         assert_eq!((of(0.0).half_angle, of(0.0).clamped), (MIN_ANGLE, true));
         assert_eq!(of(std::f64::consts::FRAC_PI_2).half_angle, MAX_ANGLE);
         assert!(of(std::f64::consts::PI).clamped && of(f64::NAN).clamped && !of(0.7).clamped);
