@@ -57,6 +57,13 @@ pub(crate) fn run(arguments: &WgslArguments) -> bool {
             }
         }
     }
+    // What is refused is printed as well: the lines of its errors are in it.
+    for (template, axes) in pipeline.refused.iter().filter(|_| arguments.target == TargetLanguage::Wgsl) {
+        if let Some(text) = shader::generate(&session.templates, template, axes) {
+            let axes = shader::describe(axes);
+            output.extend_from_slice(format!("// refused: {template} [{axes}]\n{text}\n").as_bytes());
+        }
+    }
     print_contents(&output);
     session.report() && fine
 }

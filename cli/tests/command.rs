@@ -97,12 +97,50 @@ fn of_a_pipeline_with_a_broken_pass_the_others_are_shown_all_the_same() {
     assert_ne!(broken, lesson);
     std::fs::write(&path, broken).unwrap();
     let path = path.to_str().unwrap();
+    // What naga refuses is printed with its errors.
+    let own = folder.join("templates");
+    std::fs::create_dir(&own).unwrap();
+    let refused = "@fragment fn refused() -> @location(0) vec4<f32> { return 1; }\n";
+    std::fs::write(own.join("gradient.wgsl.jinja"), refused).unwrap();
+    let templates = own.to_str().unwrap();
+    let output = run(&["wgsl", "pipelines/learn/01-smallest.json", "--templates", templates]);
+    let (shown, errors) = (text(&output.stdout), text(&output.stderr));
+    assert_eq!(output.status.code(), Some(1), "{errors}");
+    assert!(shown.contains("// refused: gradient.wgsl.jinja") && shown.contains(refused), "{shown}");
+    assert!(errors.contains("gradient.wgsl.jinja:1:"), "{errors}");
     for arguments in [&["plan", path][..], &["wgsl", path], &["graph", path, "--format", "mermaid"]] {
         let output = run(arguments);
         let (shown, errors) = (text(&output.stdout), text(&output.stderr));
         assert_eq!(output.status.code(), Some(1), "{errors}");
         assert!(errors.contains("UG0102") && shown.contains("paint"), "{arguments:?}: {shown}\n{errors}");
     }
+}
+
+#[test]
+fn distances_that_a_formula_of_cascades_does_not_take_are_a_warning() {
+    let folder = ScratchFolder::new("command-splits");
+    let path = folder.join("splits.json");
+    let check = |far: &str| {
+        let text = format!(
+            r#"{{ "format": 1, "name": "splits",
+  "resources": {{ "target": {{ "texture": {{ "format": "rgba8unorm", "size": "viewport", "lifetime": "imported" }} }} }},
+  "passes": {{
+    "sun": {{ "cascades": {{ "to": "sun", "splits": {{ "scheme": "practical", "count": 3 }}, "far": {far}, "resolution": 512 }} }},
+    "paint": {{ "fullscreen": {{ "shader": "gradient.wgsl.jinja", "color": [{{ "to": "target" }}] }} }} }} }}"#
+        );
+        std::fs::write(&path, text).unwrap();
+        let output = run(&["check", path.to_str().unwrap(), "--config"]);
+        assert_eq!(output.status.code(), Some(0), "{}", text_of(&output));
+        text_of(&output)
+    };
+    let said = check("[5, 20, 80]");
+    assert!(said.contains("warning[UG0612]") && said.contains("5, 20 m have no effect"), "{said}");
+    assert!(said.contains("write \"far\": [80] and \"count\": 3"), "{said}");
+    assert!(!check("[80]").contains("UG0612"));
+}
+
+fn text_of(output: &std::process::Output) -> String {
+    text(&output.stderr)
 }
 
 #[test]

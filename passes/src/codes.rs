@@ -9,7 +9,7 @@ umbragraph_pipeline::codes! {
         "A cascade fit has 1 to 8 cascades. With the scheme \"explicit\" each has a far distance of its own, so there cannot be more cascades than far distances.";
     /// Settings of a split scheme that give no splits.
     CASCADE_SPLITS = "UG0612", "split scheme of cascades",
-        "The schemes \"uniform\", \"logarithmic\" and \"practical\" divide the range from a near distance above zero to the last far distance, which has to lie beyond it. The weight lambda of the practical scheme lies between 0 (uniform) and 1 (logarithmic).";
+        "The schemes \"uniform\", \"logarithmic\" and \"practical\" divide the range from a near distance above zero to the last far distance, which has to lie beyond it; of further far distances only their number counts, where `count` does not say how many cascades there are. The weight lambda of the practical scheme lies between 0 (uniform) and 1 (logarithmic).";
     /// A resolution that leaves no texels, or does not fit the number of cascades.
     CASCADE_RESOLUTION = "UG0613", "resolution of cascades",
         "The resolution is one whole number of texels for all cascades, or a list with one for each. Of a cascade's texels the border is taken off on both sides, and one more that snapping needs; something has to be left.";

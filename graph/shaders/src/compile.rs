@@ -56,6 +56,14 @@ pub fn compile(
     wgsl::with_stack(|| check(templates, template, &values, &rendered, profile))
 }
 
+/// The text of one variant, also where naga refuses it; `None` where the template does not render.
+pub fn generate(templates: &TemplateSet, template: &str, values: &AxisValues) -> Option<String> {
+    let values = complete(templates, template, values).ok()?;
+    let rendered =
+        render::render(templates, template, &template_values(templates, template, &values)).ok()?;
+    Some(rendered.text)
+}
+
 /// The values of all axes: the given ones, checked, and defaults for the rest.
 pub fn complete(
     templates: &TemplateSet,

@@ -48,7 +48,7 @@ mod wgsl_error;
 pub use crate::diagnostic::{AxisValue, AxisValues, describe};
 pub use axes::{Axes, Axis, AxisKind, AxisMode};
 pub use backend::Emitted;
-pub use compile::{ShaderModule, compile, complete};
+pub use compile::{ShaderModule, compile, complete, generate};
 pub use limits::exceeded_by_layout;
 pub use profile::{TargetLanguage, TargetProfile};
 pub use reflection::{

@@ -132,6 +132,14 @@ fn splits(settings: &Cascades, pass: &mut impl Evaluate, count: Option<usize>) -
         SplitScheme::Logarithmic => 1.0,
         SplitScheme::Practical => lambda,
     };
+    // A parameter may be meant for several schemes, one of them at a time; a list that is written here is not.
+    if far.len() > 1 && settings.far.0.is_array() {
+        let listed: Vec<String> = far[..far.len() - 1].iter().map(f64::to_string).collect();
+        let message =
+            format!("a formula computes all distances but the last: {} m have no effect", listed.join(", "));
+        let help = format!("write \"far\": [{last}] and \"count\": {count}, or the scheme \"explicit\"");
+        pass.warn(codes::CASCADE_SPLITS, "/far", message, help);
+    }
     Some(Splits::Formula { lambda, near, far: last, count })
 }
 

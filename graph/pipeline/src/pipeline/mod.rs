@@ -108,6 +108,8 @@ pub struct Pipeline {
     pub passes: Vec<Pass>,
     /// The programs; a [`ProgramHandle`] is a position here.
     pub programs: Vec<Program>,
+    /// The variants of templates that are no programs, because of diagnostics of their own.
+    pub refused: BTreeSet<(String, crate::shader::AxisValues)>,
     /// Resources that a pass with diagnostics of its own mentions: nothing is known about who writes or reads them.
     pub uncertain: BTreeSet<ResourceHandle>,
     /// Parameters, features and derived values without a value, because of diagnostics of their own.

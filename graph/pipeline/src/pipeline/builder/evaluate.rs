@@ -24,6 +24,9 @@ pub trait Evaluate {
     /// Reports a diagnostic at a setting.
     fn report(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>);
 
+    /// Reports something at a setting that is no error, where it is declared.
+    fn warn(&mut self, _: Code, _: &str, _: impl Into<String>, _: impl Into<String>) {}
+
     /// Reports a word that an expression yields and that is not known.
     fn report_word(&mut self, word: &str, _: &Expr, pointer: &str) {
         let message = format!("the expression yields \"{word}\", which is not known here");

@@ -32,6 +32,11 @@ impl Evaluate for PassBuilder<'_> {
         self.shared.diagnostics.push(diagnostic);
     }
 
+    fn warn(&mut self, code: Code, pointer: &str, message: impl Into<String>, help: impl Into<String>) {
+        let diagnostic = Diagnostic::warning(code, self.place(pointer), message);
+        self.shared.diagnostics.push(diagnostic.help(help).pointer(self.absolute(pointer)));
+    }
+
     fn report_word(&mut self, word: &str, expr: &Expr, pointer: &str) {
         let message = format!("the expression yields \"{word}\", which is not known here");
         let diagnostic = Diagnostic::error(codes::UNKNOWN_WORD, self.place(pointer), message)

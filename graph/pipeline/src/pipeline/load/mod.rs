@@ -118,6 +118,7 @@ pub fn load(
         geometry: shared.geometry,
         resources: shared.resources,
         passes,
+        refused: shared.programs.rejected,
         programs: shared.programs.list.into_iter().map(Arc::unwrap_or_clone).collect(),
         uncertain,
         broken_settings: settings.broken,

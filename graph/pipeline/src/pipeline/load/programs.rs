@@ -17,7 +17,7 @@ pub(in crate::pipeline) struct Programs {
     known: BTreeMap<Chosen, Option<ProgramHandle>>,
     pub(in crate::pipeline) modules: Modules,
     /// The variants whose diagnostics are reported.
-    rejected: BTreeSet<(String, AxisValues)>,
+    pub(super) rejected: BTreeSet<(String, AxisValues)>,
     pub(in crate::pipeline) templates: Arc<TemplateSet>,
     profile: TargetProfile,
 }
