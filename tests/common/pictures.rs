@@ -190,6 +190,12 @@ pub const VARIANTS: &[Variant] = &[
         &[("moment_spots", "true"), ("light_bleed", "0.05"), ("moment_bias", "0.0002")],
         &[("moment_filter", "\"msm\"")],
     ),
+    // Receivers at the far end of the map's depth, which is 1, and near its edges.
+    variant(
+        ["awsm", "courtyard", "one_forward_cascade"],
+        &[("far", "[30]"), ("blend", "0"), ("fit", "\"tight\""), ("splits", "\"explicit\"")],
+        &[("reverse_z", "false"), ("light_filter", "\"hard\"")],
+    ),
     variant(
         ["awsm", "interior", "evsm2_wide_blur"],
         &[
