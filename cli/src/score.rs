@@ -222,7 +222,9 @@ impl Scored {
         let frames: Vec<_> = self
             .frames
             .iter()
-            .map(|(frame, scores)| json!({ "frame": frame, "iou": scores.iou() }))
+            .map(|(frame, scores)| {
+                json!({ "frame": frame, "iou": scores.iou(), "mean_error": scores.mean_error })
+            })
             .collect();
         let worst = self.worst().map(|(frame, iou)| json!({ "frame": frame, "iou": iou }));
         json!({
