@@ -18,8 +18,12 @@ use umbragraph_test_support::gpu;
 struct Resting<'a> {
     scene: &'a SceneResources,
     rests: bool,
+    /// Whether what stays where it is is away.
+    is_bare: bool,
     /// Counts up when they come to rest or set out.
     changes: u64,
+    /// Counts up when what stays where it is vanishes or appears.
+    static_changes: u64,
 }
 
 /// A pass with another filter.
@@ -64,7 +68,11 @@ impl DrawSource for Resting<'_> {
     }
     fn revision(&self, filter: &str) -> Option<u64> {
         let moves = self.scene.revision(filter)?;
-        Some(if filter == "static_casters" { self.changes } else { self.changes + moves })
+        Some(if filter == "static_casters" {
+            self.changes + self.static_changes
+        } else {
+            self.changes + moves
+        })
     }
     fn material_count(&self) -> u32 {
         self.scene.material_count()
@@ -77,6 +85,8 @@ impl DrawSource for Resting<'_> {
     }
     fn draw(&self, pass: &mut dyn DrawPass) {
         match pass.filter() {
+            "static_casters" if self.is_bare => {}
+            "casters" if self.is_bare => self.scene.draw(&mut Renamed { pass, filter: "dynamic_casters" }),
             "static_casters" if self.rests => self.scene.draw(&mut Renamed { pass, filter: "casters" }),
             "dynamic_casters" if self.rests => {}
             _ => self.scene.draw(pass),
@@ -102,12 +112,17 @@ fn casters_that_come_to_rest_and_set_out_again_are_seen_where_they_are() {
         (executor(&gpu, outcome.plan(), Some(&resources)), import(&gpu, outcome.plan(), "target"))
     });
     let (mut rested, mut changes, mut shown) = (false, 0, Vec::new());
+    let (mut was_bare, mut static_changes) = (false, 0);
     for at in 0..36_u32 {
         // Four frames of motion, five of rest.
         let rests = at % 9 >= 4;
-        let time = f64::from(at / 9 * 4 + (at % 9).min(4)) / 10.0;
+        let time = f64::from((at / 9 * 4 + (at % 9).min(4)).min(9)) / 10.0;
         changes += u64::from(rests != rested);
         rested = rests;
+        // At last what moves holds still, and the rest vanishes and comes back.
+        let is_bare = at >= 18 && at % 9 < 4 && at % 2 == 1;
+        static_changes += u64::from(is_bare != was_bare);
+        was_bare = is_bare;
         let pose = figure.pose(time);
         resources.update(&gpu.queue, &figure, &pose);
         let mut input = FrameInput { index: u64::from(at), ..figure.frame_input(1.5, time) };
@@ -115,7 +130,7 @@ fn casters_that_come_to_rest_and_set_out_again_are_seen_where_they_are() {
             // Nothing moves, and everything may be among what rests.
             input.filter_bounds.retain(|(filter, _)| filter == "casters");
         }
-        let source = Resting { scene: &resources, rests, changes };
+        let source = Resting { scene: &resources, rests, is_bare, changes, static_changes };
         let pictures = hosts.each_mut().map(|(executor, target)| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let imports = [("target", &*target)];
@@ -133,10 +148,10 @@ fn casters_that_come_to_rest_and_set_out_again_are_seen_where_they_are() {
             .filter(|(name, _)| name.contains("cached"))
             .map(|(_, counts)| counts.draws)
             .sum();
-        assert_eq!(drawn > 0, at % 9 <= 4, "frame {at}: {drawn} draws");
+        assert!(at >= 18 || (drawn > 0) == (at % 9 <= 4), "frame {at}: {drawn} draws");
     }
     shown.dedup();
-    assert!(shown.len() > 8, "{} pictures", shown.len());
+    assert!(shown.len() > 6, "{} pictures", shown.len());
 }
 
 #[test]

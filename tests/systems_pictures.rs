@@ -142,6 +142,29 @@ fn deferred_and_forward_lighting_show_the_same() {
 }
 
 #[test]
+fn each_preset_of_quality_renders_the_courtyard_and_no_two_the_same() {
+    let Some(gpu) = gpu::device() else { return };
+    let courtyard = scene(&root().join("examples/scenes/courtyard.glb"));
+    let mut terms: Vec<Picture> = Vec::new();
+    for preset in ["low", "medium", "high", "ultra"] {
+        let parameters = &[("debug_view", "\"shadow_term\"")];
+        let with = With { preset: Some(preset), parameters, size: Some([192, 108]), ..With::default() };
+        let picture = render(&gpu, &check_file(LORE, &with), &courtyard);
+        let shadowed = picture.rgba_pixels().filter(|pixel| pixel[3] == 255 && pixel[0] < 64).count();
+        assert!(shadowed > 1500, "{preset}: {shadowed} pixels are shadowed");
+        if let Some(first) = terms.first() {
+            let close =
+                picture.rgba_pixels().zip(first.rgba_pixels()).filter(|(a, b)| a[0].abs_diff(b[0]) < 96);
+            assert!(close.count() > 192 * 108 * 9 / 10, "{preset} is of the same scene");
+        }
+        for other in &terms {
+            assert!(picture.differing(other, 2) > 100, "{preset} is another");
+        }
+        terms.push(picture);
+    }
+}
+
+#[test]
 fn maps_of_mixed_sizes_shadow_alike_in_one_array_and_in_a_texture_each() {
     let Some(gpu) = gpu::device() else { return };
     let parameters =
