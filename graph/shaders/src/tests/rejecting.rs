@@ -144,8 +144,8 @@ fn an_expression_of_any_length_takes_a_second() {
     for case in cases {
         let start = Instant::now();
         let lines = rejection(&format!("{case}\n{FRAGMENT}"));
-        // Without optimization everything takes longer.
-        assert!(start.elapsed().as_secs() < 5, "{}: {:?}", &case[..60], start.elapsed());
+        // Without optimization, on a busy machine, everything takes longer; without guards it is minutes.
+        assert!(start.elapsed().as_secs() < 20, "{}: {:?}", &case[..60], start.elapsed());
         assert!(lines.len() == 1 && lines[0].starts_with("UG0505 "), "{}: {lines:?}", &case[..60]);
     }
 }
