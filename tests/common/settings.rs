@@ -21,7 +21,9 @@ pub fn others(declaration: &ParameterDeclaration, value: &Value) -> Vec<Json> {
             let scaled = list.iter().filter_map(Value::number).map(|number| number * 0.9).collect::<Vec<_>>();
             let turned =
                 list.iter().skip(1).chain(list.first()).filter_map(Value::number).collect::<Vec<_>>();
-            vec![json!(scaled), json!(turned)]
+            let doubled =
+                list.iter().filter_map(Value::number).map(|number| number * 2.0).collect::<Vec<_>>();
+            vec![json!(scaled), json!(turned), json!(doubled)]
         }
         _ => Vec::new(),
     }
