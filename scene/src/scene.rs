@@ -92,11 +92,13 @@ impl Scene {
     }
 
     /// Whether the vertices of a draw are no other's: joints move them, or they go towards other shapes.
+    #[cfg(feature = "gpu")]
     pub(crate) fn has_own_vertices(&self, draw: Draw) -> bool {
         draw.skin.is_some() || self.morphs(draw)
     }
 
     /// Whether the vertices of a draw can go towards other shapes.
+    #[cfg(feature = "gpu")]
     pub(crate) fn morphs(&self, draw: Draw) -> bool {
         !self.primitive(draw).targets.is_empty()
     }
