@@ -22,9 +22,12 @@ use super::textures::Textures;
 use super::transfer::{Counts, Transfer};
 
 use crate::compiler::{CpuPasses, Parameters, Plan, PlannedPass, Switches};
+use crate::data::View;
 use crate::diagnostic::Diagnostic;
 use crate::pipeline::{IndexRange, Pass, Program};
-use crate::work::{AttachmentTarget, Dispatch, Draw, ResourceHandle, SlotSource, TextureView, Work};
+use crate::work::{
+    AttachmentTarget, Dispatch, Draw, ResourceHandle, SceneDraw, SlotSource, TextureView, Work,
+};
 use umbragraph_pipeline::draw::{HostInterface, MATERIAL_GROUP, OBJECT_GROUP, PropertySet};
 
 /// A plan with everything that it needs on the device.
@@ -112,6 +115,17 @@ pub(super) struct InstantiatedScene {
     pub(super) over: Option<(Scroll, Option<usize>)>,
     /// The depth that it is cleared to.
     pub(super) clear_depth: f32,
+    /// Whether shaders ask for the matrix of the view; where they do not, it does not say which texels are drawn.
+    pub(super) is_placed: bool,
+}
+
+/// Whether the shader of a scene draw has the matrix of the view in its block.
+fn is_placed(plan: &Plan, scene: &SceneDraw) -> bool {
+    let matrix = View::shape().values.iter().position(|value| value.name == "clip_from_world");
+    let program = plan.pipeline.program(scene.program);
+    let views = scene.bindings.iter().filter(|slot| matches!(slot.source, SlotSource::View));
+    let mut layouts = views.filter_map(|slot| plan.pipeline.block_layout(program, slot));
+    layouts.any(|layout| layout.runs.iter().any(|run| Some(run.value as usize) == matrix))
 }
 
 impl InstantiatedPass {
@@ -267,6 +281,7 @@ impl Instantiated {
                             scroll,
                             over,
                             clear_depth: scene.redraw.as_ref().map_or(0.0, |redraw| redraw.clear as f32),
+                            is_placed: is_placed(&plan, scene),
                         };
                         Some(InstantiatedWork::Scene { scene, attachments })
                     }

@@ -386,6 +386,7 @@ impl Recording<'_> {
             extent: self.attachments.extent,
         };
         let bounds = self.frame.input.filter_bounds.iter().find(|(known, _)| *known == work.filter);
+        let bounds = bounds.filter(|_| instantiated.is_placed);
         for (position, view) in (first..).zip(views) {
             let texels = scene.texels(view);
             let texels = bounds.map_or(Some(texels), |(_, bounds)| covered(bounds, view, texels));
