@@ -454,11 +454,11 @@ fn axes_are_listed_with_values_defaults_and_constraints() {
 fn what_scenes_upload_is_compared_with_the_shaders_without_a_device() {
     let folder = ScratchFolder::new("permutations-host");
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("..");
-    let geometry = std::fs::read_to_string(root.join("shaders-templates/lib/geometry.wgsl.jinja")).unwrap();
+    let geometry = std::fs::read_to_string(root.join("shaders-templates/lib/meshes.wgsl.jinja")).unwrap();
     std::fs::create_dir_all(folder.join("lib")).unwrap();
     let moved = geometry.replace("    emissive: vec3<f32>,", "    @size(32) emissive: vec3<f32>,");
     assert_ne!(moved, geometry);
-    std::fs::write(folder.join("lib/geometry.wgsl.jinja"), moved).unwrap();
+    std::fs::write(folder.join("lib/meshes.wgsl.jinja"), moved).unwrap();
     for command in ["check", "permutations"] {
         let output = umbragraph(&[command, "pipelines/nebula.json", "--templates", folder.to_str().unwrap()]);
         let errors = text(&output.stderr);
@@ -478,7 +478,7 @@ fn one_variant_is_shown_in_the_language_of_a_target_and_with_its_map() {
     assert!(text(&show(&["--target", "hlsl"]).stdout).contains("cbuffer"));
     assert!(text(&show(&["--target", "glsl"]).stdout).contains("#version"));
     let mapped = text(&show(&["--map", "--properties=alpha_masked"]).stdout);
-    assert!(mapped.contains("lib/geometry.wgsl.jinja:2") && mapped.contains("fn cut_out("), "{mapped}");
+    assert!(mapped.contains("lib/meshes.wgsl.jinja:2") && mapped.contains("fn cut_out("), "{mapped}");
     assert!(!text(&show(&["--properties="]).stdout).contains("fn cut_out("));
     assert_eq!(show(&["--target", "spriv"]).status.code(), Some(2));
     assert!(text(&show(&["--properties=alpha_maskd"]).stderr).contains("did you mean \"alpha_masked\"?"));

@@ -54,7 +54,8 @@ fn declared(pipeline: &Pipeline) -> u32 {
     let umbragraph_pipeline::pipeline::ResourceKind::Data(Some(shape)) = &pipeline.resources[0].kind else {
         panic!("data")
     };
-    assert_eq!(*shape, node::shape(shape.max_views));
+    let extent = shape.view_extent.expect("views of one map");
+    assert_eq!(*shape, node::shape(shape.max_views).view_extent(extent));
     shape.max_views
 }
 
