@@ -168,7 +168,9 @@ impl Subject<'_> {
                 dead.push(name.clone());
             }
         }
-        for (name, value) in property::part(feature_values(&base.pipeline), out_of) {
+        let values = feature_values(&base.pipeline);
+        let out_of = if values.len() as u64 >= out_of { out_of } else { 1 };
+        for (name, value) in property::part(values, out_of) {
             let alive = first_of(&mut contexts, |tried| {
                 let Some(known) = tried.before(self) else { return false };
                 self.plan(&tried.context, None, Some((&name, &value)))
