@@ -4,7 +4,7 @@
 //! displacements of all targets are summed before joints or the node move the vertex (glTF 2.0, section 3.7.2.2). Flat
 //! normals, where a file gives none, are those of the morphed triangles.
 //!
-//! Limits: weights beyond ±[`MAX_WEIGHT`], which a spline may reach between two keys, are that.
+//! Limits: weights beyond ±`MAX_WEIGHT`, which a spline may reach between two keys, are that.
 
 use glam::{DVec3, Vec3};
 use umbragraph_pipeline::frame::Bounds;
