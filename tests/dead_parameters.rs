@@ -216,11 +216,14 @@ fn every_parameter_and_feature_of_every_pipeline_changes_something() {
     for file in files.iter().filter(|file| file.parent() == Some(&top) && is_pipeline(file)) {
         let name = format!("pipelines/{}", file.file_name().unwrap().to_string_lossy());
         let text = std::fs::read_to_string(file).unwrap();
-        // All of them take minutes: of many settings, ordinary tests try a smaller part.
+        // Those of a pipeline with very many settings take minutes: they are tried where more cases are asked for.
         let subject = Subject { name: &name, text: &text };
         let settings =
             subject.plan(&Context::default(), None, None).map_or(0, |plan| plan.pipeline.parameters.len());
-        let dead = subject.dead(if settings > 40 { 24 } else { 3 });
+        if settings > 40 && property::times() == 1 {
+            continue;
+        }
+        let dead = subject.dead(3);
         assert_eq!(dead, Vec::<String>::new(), "{name} has dead settings");
         checked += 1;
     }
