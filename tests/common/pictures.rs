@@ -118,6 +118,11 @@ pub const VARIANTS: &[Variant] = &[
         &[],
     ),
     variant(["lore", "courtyard", "faded"], &[("max_distance", "20"), ("fade_range", "15")], &[]),
+    variant(
+        ["umbra", "courtyard", "whole_range_penumbra"],
+        &[("debug_view", "\"penumbra\"")],
+        &[("whole_range", "true")],
+    ),
     variant(["umbra", "courtyard", "whole_range"], &[], &[("whole_range", "true")]),
     variant(["umbra", "figure", "spheres"], &[("fit", "\"sphere\"")], &[("msaa", "true")]),
     variant(["awsm", "courtyard", "unshadowed"], &[], &[]).with_unshadowed_materials(),
