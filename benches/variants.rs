@@ -2,8 +2,7 @@
 //!
 //! For each setting: the distinct modules of its passes, their bytes as WGSL and as SPIR-V (overrides resolved), the time to
 //! make all pipelines, and that of the first frames of 64 by 36 of the interior with its eight lights until sizes have settled,
-//! with nothing compiled kept by Mesa. Then each module of the last setting by itself. The last line is the user time of all
-//! first frames.
+//! with nothing compiled kept by Mesa. Then each module of the last setting by itself.
 //!
 //! `cargo bench --bench variants`
 

@@ -189,6 +189,8 @@ fn feature_values(pipeline: &Pipeline) -> Vec<(String, String)> {
     let mut values = Vec::new();
     for (name, feature) in &pipeline.features {
         match (feature.declaration.feature_type, &feature.value) {
+            // One of a group is switched off by another of it.
+            (FeatureType::Bool, Value::Bool(true)) if feature.declaration.one_of.is_some() => {}
             (FeatureType::Bool, Value::Bool(now)) => values.push((name.clone(), (!now).to_string())),
             (_, now) => {
                 let words = feature.declaration.values.iter().map(|word| json!(word));

@@ -11,6 +11,7 @@ use serde_json::json;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
 use umbragraph::document::Value;
 use umbragraph::frame::FrameInput;
+use umbragraph::passes::lights::CAST_SHADOW;
 use umbragraph_score::{Counts, Limits, Rays, Rendered, Scores, Truth, difference};
 
 use crate::arguments::{AnswerFormat, ScoreArguments};
@@ -25,9 +26,6 @@ use crate::streams::{print, print_json};
 
 /// The parameter and its value with which a pipeline shows its shadow term.
 const SHADOW_TERM: (&str, &str) = ("debug_view", "shadow_term");
-
-/// The property of lights that cast shadows.
-const CASTS: &str = "cast_shadow";
 
 /// Scores what the arguments ask for; whether there were no errors and all limits are met.
 pub(crate) fn run(arguments: &ScoreArguments) -> bool {
@@ -105,10 +103,13 @@ fn score(
             continue;
         }
         frames.push((frame, Scores::default()));
-        let casting: Vec<_> = input.lights.iter().filter(|light| light.has(CASTS)).collect();
+        let casting: Vec<_> = input.lights.iter().filter(|light| light.has(CAST_SHADOW)).collect();
         if casting.is_empty() {
             let help = "let one cast shadows: \"castShadow\" in its extras is not false";
             return Err(nothing("no light of the scene casts shadows", help).into());
+        }
+        if lights.is_empty() {
+            lights = casting.iter().map(|light| (light.name.clone(), Scores::default())).collect();
         }
         differences.clear();
         for (at, light) in casting.into_iter().enumerate() {
@@ -126,10 +127,7 @@ fn score(
             if arguments.out.is_some() {
                 differences.extend(difference::picture(&truth, &traced, rendered));
             }
-            match lights.get_mut(at) {
-                Some((_, known)) => known.add(&scores),
-                None => lights.push((light.name.clone(), scores)),
-            }
+            lights.get_mut(at).into_iter().for_each(|(_, known)| known.add(&scores));
         }
     }
     if frames.is_empty() {
@@ -149,6 +147,8 @@ fn score(
         files::write_png(out, [width, rows], &differences, Compression { fast: false })?;
     }
     drop(drawing);
+    // A light that no frame could use has no scores.
+    lights.retain(|(_, scores)| scores.band(0).pixels() > 0);
     session.diagnostics.extend(left_out);
     let mut together = Scores::default();
     lights.iter().for_each(|(_, scores)| together.add(scores));

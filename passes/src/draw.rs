@@ -117,7 +117,18 @@ impl Draw {
     /// When views are drawn again; the depth to which they are cleared is the attachment's ([`keep`]).
     fn redraw(&self, pass: &mut PassBuilder<'_>) -> Option<Option<Redraw>> {
         if pass.word_or(&self.redraw, "/redraw", RedrawWhen::Always)? == RedrawWhen::Always {
-            return Some(None);
+            let settings = [
+                ("every", self.every.is_some()),
+                ("scroll", self.scroll.is_some()),
+                ("over", self.over.is_some()),
+            ];
+            let Some((name, _)) = settings.into_iter().find(|(_, is_said)| *is_said && self.redraw.is_none())
+            else {
+                return Some(None);
+            };
+            let message = format!("\"{name}\" is of views that are drawn when they changed");
+            let help = format!("add \"redraw\": \"changed\", or remove \"{name}\"");
+            return pass.reject(codes::OUT_OF_BOUNDS, &format!("/{name}"), message, help);
         }
         let numbers = self.every.as_ref().map_or(Some(vec![1.0]), |expr| pass.numbers(expr, "/every"))?;
         let is_count = |number: &f64| number.fract() == 0.0 && (1.0..=MAX_EVERY).contains(number);
@@ -138,6 +149,10 @@ impl Draw {
             Some(name) => Some(pass.texture(name, range, "/over")?),
             None => None,
         };
+        if scroll && over.is_some() {
+            let message = "what is drawn over another texture does not scroll";
+            return pass.reject(codes::ATTACHMENTS, "/scroll", message, "remove \"scroll\", or \"over\"");
+        }
         Some(Some(Redraw { clear: 0.0, over, every, scroll }))
     }
 }

@@ -12,7 +12,7 @@ pub fn others(declaration: &ParameterDeclaration, value: &Value) -> Vec<Json> {
         }
         (_, Value::Bool(now)) => vec![json!(!now)],
         (ParameterType::F32, Value::Number(now)) => {
-            vec![json!(now * 1.5), json!(now * 0.5), json!(now + 0.25)]
+            vec![json!(now * 1.5), json!(now * 0.5), json!(now + 0.25), json!(now + 2.0)]
         }
         (_, Value::Number(now)) => {
             [now + 1.0, now * 2.0, now - 1.0, now * 0.5].map(|number| json!(number as i64)).to_vec()

@@ -159,7 +159,15 @@ impl Rules<'_> {
             format_name(format),
             self.plan.pipeline.profile.name
         );
-        reject(message, "read and write r32float, r32sint or r32uint; or read one texture and write another")
+        reject(
+            message,
+            match access {
+                StorageTextureAccess::ReadWrite => {
+                    "read and write r32float, r32sint or r32uint; or read one texture and write another"
+                }
+                _ => "declare a format that the profile guarantees, such as r32uint",
+            },
+        )
     }
 
     fn planned(&self, resource: ResourceHandle) -> Option<&PlannedResource> {

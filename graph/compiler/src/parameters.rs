@@ -188,7 +188,19 @@ fn element(expression: &Expression, at: usize, scope: &dyn Scope) -> Option<Expr
             b,
         ) => ExpressionKind::Binary(*operator, inner(a)?, inner(b)?),
         ExpressionKind::Conditional(condition, a, b) => {
+            let length = |one: &Expression| match expression::evaluate(one, scope) {
+                Ok(Value::List(list)) => Some(list.len()),
+                _ => None,
+            };
+            if length(a) != length(b) {
+                return None;
+            }
             ExpressionKind::Conditional(condition.clone(), inner(a)?, inner(b)?)
+        }
+        ExpressionKind::Index(..)
+            if matches!(expression::evaluate(expression, scope), Ok(Value::List(_)) | Err(_)) =>
+        {
+            return None;
         }
         ExpressionKind::Call(name, list) if !matches!(&**name, "min" | "max" | "len" | "mip_count") => {
             let list = list.iter().map(|one| element(one, at, scope)).collect::<Option<_>>()?;
@@ -507,8 +519,9 @@ impl Parameters {
             self.values.list[first + at] = value;
         }
         for constraint in &pipeline.constraints {
-            let scope = Around { values: &self.values, pipeline };
-            if expression::evaluate(&constraint.holds, &scope) == Ok(Value::Bool(false)) {
+            let (place, pointer) = (constraint.place, constraint.pointer.as_str());
+            let holds = self.evaluate(&constraint.holds, place, pointer, diagnostics)?;
+            if holds != Value::Bool(true) {
                 let diagnostic =
                     Diagnostic::error(codes::CONSTRAINT, constraint.place, constraint.message.clone());
                 let help = "set other values before the next frame";

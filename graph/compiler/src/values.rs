@@ -63,6 +63,10 @@ pub(super) fn pack_member(
     if packing.count != numbers.len() || packing.runs.is_empty() {
         *packing = Packing::new(member, numbers.len())?;
     }
+    let end = packing.runs.iter().map(|(_, length, offset)| offset + length * 4).max().unwrap_or(0);
+    if end as usize > bytes.len() {
+        return Err(format!("\"{}\" has no room for {} numbers", member.name, numbers.len()));
+    }
     for (word, length, offset) in &packing.runs {
         for at in 0..*length {
             let number = numbers[(word + at) as usize];

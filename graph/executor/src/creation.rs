@@ -3,8 +3,8 @@
 //! wgpu tells errors of creation not where they happen but to the innermost error scope of the thread, and without one
 //! to a handler that panics unless the host has set another. A [`Creation`] opens scopes when it creates its first
 //! object; [`Creation::finish`] closes them. What they caught is ready at once, except in a browser, where it arrives
-//! late: that is what [`Caught`] holds. A steady frame creates nothing, and so opens no scope. Each pass has scopes of
-//! its own, so that an error has a place.
+//! late: that is what [`Caught`] holds. A steady frame creates nothing, and so opens no scope. When a plan is
+//! instantiated each pass has scopes of its own, so that an error has a place.
 //!
 //! Limits: a device that is lost reports nothing to scopes; the host learns of that from its own device-lost callback.
 

@@ -70,24 +70,18 @@ impl DryRun {
         if scenes(plan).any(|(_, scene)| !source.hosts.contains_key(&scene.geometry)) {
             return Diagnostics::new();
         }
-        let instantiated = match &mut self.executor {
-            Some(executor) => executor.set_plan(plan.clone(), Some(&source)),
-            None => match Executor::new(&self.device, &self.queue, plan.clone(), Some(&source)) {
-                Ok(executor) => {
-                    self.executor = Some(executor);
-                    Ok(())
-                }
-                Err(diagnostics) => Err(diagnostics),
+        let executor = match &mut self.executor {
+            Some(executor) => match executor.set_plan(plan.clone(), Some(&source)) {
+                Ok(()) => executor,
+                Err(error) => return error.into(),
+            },
+            empty => match Executor::new(&self.device, &self.queue, plan.clone(), Some(&source)) {
+                Ok(executor) => empty.insert(executor),
+                Err(error) => return error.into(),
             },
         };
-        match (instantiated, &mut self.executor) {
-            (Err(error), _) => error.into(),
-            (Ok(()), None) => Diagnostics::new(),
-            (Ok(()), Some(executor)) => {
-                executor.reset_history();
-                record(&self.device, &self.queue, executor, plan, &source).await
-            }
-        }
+        executor.reset_history();
+        record(&self.device, &self.queue, executor, plan, &source).await
     }
 }
 

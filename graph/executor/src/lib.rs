@@ -220,7 +220,11 @@ impl Executor {
             return Err(self.error(diagnostic.help(help).into()));
         }
         if let Some(handle) = plan.resources.get(name).map(|one| one.handle) {
-            self.instantiated.resources.imports.set_buffer(handle, buffer);
+            let imports = &mut self.instantiated.resources.imports;
+            if imports.find(handle).and_then(|found| imports.buffer(found)) == Some(buffer) {
+                return Ok(());
+            }
+            imports.set_buffer(handle, buffer);
             let groups = self.instantiated.passes.iter_mut().flat_map(|pass| &mut pass.groups);
             groups.for_each(groups::Group::forget);
         }
@@ -241,7 +245,8 @@ impl Executor {
         self.statistics
     }
 
-    /// The warnings about the last recorded frame: a camera or light that cannot be used.
+    /// The warnings about the last recorded frame: a camera or light that cannot be used. After [`Executor::set_plan`] and
+    /// until the next record also the errors of live values that the new plan does not take.
     pub fn warnings(&self) -> &Diagnostics {
         &self.warnings
     }
@@ -268,9 +273,10 @@ impl Executor {
     }
 
     /// Forgets what earlier frames left: the next record begins every history with its initial value, as after a cut to
-    /// another scene, or when a record's encoder was never submitted.
+    /// another scene, or when a record's encoder was never submitted, and draws all views that were kept.
     pub fn reset_history(&mut self) {
         self.instantiated.resources.histories.reset();
+        self.instantiated.kept.iter_mut().for_each(redraw::Kept::forget);
     }
 
     /// The texture that stands for a resource, unless it is the host's own. Others may share it within a frame. That of

@@ -13,7 +13,7 @@ pub struct Parameter<T> {
     pub(super) at: usize,
     /// The parameters that it is one of.
     pub(super) of: u64,
-    value_type: PhantomData<fn(T)>,
+    value_type: PhantomData<fn() -> T>,
 }
 
 impl<T> Clone for Parameter<T> {

@@ -289,6 +289,7 @@ impl Recording<'_> {
             (scene.clear_depth, self.attachments, &self.instantiated.resources);
         let revised = source.revision(filter).map(|revision| (revision, source.generation()));
         let bounds = self.frame.input.filter_bounds.iter().find(|(known, _)| known == filter);
+        let bounds = bounds.filter(|_| scene.is_placed);
         let every_of = |at: usize| every.get(at).or(every.last()).copied().unwrap_or(1);
         let mut first = 0;
         let whole = [0, 0, attachments.extent[0], attachments.extent[1]];

@@ -20,7 +20,7 @@ use super::objects::{Objects, Primitive, RenderKey};
 use super::scroll;
 use crate::data::View;
 
-/// The template's module in the cache of modules, whose other keys are hashes.
+/// The key of this module in the cache of modules; all others are hashes.
 const CLEAR_KEY: [u8; 32] = *b"executor: clears a tile of depth";
 
 const CLEAR: &str = "@vertex fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {

@@ -35,7 +35,7 @@ impl Scene<'_> {
         view.viewport.unwrap_or([0, 0, self.extent[0], self.extent[1]])
     }
 
-    /// Lets the host draw a view, which is the one at `position` among those of the pass, into some of its texels; its draws and texels.
+    /// Lets the host draw one view of the pass, scissored to `texels`; returns how many draws and texels that was.
     pub(super) fn draw(
         &self,
         source: &dyn DrawSource,

@@ -19,7 +19,7 @@ use crate::work::AttachmentTarget;
 /// By how much of a texel a translation may be off; what is off adds up from frame to frame.
 const TOLERANCE: f64 = 1e-6;
 
-/// The template's module in the cache of modules, whose other keys are hashes.
+/// The key of this module in the cache of modules; all others are hashes.
 const KEY: [u8; 32] = *b"executor: scrolls a view's depth";
 
 const WGSL: &str = "@group(0) @binding(0) var kept: texture_depth_2d;

@@ -61,7 +61,8 @@ pub struct Camera {
 
 impl Camera {
     /// A camera at a position that looks at another, upright, with a vertical field of view in radians, from 0.1 m to
-    /// 1000 m ([`Camera::between`] says others). One that looks along Y has Z upwards in its picture.
+    /// 1000 m ([`Camera::between`] says others). One that looks straight up has Z upwards in its picture, one that looks
+    /// straight down has −Z.
     pub fn look_at(eye: [f64; 3], target: [f64; 3], vertical_fov: f64, aspect: f64) -> Self {
         let position = DVec3::from(eye);
         let back = (position - DVec3::from(target)).try_normalize().unwrap_or(DVec3::Z);
@@ -234,7 +235,8 @@ pub struct Light {
 }
 
 impl Light {
-    /// A directional light that casts shadows and shines along a direction, with an intensity in lux.
+    /// A directional light that shines along a direction, with an intensity in lux. What passes ask of its
+    /// [`properties`](Self::properties), the caller adds.
     pub fn directional(
         name: impl Into<String>,
         direction: [f64; 3],
@@ -249,14 +251,14 @@ impl Light {
             color: color.into(),
             intensity,
             range: f32::INFINITY,
-            properties: vec![Cow::Borrowed("cast_shadow")],
+            properties: Vec::new(),
             angular_diameter: 0.0,
             radius: 0.0,
             priority: 1.0,
         }
     }
 
-    /// A point light that casts shadows, with an intensity in candela.
+    /// The same for a point light, with an intensity in candela.
     pub fn point(name: impl Into<String>, position: [f64; 3], color: [f32; 3], intensity: f32) -> Self {
         let position = position.into();
         let light = Self::directional(name, [0.0, -1.0, 0.0], color, intensity);

@@ -168,6 +168,9 @@ impl<'a, 's> Expander<'a, 's> {
                 return;
             }
             let mut inner = (**environment).clone();
+            // A variable stands before a parameter of its name.
+            inner.following.remove(&variable.key);
+            inner.words.remove(&variable.key);
             inner.locals.insert(variable.key.clone(), value);
             self.single(entry, format!("{name}.{round}"), pointer.clone(), &Arc::new(inner), depth);
         }

@@ -38,8 +38,8 @@ pub struct LiveSetting {
     pub value: Deferred,
 }
 
-/// What a live setting of a pass sets. Members of blocks and counts of workgroups are not among them: they are deferred
-/// anyway.
+/// What a live setting of a pass sets. `Block` and `Workgroups` say only that something is deferred: it is evaluated
+/// where it is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LiveTarget {
     /// A setting of a CPU node.
@@ -187,7 +187,9 @@ fn collect<'e>(expression: &'e Expression, names: &mut Vec<&'e str>) {
 /// Whether two values are of one shape: what is live keeps the length of its list.
 pub fn is_alike(a: &Value, b: &Value) -> bool {
     match (a, b) {
-        (Value::List(a), Value::List(b)) => a.len() == b.len(),
+        (Value::List(a), Value::List(b)) => {
+            a.len() == b.len() && a.iter().zip(b).all(|(a, b)| is_alike(a, b))
+        }
         _ => std::mem::discriminant(a) == std::mem::discriminant(b),
     }
 }

@@ -396,7 +396,7 @@ pub fn refused(
 ) -> Option<(Code, String, String)> {
     if !is_alike(value, before) {
         let message = match (value, before) {
-            (Value::List(given), Value::List(before)) => {
+            (Value::List(given), Value::List(before)) if given.len() != before.len() => {
                 format!("\"{name}\" has {} elements, and is given {}", before.len(), given.len())
             }
             _ => format!("the parameter \"{name}\" is {}, this is {}", before.kind_name(), value.kind_name()),

@@ -139,6 +139,8 @@ fn an_expression_of_any_length_takes_a_second() {
         long.to_owned() + &"{% if s[1:] == s %}{% endif %}".repeat(20_000),
         "{% if 1 %}".to_owned() + &"{% elif 1 %}".repeat(100_000) + "{% endif %}",
         format!("{{{{ s{} }}}}", "|upper".repeat(100_000)),
+        format!("{{{{ s{} }}}}", "|replace('a', 'b')".repeat(100_000)),
+        format!("{{{{ {} }}}}", sum(100_000, "[1, 2][0]", "~")),
         format!("{{{{ {}1 }}}}", "not ".repeat(100_000)),
     ];
     for case in cases {

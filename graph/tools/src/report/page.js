@@ -2,6 +2,8 @@
 const report = JSON.parse(document.getElementById("report").textContent);
 const comparison = JSON.parse(document.getElementById("comparison").textContent);
 const observed = JSON.parse(document.getElementById("observed").textContent);
+// A pass may be named as what every object has.
+for (const named of [observed.pictures, observed.times]) Object.setPrototypeOf(named, null);
 const passes = new Map(report.passes.map((pass, column) => [pass.name, { ...pass, column }]));
 const resources = new Map(report.resources.map((resource) => [resource.name, resource]));
 const svg = document.querySelector("#picture svg");

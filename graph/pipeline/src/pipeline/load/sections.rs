@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::compose::is_incomplete;
-use crate::diagnostic::{Diagnostic, Diagnostics, certain_suggestion, codes};
+use crate::diagnostic::{Diagnostic, Diagnostics, certain_suggestion, codes, suggested_name};
 use crate::document::{self, Document, Entry, pointer_join};
 use crate::language::unknown_format;
 use crate::node::Registry;
@@ -33,10 +33,29 @@ fn with_formats(document: &Document, diagnostics: Diagnostics) -> Diagnostics {
         let value = document.root.nearest(&diagnostic.pointer);
         match value.text().filter(|_| is_word && is_format(&diagnostic.pointer)) {
             Some(name) => unknown_format(name, value.span, diagnostic.pointer),
-            None => diagnostic,
+            None => with_declared(document, diagnostic),
         }
     };
     diagnostics.into_iter().map(named).collect()
+}
+
+/// A declaration without a type, of a name that is nearly that of another, with the name that was meant: a file that
+/// extends another gives a parameter a value in this form.
+fn with_declared(document: &Document, diagnostic: Diagnostic) -> Diagnostic {
+    let way: Vec<&str> = diagnostic.pointer.split('/').collect();
+    let ["", section @ ("parameters" | "features"), name] = way[..] else { return diagnostic };
+    if diagnostic.code != codes::MISSING_KEY {
+        return diagnostic;
+    }
+    let declared = document.root.get(section).and_then(document::Value::entries).unwrap_or_default();
+    let declared = declared.iter().filter(|entry| entry.value.get("type").is_some());
+    match suggested_name(name, declared.map(|entry| entry.key.as_str())) {
+        Some(meant) => {
+            let help = format!("did you mean \"{meant}\"? A new one says its \"type\"");
+            diagnostic.help(help)
+        }
+        None => diagnostic,
+    }
 }
 
 /// Whether a pointer leads to the format of a resource, or to one of its candidates.
