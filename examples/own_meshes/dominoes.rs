@@ -7,12 +7,10 @@ use std::num::NonZeroU64;
 
 use glam::{DMat4, DQuat, DVec3, Mat4, Vec3};
 use umbragraph::data::ValueType;
-use umbragraph::draw::{
-    DrawPass, DrawSource, HostAttribute, HostInterface, HostMember, HostSlot, HostSlotKind, HostVertexBuffer,
-    PropertySet,
-};
+use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostSlot, HostVertexBuffer, PropertySet};
 use umbragraph::frame::Bounds;
 use umbragraph::wgpu;
+use umbragraph::wgpu::VertexFormat::Float32x3;
 
 /// The name of the geometry in `dominoes.json`.
 pub(crate) const GEOMETRY: &str = "dominoes";
@@ -30,30 +28,14 @@ const COUNT: u32 = 64;
 
 /// How the meshes are stored: said once, compared with every shader that draws them.
 pub(crate) fn interface() -> HostInterface {
-    let attribute = |name: &str, offset| HostAttribute {
-        name: name.to_owned(),
-        format: wgpu::VertexFormat::Float32x3,
-        offset,
-    };
-    let member =
-        |name: &str, value_type, offset, size| HostMember { name: name.to_owned(), value_type, offset, size };
-    let members = vec![
-        member("world_from_object", ValueType::MAT4, 0, 64),
-        member("half_size", ValueType::VEC3, 64, 12),
-        member("color", ValueType::VEC3, 80, 12),
+    let members = [
+        ("world_from_object", ValueType::MAT4, 0),
+        ("half_size", ValueType::VEC3, 64),
+        ("color", ValueType::VEC3, 80),
     ];
-    HostInterface {
-        vertex_buffers: vec![HostVertexBuffer {
-            stride: 24,
-            attributes: vec![attribute("position", 0), attribute("normal", 12)],
-        }],
-        object: vec![HostSlot {
-            name: "domino".to_owned(),
-            kind: HostSlotKind::Block { members, size: BLOCK, stride: STRIDE },
-        }],
-        property_sets: vec![PropertySet::default()],
-        ..HostInterface::default()
-    }
+    HostInterface::new()
+        .vertices(HostVertexBuffer::new(24, [("position", Float32x3, 0), ("normal", Float32x3, 12)]))
+        .object(HostSlot::block("domino", STRIDE, members))
 }
 
 /// The dominoes on a device.

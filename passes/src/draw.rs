@@ -21,8 +21,8 @@ const MAX_EVERY: f64 = 65536.0;
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Draw {
-    /// The contract under "geometry" that the meshes follow.
-    pub geometry: String,
+    /// The contract under "geometry" that the meshes follow: its name, or after an equals sign an expression that yields it.
+    pub geometry: Word<String>,
     /// Which of the host's meshes: a word that the host knows, such as "opaque" or "casters".
     pub filter: String,
     /// The blackboard data whose views are drawn, such as what a camera or a cascade fit publishes.
@@ -90,20 +90,21 @@ impl Node for Draw {
     const SUMMARY: &'static str = "Draws the host's meshes, once for each view.";
 
     fn declare(&self, pass: &mut PassBuilder<'_>) -> Option<Produced> {
-        pass.geometry(&self.geometry, "/geometry")?;
-        let draw = self.scene(pass);
+        let geometry = pass.word(&self.geometry, "/geometry")?;
+        pass.geometry(&geometry, "/geometry")?;
+        let draw = self.scene(pass, geometry);
         self.attachments.render(pass, false, draw)
     }
 }
 
 impl Draw {
-    fn scene(&self, pass: &mut PassBuilder<'_>) -> Option<DrawWork> {
+    fn scene(&self, pass: &mut PassBuilder<'_>, geometry: String) -> Option<DrawWork> {
         let views = pass.data(&self.views, "/views");
-        let (program, bindings) = self.shader.declare(pass, Some(&self.geometry));
+        let (program, bindings) = self.shader.declare(pass, Some(&geometry));
         let cull = pass.word_or(&self.cull, "/cull", Cull::Back)?;
         let order = pass.word_or(&self.order, "/order", DrawOrder::default())?;
         Some(DrawWork::Scene(SceneDraw {
-            geometry: self.geometry.clone(),
+            geometry,
             filter: self.filter.clone(),
             views: views?,
             program: program?,

@@ -8,8 +8,7 @@ use bytemuck::{Pod, Zeroable};
 use std::collections::BTreeSet;
 use umbragraph_pipeline::data::ValueType;
 use umbragraph_pipeline::draw::{
-    DOUBLE_SIDED, HostAttribute, HostInterface, HostMember, HostSlot, HostSlotKind, HostVertexBuffer,
-    PropertySet,
+    DOUBLE_SIDED, HostInterface, HostMember, HostSlot, HostSlotKind, HostVertexBuffer, PropertySet,
 };
 use umbragraph_pipeline::wgpu_types::VertexFormat;
 
@@ -20,6 +19,9 @@ pub const GEOMETRY: &str = "scene";
 
 /// The property of meshes with holes where their texture is transparent.
 pub const ALPHA_MASKED: &str = "alpha_masked";
+
+/// The properties that meshes of scenes can have.
+const PROPERTIES: [&str; 2] = [ALPHA_MASKED, DOUBLE_SIDED];
 
 /// Bytes from one block to the next: what every device accepts as the alignment of an offset.
 pub const BLOCK_STRIDE: u32 = 256;
@@ -92,14 +94,13 @@ pub fn properties(scene: &Scene, draw: Draw) -> PropertySet {
 /// How `scene` stores what [`GEOMETRY`] names.
 pub fn interface(scene: &Scene) -> HostInterface {
     let sets: BTreeSet<PropertySet> = scene.draws().map(|draw| properties(scene, draw)).collect();
-    HostInterface { property_sets: sets.into_iter().collect(), ..any_scene() }
+    any_scene().properties(PROPERTIES, sets)
 }
 
 /// How every scene stores what [`GEOMETRY`] names, with all sets of properties that a scene could have.
 pub fn any_scene() -> HostInterface {
-    let stream = |(name, format, stride): (&str, VertexFormat, u64)| HostVertexBuffer {
-        stride,
-        attributes: vec![HostAttribute { name: name.to_owned(), format, offset: 0 }],
+    let stream = |(name, format, stride): (&'static str, VertexFormat, u64)| {
+        HostVertexBuffer::new(stride, [(name, format, 0)])
     };
     let slot = |name: &str, kind: HostSlotKind| HostSlot { name: name.to_owned(), kind };
     let material =
@@ -109,18 +110,13 @@ pub fn any_scene() -> HostInterface {
         size: ObjectBlock::SIZE,
         stride: BLOCK_STRIDE,
     };
-    let names = [ALPHA_MASKED, DOUBLE_SIDED];
-    HostInterface {
-        vertex_buffers: STREAMS.into_iter().map(stream).collect(),
-        material: vec![
-            slot("material", material),
-            slot("base_color_texture", HostSlotKind::Opaque("texture_2d<f32>".to_owned())),
-            slot("base_color_sampler", HostSlotKind::Opaque("sampler".to_owned())),
-        ],
-        object: vec![slot("object", object)],
-        property_sets: (0..1 << names.len()).map(PropertySet).collect(),
-        properties: names.map(str::to_owned).to_vec(),
-    }
+    let interface = STREAMS.into_iter().map(stream).fold(HostInterface::new(), HostInterface::vertices);
+    interface
+        .material(slot("material", material))
+        .material(HostSlot::opaque("base_color_texture", "texture_2d<f32>"))
+        .material(HostSlot::opaque("base_color_sampler", "sampler"))
+        .object(slot("object", object))
+        .properties(PROPERTIES, (0..1 << PROPERTIES.len()).map(PropertySet))
 }
 
 #[cfg(test)]

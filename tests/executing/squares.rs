@@ -1,10 +1,7 @@
 //! A host whose meshes are coloured squares, and which can be made to misbehave.
 
 use umbragraph::data::ValueType;
-use umbragraph::draw::{
-    DrawPass, DrawSource, HostAttribute, HostInterface, HostMember, HostSlot, HostSlotKind, HostVertexBuffer,
-    PropertySet,
-};
+use umbragraph::draw::{DrawPass, DrawSource, HostInterface, HostSlot, HostVertexBuffer, PropertySet};
 
 /// The template that draws squares: four corners from 0 to 1, put into a rectangle of clip space.
 pub(crate) const TEMPLATE: &str = "struct View { clip_from_world: mat4x4<f32> }
@@ -149,37 +146,13 @@ impl Squares {
 
 /// How the squares are stored.
 pub(crate) fn interface() -> HostInterface {
-    let member =
-        |name: &str, value_type, offset, size| HostMember { name: name.into(), value_type, offset, size };
-    let block = |members, size, stride| HostSlotKind::Block { members, size, stride };
-    HostInterface {
-        vertex_buffers: vec![HostVertexBuffer {
-            stride: 8,
-            attributes: vec![HostAttribute {
-                name: "corner".into(),
-                format: wgpu::VertexFormat::Float32x2,
-                offset: 0,
-            }],
-        }],
-        material: vec![HostSlot {
-            name: "material".into(),
-            kind: block(vec![member("tint", ValueType::VEC4, 0, 16)], 16, 0),
-        }],
-        object: vec![HostSlot {
-            name: "object".into(),
-            kind: block(
-                vec![
-                    member("rectangle", ValueType::VEC4, 0, 16),
-                    member("color", ValueType::VEC4, 16, 16),
-                    member("depth", ValueType::F32, 32, 4),
-                ],
-                48,
-                STRIDE as u32,
-            ),
-        }],
-        properties: vec!["double_sided".into()],
-        property_sets: vec![PropertySet(0), BOTH_SIDES],
-    }
+    let object =
+        [("rectangle", ValueType::VEC4, 0), ("color", ValueType::VEC4, 16), ("depth", ValueType::F32, 32)];
+    HostInterface::new()
+        .vertices(HostVertexBuffer::new(8, [("corner", wgpu::VertexFormat::Float32x2, 0)]))
+        .material(HostSlot::block("material", 0, [("tint", ValueType::VEC4, 0)]))
+        .object(HostSlot::block("object", STRIDE as u32, object))
+        .properties(["double_sided"], [PropertySet(0), BOTH_SIDES])
 }
 
 impl DrawSource for Squares {

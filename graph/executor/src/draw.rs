@@ -56,8 +56,15 @@ pub trait DrawPass {
     fn set_properties(&mut self, properties: PropertySet) -> bool;
     /// Binds a material.
     fn set_material(&mut self, material: u32);
-    /// Binds an object by its position in the host's buffers.
+    /// Binds an object by its position in the host's buffers. Hosts whose objects are arrays need not: the instances of a
+    /// draw say which.
     fn set_object(&mut self, object: u32);
+    /// Binds a bind group of the host's own, for material or object, of the layout that its interface says. `false` where
+    /// the interface says none, or the shaders of the pass bind nothing there.
+    fn set_bind_group(&mut self, index: u32, group: &wgpu::BindGroup, offsets: &[u32]) -> bool {
+        let _ = (index, group, offsets);
+        false
+    }
     /// The render pass, for vertex buffers, index buffers and draws. Bind groups and pipelines are the module's.
     fn render_pass(&mut self) -> &mut wgpu::RenderPass<'static>;
 }

@@ -219,6 +219,7 @@ impl<'p> Nothing<'p> {
         let slots = hosts.values().flat_map(|interface| &interface.object);
         let sizes = slots.filter_map(|slot| match slot.kind {
             HostSlotKind::Block { size, .. } => Some(u64::from(size)),
+            HostSlotKind::Array { stride, .. } => Some(u64::from(stride)),
             HostSlotKind::Opaque(_) => None,
         });
         let block = device.create_buffer(&wgpu::BufferDescriptor {

@@ -27,8 +27,8 @@ pub(super) struct Materials {
 /// The objects of the host for one layout.
 pub(super) struct Objects {
     layout: HostLayout,
-    /// Bytes from object to object of each block, in the order of the bindings.
-    strides: Vec<u32>,
+    /// For each binding, if it is a block, bytes from object to object.
+    strides: Vec<Option<u32>>,
     group: Option<wgpu::BindGroup>,
     /// The number of objects for which every block lies within its buffer.
     count: u32,
@@ -88,10 +88,10 @@ impl Objects {
         let stride = |name: &str| {
             interface.object.iter().find(|slot| slot.name == name).and_then(|slot| match slot.kind {
                 HostSlotKind::Block { stride, .. } => Some(stride),
-                HostSlotKind::Opaque(_) => None,
+                HostSlotKind::Opaque(_) | HostSlotKind::Array { .. } => None,
             })
         };
-        let strides = layout.bindings.iter().filter_map(|(_, name)| stride(name)).collect();
+        let strides = layout.bindings.iter().map(|(_, name)| stride(name)).collect();
         Self { layout, strides, group: None, count: 0, generation: None }
     }
 
@@ -116,14 +116,15 @@ impl Objects {
         self.forget();
         let give = |name: &str| source.object(name).ok_or_else(|| lacks(name, "objects"));
         let (group, room) = make(creation, &self.layout, "objects", give)?;
-        let counts = room.iter().zip(&self.strides).map(|(room, stride)| match (room, stride) {
+        let blocks = room.iter().zip(&self.strides).filter_map(|(room, stride)| Some((room, (*stride)?)));
+        let counts = blocks.map(|(room, stride)| match (room, stride) {
             (None, _) => 0,
             (Some(_), 0) => u64::from(u32::MAX),
-            (Some(room), stride) => room / u64::from(*stride) + 1,
+            (Some(room), stride) => room / u64::from(stride) + 1,
         });
         // An offset has 32 bits.
-        let addressable =
-            self.strides.iter().map(|stride| u32::MAX.checked_div(*stride).unwrap_or(u32::MAX)).min();
+        let strides = self.strides.iter().flatten();
+        let addressable = strides.map(|stride| u32::MAX.checked_div(*stride).unwrap_or(u32::MAX)).min();
         let count = counts.min().unwrap_or(u64::from(u32::MAX));
         self.count = u32::try_from(count).unwrap_or(u32::MAX).min(addressable.unwrap_or(u32::MAX));
         self.group = Some(group);
@@ -141,12 +142,12 @@ impl Objects {
     pub(super) fn get<'a>(&'a self, object: u32, offsets: &mut Vec<u32>) -> Option<&'a wgpu::BindGroup> {
         let group = self.group.as_ref().filter(|_| object < self.count)?;
         offsets.clear();
-        offsets.extend(self.strides.iter().map(|stride| stride.saturating_mul(object)));
+        offsets.extend(self.strides.iter().flatten().map(|stride| stride.saturating_mul(object)));
         Some(group)
     }
 }
 
-/// A bind group, and for each buffer in it the bytes behind what is bound; `None` where that does not fit the buffer.
+/// A bind group, and for each binding the bytes behind what is bound of its buffer; `None` where that does not fit.
 fn make<'a>(
     creation: &mut Creation<'_>,
     layout: &HostLayout,
@@ -157,12 +158,13 @@ fn make<'a>(
     let mut room = Vec::new();
     for (binding, name) in &layout.bindings {
         let resource = give(name)?;
-        if let wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size }) = &resource {
-            let behind = buffer.size().checked_sub(*offset);
-            room.push(
-                behind.and_then(|behind| behind.checked_sub(size.map_or(behind, wgpu::BufferSize::get))),
-            );
-        }
+        room.push(match &resource {
+            wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset, size }) => {
+                let behind = buffer.size().checked_sub(*offset);
+                behind.and_then(|behind| behind.checked_sub(size.map_or(behind, wgpu::BufferSize::get)))
+            }
+            _ => None,
+        });
         entries.push(wgpu::BindGroupEntry { binding: *binding, resource });
     }
     let descriptor =

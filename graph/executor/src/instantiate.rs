@@ -107,6 +107,8 @@ pub(super) struct InstantiatedScene {
     pub(super) materials: Option<usize>,
     /// The position in [`Instantiated::objects`].
     pub(super) objects: Option<usize>,
+    /// The bind groups that the host fills itself.
+    pub(super) own_groups: Vec<u32>,
     /// What clears a view's texels, where views are kept.
     pub(super) clear: Option<wgpu::RenderPipeline>,
     /// What moves what a view still shows, where that is wanted.
@@ -202,7 +204,8 @@ impl Instantiated {
                 let program = plan.pipeline.program(program);
                 let mut pipelines =
                     Pipelines { creation: &mut *creation, objects, plan: &plan, name: &pass.name, program };
-                let layouts = pipelines.layouts(work);
+                let host = scene_of(work).and_then(|scene| interface_of(&self.interfaces, scene));
+                let layouts = pipelines.layouts(work, host);
                 let work = self.program_work(&mut pipelines, planned, pass, &layouts);
                 let groups = self.groups(creation, objects, at, pass, program, &layouts);
                 work.map(|work| (work, groups))
@@ -250,10 +253,16 @@ impl Instantiated {
                         Some(InstantiatedWork::Fullscreen { pipeline, attachments, draw })
                     }
                     Draw::Scene(scene) => {
-                        let (_, interface) =
-                            self.interfaces.iter().find(|(name, _)| *name == scene.geometry)?;
+                        let interface = interface_of(&self.interfaces, scene)?;
                         let made = pipelines.scene(render, scene, layouts, interface);
-                        let host = |index| host_layout(pipelines.program, layouts, index);
+                        let fills = |index: &u32| interface.own_layout(*index).is_some();
+                        let is_used = |index: &u32| layouts.group(*index).is_some();
+                        let own_groups = [MATERIAL_GROUP, OBJECT_GROUP].into_iter();
+                        let own_groups = own_groups.filter(|index| fills(index) && is_used(index)).collect();
+                        let host = |index| {
+                            let layout = host_layout(pipelines.program, layouts, index);
+                            layout.filter(|_| !fills(&index))
+                        };
                         let materials = host(MATERIAL_GROUP).map(|layout| {
                             position(&mut self.materials, Materials::new(layout), Materials::is_alike)
                         });
@@ -277,6 +286,7 @@ impl Instantiated {
                             pipelines: made,
                             materials,
                             objects,
+                            own_groups,
                             clear: pipelines.clear(render, scene),
                             scroll,
                             over,
@@ -301,11 +311,7 @@ impl Instantiated {
         layouts: &Layouts,
     ) -> Vec<Group> {
         let plan = self.plan.clone();
-        let is_host = |index: u32| {
-            let is_scene =
-                matches!(pass.work(), Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
-            is_scene && index >= MATERIAL_GROUP
-        };
+        let is_host = |index: u32| scene_of(pass.work()).is_some() && index >= MATERIAL_GROUP;
         let mut groups = Vec::new();
         for (index, layout) in (0..).zip(&layouts.groups) {
             let Some(layout) = layout.as_ref().filter(|_| !is_host(index)) else { continue };
@@ -389,6 +395,21 @@ fn join(leader: &mut InstantiatedPass, followers: &mut [InstantiatedPass]) {
         leader.label.push_str(&follower.label);
     }
     leader.merged = 1 + followers.len();
+}
+
+/// The draws of the host's meshes, where a pass has some.
+fn scene_of(work: &Work) -> Option<&SceneDraw> {
+    match work {
+        Work::Render(render) => match &render.draw {
+            Draw::Scene(scene) => Some(scene),
+            Draw::Fullscreen { .. } | Draw::Buffers(_) => None,
+        },
+        _ => None,
+    }
+}
+
+fn interface_of<'a>(known: &'a [(String, HostInterface)], scene: &SceneDraw) -> Option<&'a HostInterface> {
+    known.iter().find(|(name, _)| *name == scene.geometry).map(|(_, interface)| interface)
 }
 
 /// What is bound of a resource and of its fallbacks; nothing is switched where there is only one.

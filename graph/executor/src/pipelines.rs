@@ -2,7 +2,7 @@
 //!
 //! Layouts are what reflection says of a program, the union over its variants; one thing that reflection cannot know is
 //! added: which blocks move by a dynamic offset (`view`, and the blocks of an object). A bind group that a program does
-//! not use is a hole in its layout.
+//! not use is a hole in its layout; of one that the host fills itself the layout is the host's.
 //!
 //! For a pass that draws the host's meshes there is one pipeline for each set of properties that the host's interface
 //! names, with the vertex buffers from which the variant reads; sets that come to the same variant share it. Front faces
@@ -17,7 +17,7 @@ use super::redraw;
 use crate::compiler::Plan;
 use crate::pipeline::{Program, ProgramVariant};
 use crate::shader::{ShaderModule, Stage};
-use crate::work::{BufferDraw, Draw, RenderWork, ResourceHandle, SceneDraw, SlotSource, Work};
+use crate::work::{BufferDraw, RenderWork, ResourceHandle, SceneDraw, SlotSource, Work};
 use umbragraph_pipeline::draw::{DOUBLE_SIDED, HostAttribute, HostInterface, OBJECT_GROUP, PropertySet};
 
 /// The layouts of a program: those of its bind groups, `None` for one without bindings, and of its pipelines.
@@ -44,14 +44,18 @@ pub(super) struct Pipelines<'a, 'c> {
 }
 
 impl Pipelines<'_, '_> {
-    /// The layouts of the program as a pass with this work binds it.
-    pub(super) fn layouts(&mut self, work: &Work) -> Layouts {
-        let is_scene = matches!(work, Work::Render(render) if matches!(render.draw, Draw::Scene(_)));
+    /// The layouts of the program as a pass with this work binds it; `host` is the interface of the meshes that it draws.
+    pub(super) fn layouts(&mut self, work: &Work, host: Option<&HostInterface>) -> Layouts {
         let views = blocks::slots(work).iter().filter(|slot| matches!(slot.source, SlotSource::View));
         let views: BTreeSet<(u32, u32)> = views.map(|slot| (slot.group, slot.binding)).collect();
         let bindings = &self.program.bindings;
         let count = bindings.iter().map(|binding| binding.group + 1).max().unwrap_or(0);
+        let is_used = |group: u32| bindings.iter().any(|binding| binding.group == group);
         let entries = |group: u32| -> Vec<wgpu::BindGroupLayoutEntry> {
+            let own_layout = host.and_then(|host| host.own_layout(group));
+            if let Some(entries) = own_layout.filter(|_| is_used(group)) {
+                return entries.to_vec();
+            }
             let own = bindings.iter().filter(|binding| binding.group == group);
             let entries = own.map(|binding| {
                 let mut entry = wgpu::BindGroupLayoutEntry {
@@ -59,8 +63,9 @@ impl Pipelines<'_, '_> {
                     ..binding.entry
                 };
                 if let wgpu::BindingType::Buffer { has_dynamic_offset, .. } = &mut entry.ty {
+                    let is_moved = host.is_some_and(|host| host.is_moved(&binding.name));
                     *has_dynamic_offset =
-                        (is_scene && group == OBJECT_GROUP) || views.contains(&(group, entry.binding));
+                        (is_moved && group == OBJECT_GROUP) || views.contains(&(group, entry.binding));
                 }
                 entry
             });
@@ -132,7 +137,7 @@ impl Pipelines<'_, '_> {
             let properties = interface.property_names(*set);
             let cull = scene.cull.filter(|_| !properties.contains(&DOUBLE_SIDED));
             let variant = self.program.variant(&properties);
-            let buffers = vertex_buffers(variant, interface);
+            let buffers = vertex_buffers(variant, interface, *set);
             let primitive = Primitive { cull, ..Primitive::default() };
             pipelines.push((*set, self.render(render, variant, layouts, buffers, primitive)));
         }
@@ -202,12 +207,17 @@ impl Pipelines<'_, '_> {
 }
 
 /// The host's vertex buffers with the attributes that a variant reads; `None` for a buffer without any.
-fn vertex_buffers(variant: &ProgramVariant, interface: &HostInterface) -> Vec<Option<VertexBufferKey>> {
+fn vertex_buffers(
+    variant: &ProgramVariant,
+    interface: &HostInterface,
+    set: PropertySet,
+) -> Vec<Option<VertexBufferKey>> {
     let inputs = variant.entry_point(Stage::Vertex).map(|entry| entry.inputs.as_slice()).unwrap_or_default();
-    let buffers = interface.vertex_buffers.iter().map(|buffer| {
+    let buffers = interface.buffers(set).iter().map(|buffer| {
         // Of attributes with one name the first counts, as it does when the interface is checked.
         let counts = |attribute: &&HostAttribute| {
-            interface.attribute(&attribute.name).is_some_and(|(_, first)| std::ptr::eq(first, *attribute))
+            let first = interface.attribute(set, &attribute.name);
+            first.is_some_and(|first| std::ptr::eq(first, *attribute))
         };
         let attributes = buffer.attributes.iter().filter(counts).filter_map(|attribute| {
             Some(wgpu::VertexAttribute {
@@ -217,7 +227,7 @@ fn vertex_buffers(variant: &ProgramVariant, interface: &HostInterface) -> Vec<Op
             })
         });
         let attributes: Vec<_> = attributes.collect();
-        (!attributes.is_empty()).then_some((buffer.stride, wgpu::VertexStepMode::Vertex, attributes))
+        (!attributes.is_empty()).then_some((buffer.stride, buffer.step, attributes))
     });
     let mut buffers: Vec<_> = buffers.collect();
     while buffers.last().is_some_and(Option::is_none) {

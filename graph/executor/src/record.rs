@@ -384,6 +384,7 @@ impl Recording<'_> {
             groups: &pass.groups,
             materials: instantiated.materials.and_then(|at| self.instantiated.materials.get(at)),
             objects: instantiated.objects.and_then(|at| self.instantiated.objects.get(at)),
+            own_groups: &instantiated.own_groups,
             extent: self.attachments.extent,
         };
         let bounds = self.frame.input.filter_bounds.iter().find(|(known, _)| *known == work.filter);

@@ -252,9 +252,10 @@ pub(super) fn scenes(plan: &Plan) -> impl Iterator<Item = (&Pass, &SceneDraw)> {
 fn check_strides(pass: &Pass, interface: &HostInterface, limits: &wgpu::Limits) -> Vec<Diagnostic> {
     let alignment =
         limits.min_uniform_buffer_offset_alignment.max(limits.min_storage_buffer_offset_alignment).max(1);
-    let strides = interface.object.iter().filter_map(|slot| match slot.kind {
+    let blocks = interface.object.iter().filter(|_| interface.object_layout.is_none());
+    let strides = blocks.filter_map(|slot| match slot.kind {
         HostSlotKind::Block { stride, .. } => Some((&slot.name, stride)),
-        HostSlotKind::Opaque(_) => None,
+        HostSlotKind::Opaque(_) | HostSlotKind::Array { .. } => None,
     });
     let crooked = strides.filter(|(_, stride)| stride % alignment != 0);
     crooked

@@ -2,7 +2,7 @@
 //!
 //! The host chooses pipelines, materials and objects by number, and nothing that it chooses can leave the render pass
 //! without what a draw needs: each view begins with the pipeline of the first property set, material 0 and object 0, and
-//! a number that does not exist changes nothing. A pass whose pipelines cannot be fed at all (no property sets, no
+//! a number that does not exist changes nothing; bind groups of its own the host binds before it draws. A pass whose pipelines cannot be fed at all (no property sets, no
 //! materials) is not offered to the host.
 
 use super::groups::{self, Group};
@@ -25,6 +25,8 @@ pub(super) struct Scene<'a> {
     pub(super) groups: &'a [Group],
     pub(super) materials: Option<&'a Materials>,
     pub(super) objects: Option<&'a Objects>,
+    /// The bind groups that the host fills itself.
+    pub(super) own_groups: &'a [u32],
     /// Width and height of the attachments.
     pub(super) extent: [u32; 2],
 }
@@ -160,6 +162,14 @@ impl DrawPass for ScenePass<'_> {
         if let Some(group) = self.scene.objects.and_then(|objects| objects.get(object, self.offsets)) {
             self.pass.set_bind_group(OBJECT_GROUP, group, self.offsets);
         }
+    }
+
+    fn set_bind_group(&mut self, index: u32, group: &wgpu::BindGroup, offsets: &[u32]) -> bool {
+        let is_own = self.scene.own_groups.contains(&index);
+        if is_own {
+            self.pass.set_bind_group(index, group, offsets);
+        }
+        is_own
     }
 
     fn render_pass(&mut self) -> &mut wgpu::RenderPass<'static> {

@@ -7,11 +7,16 @@
 //! draws, choosing properties, material and object by number.
 //!
 //! Conventions: bind group 2 is the material, one bind group for each of the host's materials; bind group 3 is the
-//! object, one bind group in all, whose blocks are moved by a dynamic offset of a fixed stride for each object. Front
-//! faces are counter-clockwise.
+//! object, one bind group in all, whose blocks are moved by a dynamic offset of a fixed stride for each object, and whose
+//! arrays stay in place: shaders index them by instance. A host that has bind groups of its own for one of the two says
+//! their layout, and binds them itself. Front faces are counter-clockwise.
+//!
+//! Meshes whose vertices are stored otherwise than most have a property, and their sets of properties have vertex
+//! buffers of their own. What is in vertex buffers can change from instance to instance, too.
 
 use crate::data::ValueType;
 use crate::diagnostic::{Diagnostic, Related};
+use wgpu_types::{BindGroupLayoutEntry, BindingType, VertexFormat, VertexStepMode};
 
 /// The property under which a mesh is drawn from both sides. It changes no shader unless a template has an axis of
 /// that name; the rasteriser's culling is switched off for it.
@@ -24,10 +29,24 @@ pub const MATERIAL_GROUP: u32 = 2;
 pub const OBJECT_GROUP: u32 = 3;
 
 /// A host's storage of a `geometry` of a pipeline.
+///
+/// ```
+/// use umbragraph_pipeline::data::ValueType;
+/// use umbragraph_pipeline::draw::{HostInterface, HostSlot, HostVertexBuffer};
+/// use umbragraph_pipeline::wgpu_types::VertexFormat::Float32x3;
+///
+/// let interface = HostInterface::new()
+///     .vertices(HostVertexBuffer::new(24, [("position", Float32x3, 0), ("normal", Float32x3, 12)]))
+///     .object(HostSlot::array("objects", 64, [("world_from_object", ValueType::MAT4, 0)]));
+/// assert_eq!(interface.property_sets.len(), 1);
+/// ```
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct HostInterface {
     /// The vertex buffers; the position is the slot that the host binds them to.
     pub vertex_buffers: Vec<HostVertexBuffer>,
+    /// The vertex buffers of meshes with a set of properties, where they are others.
+    pub vertex_buffers_of: Vec<(PropertySet, Vec<HostVertexBuffer>)>,
     /// The bindings of bind group 2, by name.
     pub material: Vec<HostSlot>,
     /// The bindings of bind group 3, by name.
@@ -36,6 +55,11 @@ pub struct HostInterface {
     pub properties: Vec<String>,
     /// The combinations of properties that occur; pipelines are built for these.
     pub property_sets: Vec<PropertySet>,
+    /// The layout of bind group 2, where the host has bind groups of its own for it. Bindings are then found by their
+    /// numbers, and `material` need only name blocks whose members are to be compared.
+    pub material_layout: Option<Vec<BindGroupLayoutEntry>>,
+    /// The same for bind group 3.
+    pub object_layout: Option<Vec<BindGroupLayoutEntry>>,
 }
 
 /// A set of mesh properties, as positions in [`HostInterface::properties`]: bit 0 is the first.
@@ -43,6 +67,90 @@ pub struct HostInterface {
 pub struct PropertySet(pub u32);
 
 impl HostInterface {
+    /// Meshes without properties.
+    pub fn new() -> Self {
+        Self { property_sets: vec![PropertySet::default()], ..Self::default() }
+    }
+
+    /// With another vertex buffer, in the next slot.
+    #[must_use]
+    pub fn vertices(mut self, buffer: HostVertexBuffer) -> Self {
+        self.vertex_buffers.push(buffer);
+        self
+    }
+
+    /// With another binding of bind group 2.
+    #[must_use]
+    pub fn material(mut self, slot: HostSlot) -> Self {
+        self.material.push(slot);
+        self
+    }
+
+    /// With another binding of bind group 3.
+    #[must_use]
+    pub fn object(mut self, slot: HostSlot) -> Self {
+        self.object.push(slot);
+        self
+    }
+
+    /// With properties of meshes, and the sets of them that occur.
+    #[must_use]
+    pub fn properties<'n>(
+        mut self,
+        names: impl IntoIterator<Item = &'n str>,
+        sets: impl IntoIterator<Item = PropertySet>,
+    ) -> Self {
+        self.properties = names.into_iter().map(str::to_owned).collect();
+        self.property_sets = sets.into_iter().collect();
+        self
+    }
+
+    /// With vertex buffers of their own for the meshes of a set of properties.
+    #[must_use]
+    pub fn vertices_of(
+        mut self,
+        set: PropertySet,
+        buffers: impl IntoIterator<Item = HostVertexBuffer>,
+    ) -> Self {
+        self.vertex_buffers_of.push((set, buffers.into_iter().collect()));
+        self
+    }
+
+    /// With bind groups of the host's own for materials.
+    #[must_use]
+    pub fn material_layout(mut self, entries: impl Into<Vec<BindGroupLayoutEntry>>) -> Self {
+        self.material_layout = Some(entries.into());
+        self
+    }
+
+    /// With bind groups of the host's own for objects.
+    #[must_use]
+    pub fn object_layout(mut self, entries: impl Into<Vec<BindGroupLayoutEntry>>) -> Self {
+        self.object_layout = Some(entries.into());
+        self
+    }
+
+    /// The vertex buffers of meshes with a set of properties.
+    pub fn buffers(&self, set: PropertySet) -> &[HostVertexBuffer] {
+        let own = self.vertex_buffers_of.iter().find(|(known, _)| *known == set);
+        own.map_or(&self.vertex_buffers, |(_, buffers)| buffers)
+    }
+
+    /// The layout of one of the host's bind groups, where it binds those itself.
+    pub fn own_layout(&self, group: u32) -> Option<&[BindGroupLayoutEntry]> {
+        match group {
+            MATERIAL_GROUP => self.material_layout.as_deref(),
+            OBJECT_GROUP => self.object_layout.as_deref(),
+            _ => None,
+        }
+    }
+
+    /// Whether a block of bind group 3 is moved from object to object.
+    pub fn is_moved(&self, name: &str) -> bool {
+        let slot = self.object.iter().find(|slot| slot.name == name);
+        slot.is_none_or(|slot| matches!(slot.kind, HostSlotKind::Block { .. }))
+    }
+
     /// The names of the properties of a set.
     pub fn property_names(&self, set: PropertySet) -> Vec<&str> {
         let in_set = |at: usize| at < 32 && set.0 & (1 << at) != 0;
@@ -54,25 +162,38 @@ impl HostInterface {
             .collect()
     }
 
-    /// The vertex attribute of a name: its slot and itself.
-    pub fn attribute(&self, name: &str) -> Option<(usize, &HostAttribute)> {
-        self.vertex_buffers.iter().enumerate().find_map(|(slot, buffer)| {
-            buffer
-                .attributes
-                .iter()
-                .find(|attribute| attribute.name == name)
-                .map(|attribute| (slot, attribute))
-        })
+    /// The vertex attribute of a name, of meshes with a set of properties.
+    pub fn attribute(&self, set: PropertySet, name: &str) -> Option<&HostAttribute> {
+        let mut attributes = self.buffers(set).iter().flat_map(|buffer| &buffer.attributes);
+        attributes.find(|attribute| attribute.name == name)
     }
 }
 
 /// A vertex buffer of the host.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HostVertexBuffer {
-    /// Bytes from one vertex to the next.
+    /// Bytes from one element to the next.
     pub stride: u64,
+    /// Whether elements belong to vertices or to instances.
+    pub step: VertexStepMode,
     /// The members.
     pub attributes: Vec<HostAttribute>,
+}
+
+impl HostVertexBuffer {
+    /// A buffer with an element for each vertex: its bytes, and its attributes with their formats and first bytes.
+    pub fn new<'n>(stride: u64, attributes: impl IntoIterator<Item = (&'n str, VertexFormat, u64)>) -> Self {
+        let attribute =
+            |(name, format, offset): (&str, _, _)| HostAttribute { name: name.to_owned(), format, offset };
+        let attributes = attributes.into_iter().map(attribute).collect();
+        Self { stride, step: VertexStepMode::Vertex, attributes }
+    }
+
+    /// With an element for each instance instead.
+    #[must_use]
+    pub fn per_instance(self) -> Self {
+        Self { step: VertexStepMode::Instance, ..self }
+    }
 }
 
 /// A vertex attribute of the host.
@@ -81,7 +202,7 @@ pub struct HostAttribute {
     /// The name that shaders use.
     pub name: String,
     /// Its format.
-    pub format: wgpu_types::VertexFormat,
+    pub format: VertexFormat,
     /// Its first byte in a vertex.
     pub offset: u64,
 }
@@ -93,6 +214,36 @@ pub struct HostSlot {
     pub name: String,
     /// The kind.
     pub kind: HostSlotKind,
+}
+
+impl HostSlot {
+    /// A texture or a sampler, by its WGSL type.
+    pub fn opaque(name: impl Into<String>, wgsl: impl Into<String>) -> Self {
+        Self { name: name.into(), kind: HostSlotKind::Opaque(wgsl.into()) }
+    }
+
+    /// A uniform block, with its members' types and first bytes; `stride` are the bytes to the next object's, 0 for a
+    /// material's.
+    pub fn block<'n>(
+        name: impl Into<String>,
+        stride: u32,
+        members: impl IntoIterator<Item = (&'n str, ValueType, u32)>,
+    ) -> Self {
+        let members: Vec<_> = members.into_iter().map(HostMember::from).collect();
+        let size = members.iter().map(|member| member.offset + member.size).max().unwrap_or(0);
+        let size = size.next_multiple_of(16);
+        Self { name: name.into(), kind: HostSlotKind::Block { members, size, stride } }
+    }
+
+    /// An array in a storage buffer, with the bytes from one element to the next, and the members of an element.
+    pub fn array<'n>(
+        name: impl Into<String>,
+        stride: u32,
+        members: impl IntoIterator<Item = (&'n str, ValueType, u32)>,
+    ) -> Self {
+        let members = members.into_iter().map(HostMember::from).collect();
+        Self { name: name.into(), kind: HostSlotKind::Array { members, stride } }
+    }
 }
 
 /// The kind of a binding of the host.
@@ -109,6 +260,13 @@ pub enum HostSlotKind {
         /// Bytes from one object's block to the next; a multiple of 256. 0 for a material's block.
         stride: u32,
     },
+    /// An array of structs in a storage buffer, whose length is the buffer's.
+    Array {
+        /// The members of an element with their types and first bytes.
+        members: Vec<HostMember>,
+        /// Bytes from one element to the next.
+        stride: u32,
+    },
 }
 
 /// A member of a host's block.
@@ -122,6 +280,13 @@ pub struct HostMember {
     pub offset: u32,
     /// Its bytes, padding between columns or elements included.
     pub size: u32,
+}
+
+impl From<(&str, ValueType, u32)> for HostMember {
+    /// A member without padding, with its type and its first byte.
+    fn from((name, value_type, offset): (&str, ValueType, u32)) -> Self {
+        Self { name: name.to_owned(), value_type, offset, size: 4 * value_type.words() as u32 }
+    }
 }
 
 /// Compares how a host stores things with what the programs that draw it want. Places are the passes' shaders.
@@ -172,9 +337,15 @@ fn check_program(
         for input in
             variant.entry_point(Stage::Vertex).map(|entry| entry.inputs.as_slice()).unwrap_or_default()
         {
-            if host.attribute(&input.name).is_none() {
+            if host.attribute(*set, &input.name).is_none() {
+                let properties = host.property_names(*set);
+                let of = if host.vertex_buffers_of.iter().any(|(own, _)| own == set) {
+                    format!(" of meshes with the properties {}", properties.join(", "))
+                } else {
+                    String::new()
+                };
                 report(format!(
-                    "the host has no vertex attribute \"{}\", which {template} reads (geometry \"{geometry}\")",
+                    "the host has no vertex attribute \"{}\"{of}, which {template} reads (geometry \"{geometry}\")",
                     input.name
                 ));
             }
@@ -182,42 +353,54 @@ fn check_program(
     }
     for binding in program.bindings.iter().filter(|binding| binding.group >= MATERIAL_GROUP) {
         let slots = if binding.group == MATERIAL_GROUP { &host.material } else { &host.object };
-        let name = &binding.name;
-        match (slots.iter().find(|slot| slot.name == *name).map(|slot| &slot.kind), &binding.block) {
-            (None, _) => {
-                report(format!("the host has no \"{name}\" for group {} of {template}", binding.group));
+        let (name, group) = (&binding.name, binding.group);
+        let slot = slots.iter().find(|slot| slot.name == *name).map(|slot| &slot.kind);
+        if let Some(entries) = host.own_layout(group) {
+            let number = binding.entry.binding;
+            match entries.iter().find(|entry| entry.binding == number) {
+                None => report(format!(
+                    "the host's layout of group {group} has no binding {number}, which is \"{name}\" in {template}"
+                )),
+                Some(entry) if !fits(&entry.ty, &binding.entry.ty) => report(format!(
+                    "binding {number} of the host's layout of group {group} is not {}, which {template} wants as \"{name}\"",
+                    binding.type_name
+                )),
+                Some(entry) if !entry.visibility.contains(binding.entry.visibility) => report(format!(
+                    "binding {number} of the host's layout of group {group} is not visible to {:?}, where {template} \
+                     reads \"{name}\"",
+                    binding.entry.visibility
+                )),
+                Some(_) => {}
             }
+            if slot.is_none() {
+                continue;
+            }
+        }
+        match (slot, &binding.block) {
+            (None, _) => report(format!("the host has no \"{name}\" for group {group} of {template}")),
             (Some(HostSlotKind::Opaque(type_name)), None) if *type_name == binding.type_name => {}
             (
                 Some(HostSlotKind::Block { members, size, .. }),
                 Some(layout @ TypeLayout::Struct { members: wanted, .. }),
             ) => {
-                for member in wanted {
-                    let Some(have) = members.iter().find(|have| have.name == member.name) else {
-                        report(format!(
-                            "the host's block \"{name}\" has no \"{}\", which {template} reads",
-                            member.name
-                        ));
-                        continue;
-                    };
-                    let have_type = have.value_type.to_string();
-                    if have_type != member.layout.spelling() {
-                        report(format!(
-                            "\"{name}.{}\" is {have_type} on the host and {} in {template}",
-                            member.name,
-                            member.layout.spelling()
-                        ));
-                    } else if have.offset != member.offset || have.size > member.layout.size() {
-                        report(format!(
-                            "\"{name}.{}\" lies at byte {} on the host and at byte {} in {template}",
-                            member.name, have.offset, member.offset
-                        ));
-                    }
-                }
+                compare_members((name, members), (template, wanted), &mut report);
                 if *size < layout.size() {
                     report(format!(
                         "the host's block \"{name}\" has {size} bytes, {template} wants {}",
                         layout.size()
+                    ));
+                }
+            }
+            (
+                Some(HostSlotKind::Array { members, stride }),
+                Some(TypeLayout::Array { element, count: None, stride: wanted_stride }),
+            ) if matches!(**element, TypeLayout::Struct { .. }) => {
+                if let TypeLayout::Struct { members: wanted, .. } = &**element {
+                    compare_members((name, members), (template, wanted), &mut report);
+                }
+                if stride != wanted_stride {
+                    report(format!(
+                        "elements of the host's array \"{name}\" lie {stride} bytes apart, in {template} {wanted_stride}"
                     ));
                 }
             }
@@ -228,5 +411,56 @@ fn check_program(
                 ));
             }
         }
+    }
+}
+
+/// Compares the members of a host's block or element with those that a template reads.
+fn compare_members(
+    (name, members): (&str, &[HostMember]),
+    (template, wanted): (&str, &[crate::shader::Member]),
+    report: &mut dyn FnMut(String),
+) {
+    for member in wanted {
+        let Some(have) = members.iter().find(|have| have.name == member.name) else {
+            report(format!("the host's block \"{name}\" has no \"{}\", which {template} reads", member.name));
+            continue;
+        };
+        let have_type = have.value_type.to_string();
+        if have_type != member.layout.spelling() {
+            report(format!(
+                "\"{name}.{}\" is {have_type} on the host and {} in {template}",
+                member.name,
+                member.layout.spelling()
+            ));
+        } else if have.offset != member.offset || have.size > member.layout.size() {
+            report(format!(
+                "\"{name}.{}\" lies at byte {} on the host and at byte {} in {template}",
+                member.name, have.offset, member.offset
+            ));
+        }
+    }
+}
+
+/// Whether a binding of a host's own layout can be what a shader declares.
+fn fits(have: &BindingType, want: &BindingType) -> bool {
+    use wgpu_types::{SamplerBindingType as S, TextureSampleType as T};
+    match (have, want) {
+        (
+            BindingType::Buffer { ty: have, min_binding_size: room, .. },
+            BindingType::Buffer { ty: want, min_binding_size: need, .. },
+        ) => have == want && room.is_none_or(|room| need.is_none_or(|need| room >= need)),
+        (
+            BindingType::Texture { sample_type: have, view_dimension: a, multisampled: m },
+            BindingType::Texture { sample_type: want, view_dimension: b, multisampled: n },
+        ) => {
+            let is_float = |kind: &T| matches!(kind, T::Float { .. });
+            let is_filtered = T::Float { filterable: true };
+            let alike = have == want || (is_float(have) && is_float(want) && *want != is_filtered);
+            alike && (a, m) == (b, n)
+        }
+        (BindingType::Sampler(have), BindingType::Sampler(want)) => {
+            (*have == S::Comparison) == (*want == S::Comparison)
+        }
+        _ => have == want,
     }
 }

@@ -245,7 +245,7 @@ fn pipelines(
         .into_iter()
         .zip(0..)
         .map(|(name, shader_location)| {
-            let (_, attribute) = interface.attribute(name).expect("a stream");
+            let attribute = interface.attribute(PropertySet::default(), name).expect("a stream");
             [wgpu::VertexAttribute { format: attribute.format, offset: attribute.offset, shader_location }]
         })
         .collect();

@@ -478,7 +478,7 @@ impl<'a, 's> Expander<'a, 's> {
             };
             match setting::decode_parameter(&parameter.key, &declaration, &value) {
                 Ok(value) => {
-                    if declaration.parameter_type == crate::language::ParameterType::Enum {
+                    if !declaration.values.is_empty() {
                         inner.words.insert(parameter.key.clone(), declaration.values.clone());
                     }
                     let is_word = declaration.parameter_type == ParameterType::Enum;

@@ -9,7 +9,7 @@ use super::{Evaluate, PassBuilder, Program};
 use crate::diagnostic::{codes, suggested_name};
 use crate::draw::MATERIAL_GROUP;
 use crate::language::HostBinding;
-use crate::shader::{Stage, TypeLayout};
+use crate::shader::{Member, Stage, TypeLayout};
 
 /// Checks a program against a contract; reports, and says whether it fits.
 pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Program, pointer: &str) -> bool {
@@ -72,7 +72,8 @@ pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Progra
                 report(pass, message, help);
             }
             (Some(HostBinding::Opaque(type_name)), None) if *type_name == binding.type_name => {}
-            (Some(HostBinding::Block(members)), Some(TypeLayout::Struct { members: wanted, .. })) => {
+            (Some(provided), Some(layout)) if members_of(provided, layout).is_some() => {
+                let Some((members, wanted)) = members_of(provided, layout) else { continue };
                 for member in wanted {
                     match members.get(&member.name) {
                         Some(type_name) if *type_name == member.layout.spelling() => {}
@@ -103,11 +104,26 @@ pub(super) fn check(pass: &mut PassBuilder<'_>, geometry: &str, program: &Progra
                     "{template} declares \"{}\" as {}, \"{geometry}\" provides something else",
                     binding.name, binding.type_name
                 ),
-                "write textures and samplers as their WGSL type, blocks as an object of members".to_owned(),
+                "write textures and samplers as their WGSL type, blocks as an object of members, arrays as a list with one"
+                    .to_owned(),
             ),
         }
     }
     fine
+}
+
+type Members<'a> = (&'a std::collections::BTreeMap<String, String>, &'a [Member]);
+
+/// The members that are provided, and those that are wanted, where both are of a block or both of an array's element.
+fn members_of<'a>(provided: &'a HostBinding, layout: &'a TypeLayout) -> Option<Members<'a>> {
+    match (provided, layout) {
+        (HostBinding::Block(members), TypeLayout::Struct { members: wanted, .. }) => Some((members, wanted)),
+        (HostBinding::Array([members]), TypeLayout::Array { element, count: None, .. }) => match &**element {
+            TypeLayout::Struct { members: wanted, .. } => Some((members, wanted)),
+            _ => None,
+        },
+        _ => None,
+    }
 }
 
 fn suggestion<'a>(name: &str, known: impl Iterator<Item = &'a String>, section: &str) -> String {

@@ -172,7 +172,7 @@ pub struct ParameterDeclaration {
     pub max_length: Option<u32>,
     /// The order of the elements of a list.
     pub order: Option<Order>,
-    /// The words of an enumeration.
+    /// The words of an enumeration; a subgraph's that lists none takes any, such as the name of a geometry.
     #[serde(default)]
     pub values: Vec<String>,
     /// The unit, such as "m", "texel", "ndc", "degree", "1" for a plain number.
@@ -323,6 +323,9 @@ pub enum HostBinding {
     Opaque(String),
     /// A uniform block: the names of its members, each with its WGSL type, in any order.
     Block(BTreeMap<String, String>),
+    /// An array of structs in a storage buffer, which shaders index by instance: a list with the members of an element,
+    /// as of a block.
+    Array([BTreeMap<String, String>; 1]),
 }
 
 /// The keys of every pass beside its node kind.
