@@ -17,6 +17,7 @@ const ELSEWHERE: &[(&str, &[&str])] = &[
     ("cli/tests/input.rs", &["UG0010"]),
     ("cli/tests/render.rs", &["UG0809", "UG0810", "UG0811"]),
     ("cli/tests/score.rs", &["UG0812", "UG0813"]),
+    ("cli/tests/tune.rs", &["UG0814"]),
     ("cli/tests/check.rs", &["UG0220"]),
     ("cli/tests/permutations.rs", &["UG0553", "UG0560", "UG0561", "UG0562"]),
     ("cli/tests/why.rs", &["UG0008"]),

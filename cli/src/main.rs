@@ -28,7 +28,11 @@ mod schema;
 #[cfg(feature = "gpu")]
 mod score;
 mod session;
+#[cfg(feature = "gpu")]
+mod shadow_term;
 mod streams;
+#[cfg(feature = "gpu")]
+mod tune;
 mod validator;
 mod variants;
 mod wgsl;
@@ -67,6 +71,8 @@ fn main() -> ExitCode {
         Command::Render(arguments) => render::run(&arguments),
         #[cfg(feature = "gpu")]
         Command::Score(arguments) => score::run(&arguments),
+        #[cfg(feature = "gpu")]
+        Command::Tune(arguments) => tune::run(&arguments),
     };
     if fine && !streams::is_lost() { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -20,9 +20,9 @@ impl Progress {
         Self { line, stages: Vec::new(), since: Instant::now() }
     }
 
-    /// Runs one stage.
+    /// Runs one stage. Among counted steps their line stays as it is.
     pub(crate) fn stage<T>(&mut self, name: &'static str, work: impl FnOnce() -> T) -> T {
-        if let Some(line) = &self.line {
+        if let Some(line) = self.line.as_ref().filter(|line| line.length().is_none()) {
             line.set_message(name);
             line.enable_steady_tick(Duration::from_millis(100));
             line.tick();

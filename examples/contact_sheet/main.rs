@@ -13,10 +13,10 @@ mod common;
 #[path = "../glb/mod.rs"]
 mod glb;
 
-mod letters;
 mod table;
 
 use common::gpu::{Host, scene};
+use common::labels::{self, paste};
 use common::{With, check_file, root};
 use glam::{DMat3, DQuat, DVec3, Vec3};
 use umbragraph::frame::{FrameInput, Light, LightKind};
@@ -86,7 +86,7 @@ fn main() {
             let cell = render(&gpu, subject, kind, features, parameters);
             let at = [CELL[0] * column as u32, (CELL[1] + LABEL) * row as u32];
             paste(&mut sheet, &cell, [at[0], at[1] + LABEL]);
-            letters::write(&mut sheet, &format!("{kind_label} {label}"), [at[0] + 4, at[1] + 3]);
+            labels::write(&mut sheet, &format!("{kind_label} {label}"), [at[0] + 4, at[1] + 3]);
         }
     }
     match sheet.save(&path) {
@@ -147,16 +147,4 @@ fn frame((subject, radius, degrees): &Subject, kind: LightKind) -> FrameInput {
     let right = DVec3::Y.cross(back).normalize();
     input.camera.rotation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back));
     input
-}
-
-fn paste(sheet: &mut Picture, cell: &Picture, at: [u32; 2]) {
-    for (index, pixel) in cell.rgba_pixels().enumerate() {
-        let (x, y) = (index as u32 % cell.width(), index as u32 / cell.width());
-        // A line between cells.
-        if x + 1 < cell.width()
-            && let Some(target) = sheet.pixel_mut(at[0] + x, at[1] + y)
-        {
-            target.copy_from_slice(&pixel[..3]);
-        }
-    }
 }

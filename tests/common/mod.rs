@@ -5,6 +5,8 @@
 pub mod gpu;
 pub mod host;
 #[cfg(all(feature = "gpu", feature = "gltf"))]
+pub mod labels;
+#[cfg(all(feature = "gpu", feature = "gltf"))]
 pub mod pictures;
 pub mod settings;
 

@@ -1,4 +1,4 @@
-//! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `soak` and `mutants`.
+//! The project's own commands: `cargo xtask demo`, `test`, `scenes`, `gallery`, `cameras`, `soak` and `mutants`.
 //!
 //! They work on a fresh clone with nothing but cargo: what else is needed is installed where that is possible, and
 //! named where it is not. There are no dependencies, so that the command itself is built in a second.
@@ -6,9 +6,11 @@
 //! Exit status: 0 where all went well, 1 where a step failed, 2 for a command line that is not understood.
 
 mod adapter;
+mod cameras;
 mod demo;
 mod distribution;
 mod driver_search;
+mod gallery;
 mod mutants;
 mod process;
 mod scenes;
@@ -30,6 +32,10 @@ usage: cargo xtask COMMAND
   test   check formatting and lints, run all tests and doc tests, build the documentation
   scenes [--check]
          write the scenes in examples/scenes again, or compare them with what their programs write
+  gallery
+         render examples/gallery/ again: what each pipeline makes of each scene that suits it, in labelled sheets
+  cameras [--seed N]
+         print the worst scores of each system and the flagship over 20 random cameras, scene by scene
   soak [--seconds N] [--cases N] [--seed N]
          run all tests of random cases with fresh seeds, N times as many cases as in ordinary tests (10), for N seconds
          or once; and what is too long for ordinary tests
@@ -57,6 +63,8 @@ enum Command {
     Demo,
     Test,
     Scenes { check: bool },
+    Gallery,
+    Cameras { seed: u64 },
     Soak(soak::Options),
     Mutants(mutants::Options),
     Help,
@@ -68,6 +76,8 @@ fn main() -> ExitCode {
         Ok(Command::Demo) => demo::run(),
         Ok(Command::Test) => test::run(),
         Ok(Command::Scenes { check }) => scenes::run(check),
+        Ok(Command::Gallery) => gallery::run(),
+        Ok(Command::Cameras { seed }) => cameras::run(seed),
         Ok(Command::Soak(options)) => soak::run(&options),
         Ok(Command::Mutants(options)) => mutants::run(&options),
         Ok(Command::Help) => {
@@ -87,6 +97,8 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
         "demo" => Command::Demo,
         "test" => Command::Test,
         "scenes" => Command::Scenes { check: false },
+        "gallery" => Command::Gallery,
+        "cameras" => Command::Cameras { seed: 1 },
         "soak" => return soak_options(rest),
         "mutants" => return mutants_options(rest),
         "help" | "--help" | "-h" => return Ok(Command::Help),
@@ -95,6 +107,9 @@ fn parse(arguments: &[String]) -> Result<Command, String> {
     match rest {
         [] => Ok(command),
         [check] if name == "scenes" && check == "--check" => Ok(Command::Scenes { check: true }),
+        [seed, value] if name == "cameras" && seed == "--seed" => {
+            Ok(Command::Cameras { seed: number(seed, Some(value))? })
+        }
         [help] if help == "--help" || help == "-h" => Ok(Command::Help),
         [extra, ..] => Err(format!("`{name}` takes no argument `{extra}`")),
     }
@@ -151,6 +166,8 @@ mod tests {
         assert_eq!(parsed("test"), Ok(Command::Test));
         assert_eq!(parsed("scenes"), Ok(Command::Scenes { check: false }));
         assert_eq!(parsed("scenes --check"), Ok(Command::Scenes { check: true }));
+        assert_eq!(parsed("gallery"), Ok(Command::Gallery));
+        assert_eq!(parsed("cameras --seed 7"), Ok(Command::Cameras { seed: 7 }));
         let soak = soak::Options { seconds: Some(60), times: Some(100), seed: None };
         assert_eq!(parsed("soak --seconds 60 --cases 100"), Ok(Command::Soak(soak)));
         let mutants = mutants::Options { sample: Some(9), jobs: Some(2), ..mutants::Options::default() };

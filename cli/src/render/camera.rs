@@ -12,9 +12,10 @@
 //! Times in seconds, strictly increasing; positions in metres. Before the first key and after the last one the camera
 //! stands still. Its projection is that of the scene's camera, up is +Y.
 //!
-//! `random` (or `random:SEED`) looks from elsewhere in every frame: turned by any angle, tilted by up to a quarter of a
-//! right angle, up to a twentieth of the scene's radius away from its own camera.
+//! `random` (or `random:SEED`) looks from elsewhere in every frame: up to a twentieth of the scene's radius away from its own
+//! camera, towards any point of the scene's bounds, tilted by up to half a right angle.
 
+use std::f64::consts::FRAC_PI_4;
 use std::path::{Path, PathBuf};
 
 use glam::{DMat3, DQuat, DVec3};
@@ -104,14 +105,15 @@ impl CameraPath {
                 Camera { position: scene.position + level * (part * radius), ..scene }
             }
             Self::Random(seed) => {
-                let [turn, tilt, x, y, z] = random(seed.wrapping_add(index));
-                let rotation = DQuat::from_rotation_y(turn * std::f64::consts::TAU)
-                    * DQuat::from_rotation_x((tilt - 0.5) * std::f64::consts::FRAC_PI_4);
+                let [at, aside] = [0, 1].map(|half| random(seed.wrapping_add(index), half) * 2.0 - 1.0);
+                let position = scene.position + aside * DVec3::new(1.0, 0.1, 1.0) * (0.05 * radius);
+                let extent = if bounds.is_empty() { DVec3::ONE } else { 0.5 * (bounds.max - bounds.min) };
+                let ahead = middle + at * extent - position;
+                let tilt = ahead.y.atan2(ahead.x.hypot(ahead.z)).clamp(-FRAC_PI_4, FRAC_PI_4);
+                let turn = (-ahead.x).atan2(-ahead.z);
                 // Upright whatever the scene's own camera is.
-                let ahead = scene.rotation * DVec3::NEG_Z;
-                let level = DQuat::from_rotation_y((-ahead.x).atan2(-ahead.z));
-                let aside = (DVec3::new(x, y, z) * 2.0 - 1.0) * DVec3::new(1.0, 0.1, 1.0) * (0.05 * radius);
-                Camera { position: scene.position + aside, rotation: (level * rotation).normalize(), ..scene }
+                let rotation = DQuat::from_rotation_y(turn) * DQuat::from_rotation_x(tilt);
+                Camera { position, rotation: rotation.normalize(), ..scene }
             }
             Self::Keys(keys) => {
                 let after = keys.partition_point(|key| key.time <= time);
@@ -130,14 +132,14 @@ impl CameraPath {
     }
 }
 
-/// Numbers from 0 to 1 that follow from a seed (S. Vigna's splitmix64).
-fn random(seed: u64) -> [f64; 5] {
-    std::array::from_fn(|at| {
-        let mut bits = seed.wrapping_mul(8).wrapping_add(at as u64 + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+/// Numbers from 0 to 1 that follow from a seed (S. Vigna's splitmix64); each seed has several.
+fn random(seed: u64, which: u64) -> DVec3 {
+    DVec3::from([1, 2, 3].map(|at| {
+        let mut bits = seed.wrapping_mul(8).wrapping_add(3 * which + at).wrapping_mul(0x9e37_79b9_7f4a_7c15);
         bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((bits ^ (bits >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    })
+    }))
 }
 
 impl Key {
@@ -231,7 +233,9 @@ mod tests {
         for index in 0..50 {
             let Camera { position, rotation, .. } = camera(7, index);
             assert!(position.distance(scene().position) <= 0.1 * bounds().radius());
-            assert!((rotation * DVec3::Y).y > 0.9, "upright");
+            let (up, ahead) = (rotation * DVec3::Y, rotation * DVec3::NEG_Z);
+            assert!(up.y > 0.7, "upright");
+            assert!(ahead.dot(-position) > 0.0, "towards the scene, which is in the middle");
         }
     }
 

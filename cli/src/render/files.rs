@@ -58,6 +58,15 @@ pub(crate) fn check(option: &str, path: &Path, formats: &[(&str, Format)]) -> Re
             ))
             .help(format!("write a file that ends in {}", names.join(", ")))
         })?;
+    check_folder(path)?;
+    Ok(format)
+}
+
+/// Whether the folder is there that a file is to be written to, before work is done for it.
+///
+/// # Errors
+/// It is not.
+pub(crate) fn check_folder(path: &Path) -> Result<(), Diagnostic> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
     match folder.filter(|folder| !folder.is_dir()) {
         Some(folder) => {
@@ -65,7 +74,7 @@ pub(crate) fn check(option: &str, path: &Path, formats: &[(&str, Format)]) -> Re
                 unwritable(path, &format_args!("the folder \"{}\" does not exist", folder.display()));
             Err(diagnostic.help("make the folder first"))
         }
-        None => Ok(format),
+        None => Ok(()),
     }
 }
 

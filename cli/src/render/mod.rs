@@ -4,7 +4,7 @@ pub(crate) mod camera;
 pub(crate) mod capture;
 pub(crate) mod files;
 mod layout;
-pub(crate) mod report;
+mod report;
 mod target;
 mod timings;
 
@@ -19,6 +19,7 @@ use umbragraph::executor::{Executor, Frame, Texels, read_back, read_bytes};
 use umbragraph::frame::FrameInput;
 use umbragraph::scene::gpu::SceneResources;
 use umbragraph::scene::{Pose, Scene};
+use umbragraph::source::Sources;
 
 use self::camera::CameraPath;
 use self::files::{Animation, Compression, Format};
@@ -28,6 +29,7 @@ use crate::arguments::RenderArguments;
 use crate::device::{self, Graphics};
 use crate::progress::Progress;
 use crate::session::Session;
+use crate::shadow_term;
 use crate::streams::print;
 
 /// Renders what the arguments ask for; whether there were no errors.
@@ -61,7 +63,7 @@ fn render(
     let path = CameraPath::of(arguments.camera.as_ref())?;
     let mut report = arguments.report.is_some().then(Report::default);
     let choices =
-        &if report.is_some() { report::choices(&arguments.choices) } else { arguments.choices.clone() };
+        &if report.is_some() { shadow_term::choices(&arguments.choices) } else { arguments.choices.clone() };
     let checked = progress.stage("check", || session.check(&arguments.pipeline, choices));
     let scene = match progress.stage("load scene", || {
         umbragraph::scene::load_below(&arguments.scene, session.roots(&arguments.scene))
@@ -94,7 +96,7 @@ fn render(
         return Ok(None);
     }
     let options = Session::options(&arguments.choices);
-    let mut drawing = Drawing::new(&graphics, &scene, &checked, options, session, document.imports)?;
+    let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, document.imports)?;
     drawing.toggles = &arguments.toggles;
     if arguments.timings || arguments.trace.is_some() {
         drawing.timings = Some(Timings::begin(&mut drawing.executor, &graphics.name));
@@ -187,16 +189,16 @@ const ROUNDS: usize = 8;
 pub(crate) struct Drawing<'a> {
     graphics: &'a Graphics,
     scene: &'a Scene,
-    checked: &'a CheckReport,
+    checked: CheckReport,
     options: PlanOptions,
-    session: &'a Session,
+    sources: Sources,
     toggles: &'a [(String, bool)],
     picture: String,
     /// The imports of the captures.
     captures: Vec<String>,
     draws: SceneResources,
     pose: Pose,
-    executor: Executor,
+    pub(crate) executor: Executor,
     imports: Vec<(String, wgpu::Texture)>,
     timings: Option<Timings>,
     /// The lights that no pass read in any frame so far; `None` before the first.
@@ -207,9 +209,9 @@ impl<'a> Drawing<'a> {
     pub(crate) fn new(
         graphics: &'a Graphics,
         scene: &'a Scene,
-        checked: &'a CheckReport,
+        checked: CheckReport,
         options: PlanOptions,
-        session: &'a Session,
+        session: &Session,
         captures: Vec<String>,
     ) -> Result<Self, Diagnostics> {
         let Some(plan) = checked.plan.clone() else { return Err(Diagnostics::new()) };
@@ -223,7 +225,7 @@ impl<'a> Drawing<'a> {
             scene,
             checked,
             options,
-            session,
+            sources: session.sources.clone(),
             toggles: &[],
             picture,
             captures,
@@ -238,13 +240,18 @@ impl<'a> Drawing<'a> {
 
     /// What a frame sees at a time, with the camera where its path says; meshes are placed.
     pub(crate) fn input(&mut self, path: &CameraPath, index: u64, time: f64, part: f64) -> FrameInput {
-        self.scene.pose_into(time, &mut self.pose);
-        self.draws.update(&self.graphics.queue, self.scene, &self.pose);
+        self.place(time);
         let [width, height] = self.options.viewport;
         let aspect = f64::from(width) / f64::from(height);
         let input = self.scene.frame_input_of(&self.pose, aspect, time);
         let camera = path.camera(input.camera, &input.scene_bounds, index, part, time);
         FrameInput { camera, index, ..input }
+    }
+
+    /// Places meshes where they are at a time.
+    pub(crate) fn place(&mut self, time: f64) {
+        self.scene.pose_into(time, &mut self.pose);
+        self.draws.update(&self.graphics.queue, self.scene, &self.pose);
     }
 
     /// Where everything stands since the last [`Self::input`].
@@ -308,7 +315,16 @@ impl<'a> Drawing<'a> {
     /// Takes a plan with sizes that CPU passes want.
     fn plan_again(&mut self, data_sizes: BTreeMap<String, u32>) -> Result<(), Diagnostics> {
         self.options.data_sizes = data_sizes;
-        let plan: Plan = self.checked.plan_again(&self.options, &self.session.sources)?;
+        let plan: Plan = self.checked.plan_again(&self.options, &self.sources)?;
+        self.imports = target::imports(self.graphics, &plan, &self.picture);
+        Ok(self.executor.set_plan(Arc::new(plan), Some(&self.draws))?)
+    }
+
+    /// Goes on with what was checked with other settings.
+    pub(crate) fn set_plan(&mut self, checked: CheckReport, session: &Session) -> Result<(), Diagnostics> {
+        let Some(plan) = checked.plan.clone() else { return Err(Diagnostics::new()) };
+        (self.checked, self.sources) = (checked, session.sources.clone());
+        self.options.data_sizes.clear();
         self.imports = target::imports(self.graphics, &plan, &self.picture);
         Ok(self.executor.set_plan(Arc::new(plan), Some(&self.draws))?)
     }

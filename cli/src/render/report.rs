@@ -12,21 +12,7 @@ use umbragraph::diagnostic::{Diagnostic, Place, codes};
 use umbragraph::executor::{Executor, PassCounts, Texels};
 use umbragraph::reprojection::{Changes, Seen, changes};
 
-use crate::arguments::Choices;
 use crate::replace::{replace, unwritable};
-
-/// The parameter and the value of it under which the picture is the shadow term.
-const SHADOW_TERM: &str = "debug_view=shadow_term";
-
-/// The choices under which the picture is the shadow term, unless they say what it is.
-pub(crate) fn choices(choices: &Choices) -> Choices {
-    let mut choices = choices.clone();
-    let is_said = choices.settings.set.iter().any(|set| set.starts_with("debug_view="));
-    if !is_said {
-        choices.settings.set.push(SHADOW_TERM.to_owned());
-    }
-    choices
-}
 
 /// What is read back of each frame.
 pub(super) fn depth() -> Capture {

@@ -41,6 +41,7 @@ mod templates;
 #[cfg(test)]
 mod tests;
 mod text_map;
+mod texture_reads;
 mod uniform_branches;
 mod wgsl;
 mod wgsl_error;
@@ -57,3 +58,4 @@ pub use reflection::{
 };
 pub use templates::TemplateSet;
 pub use text_map::TextMap;
+pub use texture_reads::texture_reads;

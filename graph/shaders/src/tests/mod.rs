@@ -9,6 +9,7 @@ mod mutations;
 mod provenance;
 mod reflecting;
 mod rejecting;
+mod texture_reads;
 
 use super::{AxisValue, AxisValues, TargetProfile, TemplateSet};
 use crate::diagnostic::{Diagnostic, Diagnostics, Place};

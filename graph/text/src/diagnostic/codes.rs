@@ -274,6 +274,9 @@ crate::codes! {
     /// Limits on scores that are not met, or cannot be.
     SCORE_LIMITS = "UG0813", "limits of a score",
         "The file of `umbragraph score --limits` is a JSON object with names of limits and numbers, such as `{ \"min_iou\": 0.99, \"max_leak_k2\": 0.001 }`; they are held to all lights together. A score that does not exist, such as the leak where nothing is shadowed, meets no limit.";
+    /// Parameters that cannot be tuned.
+    TUNE = "UG0814", "nothing to tune",
+        "`umbragraph tune --over NAME,…` searches the ranges of parameters: numbers, lists of them and booleans. A name that is no parameter, an enumeration, whose words have no order, a feature, a number without a range, and a parameter on which no pixel of the shadow term depends cannot be tuned.";
     /// A CPU pass that publishes what it did not declare.
     BLACKBOARD = "UG0807", "undeclared blackboard data",
         "A CPU pass sets a value that it did not declare, or more views or elements than declared. That is a defect of the node kind.";

@@ -3,29 +3,26 @@
 //! Every light that casts shadows is rendered alone, as the pipeline's shadow term, and the same pixels are asked of rays
 //! (`umbragraph-score`). Scores add up: "together" are the pixels of all lights and frames.
 
+pub(crate) mod view;
+
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::json;
 use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
-use umbragraph::document::Value;
-use umbragraph::frame::FrameInput;
-use umbragraph::passes::lights::CAST_SHADOW;
-use umbragraph_score::{Counts, Limits, Rays, Rendered, Scores, Truth, difference};
+use umbragraph_score::{Counts, Limits, Rays, Scores};
 
+use self::view::View;
 use crate::arguments::{AnswerFormat, ScoreArguments};
 use crate::device;
 use crate::progress::Progress;
 use crate::render::Drawing;
 use crate::render::camera::CameraPath;
 use crate::render::files::{self, Compression, Format};
-use crate::render::report;
 use crate::session::Session;
+use crate::shadow_term;
 use crate::streams::{print, print_json};
-
-/// The parameter and its value with which a pipeline shows its shadow term.
-const SHADOW_TERM: (&str, &str) = ("debug_view", "shadow_term");
 
 /// Scores what the arguments ask for; whether there were no errors and all limits are met.
 pub(crate) fn run(arguments: &ScoreArguments) -> bool {
@@ -66,10 +63,10 @@ fn score(
     if let Some(out) = &arguments.out {
         files::check("--out", out, &[(".png", Format::Png)])?;
     }
-    let path = CameraPath::of(arguments.camera.as_ref())?;
-    let choices = report::choices(&arguments.choices);
+    let path = CameraPath::of(arguments.shots.camera.as_ref())?;
+    let choices = shadow_term::choices(&arguments.choices);
     let Some(document) = session.open(&arguments.pipeline, &choices.extension) else { return Ok(None) };
-    has_shadow_term(&document.root)?;
+    shadow_term::required(&document.root)?;
     let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
     let scene = progress.stage("load scene", || {
         umbragraph::scene::load_below(&arguments.scene, session.roots(&arguments.scene))
@@ -85,50 +82,36 @@ fn score(
         return Ok(None);
     }
     let options = Session::options(&choices);
-    let mut drawing = Drawing::new(&graphics, &scene, &checked, options, session, Vec::new())?;
+    let mut drawing = Drawing::new(&graphics, &scene, checked, options, session, Vec::new())?;
     let mut lights: Vec<(String, Scores)> = Vec::new();
     let mut frames: Vec<(u32, Scores)> = Vec::new();
     let mut differences = Vec::new();
     let mut triangles = 0;
     let mut unshadowed = Vec::new();
-    for frame in 0..arguments.frames {
-        let time = arguments.at + f64::from(frame) / arguments.fps;
-        let part = f64::from(frame) / f64::from(arguments.frames);
+    for frame in 0..arguments.shots.frames {
+        let time = arguments.shots.at + f64::from(frame) / arguments.shots.fps;
+        let part = f64::from(frame) / f64::from(arguments.shots.frames);
         let input = drawing.input(&path, u64::from(frame), time, part);
         let pose = drawing.pose().clone();
         let rays = progress.stage("boxes around triangles", || Rays::new(&scene, &pose));
         triangles = rays.count();
-        let truth = progress.stage("rays of the camera", || Truth::new(&rays, &input.camera, choices.size));
-        if truth.points().iter().all(Option::is_none) {
-            continue;
-        }
-        frames.push((frame, Scores::default()));
-        let casting: Vec<_> = input.lights.iter().filter(|light| light.has(CAST_SHADOW)).collect();
-        if casting.is_empty() {
-            let help = "let one cast shadows: \"castShadow\" in its extras is not false";
-            return Err(nothing("no light of the scene casts shadows", help).into());
-        }
+        let Some(view) = View::new(&rays, &input, choices.size, progress)? else { continue };
         if lights.is_empty() {
-            lights = casting.iter().map(|light| (light.name.clone(), Scores::default())).collect();
+            lights = view.names().map(|name| (name.to_owned(), Scores::default())).collect();
         }
         differences.clear();
-        for (at, light) in casting.into_iter().enumerate() {
-            let alone = FrameInput { lights: vec![light.clone()], ..input.clone() };
-            let drawn = progress.stage("draw", || drawing.frame(&alone));
-            drawn?;
-            let pixels = drawing.picture()?;
-            let rendered = Rendered::new(&pixels);
-            let Some(traced) = progress.stage("rays to lights", || truth.light(light)) else { continue };
-            let scores = Scores::of(&truth, &traced, rendered);
-            frames.iter_mut().last().into_iter().for_each(|(_, together)| together.add(&scores));
-            if rendered.is_lit_everywhere() && scores.band(2).leaking > 0 {
-                unshadowed.push(light.name.clone());
-            }
+        let mut together = Scores::default();
+        for answer in view.answers(&mut drawing, &input, progress)? {
+            together.add(&answer.scores);
             if arguments.out.is_some() {
-                differences.extend(difference::picture(&truth, &traced, rendered));
+                differences.extend(view.difference(&answer));
             }
-            lights.get_mut(at).into_iter().for_each(|(_, known)| known.add(&scores));
+            if let Some((name, known)) = lights.get_mut(answer.at) {
+                known.add(&answer.scores);
+                unshadowed.extend(answer.is_unshadowed.then(|| name.clone()));
+            }
         }
+        frames.push((frame, together));
     }
     if frames.is_empty() {
         return Err(nothing("the camera sees no surface", "move it, or give another with --camera").into());
@@ -158,24 +141,8 @@ fn score(
     Ok(Some(Scored { adapter: graphics.name.clone(), triangles, lights, frames, together }))
 }
 
-fn nothing(message: &str, help: &str) -> Diagnostic {
+pub(crate) fn nothing(message: &str, help: &str) -> Diagnostic {
     Diagnostic::error(codes::SCORE, Place::Nowhere, message).help(help)
-}
-
-/// # Errors
-/// A pipeline that does not show it.
-fn has_shadow_term(document: &Value) -> Result<(), Diagnostic> {
-    let view = document.get("parameters").and_then(|parameters| parameters.get(SHADOW_TERM.0));
-    let values = view.and_then(|view| view.get("values")).and_then(Value::elements).unwrap_or_default();
-    if values.iter().any(|value| value.text() == Some(SHADOW_TERM.1)) {
-        return Ok(());
-    }
-    let place = view.map_or(Place::Nowhere, |view| Place::Span(view.span));
-    let message = "the pipeline shows no shadow term";
-    Err(Diagnostic::error(codes::SCORE, place, message).help(
-        "declare the parameter \"debug_view\": { \"type\": \"enum\", \"values\": [\"off\", \"shadow_term\"], \"default\": \"off\" }, \
-         and with \"shadow_term\" write how much of the lights arrives as grey, with alpha 1 where there is geometry",
-    ))
 }
 
 fn read_limits(path: &Path) -> Result<Limits, Diagnostic> {

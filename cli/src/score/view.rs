@@ -1,0 +1,90 @@
+//! A frame as rays see it, and how pictures of its lights answer.
+
+use umbragraph::diagnostic::{Diagnostic, Diagnostics};
+use umbragraph::frame::{FrameInput, Light};
+use umbragraph::passes::lights::CAST_SHADOW;
+use umbragraph_score::{LightTruth, Rays, Rendered, Scores, Truth, difference};
+
+use super::nothing;
+use crate::progress::Progress;
+use crate::render::Drawing;
+
+/// What rays say of a frame: of the camera's, and of those to each light that casts shadows.
+pub(crate) struct View<'r> {
+    truth: Truth<'r>,
+    /// `None` for one that a frame cannot use.
+    lights: Vec<(Light, Option<LightTruth>)>,
+}
+
+/// How the picture of one light answers.
+pub(crate) struct Answer {
+    /// The position of the light among those that cast shadows.
+    pub(crate) at: usize,
+    pub(crate) scores: Scores,
+    /// Whether the picture gives it no shadows, where it should.
+    pub(crate) is_unshadowed: bool,
+    /// What was drawn.
+    pub(crate) pixels: Vec<u8>,
+}
+
+impl<'r> View<'r> {
+    /// What rays say of a frame; `None` if the camera sees no surface.
+    ///
+    /// # Errors
+    /// No light casts shadows.
+    pub(crate) fn new(
+        rays: &'r Rays<'r>,
+        input: &FrameInput,
+        size: [u32; 2],
+        progress: &mut Progress,
+    ) -> Result<Option<Self>, Diagnostic> {
+        let truth = progress.stage("rays of the camera", || Truth::new(rays, &input.camera, size));
+        if truth.points().iter().all(Option::is_none) {
+            return Ok(None);
+        }
+        let casting = input.lights.iter().filter(|light| light.has(CAST_SHADOW));
+        let lights: Vec<_> = progress
+            .stage("rays to lights", || casting.map(|light| (light.clone(), truth.light(light))).collect());
+        if lights.is_empty() {
+            let help = "let one cast shadows: \"castShadow\" in its extras is not false";
+            return Err(nothing("no light of the scene casts shadows", help));
+        }
+        Ok(Some(Self { truth, lights }))
+    }
+
+    /// The names of the lights that cast shadows.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
+        self.lights.iter().map(|(light, _)| light.name.as_str())
+    }
+
+    /// Draws each light alone.
+    pub(crate) fn answers(
+        &self,
+        drawing: &mut Drawing<'_>,
+        input: &FrameInput,
+        progress: &mut Progress,
+    ) -> Result<Vec<Answer>, Diagnostics> {
+        let mut answers = Vec::new();
+        for (at, (light, traced)) in self.lights.iter().enumerate() {
+            let Some(traced) = traced else { continue };
+            let alone = FrameInput { lights: vec![light.clone()], ..input.clone() };
+            progress.stage("draw", || drawing.frame(&alone))?;
+            let pixels = drawing.picture()?;
+            let rendered = Rendered::new(&pixels);
+            let scores = Scores::of(&self.truth, traced, rendered);
+            let is_unshadowed = rendered.is_lit_everywhere() && scores.band(2).leaking > 0;
+            answers.push(Answer { at, scores, is_unshadowed, pixels });
+        }
+        Ok(answers)
+    }
+
+    /// Where and how an answer differs.
+    pub(crate) fn difference(&self, answer: &Answer) -> Vec<u8> {
+        match self.lights.get(answer.at) {
+            Some((_, Some(traced))) => {
+                difference::picture(&self.truth, traced, Rendered::new(&answer.pixels))
+            }
+            _ => Vec::new(),
+        }
+    }
+}

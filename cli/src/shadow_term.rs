@@ -1,0 +1,41 @@
+//! The shadow term of a pipeline: the picture of how much of the lights arrives.
+//!
+//! A pipeline shows it where its parameter `debug_view` is `shadow_term`: grey, 255 lit, with alpha 255 where there is
+//! geometry.
+
+use umbragraph::diagnostic::{Diagnostic, Place, codes};
+use umbragraph::document::Value;
+
+use crate::arguments::Choices;
+
+/// The parameter.
+pub(crate) const PARAMETER: &str = "debug_view";
+
+/// Its value.
+const VALUE: &str = "shadow_term";
+
+/// The choices under which the picture is the shadow term, unless they say what it is.
+pub(crate) fn choices(choices: &Choices) -> Choices {
+    let mut choices = choices.clone();
+    let is_said = |set: &String| set.split_once('=').is_some_and(|(name, _)| name == PARAMETER);
+    if !choices.settings.set.iter().any(is_said) {
+        choices.settings.set.push(format!("{PARAMETER}={VALUE}"));
+    }
+    choices
+}
+
+/// # Errors
+/// A document of a pipeline that does not show it.
+pub(crate) fn required(document: &Value) -> Result<(), Diagnostic> {
+    let view = document.get("parameters").and_then(|parameters| parameters.get(PARAMETER));
+    let values = view.and_then(|view| view.get("values")).and_then(Value::elements).unwrap_or_default();
+    if values.iter().any(|value| value.text() == Some(VALUE)) {
+        return Ok(());
+    }
+    let place = view.map_or(Place::Nowhere, |view| Place::Span(view.span));
+    let message = "the pipeline shows no shadow term";
+    Err(Diagnostic::error(codes::SCORE, place, message).help(
+        "declare the parameter \"debug_view\": { \"type\": \"enum\", \"values\": [\"off\", \"shadow_term\"], \"default\": \"off\" }, \
+         and with \"shadow_term\" write how much of the lights arrives as grey, with alpha 1 where there is geometry",
+    ))
+}

@@ -1,0 +1,379 @@
+//! `umbragraph tune`: the values of parameters with which shadows agree best with ray-traced ones.
+//!
+//! What is made small is the mean over the scenes of a loss: one minus the intersection over union of all lights and camera
+//! positions of the scene, or the mean error of soft shadows. The method is CMA-ES (Hansen and Ostermeier; the crate
+//! `cmaes`) over coordinates between 0 and 1 (`space`), from the values at the start on; where it has converged it begins
+//! again around the best with twice as many candidates, until as many sets of values were tried as the budget says. Values
+//! that the pipeline refuses lose against all others. The same seed finds the same values on the same adapter.
+//!
+//! A parameter that changes no pixel at the start, whatever its value, is left out until half of the budget is spent, and
+//! tried again around the best then; one that changes none there either is a finding.
+//!
+//! Limits: the loss has steps, since pixels are counted, and many local minima; a larger budget, or narrower ranges, find
+//! better values. Enumerations and features are not searched: they have no order.
+
+mod file;
+pub(crate) mod space;
+mod table;
+mod trial;
+
+use std::cell::Cell;
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use cmaes::{CMAESOptions, DVector};
+use umbragraph::diagnostic::{Diagnostic, Diagnostics, Place, codes};
+use umbragraph::expression::Value;
+use umbragraph::source::Span;
+use umbragraph_score::Rays;
+
+use self::space::Tuned;
+use self::table::Found;
+use self::trial::{Outcome, REFUSED, Subject, Trials};
+use crate::arguments::{AnswerFormat, TuneArguments};
+use crate::device;
+use crate::progress::Progress;
+use crate::render::Drawing;
+use crate::render::camera::CameraPath;
+use crate::render::files;
+use crate::replace::{replace, unwritable};
+use crate::score::nothing;
+use crate::score::view::View;
+use crate::session::Session;
+use crate::shadow_term;
+use crate::streams::{print, print_json};
+
+/// How far the first candidates lie from the start, in coordinates.
+const SPREAD: f64 = 0.15;
+
+/// Where parameters are put to see whether they change anything.
+const PROBES: [f64; 3] = [0.9, 0.1, 0.5];
+
+/// Searches what the arguments ask for; whether there were no errors.
+pub(crate) fn run(arguments: &TuneArguments) -> bool {
+    let mut session = Session::new(arguments.choices.templates.as_deref(), &arguments.choices.root);
+    let mut progress = Progress::new();
+    let result = tune(arguments, &mut session, &mut progress);
+    progress.finish();
+    let found = result.unwrap_or_else(|diagnostics| {
+        session.diagnostics.extend(diagnostics);
+        None
+    });
+    if let Some(found) = found {
+        match arguments.format {
+            AnswerFormat::Human => print(&format!("{}{}\n", found.text(), progress.summary())),
+            AnswerFormat::Json => print_json(&format!("{:#}\n", found.json())),
+        }
+    }
+    session.report()
+}
+
+fn tune(
+    arguments: &TuneArguments,
+    session: &mut Session,
+    progress: &mut Progress,
+) -> Result<Option<Found>, Diagnostics> {
+    files::check_folder(&arguments.out)?;
+    let is_stopped = stopped_by_the_user();
+    let path = CameraPath::of(arguments.shots.camera.as_ref())?;
+    let choices = shadow_term::choices(&arguments.choices);
+    let Some(document) = session.open(&arguments.pipeline, &choices.extension) else { return Ok(None) };
+    shadow_term::required(&document.root)?;
+    let checked = progress.stage("check", || session.check(&arguments.pipeline, &choices));
+    let mut tuned = Vec::new();
+    if let Some(pipeline) = &checked.pipeline {
+        for over in &arguments.over {
+            let place = session.sources.add("<command line>", over.name.as_str());
+            match Tuned::of(over, pipeline, Span::new(place, 0..over.name.len())) {
+                Ok(one) => tuned.push(one),
+                Err(diagnostic) => session.diagnostics.push(diagnostic),
+            }
+        }
+    }
+    let mut scenes = Vec::new();
+    for file in &arguments.scene {
+        let scene =
+            progress.stage("load scene", || umbragraph::scene::load_below(file, session.roots(file)))?;
+        session.diagnostics.extend(scene.warnings.clone());
+        scenes.push(scene);
+    }
+    if checked.plan.is_none() || session.diagnostics.has_errors() {
+        return Ok(None);
+    }
+    let graphics = progress.stage("open device", device::open)?;
+    let on_device = device::profile(&graphics, &checked);
+    let checked = session.check_on(checked, &on_device, &arguments.pipeline, &choices);
+    if checked.plan.is_none() || session.diagnostics.has_errors() {
+        return Ok(None);
+    }
+    let mut drawings = Vec::new();
+    let mut shots = Vec::new();
+    for (at, scene) in scenes.iter().enumerate() {
+        let options = Session::options(&choices);
+        let mut drawing = Drawing::new(&graphics, scene, checked.clone(), options, session, Vec::new())?;
+        for frame in 0..arguments.shots.frames {
+            let time = arguments.shots.at + f64::from(frame) / arguments.shots.fps;
+            let part = f64::from(frame) / f64::from(arguments.shots.frames);
+            let input = drawing.input(&path, u64::from(frame), time, part);
+            shots.push((at, input, drawing.pose().clone()));
+        }
+        drawings.push(drawing);
+    }
+    let rays: Vec<Rays<'_>> = progress.stage("boxes around triangles", || {
+        shots.iter().map(|(scene, _, pose)| Rays::new(&scenes[*scene], pose)).collect()
+    });
+    let mut subjects = Vec::new();
+    for ((scene, input, _), rays) in shots.iter().zip(&rays) {
+        if let Some(view) = View::new(rays, input, choices.size, progress)? {
+            subjects.push(Subject { scene: *scene, input: input.clone(), view });
+        }
+    }
+    if subjects.is_empty() {
+        return Err(nothing("the camera sees no surface", "move it, or give another with --camera").into());
+    }
+    let values: Vec<_> = tuned.iter().map(|one| (one.name.clone(), one.start.clone())).collect();
+    let trials = Trials {
+        arguments,
+        choices,
+        graphics: &graphics,
+        session,
+        drawings,
+        subjects: &subjects,
+        planned: values.clone(),
+        taps: checked.pipeline.as_deref().map_or(0, trial::taps),
+    };
+    let mut search = Search {
+        trials,
+        tuned: Vec::new(),
+        left_out: tuned,
+        has_looked: false,
+        limit: arguments.budget as usize,
+        known: HashMap::new(),
+        tried: Vec::new(),
+        refused: 0,
+        is_stopped,
+    };
+    progress.begin("tune", u64::from(arguments.budget));
+    let before = search.trials.run(&values, progress)?;
+    progress.advance();
+    if before.scenes.iter().all(|scores| trial::loss(scores, arguments.measure).is_none()) {
+        let help = "let something cast a shadow in view; mean-error needs lights with an extent";
+        return Err(nothing("no scene has what the score is about", help).into());
+    }
+    search.keep(&values, Ok(before));
+    search.run(progress);
+    let findings = search.findings();
+    search.trials.session.diagnostics.extend(findings);
+    if search.trials.session.diagnostics.has_errors() {
+        return Ok(None);
+    }
+    let names = search.tuned.iter().map(|one| one.name.clone()).collect();
+    let found = Found::new(arguments, &graphics.name, names, search.tried, search.refused);
+    let Some(found) = found else { return Ok(None) };
+    let text = file::text(&found, arguments, session, &document)?;
+    replace(&arguments.out, text).map_err(|error| unwritable(&arguments.out, &error))?;
+    Ok(Some(found))
+}
+
+/// Set when the user interrupts; the second time the process ends at once.
+fn stopped_by_the_user() -> Arc<AtomicBool> {
+    let stopped = Arc::new(AtomicBool::new(false));
+    let set = stopped.clone();
+    // Where no handler can be set an interrupt ends the process, as it does elsewhere.
+    let _ = ctrlc::set_handler(move || {
+        if set.swap(true, Ordering::SeqCst) {
+            std::process::exit(130);
+        }
+    });
+    stopped
+}
+
+/// Values with what they came to.
+#[derive(Clone, Debug)]
+struct Tried {
+    values: Vec<(String, Value)>,
+    outcome: Outcome,
+}
+
+struct Search<'a> {
+    trials: Trials<'a>,
+    tuned: Vec<Tuned>,
+    /// Those that change nothing, as far as is known.
+    left_out: Vec<Tuned>,
+    /// Whether anything is known of them.
+    has_looked: bool,
+    /// How many sets of values are tried for now.
+    limit: usize,
+    /// The losses of values that were tried, by how they are written.
+    known: HashMap<String, f64>,
+    tried: Vec<Tried>,
+    refused: u32,
+    is_stopped: Arc<AtomicBool>,
+}
+
+impl Search<'_> {
+    fn is_over(&self) -> bool {
+        let count = self.tried.len() + self.refused as usize;
+        count >= self.limit || self.is_stopped.load(Ordering::SeqCst)
+    }
+
+    fn keep(&mut self, values: &[(String, Value)], outcome: Result<Outcome, Diagnostics>) -> f64 {
+        let loss = match outcome {
+            Ok(outcome) => {
+                let loss = outcome.loss;
+                self.tried.push(Tried { values: values.to_vec(), outcome });
+                loss
+            }
+            Err(_) => {
+                self.refused += 1;
+                REFUSED
+            }
+        };
+        self.known.insert(written(values), loss);
+        loss
+    }
+
+    /// The loss of values; those that were tried before are not drawn again.
+    fn loss(&mut self, values: &[(String, Value)], progress: &mut Progress) -> f64 {
+        if let Some(known) = self.known.get(&written(values)) {
+            return *known;
+        }
+        if self.is_over() {
+            return REFUSED;
+        }
+        let outcome = self.trials.run(values, progress);
+        let loss = self.keep(values, outcome);
+        progress.advance();
+        loss
+    }
+
+    /// Takes in those parameters that change a pixel around some values.
+    fn take_in(&mut self, around: &Tried, progress: &mut Progress) {
+        self.has_looked = true;
+        for one in std::mem::take(&mut self.left_out) {
+            if self.changes_something(&one, around, progress) {
+                self.tuned.push(one);
+            } else {
+                self.left_out.push(one);
+            }
+        }
+        let over = &self.trials.arguments.over;
+        self.tuned.sort_by_key(|one| over.iter().position(|over| over.name == one.name));
+    }
+
+    fn changes_something(&mut self, one: &Tuned, around: &Tried, progress: &mut Progress) -> bool {
+        for place in PROBES {
+            let mut values = around.values.clone();
+            let own = values.iter_mut().filter(|(name, _)| *name == one.name);
+            own.for_each(|(_, value)| *value = one.value(&vec![place; one.width()]));
+            if self.known.contains_key(&written(&values)) {
+                continue;
+            }
+            let outcome = self.trials.run(&values, progress);
+            progress.advance();
+            let changes =
+                outcome.as_ref().map_or(true, |outcome| outcome.pictures != around.outcome.pictures);
+            self.keep(&values, outcome);
+            // Where there is no time left to see, nothing is said.
+            if changes || self.is_over() {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Searches until the budget is spent, or the user interrupts.
+    fn run(&mut self, progress: &mut Progress) {
+        let (mut round, mut fruitless) = (0_u64, 0);
+        while !self.is_over() {
+            let Some(best) = best(&self.tried).cloned() else { return };
+            self.take_in(&best, progress);
+            self.limit = match (round, self.left_out.is_empty()) {
+                (0, false) => self.trials.arguments.budget as usize / 2,
+                _ => self.trials.arguments.budget as usize,
+            };
+            if self.tuned.is_empty() {
+                return;
+            }
+            let mut center = Vec::new();
+            for one in &self.tuned {
+                let value = best.values.iter().find(|(name, _)| *name == one.name);
+                center.extend(value.map(|(_, value)| one.coordinates(value)).unwrap_or_default());
+            }
+            let options = CMAESOptions::new(center, SPREAD);
+            let population = options.population_size << round.min(4);
+            let options = options
+                .population_size(population)
+                // Steps below the digits that values are rounded to find nothing new.
+                .tol_x(5e-4)
+                .max_generations(1000)
+                .seed(self.trials.arguments.seed.wrapping_add(round));
+            let known = self.known.len();
+            let is_over = Cell::new(false);
+            let objective = |at: &DVector<f64>| {
+                let values = self.values(at.as_slice());
+                let loss = self.loss(&values, progress);
+                is_over.set(self.is_over());
+                loss
+            };
+            let Ok(mut state) = options.build(objective) else { return };
+            while state.next().is_none() && !is_over.get() {}
+            drop(state);
+            self.limit = self.trials.arguments.budget as usize;
+            // Where nothing new is tried any more, nothing is left to be found.
+            fruitless = if self.known.len() == known { fruitless + 1 } else { 0 };
+            if fruitless == 3 {
+                return;
+            }
+            round += 1;
+        }
+    }
+
+    /// What is to be said of parameters that change nothing.
+    fn findings(&self) -> Vec<Diagnostic> {
+        let of = |one: &Tuned| {
+            let message = format!("the parameter \"{}\" changes no pixel of the shadow term", one.name);
+            let help = format!(
+                "it keeps {}; what it takes effect with is to be given with --set, --feature or --preset",
+                one.start
+            );
+            Diagnostic::warning(codes::TUNE, Place::Nowhere, message).help(help)
+        };
+        if !self.has_looked {
+            return Vec::new();
+        }
+        let mut findings: Vec<Diagnostic> = self.left_out.iter().map(of).collect();
+        if self.tuned.is_empty() {
+            let error = Diagnostic::error(codes::TUNE, Place::Nowhere, "no parameter is left to be tuned");
+            findings.push(error.help("name one that changes the shadow term"));
+        }
+        findings
+    }
+
+    fn values(&self, coordinates: &[f64]) -> Vec<(String, Value)> {
+        let mut rest = coordinates;
+        let mut values = Vec::new();
+        for one in &self.tuned {
+            let (own, others) = rest.split_at(one.width().min(rest.len()));
+            values.push((one.name.clone(), one.value(own)));
+            rest = others;
+        }
+        values.extend(self.left_out.iter().map(|one| (one.name.clone(), one.start.clone())));
+        values
+    }
+}
+
+/// The best of what was tried; of equals the cheapest, and of those the first.
+fn best(tried: &[Tried]) -> Option<&Tried> {
+    tried.iter().min_by(|one, other| {
+        let loss = one.outcome.loss.total_cmp(&other.outcome.loss);
+        loss.then_with(|| one.outcome.cost.cmp(&other.outcome.cost))
+    })
+}
+
+fn written(values: &[(String, Value)]) -> String {
+    let mut parts: Vec<String> = values.iter().map(|(name, value)| format!("{name}={value};")).collect();
+    parts.sort();
+    parts.concat()
+}

@@ -1,0 +1,191 @@
+//! One set of values, scored on all scenes and camera positions.
+//!
+//! Rays are traced once; after that a trial draws. Values of live parameters are set, and nothing is planned; a structural
+//! one makes another plan, for all scenes. Every trial begins without history, so that its score depends on its values
+//! alone.
+
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+
+use umbragraph::CheckReport;
+use umbragraph::diagnostic::Diagnostics;
+use umbragraph::executor::Executor;
+use umbragraph::expression::Value;
+use umbragraph::frame::FrameInput;
+use umbragraph::pipeline::Pipeline;
+use umbragraph::shader::{Stage, texture_reads};
+use umbragraph::work::Work;
+use umbragraph_score::Scores;
+
+use crate::arguments::{Choices, Measure, TuneArguments};
+use crate::device::{self, Graphics};
+use crate::progress::Progress;
+use crate::render::Drawing;
+use crate::score::view::View;
+use crate::session::Session;
+
+/// The loss of values that the pipeline refuses: beyond that of any picture.
+pub(crate) const REFUSED: f64 = 2.0;
+
+/// A frame of a scene, and what is true of it.
+pub(crate) struct Subject<'r> {
+    /// The position of its scene.
+    pub(crate) scene: usize,
+    pub(crate) input: FrameInput,
+    pub(crate) view: View<'r>,
+}
+
+/// What a trial came to.
+#[derive(Clone, Debug)]
+pub(crate) struct Outcome {
+    /// What is to be made small: the mean over the scenes.
+    pub(crate) loss: f64,
+    /// Of each scene.
+    pub(crate) scenes: Vec<Scores>,
+    pub(crate) cost: Cost,
+    /// A hash of all pictures.
+    pub(crate) pictures: u64,
+}
+
+/// What values cost, by what does not depend on the machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Cost {
+    /// The texels within which shadow maps are drawn in a frame, the mean over all views.
+    pub(crate) texels: u64,
+    /// The texture reads of a pixel that is shaded, of the pass that has the most.
+    pub(crate) taps: u64,
+}
+
+/// A pipeline on its scenes.
+pub(crate) struct Trials<'a> {
+    pub(crate) arguments: &'a TuneArguments,
+    /// As the command line says, with the shadow term as the picture.
+    pub(crate) choices: Choices,
+    pub(crate) graphics: &'a Graphics,
+    pub(crate) session: &'a mut Session,
+    pub(crate) drawings: Vec<Drawing<'a>>,
+    pub(crate) subjects: &'a [Subject<'a>],
+    /// The values that the plan at hand was made with.
+    pub(crate) planned: Vec<(String, Value)>,
+    /// The texture reads of that plan.
+    pub(crate) taps: u64,
+}
+
+impl Trials<'_> {
+    /// Scores values.
+    ///
+    /// # Errors
+    /// Values that the pipeline refuses.
+    pub(crate) fn run(
+        &mut self,
+        values: &[(String, Value)],
+        progress: &mut Progress,
+    ) -> Result<Outcome, Diagnostics> {
+        self.set(values)?;
+        let mut scenes = vec![Scores::default(); self.drawings.len()];
+        let (mut texels, mut hasher) = (0, DefaultHasher::new());
+        for drawing in &mut self.drawings {
+            drawing.executor.reset_history();
+        }
+        for subject in self.subjects {
+            let Some(drawing) = self.drawings.get_mut(subject.scene) else { continue };
+            drawing.place(subject.input.time);
+            for answer in subject.view.answers(drawing, &subject.input, progress)? {
+                answer.pixels.hash(&mut hasher);
+                if let Some(scene) = scenes.get_mut(subject.scene) {
+                    scene.add(&answer.scores);
+                }
+                texels += drawn_texels(&drawing.executor);
+            }
+        }
+        let losses: Vec<f64> =
+            scenes.iter().filter_map(|scores| loss(scores, self.arguments.measure)).collect();
+        let loss = losses.iter().sum::<f64>() / losses.len().max(1) as f64;
+        let cost = Cost { texels: texels / self.subjects.len().max(1) as u64, taps: self.taps };
+        Ok(Outcome { loss, scenes, cost, pictures: hasher.finish() })
+    }
+
+    /// Gives the drawings values.
+    fn set(&mut self, values: &[(String, Value)]) -> Result<(), Diagnostics> {
+        let Some(first) = self.drawings.first() else { return Ok(()) };
+        let plan = first.executor.plan().clone();
+        let is_live = |name: &str| plan.parameters.get(name).is_some_and(|parameter| parameter.live);
+        let is_planned = values.iter().all(|(name, value)| {
+            is_live(name) || self.planned.iter().any(|(known, planned)| known == name && planned == value)
+        });
+        if !is_planned {
+            let checked = self.check(values)?;
+            for drawing in &mut self.drawings {
+                drawing.set_plan(checked.clone(), self.session)?;
+            }
+            self.planned = values.to_vec();
+            self.taps = self.drawings.first().map_or(0, |drawing| taps(&drawing.executor.plan().pipeline));
+        }
+        for drawing in &mut self.drawings {
+            for (name, value) in values {
+                let executor = &mut drawing.executor;
+                if executor.plan().parameters.get(name).is_some_and(|parameter| parameter.live) {
+                    let parameter = executor.parameter::<Value>(name)?;
+                    executor.set(parameter, value.clone())?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The plan with values.
+    fn check(&mut self, values: &[(String, Value)]) -> Result<CheckReport, Diagnostics> {
+        let mut choices = self.choices.clone();
+        choices.settings.set.extend(values.iter().map(|(name, value)| format!("{name}={value}")));
+        let known = std::mem::take(&mut self.session.diagnostics);
+        let checked = self.session.check(&self.arguments.pipeline, &choices);
+        let on_device = device::profile(self.graphics, &checked);
+        let checked = self.session.check_on(checked, &on_device, &self.arguments.pipeline, &choices);
+        let found = std::mem::replace(&mut self.session.diagnostics, known);
+        if checked.plan.is_none() || found.has_errors() { Err(found) } else { Ok(checked) }
+    }
+}
+
+/// What is to be made small of the scores of a scene; `None` where there is no such score.
+pub(crate) fn loss(scores: &Scores, measure: Measure) -> Option<f64> {
+    match measure {
+        Measure::Iou => scores.iou().map(|iou| 1.0 - iou),
+        Measure::MeanError => scores.mean_error.mean(),
+    }
+}
+
+/// The texels of the last frame that passes without colors drew of the scene, into depth that is not the picture's.
+fn drawn_texels(executor: &Executor) -> u64 {
+    let pipeline = &executor.plan().pipeline;
+    let renders = || {
+        pipeline.passes.iter().filter_map(|pass| match pass.work() {
+            Work::Render(render) => Some((pass.name.as_str(), render)),
+            _ => None,
+        })
+    };
+    let with_color: Vec<_> = renders()
+        .filter(|(_, render)| !render.color.is_empty())
+        .filter_map(|(_, render)| render.depth.as_ref().map(|depth| depth.to.resource))
+        .collect();
+    let is_map = |name: &str| {
+        renders().any(|(known, render)| {
+            let depth = render.depth.as_ref().map(|depth| depth.to.resource);
+            known == name
+                && render.color.is_empty()
+                && depth.is_some_and(|depth| !with_color.contains(&depth))
+        })
+    };
+    executor.pass_counts().filter(|(name, _)| is_map(name)).map(|(_, counts)| counts.texels).sum()
+}
+
+/// The most texture reads of the fragments of a pass that writes colors.
+pub(crate) fn taps(pipeline: &Pipeline) -> u64 {
+    let passes = pipeline.passes.iter().filter_map(|pass| match pass.work() {
+        Work::Render(render) if !render.color.is_empty() => Some(pipeline.program(render.draw.bound().0)),
+        _ => None,
+    });
+    let reads = passes.flat_map(|program| &program.variants).filter_map(|variant| {
+        let entry_point = variant.entry_point(Stage::Fragment)?;
+        Some(texture_reads(&variant.module, &entry_point.name))
+    });
+    reads.max().unwrap_or(0)
+}

@@ -1,0 +1,113 @@
+//! `cargo xtask cameras`: the worst shadows of each pipeline with its defaults, over random cameras, as a table.
+//!
+//! Each pipeline is scored from 20 places of a seed (`umbragraph score --camera random:SEED --frames 20`) on each scene
+//! whose lights it shadows. Rows are scenes; cells the intersection over union of the worst frame of those in which a
+//! hundredth of the pixels is shadowed. The status is 1 where one of the five is better than the flagship.
+
+use std::process::ExitCode;
+
+use crate::{adapter, process};
+
+/// The five systems, and last the flagship.
+const PIPELINES: [&str; 6] = ["mantis", "awsm", "nebula", "caracal", "lore", "umbra"];
+
+/// The size that pictures have, and how many there are.
+const SIZE: &str = "512x288";
+const FRAMES: &str = "20";
+
+/// Runs the command.
+pub(crate) fn run(seed: u64) -> ExitCode {
+    if !adapter::ensure() {
+        eprintln!(
+            "going on all the same: the search for a driver goes by file names and may have missed one"
+        );
+    }
+    match table(seed) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(1),
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::from(1)
+        }
+    }
+}
+
+/// Prints the table; whether the flagship's worst is the best everywhere.
+fn table(seed: u64) -> Result<bool, String> {
+    let mut fine = true;
+    println!("| scene | {} |\n|---|{}", PIPELINES.join(" | "), "---|".repeat(PIPELINES.len()));
+    for (name, scene) in scenes() {
+        let mut worst = Vec::new();
+        for pipeline in PIPELINES {
+            worst.push(score(pipeline, &scene, seed)?);
+        }
+        let cells: Vec<String> =
+            worst.iter().map(|worst| worst.map_or_else(String::new, |worst| format!("{worst:.4}"))).collect();
+        println!("| {name} | {} |", cells.join(" | "));
+        let (flagship, others) = worst.split_last().ok_or("there are no pipelines")?;
+        fine &= others.iter().flatten().all(|other| flagship.is_some_and(|flagship| flagship > *other));
+    }
+    Ok(fine)
+}
+
+/// The project's own scenes, and those with ray-traced masks where they are at hand; by name, with their paths.
+fn scenes() -> Vec<(String, String)> {
+    let root = process::workspace_root();
+    let truth = std::env::var_os("UMBRAGRAPH_TRUTH").map_or_else(|| root.join("../shared/truth"), Into::into);
+    let mut found = Vec::new();
+    for folder in [root.join("examples/scenes"), truth] {
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let path = entry.path();
+            if let (Some("glb"), Some(name)) =
+                (path.extension().and_then(|one| one.to_str()), path.file_stem().and_then(|one| one.to_str()))
+            {
+                found.push((name.to_owned(), path.display().to_string()));
+            }
+        }
+    }
+    found.sort();
+    found
+}
+
+/// The worst score of a pipeline on a scene; `None` where it gives a light no shadows at all.
+fn score(pipeline: &str, scene: &str, seed: u64) -> Result<Option<f64>, String> {
+    let (pipeline, camera) = (format!("pipelines/{pipeline}.json"), format!("random:{seed}"));
+    let arguments = ["run", "--release", "--quiet", "--package", "umbragraph-cli", "--", "score", &pipeline];
+    let asked =
+        ["--scene", scene, "--camera", &camera, "--frames", FRAMES, "--size", SIZE, "--format", "json"];
+    let output = process::program("cargo").args(arguments).args(asked).output();
+    let output = output.map_err(|error| format!("cargo could not be started: {error}"))?;
+    let errors = String::from_utf8_lossy(&output.stderr);
+    if !output.status.success() {
+        return Err(format!("{pipeline} on {scene}: {errors}"));
+    }
+    if errors.contains("no shadows at all") {
+        return Ok(None);
+    }
+    Ok(worst(&String::from_utf8_lossy(&output.stdout)))
+}
+
+/// The number behind "worst" in the answer, which is all that is read of it.
+fn worst(json: &str) -> Option<f64> {
+    let (_, worst) = json.split_once("\"worst\":")?;
+    let (_, iou) = worst.split_once("\"iou\":")?;
+    iou.split(['}', ',']).next()?.trim().parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_is_read_from_the_answer() {
+        let answer = r#"{ "frames": [{ "frame": 0, "iou": 0.9 }], "worst": { "frame": 3, "iou": 0.875
+            }, "together": { "iou": 0.99 } }"#;
+        assert_eq!(worst(answer), Some(0.875));
+        assert_eq!(worst(r#"{ "worst": null, "together": {} }"#), None);
+    }
+
+    #[test]
+    fn the_projects_own_scenes_are_among_them() {
+        assert!(scenes().iter().any(|(name, path)| name == "courtyard" && path.ends_with("courtyard.glb")));
+    }
+}
